@@ -1,0 +1,87 @@
+"""Every tunable value, once: default, unit, range and meaning. The node's parameters, the YAML
+reader and the tools' options derive from these dataclasses; nothing repeats a default."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any
+
+from .errors import ConfigError
+
+
+def param(
+    default: Any,
+    description: str,
+    *,
+    unit: str = "",
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """A dataclass field that knows its unit, inclusive range or choices, and what it means."""
+    meta = {"description": description, "unit": unit, "low": low, "high": high, "choices": choices}
+    if isinstance(default, (list, dict)):
+        raise TypeError("use a tuple for defaults")
+    return field(default=default, metadata=meta)
+
+
+def validate(config: Any, prefix: str = "") -> None:
+    """Raise `ConfigError` naming the first value of a `param` dataclass that is out of its range."""
+    for f in dataclasses.fields(config):
+        value, meta, name = getattr(config, f.name), f.metadata, prefix + f.name
+        if meta.get("choices") and value not in meta["choices"]:
+            raise ConfigError(f"{name}: '{value}' is none of {', '.join(meta['choices'])}")
+        for v in value if isinstance(value, tuple) else (value,):
+            if isinstance(v, (str, bool)):
+                continue
+            if meta.get("low") is not None and not v >= meta["low"]:
+                raise ConfigError(f"{name}: {v} is below its least value {meta['low']} {meta['unit']}".rstrip())
+            if meta.get("high") is not None and not v <= meta["high"]:
+                raise ConfigError(f"{name}: {v} is above its greatest value {meta['high']} {meta['unit']}".rstrip())
+
+
+@dataclass(frozen=True)
+class ClassConfig:
+    """One class of pixels, by its colours. Several classes may share one label."""
+
+    label: int = param(0, "class number its pixels get", low=1, high=255)
+    rgb: tuple[int, ...] = param((), "palette images: the class' colours r,g,b,r,g,b,...", low=0, high=255)
+    hue: tuple[float, ...] = param(
+        (), "colour images: hue ranges from,to,from,to,...; a range may pass 360", unit="deg", low=0, high=360
+    )
+    saturation: tuple[float, ...] = param((0.0, 1.0), "colour images: least and greatest saturation", low=0, high=1)
+    value: tuple[float, ...] = param((0.0, 1.0), "colour images: least and greatest value (brightness)", low=0, high=1)
+
+
+@dataclass(frozen=True)
+class ImageConfig:
+    """How an image becomes a label image."""
+
+    kind: str = param(
+        "labels",
+        "what images hold: class numbers, a colour-coded label image, or a camera's raw colours",
+        choices=("labels", "palette", "colour"),
+    )
+    blank: tuple[int, ...] = param(
+        (), "rectangles to ignore: x,y,width,height,... in pixels (timestamps, windows)", unit="px", low=0
+    )
+    smoothing_px: float = param(0.0, "colour images: sigma of a Gaussian before classification", unit="px", low=0, high=10)
+    gain_percentile: float = param(
+        0.0, "colour images: scale each frame so that this percentile of brightness is gain_level; 0: off", low=0, high=100
+    )
+    gain_level: float = param(0.8, "colour images: brightness that gain_percentile is scaled to", low=0.05, high=1)
+    classes: dict[str, ClassConfig] = field(default_factory=dict)  # colour or palette classes by name
+
+
+@dataclass(frozen=True)
+class RecognizerConfig:
+    """The recogniser's parameters. Each stage's owner adds its own here."""
+
+    profile: str = param("default", "default, or paper: the published method with its values", choices=("default", "paper"))
+    time_budget_ms: float = param(
+        1000.0, "a frame's search ends here with what was found by then", unit="ms", low=1, high=600000
+    )
+
+    def __post_init__(self) -> None:
+        validate(self)

@@ -1,0 +1,117 @@
+"""Values that travel between the stages and out to users."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .objects import ObjectModel
+from .transforms import Array, Pose, readonly
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera with lens distortion, in the units of the image that is given.
+
+    :param matrix: (3, 3) K, pixels; a pixel's centre has integer coordinates.
+    :param distortion: coefficients as OpenCV orders them (plumb_bob, rational_polynomial); empty: none.
+    :param size: (width, height) pixels.
+    :param frame_id: the optical frame, as the image's header names it.
+    """
+
+    matrix: Array
+    distortion: Array
+    size: tuple[int, int]
+    frame_id: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "matrix", readonly(self.matrix).reshape(3, 3))
+        object.__setattr__(self, "distortion", readonly(self.distortion).reshape(-1))
+
+
+@dataclass(frozen=True)
+class Instance:
+    """A marker found in the image: paper, step 5.
+
+    :param x, y: centroid of the marker's outline, pixels.
+    :param theta: direction of its axis (tail to head), radians from +x towards +y.
+    :param scale: pixels per metre.
+    :param score: 0..1, share of evidence that agrees.
+    :param contour: (n, 2) the marker's outline in the image, pixels, for drawing.
+    """
+
+    component: str
+    marker: str
+    score: float
+    x: float
+    y: float
+    theta: float
+    scale: float
+    contour: Array = field(default_factory=lambda: np.zeros((0, 2)), repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class ImagePose:
+    """Where an object's required component lies in the image; units as in `Instance`."""
+
+    x: float
+    y: float
+    theta: float
+    scale: float
+
+
+@dataclass(frozen=True)
+class Detection:
+    """One recognised object. `pose` is the object's frame in the camera's optical frame, None without calibration.
+
+    :param joints: component name -> joint angle in radians (metres for prismatic joints).
+    :param pose_covariance: (6, 6) of (x, y, z, rotation about x, y, z fixed axes), m^2 and rad^2; None without pose.
+    """
+
+    object: str
+    id: int
+    score: float
+    image: ImagePose
+    components: tuple[Instance, ...]
+    pose: Pose | None = None
+    joints: dict[str, float] = field(default_factory=dict)
+    pose_covariance: Array | None = field(default=None, repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """A candidate that became no object, and why."""
+
+    object: str
+    reason: str
+    score: float = 0.0
+    x: float = 0.0
+    y: float = 0.0
+
+
+@dataclass(frozen=True)
+class FrameResult:
+    """All that was recognised in one image.
+
+    :param complete: False where the time budget ended the search early.
+    :param timing_ms: milliseconds per stage: segmentation, blobs, alignment, grouping, pose, total.
+    """
+
+    size: tuple[int, int]
+    detections: tuple[Detection, ...] = ()
+    rejected: tuple[Rejection, ...] = ()
+    timing_ms: dict[str, float] = field(default_factory=dict)
+    complete: bool = True
+    labels: NDArray[np.uint8] | None = field(default=None, repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class Target:
+    """An object to look for: its name for users, its model, its class label, its learned constraints."""
+
+    name: str
+    model: ObjectModel
+    label: int
+    constraints: object | None = None

@@ -1,0 +1,1 @@
+"""Files and bags: everything that is read from or written to disk."""

@@ -1,0 +1,184 @@
+"""Strict reading of YAML files: every value knows its place, every error names file, key and what would be valid."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from ..core.errors import ConfigError
+from ..core.transforms import Array
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML as ROS reads it: no repeated keys, no aliases; 1e-3 is a number."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            mark = self.peek_event().start_mark
+            raise yaml.constructor.ConstructorError(None, None, "aliases are not read; write the value out", mark)
+        return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+        seen: set[str] = set()
+        for key, _ in node.value:
+            name = str(key.value)
+            if name in seen:
+                problem = f"the key '{name}' is given twice; keep one"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+            seen.add(name)
+        return super().construct_mapping(node, deep)
+
+
+_FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$")  # YAML 1.2 and ROS: no dot needed before the exponent
+_Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The rest of a message about an unknown name: the nearest known one and all that are known."""
+    known = list(known)
+    close = difflib.get_close_matches(name, known, 1, cutoff=0.5)
+    hint = f"; did you mean '{close[0]}'?" if close else ""
+    return f"{hint} (known: {', '.join(known) if known else 'none'})"
+
+
+@dataclass(frozen=True)
+class Value:
+    """A value of a file together with its place, so that errors can name it."""
+
+    file: Path
+    key: str
+    raw: Any
+
+    def error(self, message: str) -> ConfigError:
+        place = f"{self.file}: {self.key}" if self.key else str(self.file)
+        return ConfigError(f"{place}: {message}")
+
+    def _child(self, key: str, raw: Any) -> Value:
+        return Value(self.file, f"{self.key}.{key}" if self.key else key, raw)
+
+    def _wrong(self, wanted: str) -> ConfigError:
+        got = "nothing" if self.raw is None else repr(self.raw)
+        return self.error(f"must be {wanted}, not {got if len(got) <= 60 else got[:57] + '...'}")
+
+    def entries(self) -> dict[str, Value]:
+        """A mapping whose keys are names of the user's choice."""
+        if not isinstance(self.raw, dict):
+            raise self._wrong("a mapping (key: value)")
+        for key in self.raw:
+            if not isinstance(key, str):
+                raise self.error(f"the name {key!r} is read as {type(key).__name__}; put it in quotes")
+        return {key: self._child(key, raw) for key, raw in self.raw.items()}
+
+    def fields(self, required: Sequence[str] = (), optional: Sequence[str] = ()) -> dict[str, Value]:
+        """A mapping whose keys are fixed. Optional keys that are not given are left out."""
+        entries, known = self.entries(), [*required, *optional]
+        for key, value in entries.items():
+            if key not in known:
+                raise value.error(f"unknown key{nearest(key, known)}")
+        for key in required:
+            if key not in entries:
+                raise self._child(key, None).error(f"this key is missing (needed: {', '.join(required)})")
+        return entries
+
+    def items(self) -> list[Value]:
+        if not isinstance(self.raw, (list, tuple)):
+            raise self._wrong("a list")
+        return [Value(self.file, f"{self.key}[{i}]", raw) for i, raw in enumerate(self.raw)]
+
+    def text(self, choices: Sequence[str] = ()) -> str:
+        if not isinstance(self.raw, str) or not self.raw:
+            raise self._wrong("text")
+        if choices and self.raw not in choices:
+            raise self.error(f"'{self.raw}' is not known{nearest(self.raw, choices)}")
+        return self.raw
+
+    def boolean(self) -> bool:
+        if not isinstance(self.raw, bool):
+            raise self._wrong("true or false")
+        return self.raw
+
+    def number(self, low: float | None = None, high: float | None = None, above: float | None = None) -> float:
+        """A finite number, low <= number <= high, number > above."""
+        if isinstance(self.raw, bool) or not isinstance(self.raw, (int, float)):
+            raise self._wrong("a number")
+        return float(self._in_range(self.raw, low, high, above))
+
+    def integer(self, low: float | None = None, high: float | None = None) -> int:
+        if isinstance(self.raw, bool) or not isinstance(self.raw, int):
+            raise self._wrong("a whole number")
+        return int(self._in_range(self.raw, low, high, None))
+
+    def _in_range(self, value: float, low: float | None, high: float | None, above: float | None) -> float:
+        if not math.isfinite(value):
+            raise self._wrong("a finite number")
+        if low is not None and value < low:
+            raise self.error(f"{value} is below its least value {low:g}")
+        if high is not None and value > high:
+            raise self.error(f"{value} is above its greatest value {high:g}")
+        if above is not None and not value > above:
+            raise self.error(f"{value} must be greater than {above:g}")
+        return value
+
+    def vector(self, length: int) -> Array:
+        """(length,) numbers."""
+        if not isinstance(self.raw, (list, tuple)) or len(self.raw) != length:
+            raise self._wrong(f"{length} numbers [..]")
+        return np.array([item.number() for item in self.items()])
+
+    def points(self, least: int) -> Array:
+        """(n, 2) points, n >= least."""
+        items = self.items()
+        if len(items) < least:
+            raise self.error(f"needs {least} points [x, y] or more, has {len(items)}")
+        return np.array([item.vector(2) for item in items])
+
+
+def read_text(path: str | Path) -> str:
+    """A text file's content; `ConfigError` where it cannot be read."""
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: there is no such file") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is no text file (UTF-8)") from None
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+def load_value(path: str | Path) -> Value:
+    """A YAML file of any content as a `Value`."""
+    text = read_text(path)
+    try:
+        raw = yaml.load(text, _Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f" line {mark.line + 1}:" if mark else ""
+        raise ConfigError(f"{path}:{line} {error.problem or error.context}") from None
+    except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
+        raise ConfigError(f"{path}: is no valid YAML: {str(error).splitlines()[0]}") from None
+    if raw is None:
+        raise ConfigError(f"{path}: the file is empty")
+    return Value(Path(path), "", raw)
+
+
+def load_yaml(path: str | Path, format: str) -> Value:
+    """A file of this package: checks its `format: NAME/VERSION` line and returns the rest."""
+    value = load_value(path)
+    entries = value.entries()
+    if "format" not in entries:
+        raise value.error(f"format: this key is missing; the file must begin with 'format: {format}'")
+    given = entries["format"].text()
+    if given != format:
+        kind, _, version = format.rpartition("/")
+        same = given.rpartition("/")[0] == kind
+        reason = f"this release reads version {version} only" if same else "another kind of file is wanted here"
+        raise entries["format"].error(f"'{given}' cannot be read: {reason} ({format})")
+    return Value(value.file, "", {k: v for k, v in value.raw.items() if k != "format"})

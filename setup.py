@@ -1,0 +1,75 @@
+import os
+import sys
+from glob import glob
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+PACKAGE = "artrec_ros"
+SHARE = Path("share") / PACKAGE
+
+
+def shipped(*folders):
+    """data_files entries that keep each folder's tree under share/artrec_ros."""
+    files = [Path(f) for folder in folders for f in sorted(glob(f"{folder}/**", recursive=True)) if os.path.isfile(f)]
+    return [(str(SHARE / parent), [str(f) for f in files if f.parent == parent]) for parent in {f.parent for f in files}]
+
+
+def sourced_ros():
+    """The prefix of a sourced ROS 2 whose rclpy fits this Python, or None."""
+    python = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
+        for packages in (f"lib/{python}/site-packages", f"local/lib/{python}/dist-packages", f"lib/{python}/dist-packages"):
+            if (Path(prefix) / packages / "rclpy").is_dir():
+                return Path(prefix)
+    return None
+
+
+def ros_requirements():
+    """ROS from PyPI, unless one is sourced: that one is then used. ARTREC_WITHOUT_ROS=1 leaves ROS out."""
+    if os.environ.get("ARTREC_WITHOUT_ROS") == "1":
+        return []
+    ros = sourced_ros()
+    if ros is None:
+        wheels = "sys_platform == 'linux' and python_version < '3.14'"
+        return [f"ros-jazzy-rclpy[fastrtps]>=7.1.6; {wheels}", f"ros-jazzy-common-interfaces>=5.3.6; {wheels}"]
+    # Jazzy's own messages are compiled against Ubuntu's numpy 1.26.
+    return [] if ros.is_relative_to(sys.prefix) else ["numpy<2"]
+
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Recognises articulated objects in images by their coloured markers; ROS 2 node, training and replay.",
+    long_description=Path("README.md").read_text(encoding="utf-8") if Path("README.md").is_file() else "",
+    long_description_content_type="text/markdown",
+    maintainer="artrec_ros maintainers",
+    maintainer_email="maintainers@artrec-ros.example",
+    license="Apache-2.0",
+    python_requires=">=3.10",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (str(SHARE), ["package.xml"]),
+        *shipped("config", "launch"),
+    ],
+    install_requires=[
+        "numpy>=1.24",
+        "opencv-python-headless>=4.6",
+        "PyYAML>=5.4",
+        "rosbags>=0.10.5",
+        "scipy>=1.10",
+        "tqdm>=4.57",
+        *ros_requirements(),
+    ],
+    extras_require={
+        "test": ["hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "types-PyYAML", "types-tqdm"],
+    },
+    entry_points={
+        "console_scripts": [
+            "artrec = artrec_ros.tools.main:main",
+            "artrec_node = artrec_ros.node.main:main",
+        ],
+    },
+    zip_safe=True,
+)

@@ -1,0 +1,81 @@
+"""Forward kinematics of articulated objects, batched over hypotheses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .objects import ObjectModel
+from .transforms import Array, rotation_from_rotvec
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Component frames of H hypotheses in the camera's optical frame, and where their joints are.
+
+    :param R, t: (H, C, 3, 3), (H, C, 3): X_camera = R X_component + t.
+    :param axis, origin: (H, J, 3) joint axes and origins in the camera's frame.
+    """
+
+    R: Array
+    t: Array
+    axis: Array
+    origin: Array
+
+
+class Kinematics:
+    """A model's joints as arrays. The joint vector's order is `ObjectModel.joint_components`."""
+
+    def __init__(self, model: ObjectModel) -> None:
+        self.model = model
+        index = {c.name: i for i, c in enumerate(model.components)}
+        self.parent = [-1 if c.joint is None else index[c.joint.parent] for c in model.components]
+        joints = [c.name for c in model.joint_components]
+        self.joint_of = [joints.index(c.name) if c.name in joints else -1 for c in model.components]
+        self.lower = np.array([c.joint.lower for c in model.joint_components if c.joint], float)
+        self.upper = np.array([c.joint.upper for c in model.joint_components if c.joint], float)
+        self.revolute = np.array([c.joint.kind == "revolute" for c in model.joint_components if c.joint], bool)
+
+    @property
+    def n_joints(self) -> int:
+        return len(self.lower)
+
+    @cached_property
+    def moves(self) -> np.ndarray:
+        """(C, J) bool: does joint j move component c."""
+        out = np.zeros((len(self.parent), self.n_joints), bool)
+        for c, (parent, j) in enumerate(zip(self.parent, self.joint_of, strict=True)):
+            if parent >= 0:
+                out[c] = out[parent]
+            if j >= 0:
+                out[c, j] = True
+        return out
+
+    def forward(self, R: Array, t: Array, q: Array) -> Frames:
+        """Component frames for object poses R (H, 3, 3), t (H, 3) in the camera and joints q (H, J)."""
+        n_h, n_c = len(R), len(self.parent)
+        out = Frames(
+            np.empty((n_h, n_c, 3, 3)),
+            np.empty((n_h, n_c, 3)),
+            np.empty((n_h, self.n_joints, 3)),
+            np.empty((n_h, self.n_joints, 3)),
+        )
+        for c, component in enumerate(self.model.components):
+            joint = component.joint
+            if joint is None:
+                out.R[:, c], out.t[:, c] = R, t
+                continue
+            Rp, tp = out.R[:, self.parent[c]], out.t[:, self.parent[c]]
+            Rj = Rp @ joint.T_parent_joint.rotation  # (H, 3, 3)
+            tj = Rp @ joint.T_parent_joint.position + tp  # (H, 3)
+            j = self.joint_of[c]
+            if j >= 0:
+                out.axis[:, j], out.origin[:, j] = Rj @ joint.axis, tj
+                if self.revolute[j]:
+                    Rj = Rj @ rotation_from_rotvec(q[:, j, None] * joint.axis)
+                else:
+                    tj = tj + out.axis[:, j] * q[:, j, None]
+            out.R[:, c], out.t[:, c] = Rj, tj
+        return out

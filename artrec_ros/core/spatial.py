@@ -1,0 +1,171 @@
+"""A spatial object's hypotheses, batched: where its surface lands in the image and what the labels say of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .datatypes import Camera
+from .evidence import LabelField, Roles
+from .kinematics import Frames, Kinematics
+from .objects import ObjectModel
+from .projection import project
+from .surface import Patch, patches_of
+from .transforms import Array
+
+RING_PX = 1.75  # outside of the segmenter's own blur
+RING_WIDTH_PX = 1.5  # what a ring point stands for across the contour
+LEAST_COSINE = 0.12  # a patch seen flatter than this shows nothing
+
+
+@dataclass(frozen=True)
+class Poses:
+    """H hypotheses: object in the camera (H, 3, 3), (H, 3), joints (H, J) and the marker each came from (H,)."""
+
+    R: Array
+    t: Array
+    q: Array
+
+    def __len__(self) -> int:
+        return len(self.R)
+
+    def __getitem__(self, index: object) -> Poses:
+        return Poses(self.R[index], self.t[index], self.q[index])  # type: ignore[index]
+
+    @classmethod
+    def concatenate(cls, parts: list[Poses]) -> Poses:
+        return cls(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("R", "t", "q")))
+
+
+@dataclass(frozen=True)
+class PatchScores:
+    """Per hypothesis and patch (H, P): summed votes, pixels seen, and share of seen pixels that carry the patch's label."""
+
+    votes: Array
+    area_px: Array
+    agree: Array
+
+
+class SpatialModel:
+    """One target's surface as arrays."""
+
+    def __init__(self, model: ObjectModel, label: int) -> None:
+        self.model = model
+        self.kinematics = Kinematics(model)
+        self.patches: list[Patch] = patches_of(model, label)
+        self.roles = Roles()
+        bodies = [c.body_label or 0 for c in model.components]
+        labels = [label if c.label is None else c.label for c in model.components]
+        self.component = np.array([p.component for p in self.patches])
+        self.is_marker = np.array([p.marker is not None for p in self.patches])
+        self.normal = np.array([p.normal for p in self.patches])
+        self.centre = np.array([p.inside.mean(axis=0) for p in self.patches])
+        self.area = np.array([p.area for p in self.patches])
+        self.label = np.array([p.label for p in self.patches])
+        self.count = np.array([len(p.inside) for p in self.patches])
+        self.points = np.concatenate([p.inside for p in self.patches])
+        self.point_patch = np.repeat(np.arange(len(self.patches)), self.count)
+        self.point_role = np.repeat(
+            [
+                self.roles.inside(p.label) if p.marker is not None else self.roles.body(p.label, labels[p.component])
+                for p in self.patches
+            ],
+            self.count,
+        )
+        self.markers = np.flatnonzero(self.is_marker)
+        self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
+        self.contour_normal = np.array([self.patches[i].contour_normal for i in self.markers])  # (M, m, 3)
+        self.perimeter = np.array([_perimeter(self.patches[i]) for i in self.markers])
+        self.ring_role = np.array([self.roles.ring(self.patches[i].label, bodies[self.component[i]]) for i in self.markers])
+        self.table = self.roles.table
+        # an undeclared body says nothing about labels, it only hides
+        for i in np.flatnonzero(~self.is_marker & (self.label == 0)):
+            self.table[self.point_role[self.point_patch == i][0]] = 0.0
+
+    def in_camera(self, frames: Frames, patches: np.ndarray) -> tuple[Array, Array]:
+        """Cosine of the viewing angle (H, P) of patches, and their depth (H, P)."""
+        c = self.component[patches]
+        normal = np.einsum("hpij,pj->hpi", frames.R[:, c], self.normal[patches])
+        centre = np.einsum("hpij,pj->hpi", frames.R[:, c], self.centre[patches]) + frames.t[:, c]
+        cosine = -np.sum(normal * centre, axis=-1) / np.maximum(np.linalg.norm(centre, axis=-1), 1e-9)
+        return cosine, centre[..., 2]
+
+    def place(self, frames: Frames, points: Array, component: np.ndarray) -> Array:
+        """(H, n, 3) camera coordinates of (n, 3) points given on components (n,)."""
+        out = np.empty((len(frames.R), len(points), 3))
+        for c in np.unique(component):
+            on = component == c
+            out[:, on] = points[on] @ frames.R[:, c].transpose(0, 2, 1) + frames.t[:, c, None]
+        return out
+
+    def score(self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, *, occlusion: bool) -> PatchScores:
+        """What the labels say of each of `patches` (indices) under each hypothesis."""
+        chosen = np.isin(self.point_patch, patches)
+        patch_of = np.searchsorted(patches, self.point_patch[chosen])
+        starts = np.flatnonzero(np.diff(patch_of, prepend=-1))
+        X = self.place(frames, self.points[chosen], self.component[self.point_patch[chosen]])
+        cosine, depth = self.in_camera(frames, patches)
+        shown = (cosine > LEAST_COSINE) & (depth > 0.02)
+        labels = field.at(project(camera, X))  # (H, n)
+        seen = np.ones(labels.shape, bool)
+        if occlusion:
+            seen = ~self.hidden(frames, X)
+        votes = np.where(seen, self.table[self.point_role[chosen], labels], 0.0)
+        f2 = camera.matrix[0, 0] * camera.matrix[1, 1]
+        area_px = np.where(shown, self.area[patches] * f2 / np.maximum(depth, 0.02) ** 2 * cosine, 0.0)  # (H, P)
+        count = self.count[patches]
+        inside = np.add.reduceat(votes, starts, axis=1) / count
+        visible = np.add.reduceat(seen.astype(float), starts, axis=1) / count
+        agree = np.add.reduceat((labels == self.label[patches][patch_of]) & seen, starts, axis=1, dtype=float)
+        total = inside * area_px + self._ring_votes(field, camera, frames, patches, cosine, depth) * (visible > 0.5) * shown
+        return PatchScores(total, area_px * visible, agree / np.maximum(visible * count, 1.0))
+
+    def _ring_votes(
+        self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, cosine: Array, depth: Array
+    ) -> Array:
+        out = np.zeros((len(frames.R), len(patches)))
+        which = np.flatnonzero(np.isin(self.markers, patches))
+        if not len(which):
+            return out
+        pixels, normal = self.project_contours(camera, frames, which)
+        labels = field.at(pixels + RING_PX * normal)
+        votes = self.table[self.ring_role[which][:, None], labels].mean(axis=2)
+        f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
+        column = np.searchsorted(patches, self.markers[which])
+        squeeze = (1 + np.clip(cosine[:, column], 0, 1)) / 2
+        out[:, column] = votes * self.perimeter[which] * squeeze * f / np.maximum(depth[:, column], 0.02) * RING_WIDTH_PX
+        return out
+
+    def project_contours(self, camera: Camera, frames: Frames, which: np.ndarray) -> tuple[Array, Array]:
+        """Contours of markers `which` in the image: pixels (H, M, m, 2) and outward unit normals (H, M, m, 2)."""
+        c = self.component[self.markers[which]]
+        R, t = frames.R[:, c], frames.t[:, c]
+        X = self.contour[which] @ R.transpose(0, 1, 3, 2) + t[:, :, None]
+        step = 1e-3 * np.maximum(X[..., 2:3], 1e-3)
+        Y = X + step * (self.contour_normal[which] @ R.transpose(0, 1, 3, 2))
+        pixels = project(camera, X)
+        normal = project(camera, Y) - pixels
+        return pixels, normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
+
+    def hidden(self, frames: Frames, X: Array) -> np.ndarray:
+        """(H, n) bool: which points (H, n, 3) a body's box of the same object hides from the camera (slab test)."""
+        out = np.zeros(X.shape[:2], bool)
+        for c, component in enumerate(self.model.components):
+            for box in component.bodies:
+                R = frames.R[:, c] @ box.T_component_box.rotation  # (H, 3, 3)
+                t = (frames.R[:, c] @ box.T_component_box.position) + frames.t[:, c]
+                eye = -np.einsum("hji,hj->hi", R, t)[:, None]  # camera centre in the box's frame
+                ray = X @ R  # (H, n, 3)
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    a, b = (-box.size / 2 - eye) / ray, (box.size / 2 - eye) / ray
+                enter = np.minimum(a, b).max(axis=-1)
+                leave = np.maximum(a, b).min(axis=-1)
+                out |= (enter < leave) & (enter < 1 - 5e-3) & (leave > 0)
+        return out
+
+
+def _perimeter(patch: Patch) -> float:
+    assert patch.marker is not None
+    outline = patch.marker.outline
+    return float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())

@@ -1,0 +1,150 @@
+"""First guesses of a spatial marker's pose: rigid alignment of its foreshortened outlines with blobs.
+
+A flat marker turned out of the image plane looks, to first order, like its outline squeezed along one
+direction. A bank of such views turns the paper's step 4 (couples of consecutive anchors) into 6-DoF guesses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from .datatypes import Camera
+from .evidence import LabelField
+from .objects import Marker
+from .projection import normalise
+from .surface import sample_contour, sample_polygon
+from .transforms import Array, apply_similarity, rotation_from_rotvec, similarity_from_couples
+
+TURNS_RAD = (0.4, 0.7, 0.95, 1.15)  # cosines .92 .76 .58 .41: neighbours look alike enough to refine from
+N_DIRECTIONS = 6
+SCORE_POINTS = 24
+CHUNK = 20000  # hypotheses scored at once: bounds memory
+FACING = np.diag([1.0, -1.0, -1.0])  # marker frame (x right, y up, z out) to the camera's (x right, y down, z ahead)
+
+
+@dataclass(frozen=True)
+class View:
+    """A marker's outline as seen from one direction: turned by `turn` about the image axis across `direction`."""
+
+    turn: float
+    direction: float
+    outline: Array  # (n, 2) metres, y down, about the marker's centroid
+    inside: Array  # (SCORE_POINTS, 2)
+    contour: Array  # (SCORE_POINTS, 2)
+    contour_normal: Array  # (SCORE_POINTS, 2)
+    area: float
+    perimeter: float
+
+
+@dataclass(frozen=True)
+class Guesses:
+    """Poses of markers in the camera: rotation (H, 3, 3), position of the marker's centroid (H, 3), marker index (H,)."""
+
+    R: Array
+    t: Array
+    marker: np.ndarray
+    blob: np.ndarray
+    score: Array
+
+    def __len__(self) -> int:
+        return len(self.R)
+
+
+def view_bank(marker: Marker) -> list[View]:
+    """The marker face on, and turned by TURNS_RAD across N_DIRECTIONS image directions."""
+    turns = [(0.0, 0.0)]
+    if marker.disc_radius is not None:  # a disc squeezed in any direction is the same ellipse turned
+        turns += [(turn, 0.0) for turn in TURNS_RAD]
+    else:
+        turns += [(turn, np.pi * i / N_DIRECTIONS) for turn in TURNS_RAD for i in range(N_DIRECTIONS)]
+    return [_view(marker, turn, direction) for turn, direction in turns]
+
+
+def _view(marker: Marker, turn: float, direction: float) -> View:
+    axis = np.array([np.cos(direction), np.sin(direction)])
+    squeeze = np.eye(2) + (np.cos(turn) - 1) * np.outer(axis, axis)
+    outline = marker.image_outline @ squeeze
+    inside = sample_polygon(outline, SCORE_POINTS)
+    pick = np.linspace(0, len(inside) - 1, SCORE_POINTS).astype(int)
+    contour, normal = sample_contour(outline, SCORE_POINTS)
+    perimeter = float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())
+    return View(turn, direction, outline, inside[pick], contour, normal, marker.area * np.cos(turn), perimeter)
+
+
+def anchors_of(outline: Array) -> Array:
+    """Anchor points of a model outline; a round one is thinned to about a dozen."""
+    extent = float(np.ptp(outline, axis=0).max())
+    scaled = (outline / extent * 1e4).astype(np.int32)
+    return cv2.approxPolyDP(scaled, 200, True).reshape(-1, 2) * (extent / 1e4)
+
+
+def blob_couples(contour: Array, tolerances_px: tuple[float, ...]) -> tuple[Array, Array]:
+    """Couples of consecutive anchors, and of every second one, at several approximation tolerances."""
+    first, second = [], []
+    for tolerance in tolerances_px:
+        A = cv2.approxPolyDP(contour.astype(np.float32), tolerance, True).reshape(-1, 2).astype(float)
+        for step in (1, 2):
+            if len(A) > step:
+                first.append(A)
+                second.append(np.roll(A, -step, axis=0))
+    if not first:
+        return np.zeros((0, 2)), np.zeros((0, 2))
+    return np.concatenate(first), np.concatenate(second)
+
+
+def align_view(view: View, couples: tuple[Array, Array], contour: Array, area_px: float, min_area_px: float) -> Array:
+    """(H, 4) similarities of a view to a blob: anchor couples, and the blob's own area, centre and principal axis."""
+    p1, p2 = couples
+    Q = anchors_of(view.outline)
+    q1, q2 = Q, np.roll(Q, -1, axis=0)
+    i, j = np.divmod(np.arange(len(p1) * len(q1)), max(len(q1), 1))
+    # both contours run the same way round (made so by the caller), so a couple matches in one sense only
+    T = [similarity_from_couples(q1[j], q2[j], p1[i], p2[i]), _moment_alignments(view, contour, area_px)]
+    out = np.concatenate(T)
+    seen_area = view.area * out[:, 3] ** 2
+    return out[(seen_area > min_area_px) & (seen_area < 1.6 * area_px + 12)]
+
+
+def _moment_alignments(view: View, contour: Array, area_px: float) -> Array:
+    def axis(points: Array) -> tuple[Array, float]:
+        m = cv2.moments(points.astype(np.float32).reshape(-1, 1, 2))
+        if m["m00"] <= 0:
+            return points.mean(axis=0), 0.0
+        return np.array([m["m10"], m["m01"]]) / m["m00"], 0.5 * float(np.arctan2(2 * m["mu11"], m["mu20"] - m["mu02"]))
+
+    (cb, ab), (cm, am) = axis(contour), axis(view.outline * 1e3)
+    k = np.sqrt(area_px / view.area)
+    theta = ab - am + np.array([0.0, np.pi, np.pi / 2, -np.pi / 2])
+    T = np.column_stack([np.zeros((4, 2)), theta, np.full(4, k)])
+    T[:, :2] = cb - apply_similarity(T, cm[None] / 1e3)[:, 0]
+    return T
+
+
+def score_view(view: View, T: Array, field: LabelField, inside_votes: Array, ring_votes: Array, ring_px: float) -> Array:
+    """(H,) summed votes of pixels on the outline's inside and in a ring just outside of it."""
+    out = np.empty(len(T))
+    for start in range(0, len(T), CHUNK):
+        part = T[start : start + CHUNK]
+        k = part[:, 3]
+        inside = inside_votes[field.at(apply_similarity(part, view.inside))].mean(axis=1)
+        turn = np.column_stack([np.zeros((len(part), 2)), part[:, 2], np.ones(len(part))])
+        ring_at = apply_similarity(part, view.contour) + ring_px * apply_similarity(turn, view.contour_normal)
+        ring = ring_votes[field.at(ring_at)].mean(axis=1)
+        out[start : start + CHUNK] = inside * view.area * k**2 + ring * view.perimeter * k * 1.5
+    return out
+
+
+def lift(view: View, T: Array, camera: Camera) -> tuple[Array, Array]:
+    """Both 6-DoF poses of each similarity (the two flips): rotations (2H, 3, 3) and centroids (2H, 3)."""
+    rays = normalise(camera, T[:, :2])  # (H, 2)
+    depth = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]) / T[:, 3]
+    t = depth[:, None] * np.pad(rays, ((0, 0), (0, 1)), constant_values=1.0)
+    across = np.array([-np.sin(view.direction), np.cos(view.direction), 0.0])
+    roll = rotation_from_rotvec(T[:, 2:3] * np.array([0.0, 0.0, 1.0]))  # (H, 3, 3)
+    # the flat image plane of the weak perspective stands across the viewing ray, not across the optical axis
+    tilt = rotation_from_rotvec(np.stack([-rays[:, 1], rays[:, 0], np.zeros(len(rays))], axis=-1))
+    flips = [tilt @ roll @ rotation_from_rotvec(sign * view.turn * across) @ FACING for sign in (1, -1)]
+    return np.concatenate(flips), np.concatenate([t, t])

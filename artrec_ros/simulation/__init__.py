@@ -1,0 +1,1 @@
+"""Scenes with known truth, rendered from object models: examples to train on and bags to test with."""

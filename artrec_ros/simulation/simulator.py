@@ -1,0 +1,66 @@
+"""Frames of random scenes, one after another, each with its truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.datatypes import Camera, Target
+from .config import SceneConfig, SensorConfig
+from .render import Renderer
+from .scene import Scene, require_places, sample_scene
+from .sensor import colour_image, label_image
+from .truth import ObjectTruth, measure
+
+START_NS = 1_700_000_000_000_000_000
+PERIOD_NS = 33_333_333  # 30 frames a second
+
+
+@dataclass(frozen=True)
+class SimulatedFrame:
+    """One frame: images as the camera and its segmenter give them, and the truth.
+
+    :param labels: (H, W) class labels.
+    :param colour: (H, W, 3) BGR.
+    """
+
+    index: int
+    camera: Camera
+    scene: Scene
+    labels: NDArray[np.uint8]
+    colour: NDArray[np.uint8]
+    truths: tuple[ObjectTruth, ...]
+
+    @property
+    def stamp_ns(self) -> int:
+        return START_NS + self.index * PERIOD_NS
+
+
+def simulate(
+    targets: Sequence[Target], camera: Camera, scene: SceneConfig, sensor: SensorConfig, seed: int, frames: int
+) -> Iterator[SimulatedFrame]:
+    """Frames of random scenes of these objects. Frame i depends on the seed and i alone, not on how many follow.
+
+    :raises ConfigError: a target's model lacks a marker's place.
+    """
+    for target in targets:
+        require_places(target.model)
+    renderer = Renderer(camera)
+    for index, child in enumerate(np.random.SeedSequence(seed).spawn(frames)):
+        rng = np.random.default_rng(child)
+        made = sample_scene(targets, camera, scene, rng)
+        rendering = renderer.render(made)
+        colour = colour_image(rendering, sensor, rng)
+        labels = label_image(rendering, colour, sensor, rng)
+        yield SimulatedFrame(index, camera, made, labels, colour, measure(rendering, made.objects, camera))
+
+
+def pinhole_camera(size: tuple[int, int], view_angle_deg: float, frame_id: str = "camera_optical_frame") -> Camera:
+    """A camera without distortion whose image is `view_angle_deg` wide, its axis through the image's centre."""
+    width, height = size
+    focal = width / 2 / np.tan(np.radians(view_angle_deg) / 2)
+    matrix = [[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]]
+    return Camera(np.array(matrix), np.zeros(0), size, frame_id)

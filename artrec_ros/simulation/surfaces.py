@@ -1,0 +1,89 @@
+"""The flat surfaces of an object in a given pose: its markers and the faces of its bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.kinematics import Kinematics
+from ..core.objects import Box, ObjectModel
+from ..core.transforms import Array, Pose
+
+# A box's faces by their outward normal, as corners of the unit cube in order around the face.
+_CUBE_FACES = (
+    ((1, -1, -1), (1, 1, -1), (1, 1, 1), (1, -1, 1)),
+    ((-1, 1, -1), (-1, -1, -1), (-1, -1, 1), (-1, 1, 1)),
+    ((1, 1, -1), (-1, 1, -1), (-1, 1, 1), (1, 1, 1)),
+    ((-1, -1, -1), (1, -1, -1), (1, -1, 1), (-1, -1, 1)),
+    ((-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)),
+    ((-1, 1, -1), (1, 1, -1), (1, -1, -1), (-1, -1, -1)),
+)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A flat polygon that hides what is behind it.
+
+    :param corners: (n, 3) in order, metres.
+    :param normal: (3,) outward unit normal.
+    :param label: class label.
+    :param owner: (component, marker) where it is a marker, else None.
+    """
+
+    corners: Array
+    normal: Array
+    label: int
+    owner: tuple[str, str] | None = None
+
+    def moved(self, T: Pose) -> Surface:
+        """The same surface in the target frame of `T`."""
+        return Surface(T.apply(self.corners), T.rotation @ self.normal, self.label, self.owner)
+
+    @property
+    def facing(self) -> float:
+        """Cosine between the normal and the direction to the origin (the camera); negative: seen from behind."""
+        centre = self.corners.mean(axis=0)
+        return float(-self.normal @ centre / np.linalg.norm(centre))
+
+
+def component_poses(model: ObjectModel, joints: Mapping[str, float]) -> dict[str, Pose]:
+    """Each component's frame in the object's frame, T_object_component; joints that are not named are at zero."""
+    q = np.array([[joints.get(c.name, 0.0) for c in model.joint_components]])
+    frames = Kinematics(model).forward(np.eye(3)[None], np.zeros((1, 3)), q)
+    return {c.name: Pose(R, t) for c, R, t in zip(model.components, frames.R[0], frames.t[0], strict=True)}
+
+
+def box_faces(box: Box, label: int) -> list[Surface]:
+    """The six faces of a box in its component's frame."""
+    faces = []
+    for corners in _CUBE_FACES:
+        cube = np.array(corners, float)
+        outward = np.where(np.ptp(cube, axis=0) == 0, cube[0], 0.0)
+        faces.append(Surface(cube * box.size / 2, outward, label).moved(box.T_component_box))
+    return faces
+
+
+def object_surfaces(model: ObjectModel, label: int, joints: Mapping[str, float]) -> list[Surface]:
+    """All surfaces of an object in its own frame.
+
+    :param label: class label of the components that name none of their own.
+    """
+    surfaces: list[Surface] = []
+    poses = component_poses(model, joints)
+    for component in model.components:
+        own = [face for box in component.bodies for face in box_faces(box, component.body_label or 0)]
+        for marker in component.markers:
+            if marker.T_component_marker is None:
+                continue
+            corners = np.column_stack([marker.outline, np.zeros(len(marker.outline))])
+            flat = Surface(
+                corners,
+                np.array([0.0, 0.0, 1.0]),
+                label if component.label is None else component.label,
+                (component.name, marker.name),
+            )
+            own.append(flat.moved(marker.T_component_marker))
+        surfaces += [surface.moved(poses[component.name]) for surface in own]
+    return surfaces

@@ -86,7 +86,7 @@ def _read_shape(entry: Value) -> tuple[Array, Array, Array, float | None]:
     if found[0] == "outline":
         outline = _read_polygon(shape)
         if "axis" not in given:
-            raise entry.error("axis: this key is missing; a polygon needs its axis [[x, y] of the tail, [x, y] of the head]")
+            raise entry.error("axis: this key is missing; a polygon needs its axis: [[x, y] tail, [x, y] head]")
     elif found[0] == "rectangle":
         size = shape.fields(required=("width", "height"))
         outline = _rectangle(size["width"].number(above=0), size["height"].number(above=0))
@@ -104,10 +104,10 @@ def _rectangle(width_m: float, height_m: float) -> Array:
 
 
 def _default_axis(outline: Array) -> tuple[Array, Array]:
-    """From the left to the right end of the bounding box, at its mid height; a rectangle's runs along its longer side."""
+    """The middle line of the bounding box along its longer side, left to right or bottom to top."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     middle, half = (low + high) / 2, (high - low) / 2
-    along = np.array([half[0], 0.0]) if half[0] >= half[1] or len(outline) != 4 else np.array([0.0, half[1]])
+    along = half * ((1, 0) if half[0] >= half[1] else (0, 1))
     return middle - along, middle + along
 
 

@@ -106,7 +106,7 @@ def _subpixel_contour(level: Array, path: Path) -> Array:
     alone = cv2.drawContours(np.zeros_like(mask), [largest], -1, 1, cv2.FILLED)
     alone = cv2.dilate(alone, np.ones((3, 3), np.uint8))  # keep the soft edge, drop other shapes
     smooth = cv2.GaussianBlur(level * alone, (0, 0), _EDGE_SIGMA_PX)
-    slope = np.stack([cv2.Sobel(smooth, cv2.CV_32F, 1, 0, scale=1 / 8), cv2.Sobel(smooth, cv2.CV_32F, 0, 1, scale=1 / 8)])
+    slope = [cv2.Sobel(smooth, cv2.CV_32F, dx, 1 - dx, scale=1 / 8) for dx in (1, 0)]  # per pixel
     points = largest.reshape(-1, 2).astype(np.float32)
     for _ in range(3):  # Newton steps along the slope
         x, y = points[:, :1], points[:, 1:]

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from ..core.errors import ConfigError
 from ..core.objects import Box
-from ..core.transforms import Pose
+from ..core.transforms import Pose, readonly
 from .files import nearest, read_text
 
 
@@ -38,7 +38,7 @@ def _box(part: ElementTree.Element, place: str) -> Box:
     if min(size) <= 0:
         raise ConfigError(f"{place}: box size: must be greater than 0")
     xyz, rpy = ("0 0 0", "0 0 0") if origin is None else (origin.get("xyz", "0 0 0"), origin.get("rpy", "0 0 0"))
-    return Box(Pose.from_xyz_rpy(_numbers(xyz, f"{place}: xyz"), _numbers(rpy, f"{place}: rpy")), size)
+    return Box(Pose.from_xyz_rpy(_numbers(xyz, f"{place}: xyz"), _numbers(rpy, f"{place}: rpy")), readonly(size))
 
 
 def _numbers(text: str, place: str) -> tuple[float, ...]:

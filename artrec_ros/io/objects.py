@@ -11,7 +11,7 @@ from ..core.errors import ConfigError
 from ..core.objects import Box, Component, Joint, Marker, ObjectModel
 from ..core.transforms import Array, Pose
 from .files import Value, load_yaml, nearest
-from .shapes import crossing_edges, disc_outline, folded_corner, silhouette_outline
+from .outlines import crossing_edges, disc_outline, folded_corner, silhouette_outline
 from .urdf import link_boxes
 
 FORMAT = "artrec_object/1"

@@ -13,7 +13,7 @@ from ..core.transforms import Array
 
 _DISC_POINTS = 64  # the inscribed polygon then misses 0.16 % of the disc's area
 _EDGE_SIGMA_PX = 1.0  # blur under which the staircase of a binary image becomes a straight edge
-_SIMPLIFY_PX = 0.1  # the silhouette's polygon may leave the edge by this much
+_SIMPLIFY_PX = 0.2  # the silhouette's polygon may leave the edge by this much
 _LEAST_AREA_PX = 30  # a smaller silhouette has no shape
 
 

@@ -54,6 +54,8 @@ setup(
         *shipped("config", "launch"),
     ],
     install_requires=[
+        "backports.zstd>=1.0; python_version < '3.14'",
+        "lz4>=4.0",
         "numpy>=1.24",
         "opencv-python-headless>=4.6",
         "PyYAML>=5.4",

@@ -101,6 +101,18 @@ def quaternion_from_rotation(R: ArrayLike) -> Array:
     return -q if q[3] < 0 else q
 
 
+def rotation_from_quaternion(q: ArrayLike) -> Array:
+    """(3, 3) rotation matrix of a quaternion (x, y, z, w) of any length but zero."""
+    x, y, z, w = np.asarray(q, float) / np.linalg.norm(q)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
 @dataclass(frozen=True)
 class Pose:
     """A rigid motion T_target_source: x_target = rotation @ x_source + position (metres)."""

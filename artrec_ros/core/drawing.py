@@ -1,0 +1,175 @@
+"""Overlays: what was recognised, drawn over the image. Used by `artrec replay` and by the node's debug image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .datatypes import Camera, Detection, FrameResult, Instance, Rejection
+from .transforms import Array
+
+Picture = NDArray[np.uint8]
+Colour = tuple[int, int, int]
+
+# BGR of class numbers 0..7, muted so that outlines stand out; higher numbers get hues of their own
+_CLASS_COLOURS = np.array(
+    [[38, 34, 32], [66, 92, 62], [150, 92, 52], [62, 58, 158], [58, 118, 186], [196, 196, 196], [78, 168, 184],
+     [172, 150, 98]],
+    np.uint8,
+)  # fmt: skip
+_OBJECT_COLOURS: tuple[Colour, ...] = (  # BGR, bright, far from each other and from the class colours
+    (120, 255, 120), (255, 120, 255), (0, 220, 255), (255, 220, 60), (90, 150, 255), (255, 255, 255),
+)  # fmt: skip
+_AXIS_COLOURS: tuple[Colour, ...] = ((70, 70, 255), (70, 230, 70), (255, 120, 70))  # x red, y green, z blue
+_FAINT: Colour = (150, 150, 150)
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+_LEAST_WIDTH_PX = 600
+_SHIFT = 4  # cv2's sub-pixel bits
+
+
+def label_picture(labels: NDArray[Any]) -> Picture:
+    """(H, W) class numbers as a (H, W, 3) uint8 BGR picture; the same number always gets the same colour."""
+    hues = (np.arange(256) * 67 % 180).astype(np.uint8)
+    hsv = np.stack([hues, np.full(256, 110, np.uint8), np.full(256, 170, np.uint8)], axis=-1)[None]
+    table = cv2.cvtColor(hsv, cv2.COLOR_HSV2BGR)[0]
+    table[: len(_CLASS_COLOURS)] = _CLASS_COLOURS
+    return np.asarray(table[np.minimum(labels, 255)], np.uint8)
+
+
+def draw_result(
+    image: NDArray[Any], result: FrameResult, object_names: Sequence[str], camera: Camera | None = None
+) -> Picture:
+    """An overlay picture: outlines, axes, frames, names with scores, and, faint, rejected candidates.
+
+    :param image: (H, W) class numbers, or (H, W, 3) uint8 BGR. Small images are enlarged so that text can be read.
+    :param object_names: their order decides the colours.
+    :param camera: needed for the objects' frames.
+    """
+    zoom = max(1, round(_LEAST_WIDTH_PX / max(image.shape[1], 1)))
+    base = label_picture(image) if image.ndim == 2 else image
+    interpolation = cv2.INTER_NEAREST if image.ndim == 2 else cv2.INTER_CUBIC
+    picture = np.ascontiguousarray(cv2.resize(base, None, fx=zoom, fy=zoom, interpolation=interpolation))
+    canvas = _Canvas(np.asarray(picture, np.uint8), zoom)
+    for rejection in result.rejected:
+        canvas.rejection(rejection)
+    for detection in result.detections:
+        colour = object_colour(object_names, detection.object)
+        for instance in detection.components:
+            canvas.instance(instance, colour)
+        if camera is not None and detection.pose is not None:
+            canvas.frame(detection, camera)
+    for detection in result.detections:  # names last: nothing covers them
+        canvas.name(detection, object_colour(object_names, detection.object))
+    return canvas.picture
+
+
+def draw_error(size: tuple[int, int], error: str) -> Picture:
+    """A dark picture of `size` (width, height) that says why a frame could not be used."""
+    canvas = _Canvas(np.full((size[1], size[0], 3), 40, np.uint8), 1)
+    width = max(1, size[0] // 8)
+    for i in range(0, len(error), width):
+        canvas.text(error[i : i + width], (6, 20 + 16 * (i // width)), (120, 160, 255), 0.4)
+    return canvas.picture
+
+
+def object_colour(object_names: Sequence[str], name: str) -> Colour:
+    """The BGR colour of an object, by its place among the names."""
+    place = list(object_names).index(name) if name in object_names else len(object_names)
+    return _OBJECT_COLOURS[place % len(_OBJECT_COLOURS)]
+
+
+class _Canvas:
+    """A picture whose every pixel of the original is `zoom` pixels wide; coordinates are the original's."""
+
+    def __init__(self, picture: Picture, zoom: int) -> None:
+        self.picture, self.zoom = picture, zoom
+        self._taken: list[tuple[int, int, int, int]] = []  # text boxes x0, y0, x1, y1
+
+    def _at(self, points: Array) -> Array:
+        """Original pixels (centres at integers) to pixels of the picture."""
+        return (np.asarray(points, float) + 0.5) * self.zoom - 0.5
+
+    def _fixed(self, points: Array) -> NDArray[np.int32]:
+        limited = np.clip(np.nan_to_num(points), -30000, 30000)
+        return np.round(limited * (1 << _SHIFT)).astype(np.int32)
+
+    def polygon(self, points: Array, colour: Colour, thickness: int) -> None:
+        cv2.polylines(self.picture, [self._fixed(self._at(points))], True, colour, thickness, cv2.LINE_AA, _SHIFT)
+
+    def arrow(self, start: Array, end: Array, colour: Colour, thickness: int) -> None:
+        a, b = self._at(start), self._at(end)
+        length = float(np.linalg.norm(b - a))
+        if not 1e-3 < length < 1e5:
+            return
+        tip = min(0.5, 7.0 / length)
+        ends = [tuple(int(v) for v in p) for p in self._fixed(np.stack([a, b]))]
+        cv2.arrowedLine(self.picture, ends[0], ends[1], colour, thickness, cv2.LINE_AA, _SHIFT, tip)
+
+    def text(self, text: str, corner: tuple[int, int], colour: Colour, size: float) -> None:
+        """Text with its lower left corner at a pixel of the picture, on a dark rim: readable on any ground."""
+        cv2.putText(self.picture, text, corner, _FONT, size, (20, 20, 20), 3, cv2.LINE_AA)
+        cv2.putText(self.picture, text, corner, _FONT, size, colour, 1, cv2.LINE_AA)
+
+    def label(self, text: str, centre: Array, bottom: float, colour: Colour, size: float) -> None:
+        """Text centred above a place, within the picture, moved so that it covers no other text."""
+        (width, height), below = cv2.getTextSize(text, _FONT, size, 1)
+        x = int(np.clip(self._at(centre)[0] - width / 2, 2, max(2, self.picture.shape[1] - width - 2)))
+        y = int(np.clip(bottom, height + 3, self.picture.shape[0] - below - 2))
+        lowest = self.picture.shape[0] - below - 2
+        for _ in range(6):
+            box = (x, y - height, x + width, y + below)
+            if not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in self._taken):
+                break
+            y = y + height + below + 1 if y + height + below + 1 <= lowest else height + 3
+        self._taken.append((x, y - height, x + width, y + below))
+        self.text(text, (x, y), colour, size)
+
+    def instance(self, instance: Instance, colour: Colour) -> None:
+        centre = np.array([instance.x, instance.y])
+        reach = 4.0
+        if len(instance.contour) >= 3:
+            self.polygon(instance.contour, (20, 20, 20), 3)
+            self.polygon(instance.contour, colour, 1)
+            direction = np.array([np.cos(instance.theta), np.sin(instance.theta)])
+            reach = float(np.abs((instance.contour - centre) @ direction).max())
+        axis = reach * np.array([np.cos(instance.theta), np.sin(instance.theta)])
+        self.arrow(centre, centre + 0.85 * axis, (20, 20, 20), 3)
+        self.arrow(centre, centre + 0.85 * axis, colour, 1)
+
+    def frame(self, detection: Detection, camera: Camera) -> None:
+        """The object's frame: arrows along its axes, about a third of the object long."""
+        pose = detection.pose
+        if pose is None or pose.position[2] <= 0:
+            return
+        extents = [float(np.ptp(c.contour, axis=0).max()) for c in detection.components if len(c.contour)]
+        extent_px = max(extents, default=20.0)
+        length = 0.5 * extent_px / camera.matrix[0, 0] * float(pose.position[2])
+        points = pose.apply(np.vstack([np.zeros(3), length * np.eye(3)]))  # (4, 3)
+        if np.any(points[:, 2] <= 1e-6):
+            return
+        pixels = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera.matrix, camera.distortion)[0][:, 0]
+        for end, colour in zip(pixels[1:], _AXIS_COLOURS, strict=True):
+            self.arrow(pixels[0], end, (20, 20, 20), 4)
+            self.arrow(pixels[0], end, colour, 2)
+
+    def name(self, detection: Detection, colour: Colour) -> None:
+        contours = [c.contour for c in detection.components if len(c.contour)]
+        centre = np.array([detection.image.x, detection.image.y])
+        top = np.vstack(contours)[:, 1].min() if contours else centre[1] - 6
+        bottom = float(self._at(np.array([centre[0], top]))[1]) - 6
+        self.label(f"{detection.object}_{detection.id} {detection.score:.2f}", centre, bottom, colour, 0.5)
+
+    def rejection(self, rejection: Rejection) -> None:
+        place = np.array([rejection.x, rejection.y])
+        if not place.any():
+            return  # it has no place
+        x, y = (int(v) for v in self._at(place))
+        overlay = self.picture.copy()
+        cv2.drawMarker(overlay, (x, y), _FAINT, cv2.MARKER_TILTED_CROSS, 9, 1, cv2.LINE_AA)
+        reason = rejection.reason if len(rejection.reason) <= 32 else rejection.reason[:31] + "..."
+        cv2.putText(overlay, f"{rejection.object}: {reason}", (x + 8, y + 4), _FONT, 0.35, _FAINT, 1, cv2.LINE_AA)
+        cv2.addWeighted(overlay, 0.6, self.picture, 0.4, 0, dst=self.picture)

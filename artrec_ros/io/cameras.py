@@ -1,0 +1,92 @@
+"""Camera calibrations: the fields of sensor_msgs/CameraInfo, and calibration files of ROS (camera_calibration)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from artrec_ros.core.datatypes import Camera
+from artrec_ros.core.errors import ConfigError
+
+# distortion model -> the numbers of coefficients it may have; OpenCV orders them alike
+_MODELS = {"": (0, 4, 5, 8), "plumb_bob": (0, 4, 5), "rational_polynomial": (0, 5, 8)}
+
+
+def camera_from_info(
+    width: int,
+    height: int,
+    matrix: Sequence[float],
+    distortion: Sequence[float],
+    model: str,
+    frame_id: str = "",
+    binning: tuple[int, int] = (1, 1),
+    roi: tuple[int, int, int, int] = (0, 0, 0, 0),
+) -> Camera:
+    """The camera that a CameraInfo message describes, in the units of the image beside it.
+
+    :param width, height: of the full image, pixels. :param matrix: K, nine numbers by rows.
+    :param binning: full-resolution pixels per image pixel in x and y; 0 means 1, as in the message.
+    :param roi: x_offset, y_offset, width, height of the region of interest in the full image; no width: all of it.
+    :raises ConfigError: no calibration (K is zero), a model that is not supported, coefficients that don't fit it.
+    """
+    K = np.array(matrix, float).reshape(3, 3)
+    D = np.array(distortion, float).reshape(-1)
+    if not (np.isfinite(K).all() and np.isfinite(D).all()):
+        raise ConfigError("the camera's calibration holds numbers that are not finite")
+    if K[0, 0] <= 0 or K[1, 1] <= 0:
+        raise ConfigError("the camera is not calibrated (focal length 0)")
+    if model not in _MODELS:
+        known = ", ".join(m for m in _MODELS if m)
+        raise ConfigError(f"distortion model '{model}' is not supported (supported: {known}); rectify the images")
+    if D.size not in _MODELS[model]:
+        raise ConfigError(f"distortion model '{model}' cannot have {D.size} coefficients")
+    bx, by = (max(1, b) for b in binning)
+    x_px, y_px, roi_width, roi_height = roi
+    K[:2, 2] -= (x_px, y_px)
+    K[0] /= bx
+    K[1] /= by
+    size = (roi_width or width) // bx, (roi_height or height) // by
+    return Camera(matrix=K, distortion=D, size=size, frame_id=frame_id)
+
+
+def load_camera(path: Path, frame_id: str = "") -> Camera:
+    """A calibration file as ROS writes it: image_width, image_height, camera_matrix, distortion_model, ...
+
+    :raises ConfigError: naming file and key.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: cannot be read: {error}") from error
+    except yaml.YAMLError as error:
+        raise ConfigError(f"{path}: not YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(content, dict):
+        raise ConfigError(f"{path}: a camera calibration with 'image_width', 'camera_matrix', ... is expected")
+    width, height = (int(_numbers(path, content, key, 1)[0]) for key in ("image_width", "image_height"))
+    matrix = _numbers(path, content, "camera_matrix", 9)
+    has_distortion = "distortion_coefficients" in content
+    distortion = _numbers(path, content, "distortion_coefficients", None) if has_distortion else []
+    model, name = str(content.get("distortion_model", "")), str(content.get("camera_name", ""))
+    try:
+        return camera_from_info(width, height, matrix, distortion, model, frame_id or name)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from error
+
+
+def _numbers(path: Path, content: dict[str, Any], key: str, count: int | None) -> list[float]:
+    """The numbers under `key`: a plain number, or the `data` of a matrix."""
+    if key not in content:
+        raise ConfigError(f"{path}: {key}: missing")
+    value = content[key]
+    if isinstance(value, dict):
+        value = value.get("data")
+    values = value if isinstance(value, list) else [value]
+    if any(isinstance(v, bool) or not isinstance(v, (int, float)) for v in values):
+        raise ConfigError(f"{path}: {key}: numbers are expected, not {value!r}")
+    if count is not None and len(values) != count:
+        raise ConfigError(f"{path}: {key}: {count} number(s) are expected, not {len(values)}")
+    return [float(v) for v in values]

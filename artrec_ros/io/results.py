@@ -1,0 +1,129 @@
+"""detections.jsonl: one line per frame. Lengths and angles are rounded far below what can be measured."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance, Rejection
+from artrec_ros.core.errors import SourceError
+from artrec_ros.core.transforms import Pose, rotation_from_quaternion
+
+DETECTIONS_FILE = "detections.jsonl"
+
+
+@dataclass(frozen=True)
+class FrameRecord:
+    """What was found in one frame, or the `error` why it could not be used."""
+
+    stamp_ns: int
+    frame: str
+    size: tuple[int, int] | None = None
+    detections: tuple[Detection, ...] = ()
+    rejected: tuple[Rejection, ...] = ()
+    timing_ms: dict[str, float] = field(default_factory=dict)
+    complete: bool = True
+    frame_id: str = ""
+    error: str | None = None
+
+    @classmethod
+    def of(cls, stamp_ns: int, frame: str, result: FrameResult, frame_id: str = "") -> FrameRecord:
+        """:param frame_id: the camera's optical frame, to which the poses refer."""
+        r = result
+        return cls(stamp_ns, frame, r.size, r.detections, r.rejected, r.timing_ms, r.complete, frame_id)
+
+    def to_json(self) -> str:
+        """One line, as interface and README describe it; `complete` is false where the time budget ended the search."""
+        content: dict[str, Any] = {"stamp_ns": self.stamp_ns, "frame": self.frame, "size": self.size}
+        content["objects"] = [_detection_to_dict(d, self.frame_id) for d in self.detections]
+        content["rejected"] = [
+            {"object": r.object, "reason": r.reason, "score": _f(r.score, 4), "x": _f(r.x, 2), "y": _f(r.y, 2)}
+            for r in self.rejected
+        ]
+        content["timing_ms"] = {stage: _f(t, 3) for stage, t in self.timing_ms.items()}
+        content["complete"] = self.complete
+        if self.error is not None:
+            content["error"] = self.error
+        return json.dumps(content, allow_nan=False, ensure_ascii=False)
+
+    @classmethod
+    def from_json(cls, line: str) -> FrameRecord:
+        """:raises KeyError, ValueError, TypeError: if it is no line of a result."""
+        c = json.loads(line)
+        poses = [o["pose"] for o in c["objects"] if o["pose"]]
+        return cls(
+            stamp_ns=int(c["stamp_ns"]),
+            frame=str(c["frame"]),
+            size=(int(c["size"][0]), int(c["size"][1])) if c.get("size") else None,
+            detections=tuple(_detection_from_dict(o) for o in c["objects"]),
+            rejected=tuple(Rejection(**r) for r in c.get("rejected", [])),
+            timing_ms=dict(c.get("timing_ms", {})),
+            complete=bool(c.get("complete", True)),
+            frame_id=poses[0]["frame_id"] if poses else "",
+            error=c.get("error"),
+        )
+
+
+def read_results(path: Path) -> Iterator[FrameRecord]:
+    """The frames of a detections.jsonl, in order.
+
+    :raises SourceError: naming file and line that cannot be read.
+    """
+    try:
+        with path.open(encoding="utf-8") as stream:
+            for number, line in enumerate(stream, 1):
+                try:
+                    yield FrameRecord.from_json(line)
+                except (KeyError, ValueError, TypeError) as error:
+                    raise SourceError(f"{path}: line {number} is no result of a replay: {error!r}") from error
+    except OSError as error:
+        raise SourceError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _f(value: Any, digits: int) -> float:
+    return round(float(value), digits)
+
+
+def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
+    pose = d.pose and {
+        "frame_id": frame_id,
+        "position": [_f(v, 6) for v in d.pose.position],
+        "orientation": [_f(v, 9) for v in d.pose.quaternion],
+    }
+    return {
+        "object": d.object,
+        "id": d.id,
+        "score": _f(d.score, 4),
+        "image": _place_to_dict(d.image),
+        "pose": pose,
+        "joints": {name: _f(q, 6) for name, q in d.joints.items()},
+        "components": [
+            {"name": c.component, "marker": c.marker, "score": _f(c.score, 4), **_place_to_dict(c)}
+            for c in d.components
+        ],
+    }
+
+
+def _place_to_dict(p: ImagePose | Instance) -> dict[str, float]:
+    return {"x": _f(p.x, 3), "y": _f(p.y, 3), "theta": _f(p.theta, 6), "scale": _f(p.scale, 4)}
+
+
+def _detection_from_dict(o: dict[str, Any]) -> Detection:
+    pose = o["pose"] and Pose(rotation_from_quaternion(o["pose"]["orientation"]), np.array(o["pose"]["position"]))
+    return Detection(
+        object=o["object"],
+        id=o["id"],
+        score=o["score"],
+        image=ImagePose(**o["image"]),
+        components=tuple(
+            Instance(c["name"], c["marker"], c["score"], c["x"], c["y"], c["theta"], c["scale"])
+            for c in o["components"]
+        ),
+        pose=pose or None,
+        joints=dict(o["joints"]),
+    )

@@ -14,7 +14,10 @@ class SceneConfig:
 
     objects: tuple[int, int] = param((1, 1), "least and greatest number of objects in a frame", low=0, high=50)
     size: tuple[float, float] = param(
-        (0.2, 0.6), "least and greatest apparent diameter of an object, as a share of the image's width", low=0.02, high=2
+        (0.2, 0.6),
+        "least and greatest apparent diameter of an object, as a share of the image's width",
+        low=0.02,
+        high=2,
     )
     elevation_deg: tuple[float, ...] = param(
         (),
@@ -25,9 +28,13 @@ class SceneConfig:
         high=90,
     )
     tilt_rad: float = param(0.04, "sigma of an object's tilt out of the vertical", unit="rad", low=0, high=1)
-    margin: float = param(1.0, "share of an object's radius that stays inside the image; 0: only its origin", low=0, high=2)
+    margin: float = param(
+        1.0, "share of an object's radius that stays inside the image; 0: only its origin", low=0, high=2
+    )
     joint_range: float = param(1.0, "share of each joint's limits that is used", low=0, high=1)
-    distractors: int = param(3, "greatest number of polygons of the objects' colours that belong to nothing", low=0, high=100)
+    distractors: int = param(
+        3, "greatest number of polygons of the objects' colours that belong to nothing", low=0, high=100
+    )
     floor_label: int = param(1, "class label of the floor; 0: no floor", low=0, high=255)
 
     def __post_init__(self) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..core.datatypes import Camera
 from ..core.projection import normalise, project
@@ -101,7 +101,7 @@ class Renderer:
         nearness[rows, columns][shown] = inverse[shown]
 
 
-def to_pixel(sample: Array) -> Array:
+def to_pixel(sample: ArrayLike) -> Array:
     """Sample coordinates to pixel coordinates, a pixel's centre being an integer."""
     return (np.asarray(sample, float) + 0.5) / SUPERSAMPLING - 0.5
 

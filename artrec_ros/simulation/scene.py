@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..core.datatypes import Camera, Target
 from ..core.errors import ConfigError
@@ -59,7 +60,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class _Extent:
-    """An object's size: the greatest distance of a point from its origin, and the depth of its lowest point below it."""
+    """An object's size: greatest distance of a point from its origin, and how far its lowest point is below it."""
 
     radius: float
     below: float
@@ -84,9 +85,7 @@ def require_places(model: ObjectModel) -> None:
                 )
 
 
-def sample_scene(
-    targets: Sequence[Target], camera: Camera, config: SceneConfig, rng: np.random.Generator
-) -> Scene:
+def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig, rng: np.random.Generator) -> Scene:
     """A random scene. A frame may hold fewer objects than drawn where no free place is found for more.
 
     :raises ConfigError: a target's model lacks a marker's place.
@@ -108,7 +107,8 @@ def sample_scene(
 
 
 def _extent(model: ObjectModel) -> _Extent:
-    corners = np.concatenate([s.corners for s in object_surfaces(model, 1, {})])
+    """With every joint in the middle of its range."""
+    corners = np.concatenate([s.corners for s in object_surfaces(model, 1, _joints_at(model, 0.0))])
     return _Extent(float(np.linalg.norm(corners, axis=1).max()), float(-corners[:, 2].min()))
 
 
@@ -188,14 +188,19 @@ def _place(
     """The object at that position with a random heading, a little tilt and random joints."""
     heading = rotation_from_rotvec([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
     tilt = rotation_from_rotvec(rng.normal(0, config.tilt_rad, 3))
-    joints = {}
-    for component in target.model.joint_components:
-        joint = component.joint
-        assert joint is not None
-        low, high = max(joint.lower, -np.pi), min(joint.upper, np.pi)
-        middle, half = (low + high) / 2, (high - low) / 2 * config.joint_range
-        joints[component.name] = float(rng.uniform(middle - half, middle + half))
-    return PlacedObject(target, Pose(ground.axes @ heading @ tilt, position), joints)
+    at = rng.uniform(-config.joint_range, config.joint_range, len(target.model.joint_components))
+    return PlacedObject(target, Pose(ground.axes @ heading @ tilt, position), _joints_at(target.model, at))
+
+
+def _joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
+    """Joint values: `where` is -1 at the lower limit, 0 in the middle, 1 at the upper one; one for each joint or all."""
+    joints = [(c.name, c.joint) for c in model.joint_components if c.joint is not None]
+    shares = np.broadcast_to(np.asarray(where, float), len(joints))
+    values = {}
+    for (name, joint), share in zip(joints, shares, strict=True):
+        low, high = max(joint.lower, -np.pi), min(joint.upper, np.pi)  # a joint without limits turns once around
+        values[name] = float((low + high) / 2 + share * (high - low) / 2)
+    return values
 
 
 def _sample_distractors(

@@ -11,9 +11,16 @@ from numpy.typing import NDArray
 from .config import SensorConfig
 from .render import SUPERSAMPLING, Rendering
 
-_NAMED_RGB = (  # class 0 is what is behind everything
-    (55, 53, 56), (40, 160, 45), (30, 60, 190), (200, 30, 40), (240, 140, 30), (225, 225, 225), (235, 220, 30), (90, 190, 240)
-)  # fmt: skip
+_NAMED_RGB = (
+    (55, 53, 56),  # what is behind everything
+    (40, 160, 45),
+    (30, 60, 190),
+    (200, 30, 40),
+    (240, 140, 30),
+    (225, 225, 225),
+    (235, 220, 30),
+    (90, 190, 240),
+)
 _LUT_BITS = 5
 _GAINS = (0.5, 1.5)  # light in which a class is still told
 _TOLERANCE = 0.13  # greatest distance from a class's colour in the best light, as a share of full scale
@@ -23,7 +30,7 @@ _UNLIT = 0.8  # brightness of a face that is turned away from the light
 
 @lru_cache(maxsize=1)
 def palette() -> NDArray[np.uint8]:
-    """(256, 3) BGR colour of each class; the first few are named in the documentation, the others are spread in hue."""
+    """(256, 3) BGR colour of each class; black, green, blue, red, orange, white, yellow, sky blue, then spread in hue."""
     hue = (np.arange(256) * 0.618034 % 1 * 180).astype(np.uint8)  # golden ratio: neighbours differ
     hsv = np.stack([hue, np.full(256, 210, np.uint8), np.full(256, 220, np.uint8)], axis=-1)
     colours = cv2.cvtColor(hsv[None], cv2.COLOR_HSV2BGR)[0]

@@ -1,0 +1,72 @@
+"""Writes simulated frames to a folder: a bag, its truth, and annotated images."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import cv2
+
+from ..core.datatypes import Target
+from ..core.errors import SourceError
+from ..io.bag_writer import BagWriter
+from .records import CocoBuilder, truth_record
+from .sensor import palette
+from .simulator import SimulatedFrame
+
+LABEL_TOPIC, COLOUR_TOPIC, CAMERA_TOPIC = (
+    "/camera/segmentation",
+    "/camera/image_color/compressed",
+    "/camera/camera_info",
+)
+
+
+def write_frames(
+    frames: Iterable[SimulatedFrame],
+    targets: Sequence[Target],
+    folder: Path,
+    storage: str = "mcap",
+    colour: bool = False,
+) -> None:
+    """Writes bag/, truth.jsonl, images/ (labels), preview/ (the same in colours one can see) and annotations.json.
+
+    :param folder: is made; may exist if it is empty.
+    :param colour: the bag and preview/ bear the colour images, too.
+    :raises SourceError: the folder holds something already, or cannot be written.
+    """
+    _make_folder(folder)
+    coco = CocoBuilder.of(targets)
+    with ExitStack() as stack:
+        bag = stack.enter_context(BagWriter(folder / "bag", storage))
+        truth = stack.enter_context((folder / "truth.jsonl").open("w", encoding="utf-8"))
+        for frame in frames:
+            _write_messages(bag, frame, targets, colour)
+            truth.write(json.dumps(truth_record(frame)) + "\n")
+            name = f"{frame.index:04d}.png"
+            cv2.imwrite(str(folder / "images" / name), frame.labels)
+            cv2.imwrite(str(folder / "preview" / name), frame.colour if colour else palette()[frame.labels])
+            coco.add(frame, f"images/{name}")
+    (folder / "annotations.json").write_text(json.dumps(coco.content), encoding="utf-8")
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        if folder.exists() and any(folder.iterdir()):
+            raise SourceError(f"{folder}: holds files already; name a new folder")
+        for name in ("images", "preview"):
+            (folder / name).mkdir(parents=True)
+    except OSError as error:
+        raise SourceError(f"{folder}: cannot be written: {error.strerror}") from error
+
+
+def _write_messages(bag: BagWriter, frame: SimulatedFrame, targets: Sequence[Target], colour: bool) -> None:
+    stamp, frame_id = frame.stamp_ns, frame.camera.frame_id
+    bag.write_camera(CAMERA_TOPIC, stamp, frame.camera)
+    bag.write_image(LABEL_TOPIC, stamp, frame_id, frame.labels)
+    if colour:
+        bag.write_jpeg(COLOUR_TOPIC, stamp, frame_id, frame.colour)
+    for target in targets:
+        poses = [p.T_camera_object for p in frame.scene.objects if p.target.name == target.name]
+        bag.write_poses(f"/ground_truth/{target.name}/poses", stamp, frame_id, poses)

@@ -25,7 +25,7 @@ _OBJECT_COLOURS: tuple[Colour, ...] = (  # BGR, bright, far from each other and 
     (120, 255, 120), (255, 120, 255), (0, 220, 255), (255, 220, 60), (90, 150, 255), (255, 255, 255),
 )  # fmt: skip
 _AXIS_COLOURS: tuple[Colour, ...] = ((70, 70, 255), (70, 230, 70), (255, 120, 70))  # x red, y green, z blue
-_FAINT: Colour = (150, 150, 150)
+_FAINT: Colour = (165, 165, 165)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _LEAST_WIDTH_PX = 600
 _SHIFT = 4  # cv2's sub-pixel bits
@@ -54,16 +54,16 @@ def draw_result(
     interpolation = cv2.INTER_NEAREST if image.ndim == 2 else cv2.INTER_CUBIC
     picture = np.ascontiguousarray(cv2.resize(base, None, fx=zoom, fy=zoom, interpolation=interpolation))
     canvas = _Canvas(np.asarray(picture, np.uint8), zoom)
-    for rejection in result.rejected:
-        canvas.rejection(rejection)
     for detection in result.detections:
         colour = object_colour(object_names, detection.object)
         for instance in detection.components:
             canvas.instance(instance, colour)
         if camera is not None and detection.pose is not None:
             canvas.frame(detection, camera)
-    for detection in result.detections:  # names last: nothing covers them
+    for detection in result.detections:  # names after all outlines: nothing covers them
         canvas.name(detection, object_colour(object_names, detection.object))
+    for rejection in result.rejected:
+        canvas.rejection(rejection)
     return canvas.picture
 
 
@@ -87,7 +87,7 @@ class _Canvas:
 
     def __init__(self, picture: Picture, zoom: int) -> None:
         self.picture, self.zoom = picture, zoom
-        self._taken: list[tuple[int, int, int, int]] = []  # text boxes x0, y0, x1, y1
+        self._taken: list[tuple[int, int, int, int]] = []  # texts' x, y, width, height
 
     def _at(self, points: Array) -> Array:
         """Original pixels (centres at integers) to pixels of the picture."""
@@ -110,23 +110,29 @@ class _Canvas:
         cv2.arrowedLine(self.picture, ends[0], ends[1], colour, thickness, cv2.LINE_AA, _SHIFT, tip)
 
     def text(self, text: str, corner: tuple[int, int], colour: Colour, size: float) -> None:
-        """Text with its lower left corner at a pixel of the picture, on a dark rim: readable on any ground."""
-        cv2.putText(self.picture, text, corner, _FONT, size, (20, 20, 20), 3, cv2.LINE_AA)
+        """Text with its lower left corner at a pixel of the picture, on a darkened box: readable on any ground."""
+        (width, height), below = cv2.getTextSize(text, _FONT, size, 1)
+        x, y = corner
+        box = self.picture[max(0, y - height - 2) : y + below, max(0, x - 2) : x + width + 3]
+        box[:] = box // 3
         cv2.putText(self.picture, text, corner, _FONT, size, colour, 1, cv2.LINE_AA)
 
-    def label(self, text: str, centre: Array, bottom: float, colour: Colour, size: float) -> None:
-        """Text centred above a place, within the picture, moved so that it covers no other text."""
+    def label(self, text: str, centre_x: float, bottom: float, colour: Colour, size: float) -> None:
+        """Text around a place of the picture, kept within it and moved so that it covers no other text."""
         (width, height), below = cv2.getTextSize(text, _FONT, size, 1)
-        x = int(np.clip(self._at(centre)[0] - width / 2, 2, max(2, self.picture.shape[1] - width - 2)))
-        y = int(np.clip(bottom, height + 3, self.picture.shape[0] - below - 2))
-        lowest = self.picture.shape[0] - below - 2
-        for _ in range(6):
-            box = (x, y - height, x + width, y + below)
-            if not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in self._taken):
+        lowest = self.picture.shape[0] - below - 1
+        step = height + below + 3
+        x = int(np.clip(centre_x - width / 2, 3, max(3, self.picture.shape[1] - width - 4)))
+        y = int(np.clip(bottom, height + 3, max(height + 3, lowest)))
+        for candidate in (y, y - step, y + step, y - 2 * step, y + 2 * step):
+            if height + 3 <= candidate <= lowest and not self._is_taken(x, candidate, width, step):
+                y = candidate
                 break
-            y = y + height + below + 1 if y + height + below + 1 <= lowest else height + 3
-        self._taken.append((x, y - height, x + width, y + below))
+        self._taken.append((x, y, width, step))
         self.text(text, (x, y), colour, size)
+
+    def _is_taken(self, x: int, y: int, width: int, height: int) -> bool:
+        return any(x < x1 + w and x1 < x + width and y < y1 + h and y1 < y + height for x1, y1, w, h in self._taken)
 
     def instance(self, instance: Instance, colour: Colour) -> None:
         centre = np.array([instance.x, instance.y])
@@ -147,7 +153,7 @@ class _Canvas:
             return
         extents = [float(np.ptp(c.contour, axis=0).max()) for c in detection.components if len(c.contour)]
         extent_px = max(extents, default=20.0)
-        length = 0.5 * extent_px / camera.matrix[0, 0] * float(pose.position[2])
+        length = 0.4 * extent_px / camera.matrix[0, 0] * float(pose.position[2])
         points = pose.apply(np.vstack([np.zeros(3), length * np.eye(3)]))  # (4, 3)
         if np.any(points[:, 2] <= 1e-6):
             return
@@ -160,16 +166,14 @@ class _Canvas:
         contours = [c.contour for c in detection.components if len(c.contour)]
         centre = np.array([detection.image.x, detection.image.y])
         top = np.vstack(contours)[:, 1].min() if contours else centre[1] - 6
-        bottom = float(self._at(np.array([centre[0], top]))[1]) - 6
-        self.label(f"{detection.object}_{detection.id} {detection.score:.2f}", centre, bottom, colour, 0.5)
+        x, bottom = self._at(np.array([centre[0], top]))
+        self.label(f"{detection.object}_{detection.id}: {detection.score:.2f}", x, bottom - 8, colour, 0.45)
 
     def rejection(self, rejection: Rejection) -> None:
         place = np.array([rejection.x, rejection.y])
         if not place.any():
             return  # it has no place
-        x, y = (int(v) for v in self._at(place))
-        overlay = self.picture.copy()
-        cv2.drawMarker(overlay, (x, y), _FAINT, cv2.MARKER_TILTED_CROSS, 9, 1, cv2.LINE_AA)
-        reason = rejection.reason if len(rejection.reason) <= 32 else rejection.reason[:31] + "..."
-        cv2.putText(overlay, f"{rejection.object}: {reason}", (x + 8, y + 4), _FONT, 0.35, _FAINT, 1, cv2.LINE_AA)
-        cv2.addWeighted(overlay, 0.6, self.picture, 0.4, 0, dst=self.picture)
+        x, y = self._at(place)
+        cv2.drawMarker(self.picture, (int(x), int(y)), _FAINT, cv2.MARKER_TILTED_CROSS, 9, 1, cv2.LINE_AA)
+        reason = rejection.reason if len(rejection.reason) <= 40 else rejection.reason[:38] + "..."
+        self.label(f"{rejection.object}: {reason}", x, y - 8, _FAINT, 0.35)

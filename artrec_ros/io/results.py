@@ -1,4 +1,4 @@
-"""detections.jsonl: one line per frame. Lengths and angles are rounded far below what can be measured."""
+"""detections.jsonl of a replay: one line per frame. Lengths and angles are rounded far below what can be measured."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instanc
 from artrec_ros.core.errors import SourceError
 from artrec_ros.core.transforms import Pose, rotation_from_quaternion
 
-DETECTIONS_FILE = "detections.jsonl"
+DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 
 
 @dataclass(frozen=True)

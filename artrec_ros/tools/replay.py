@@ -24,11 +24,11 @@ from artrec_ros.core.errors import ImageError, SourceError
 from artrec_ros.io.bags import STORAGES
 from artrec_ros.io.cameras import load_camera
 from artrec_ros.io.parameters import load_parameters
-from artrec_ros.io.results import DETECTIONS_FILE, FrameRecord
+from artrec_ros.io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord
 from artrec_ros.io.sources import Frame, SourceOptions, Sources, open_sources
 from artrec_ros.io.video import VideoWriter
 
-SUMMARY_FILE, PARAMETERS_FILE, VIDEO_FILE, FRAMES_FOLDER = "summary.json", "parameters.yaml", "video.mp4", "frames"
+PARAMETERS_FILE, VIDEO_FILE, FRAMES_FOLDER = "parameters.yaml", "video.mp4", "frames"
 
 
 class Recognises(Protocol):
@@ -195,7 +195,8 @@ def run(args: argparse.Namespace) -> int:
         with ResultFolder(args.output, names, args.images, not args.no_video) as results, _interruptible(summary):
             replay(_progress(sources), setup.build(), results, summary)
         summary.problems = sources.problems
-    content = {"sources": [str(s) for s in args.sources], **summary.to_dict()}
+    looked_for = {t.name: {"label": t.label, "required": t.model.required.name} for t in setup.targets}
+    content = {"sources": [str(s) for s in args.sources], "looked_for": looked_for, **summary.to_dict()}
     (args.output / SUMMARY_FILE).write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     for line in summary.lines():
         print(line)

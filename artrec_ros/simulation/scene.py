@@ -193,7 +193,7 @@ def _place(
 
 
 def _joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
-    """Joint values: `where` is -1 at the lower limit, 0 in the middle, 1 at the upper one; one for each joint or all."""
+    """Joint values: `where` is -1 at the lower limit, 0 in the middle, 1 at the upper one; one for all or one each."""
     joints = [(c.name, c.joint) for c in model.joint_components if c.joint is not None]
     shares = np.broadcast_to(np.asarray(where, float), len(joints))
     values = {}

@@ -30,7 +30,7 @@ _UNLIT = 0.8  # brightness of a face that is turned away from the light
 
 @lru_cache(maxsize=1)
 def palette() -> NDArray[np.uint8]:
-    """(256, 3) BGR colour of each class; black, green, blue, red, orange, white, yellow, sky blue, then spread in hue."""
+    """(256, 3) BGR of each class: black, green, blue, red, orange, white, yellow, sky blue, then spread in hue."""
     hue = (np.arange(256) * 0.618034 % 1 * 180).astype(np.uint8)  # golden ratio: neighbours differ
     hsv = np.stack([hue, np.full(256, 210, np.uint8), np.full(256, 220, np.uint8)], axis=-1)
     colours = cv2.cvtColor(hsv[None], cv2.COLOR_HSV2BGR)[0]

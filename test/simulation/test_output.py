@@ -1,0 +1,79 @@
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from artrec_ros.core.errors import SourceError
+from artrec_ros.simulation.config import SceneConfig, SensorConfig
+from artrec_ros.simulation.output import write_frames
+from artrec_ros.simulation.records import is_annotated, keypoint_names, truth_record
+from artrec_ros.simulation.simulator import simulate
+
+
+@pytest.fixture
+def frames(target, camera):
+    config = SceneConfig(objects=(1, 2), size=(0.3, 0.6))
+    return list(simulate([target], camera, config, SensorConfig(), 3, 6))
+
+
+def contents(folder: Path):
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_the_same_frames_give_the_same_bytes(tmp_path, frames, target, storage):
+    for name in ("a", "b"):
+        write_frames(frames, [target], tmp_path / name, storage, colour=True)
+    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+
+
+def test_the_folder_holds_a_line_of_truth_an_image_and_an_annotation_for_each_frame(tmp_path, frames, target):
+    write_frames(frames, [target], tmp_path / "out")
+    lines = [json.loads(line) for line in (tmp_path / "out/truth.jsonl").read_text().splitlines()]
+    assert [line["stamp_ns"] for line in lines] == [f.stamp_ns for f in frames]
+    coco = json.loads((tmp_path / "out/annotations.json").read_text())
+    for image, frame in zip(coco["images"], frames, strict=True):
+        pixels = cv2.imread(str(tmp_path / "out" / image["file_name"]), cv2.IMREAD_UNCHANGED)
+        assert np.array_equal(pixels, frame.labels)
+        assert (image["width"], image["height"]) == frame.camera.size
+
+
+def test_annotations_mark_the_axes_of_the_markers_one_can_see(tmp_path, frames, target):
+    write_frames(frames, [target], tmp_path / "out")
+    coco = json.loads((tmp_path / "out/annotations.json").read_text())
+    (category,) = coco["categories"]
+    assert category["name"] == "pump"
+    assert category["keypoints"] == ["base/front.tail", "base/front.head", "arm/side.tail", "arm/side.head"]
+    assert category["keypoints"] == keypoint_names(target.model)
+    expected = [
+        (f.index, {m.marker: (m.tail, m.head) for m in t.markers if is_annotated(m)}) for f in frames for t in f.truths
+    ]
+    expected = [(index, marked) for index, marked in expected if marked]
+    assert expected and len(coco["annotations"]) == len(expected)
+    for annotation, (index, marked) in zip(coco["annotations"], expected, strict=True):
+        assert annotation["image_id"] == index and annotation["num_keypoints"] == 2 * len(marked)
+        points = np.array(annotation["keypoints"]).reshape(2, 2, 3)  # marker, end, (x, y, visibility)
+        for row, marker in zip(points, ("front", "side"), strict=True):
+            if marker in marked:
+                np.testing.assert_allclose(row[:, :2], marked[marker], atol=0.006)
+            assert (row[:, 2] == (2 if marker in marked else 0)).all()
+
+
+def test_truth_names_the_best_seen_marker_of_a_component_by_the_component(frames):
+    names = set()
+    for frame in frames:
+        for truth, record in zip(frame.truths, truth_record(frame)["objects"], strict=True):
+            names |= set(record["components"])
+            assert {c["marker"] for c in record["components"].values()} == {m.marker for m in truth.markers}
+            assert record["team"] == 3 and record["object"] == "pump"
+            assert set(record["joints"]) == {"arm"}
+    assert names <= {"base", "arm"} and "base" in names
+
+
+def test_a_folder_that_holds_files_is_refused(tmp_path, frames, target):
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(SourceError, match="holds files already"):
+        write_frames(frames, [target], tmp_path)
+    assert contents(tmp_path) == {"notes.txt": b"mine"}

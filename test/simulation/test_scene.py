@@ -1,0 +1,97 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from artrec_ros.core.datatypes import Target
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.objects import Component, ObjectModel
+from artrec_ros.core.projection import project
+from artrec_ros.core.transforms import Pose
+from artrec_ros.simulation.config import SceneConfig, SensorConfig
+from artrec_ros.simulation.scene import depth_range, require_places, sample_scene
+
+from .conftest import square
+
+
+def scenes(target, camera, count=40, **config):
+    rng = np.random.default_rng(5)
+    return [sample_scene([target], camera, SceneConfig(**config), rng) for _ in range(count)]
+
+
+def test_objects_are_wholly_in_view(target, camera):
+    for scene in scenes(target, camera):
+        (placed,) = scene.objects
+        corners = np.concatenate([s.corners for s in placed.surfaces()])
+        pixels = project(camera, corners)
+        assert (corners[:, 2] > 0).all()
+        assert (pixels > -2).all() and (pixels < np.array(camera.size) + 1).all()
+
+
+def test_joints_stay_within_their_limits_and_use_them(target, camera):
+    angles = [s.objects[0].joints["arm"] for s in scenes(target, camera, 200)]
+    assert -0.5 <= min(angles) < -0.3 and 0.8 < max(angles) <= 1.0
+
+
+def test_a_joint_range_of_zero_keeps_joints_in_the_middle(target, camera):
+    assert all(s.objects[0].joints["arm"] == pytest.approx(0.25) for s in scenes(target, camera, 5, joint_range=0.0))
+
+
+def test_objects_keep_apart_and_number_as_asked(target, camera):
+    found = scenes(target, camera, objects=(2, 3), size=(0.1, 0.2))
+    assert {len(s.objects) for s in found} == {2, 3}
+    for scene in found:
+        places = np.array([p.T_camera_object.position for p in scene.objects])
+        gaps = np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(len(places), 1)]
+        assert gaps.min() > 0.15
+
+
+def test_apparent_size_is_as_asked(target, camera):
+    near, far = depth_range(0.1, camera, SceneConfig(size=(0.2, 0.5)))
+    assert camera.matrix[0, 0] * 0.2 / near == pytest.approx(0.5 * camera.size[0])
+    assert camera.matrix[0, 0] * 0.2 / far == pytest.approx(0.2 * camera.size[0])
+
+
+def test_upright_objects_are_seen_from_the_side_and_flat_ones_from_above(target, camera):
+    flat = ObjectModel("flat", (Component("base", (square(0.1, "top", Pose.identity()),), required=True),))
+    for seen, low, high in ((target, -0.05, 0.5), (Target("flat", flat, 2), 0.85, 1.01)):
+        for scene in scenes(seen, camera, 10, tilt_rad=0.0):
+            assert low < -scene.objects[0].T_camera_object.rotation[2, 2] < high  # sine of the camera's elevation
+
+
+def test_things_stand_on_the_floor(target, camera):
+    for scene in scenes(target, camera, 10, tilt_rad=0.0, joint_range=0.0):
+        corners = np.concatenate([s.corners for s in scene.objects[0].surfaces()])
+        height = corners @ scene.floor.normal - scene.floor.offset
+        assert height.min() == pytest.approx(0, abs=1e-9)
+
+
+def test_no_floor_where_none_is_asked(target, camera):
+    assert all(s.floor is None for s in scenes(target, camera, 5, floor_label=0))
+
+
+def test_distractors_bear_colours_of_the_objects(target, camera):
+    labels = {d.label for s in scenes(target, camera, distractors=5) for d in s.distractors}
+    assert labels == {3, 5, 7}
+    assert not any(s.distractors for s in scenes(target, camera, 5, distractors=0))
+
+
+def test_a_marker_without_a_place_is_refused():
+    model = ObjectModel("loose", (Component("base", (square(0.1),), required=True),))
+    with pytest.raises(ConfigError, match="marker 'patch' of component 'base' has no pose"):
+        require_places(model)
+
+
+@pytest.mark.parametrize(
+    "bad", [{"objects": (3, 1)}, {"size": (0.0, 0.5)}, {"margin": -1.0}, {"elevation_deg": (3.0,)}]
+)
+def test_bad_values_are_refused_by_name(bad):
+    with pytest.raises(ConfigError, match=f"scene.{next(iter(bad))}"):
+        SceneConfig(**bad)
+
+
+def test_the_sensor_scales_to_ideal():
+    assert SensorConfig().scaled(0).is_ideal and not SensorConfig().is_ideal
+    assert SensorConfig().scaled(1) == dataclasses.replace(SensorConfig())
+    with pytest.raises(ConfigError, match="sensor."):
+        SensorConfig().scaled(-1)

@@ -27,6 +27,11 @@ class Segmenter:
         ]
         self._table = colour_table(config) if config.kind == "colour" else np.zeros(0, np.uint8)
 
+    @property
+    def blank(self) -> tuple[int, ...]:
+        """Ignored rectangles x,y,width,height,..., pixels: what ends there was not seen to end."""
+        return self._config.blank
+
     def labels(self, image: NDArray) -> Image:
         """Class numbers of an image's pixels.
 

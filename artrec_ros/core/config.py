@@ -81,8 +81,10 @@ class ImageConfig:
         0.0, "colour images: sigma of a Gaussian before classification", unit="px", low=0, high=10
     )
     gain_percentile: float = param(
-        0.0, "colour images: scale each frame so that this percentile of brightness is gain_level; 0: off",
-        low=0, high=100,
+        0.0,
+        "colour images: scale each frame so that this percentile of brightness is gain_level; 0: off",
+        low=0,
+        high=100,
     )
     gain_level: float = param(0.8, "colour images: brightness that gain_percentile is scaled to", low=0.05, high=1)
     gain_limit: float = param(
@@ -105,12 +107,116 @@ class ImageConfig:
 
 
 @dataclass(frozen=True)
+class ObjectConfig:
+    """One object to look for."""
+
+    object_file: str = param("", "what the object is; a path relative to the parameter file, or package://PACKAGE/PATH")
+    constraint_file: str = param("", "what was learned about it by artrec train; empty: nothing, poses in space only")
+    label: int = param(0, "class number of its pixels, where its components have none of their own", low=1, high=255)
+
+
+@dataclass(frozen=True)
+class NodeConfig:
+    """How the ROS node takes its images; of no effect offline."""
+
+    image_transport: str = param(
+        "raw", "subscribe image (raw) or image/compressed (compressed)", choices=("raw", "compressed")
+    )
+    qos_reliability: str = param(
+        "auto",
+        "reliability of the image subscription; auto: the publisher's",
+        choices=("auto", "reliable", "best_effort"),
+    )
+
+
+@dataclass(frozen=True)
 class RecognizerConfig:
     """The recogniser's parameters. Each stage's owner adds its own here."""
 
-    profile: str = param("default", "default, or paper: the published method with its values", choices=("default", "paper"))
+    profile: str = param(
+        "default", "default, or paper: the published method with its values", choices=("default", "paper")
+    )
     time_budget_ms: float = param(
         1000.0, "a frame's search ends here with what was found by then", unit="ms", low=1, high=600000
+    )
+    # blobs and anchors
+    min_blob_px: int = param(8, "blobs with fewer pixels are specks", unit="px^2", low=1, high=1000000)
+    max_blobs: int = param(300, "at most so many blobs of a frame are looked at, the largest", low=1, high=10000)
+    anchor_tolerances_px: tuple[float, ...] = param(
+        (1.0, 2.0), "tolerances of the polygonal approximation that gives anchors", unit="px", low=0.3, high=20
+    )
+    anchor_tolerance_share: float = param(
+        0.012, "the tolerances grow on blobs above 1/share pixels wide, in proportion", low=0, high=0.2
+    )
+    max_anchors: int = param(
+        80, "ragged blobs are approximated more coarsely until they have no more anchors", low=3, high=1000
+    )
+    couple_spans: tuple[int, ...] = param(
+        (1, 2),
+        "couples are anchors so many places apart along the contour; the paper's are consecutive: 1",
+        low=1,
+        high=5,
+    )
+    # alignment
+    tolerance_px: float = param(2.0, "a point this near to the contour matches it", unit="px", low=0.5, high=20)
+    tolerance_share: float = param(
+        0.08, "small shapes: tolerance as a share of the root of the shape's area, not below 1 px", low=0, high=1
+    )
+    min_area_ratio: float = param(0.03, "least area of a shape relative to its blob (merged blobs)", low=0, high=1)
+    max_area_ratio: float = param(3.0, "greatest area of a shape relative to its blob (split blobs)", low=1, high=100)
+    min_scale: float = param(0.0, "least scale to look for", unit="px/m", low=0)
+    max_scale: float = param(0.0, "greatest scale to look for; 0: any", unit="px/m", low=0)
+    coarse_step: int = param(6, "the first pass looks up every so many-th of a shape's 120 points", low=1, high=40)
+    coarse_match: float = param(0.4, "least share that must match in the first pass", low=0, high=1)
+    coarse_keep: int = param(200, "hypotheses a blob and shape that pass to the full count", low=1, high=10000)
+    refine_keep: int = param(24, "hypotheses a blob and shape that are refined", low=1, high=1000)
+    refine_steps: int = param(6, "steps of robust least squares", low=1, high=50)
+    max_refined_scale: float = param(1.4, "greatest factor by which refinement may change a scale", low=1, high=10)
+    min_match: float = param(0.7, "least share of a shape's visible outline that must match", low=0, high=1)
+    min_visible: float = param(0.6, "least share of a shape's outline inside the image", low=0, high=1)
+    same_place_share: float = param(
+        0.12, "poses closer than this share of the shape's radius are one instance", low=0, high=1
+    )
+    max_instances: int = param(150, "instances of a shape and class that are carried on, the best", low=1, high=5000)
+    symmetry_px: float = param(
+        0.3, "turns that move the outline by less cannot be told apart", unit="px", low=0, high=10
+    )
+    # grouping
+    contour_noise_px: float = param(
+        0.5, "standard deviation of a contour's place; constraints are widened by two of it", unit="px", low=0, high=10
+    )
+    max_scale_ratio: float = param(1.35, "greatest ratio between the scales of an object's components", low=1, high=10)
+    min_satisfied: float = param(0.8, "least share of the constraints that could be checked and hold", low=0, high=1)
+    min_components: int = param(2, "least components found (no more than the object has)", low=1, high=100)
+    max_overlap: float = param(0.3, "two objects may share this much of an instance's area", low=0, high=1)
+    max_group_overlap: float = param(0.7, "two instances of one object may share this much", low=0, high=1)
+    min_explained: float = param(
+        0.25, "least share of its blobs' contours that accepted objects must explain", low=0, high=1
+    )
+    groups_per_seed: int = param(4, "groups carried on per instance of the required component", low=1, high=100)
+    search_nodes: int = param(20000, "nodes of an exact search before it falls back to the best so far", low=1)
+    # the published method's own values, used by profile paper alone
+    paper_tolerance_px: float = param(2.0, "paper: half-width of the tolerance area", unit="px", low=0.5, high=20)
+    paper_match: float = param(0.4, "paper: least share of contour points inside the tolerance area", low=0, high=1)
+    paper_scale_ratio: float = param(1.5, "paper: greatest ratio of scales that is nearly one scale", low=1, high=10)
+
+    def __post_init__(self) -> None:
+        validate(self)
+
+
+@dataclass(frozen=True)
+class NodeConfig:
+    """What only the node needs. Other readers of the same parameter file accept these keys and pass over them."""
+
+    image_transport: str = param("raw", "subscribe image (raw), or image/compressed", choices=("raw", "compressed"))
+    qos_reliability: str = param(
+        "auto",
+        "of the image subscription; auto: what the publishers offer",
+        choices=("auto", "reliable", "best_effort"),
+    )
+    config_dir: str = param("", "folder that relative paths start from; empty: the parameter file's own")
+    no_image_after_s: float = param(
+        2.0, "diagnostics complain when no image has come for so long", unit="s", low=0.1, high=3600
     )
 
     def __post_init__(self) -> None:

@@ -1,0 +1,213 @@
+"""Tolerance area and matching: how much of a placed outline lies on a frame's contours (paper, steps 3 and 4).
+
+All contours of a frame share one atlas: per class one slot of the same size, stacked. A similarity is
+a complex pair (t, z): p -> t + z p, with pixels x + iy, z = k exp(i theta).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .blobs import Blob
+from .config import RecognizerConfig
+from .deadline import Deadline
+from .shapes import Shape
+
+_MARGIN_PX = 16
+_STEPS_PER_PX = 15.0  # of the quantised distance: 255 stands for 17 px and more
+_CHUNK = 8192  # hypotheses a batch; cv2.remap takes fewer than 32767 rows
+_NORMAL_AGREEMENT = 0.6  # cosine
+
+
+@dataclass(frozen=True)
+class ContourMap:
+    """Distances to, and nearest points of, the contours of a frame.
+
+    :param distance: (slots * h, w) uint8, 1/15 px to the nearest contour pixel of the slot's class.
+    :param nearest: (slots * h, w) int32, index of that contour point.
+    :param points, normals: (P,) complex, all blobs' contour points and outward normals.
+    :param blob: (P,) index of the blob of each point.
+    :param slots: class label -> slot.
+    """
+
+    distance: NDArray[np.uint8]
+    nearest: NDArray[np.int32]
+    points: np.ndarray
+    normals: np.ndarray
+    blob: NDArray[np.int32]
+    slots: dict[int, int]
+    origin: tuple[int, int]
+    height: int
+    image_size: tuple[int, int]
+
+    @classmethod
+    def build(cls, blobs: tuple[Blob, ...], image_size: tuple[int, int]) -> ContourMap:
+        """:param image_size: (width, height) of the image."""
+        low = np.min([b.pixels.min(axis=0) for b in blobs], axis=0) - _MARGIN_PX
+        high = np.max([b.pixels.max(axis=0) for b in blobs], axis=0) + _MARGIN_PX + 1
+        w, h = (int(v) for v in high - low)
+        slots = {label: s for s, label in enumerate(sorted({b.label for b in blobs}))}
+        # One more point, far off, stands for "no contour here at all".
+        points = np.concatenate([b.contour for b in blobs] + [np.full((1, 2), -1e6)]) @ np.array([1, 1j])
+        normals = np.concatenate([b.normals for b in blobs] + [np.zeros((1, 2))]) @ np.array([1, 1j])
+        blob = np.concatenate([np.full(len(b.pixels), i, np.int32) for i, b in enumerate(blobs)] + [[-1]])
+        distance = np.full((len(slots) * h, w), 255, np.uint8)
+        nearest = np.full((len(slots) * h, w), len(points) - 1, np.int32)
+        starts = np.concatenate([[0], np.cumsum([len(b.pixels) for b in blobs])])
+        for label, slot in slots.items():
+            mine = [i for i, b in enumerate(blobs) if b.label == label]
+            pixels = np.concatenate([blobs[i].pixels[~blobs[i].cut] for i in mine]) - low
+            index = np.concatenate([np.flatnonzero(~blobs[i].cut) + starts[i] for i in mine])
+            if len(pixels):
+                rows = slice(slot * h, (slot + 1) * h)
+                distance[rows], nearest[rows] = _nearest_contour(pixels, index, (h, w))
+        return cls(
+            distance, nearest, points, normals, blob.astype(np.int32), slots, (int(low[0]), int(low[1])), h, image_size
+        )
+
+    def distances(self, t: np.ndarray, z: np.ndarray, slot: np.ndarray, points: np.ndarray) -> NDArray[np.uint8]:
+        """(H, m) quantised distance of every placed point: one look-up for the whole batch.
+
+        :param t, z, slot: (H,) placements and the class slot each is looked up in.
+        :param points: (m,) complex shape points.
+        """
+        where = z[:, None].astype(np.complex64) * points[None].astype(np.complex64)
+        where += (t - complex(*self.origin))[:, None].astype(np.complex64)
+        maps = where.view(np.float32).reshape(*where.shape, 2)
+        np.clip(maps[..., 1], -0.4, self.height - 0.6, out=maps[..., 1])
+        maps[..., 1] += (slot * self.height)[:, None].astype(np.float32)
+        return cv2.remap(self.distance, maps, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=255)
+
+    def nearest_index(self, where: np.ndarray, slot: np.ndarray) -> NDArray[np.int32]:
+        """(K, m) index of the contour point nearest to (K, m) complex image points."""
+        x = np.clip(np.rint(where.real - self.origin[0]), 0, self.nearest.shape[1] - 1).astype(np.intp)
+        y = np.clip(np.rint(where.imag - self.origin[1]), 0, self.height - 1).astype(np.intp)
+        return np.take(self.nearest, (y + (slot * self.height)[:, None]) * self.nearest.shape[1] + x)
+
+
+def _nearest_contour(
+    pixels: NDArray[np.int64], index: NDArray[np.int64], shape: tuple[int, int]
+) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+    canvas = np.full(shape, 255, np.uint8)
+    x, y = pixels.T
+    canvas[y, x] = 0
+    dist, zone = cv2.distanceTransformWithLabels(canvas, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
+    of_zone = np.zeros(int(zone.max()) + 1, np.int32)
+    of_zone[zone[y, x]] = index
+    return cv2.convertScaleAbs(dist, alpha=_STEPS_PER_PX), of_zone[zone]
+
+
+def tolerance_px(area_px: np.ndarray | float, config: RecognizerConfig) -> np.ndarray:
+    """How far a point may lie from the contour: `tolerance_px`, less on small shapes, where it would fit anything."""
+    return np.clip(config.tolerance_share * np.sqrt(area_px), 1.0, max(1.0, config.tolerance_px))
+
+
+@dataclass(frozen=True)
+class Placements:
+    """A batch of placed shapes: (H,) arrays. `blob` is the blob a placement came from."""
+
+    t: np.ndarray
+    z: np.ndarray
+    shape: NDArray[np.int32]
+    blob: NDArray[np.int32]
+    slot: NDArray[np.int32]
+    score: Array1
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def take(self, index: np.ndarray) -> Placements:
+        return Placements(*(getattr(self, f)[index] for f in ("t", "z", "shape", "blob", "slot", "score")))
+
+    def with_score(self, score: Array1) -> Placements:
+        return Placements(self.t, self.z, self.shape, self.blob, self.slot, score)
+
+    @classmethod
+    def concatenate(cls, parts: list[Placements]) -> Placements:
+        if not parts:
+            none = np.zeros(0, np.int32)
+            return cls(np.zeros(0, complex), np.zeros(0, complex), none, none, none, np.zeros(0))
+        return cls(*(np.concatenate([getattr(p, f) for p in parts]) for f in cls.__dataclass_fields__))
+
+
+Array1 = NDArray[np.float64]
+
+
+def matched_share(
+    cmap: ContourMap,
+    shapes: list[Shape],
+    placed: Placements,
+    config: RecognizerConfig,
+    deadline: Deadline,
+    step: int,
+    tolerance: float | None = None,
+) -> Array1:
+    """(H,) share of each placed outline's points, every `step`-th one, inside the tolerance area.
+
+    What the deadline leaves unread scores 0. `tolerance` in px overrides the size-dependent one.
+    """
+    share = np.zeros(len(placed))
+    for s, shape in enumerate(shapes):
+        mine = np.flatnonzero(placed.shape == s)
+        points = shape.points[::step]
+        for start in range(0, len(mine), _CHUNK):
+            if deadline.expired:
+                return share
+            part = mine[start : start + _CHUNK]
+            d = cmap.distances(placed.t[part], placed.z[part], placed.slot[part], points)
+            area = shape.area_m2 * np.abs(placed.z[part]) ** 2
+            tol = tolerance_px(area, config) if tolerance is None else np.full(len(part), tolerance)
+            share[part] = np.count_nonzero(d <= (tol * _STEPS_PER_PX)[:, None], axis=1) / len(points)
+    return share
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """How (K,) placed outlines agree with the contours.
+
+    :param share: share of the outline that could be seen and is matched, normals agreeing.
+    :param score: the same, with a point worth less the farther off it is (half at the tolerance).
+    :param visible: share of the outline inside the image and outside ignored rectangles.
+    :param explained: per placement, indices of the contour points it explains.
+    """
+
+    share: Array1
+    score: Array1
+    visible: Array1
+    explained: list[NDArray[np.int32]]
+
+
+def evidence(
+    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, blank: tuple[int, ...] = ()
+) -> Evidence:
+    """Exact evidence for a few placements: sub-pixel distances and normals at every point."""
+    if not len(placed):
+        return Evidence(np.zeros(0), np.zeros(0), np.zeros(0), [])
+    points = np.stack([s.points for s in shapes])[placed.shape]  # (K, m)
+    normals = np.stack([s.normals for s in shapes])[placed.shape]
+    where = placed.t[:, None] + placed.z[:, None] * points
+    index = cmap.nearest_index(where, placed.slot)
+    off = np.abs(where - cmap.points[index])
+    turned = normals * (placed.z / np.abs(placed.z))[:, None]
+    agree = np.real(np.conj(turned) * cmap.normals[index]) >= _NORMAL_AGREEMENT
+    area = np.array([s.area_m2 for s in shapes])[placed.shape] * np.abs(placed.z) ** 2
+    tol = tolerance_px(area, config)[:, None]
+    matched = agree & (off <= tol)
+    seen = _in_view(where, cmap.image_size, blank)
+    count = np.maximum(seen.sum(axis=1), 1)
+    worth = np.where(matched & seen, 1 - 0.5 * (off / tol) ** 2, 0.0)
+    explained = [np.unique(i[m]) for i, m in zip(index, matched, strict=True)]
+    return Evidence((matched & seen).sum(axis=1) / count, worth.sum(axis=1) / count, seen.mean(axis=1), explained)
+
+
+def _in_view(where: np.ndarray, size: tuple[int, int], blank: tuple[int, ...]) -> NDArray[np.bool_]:
+    # The last row of pixels tells nothing of an edge there: a blob cut by the border ends on it too.
+    x, y = where.real, where.imag
+    seen = (x > 0.5) & (y > 0.5) & (x < size[0] - 1.5) & (y < size[1] - 1.5)
+    for bx, by, bw, bh in np.reshape(blank, (-1, 4)):
+        seen &= (x < bx - 1.5) | (x > bx + bw + 0.5) | (y < by - 1.5) | (y > by + bh + 0.5)
+    return np.asarray(seen)

@@ -1,0 +1,123 @@
+"""Blobs of a label image, their external contours and anchor points (paper, steps 1 and 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .config import RecognizerConfig
+from .transforms import Array
+
+
+@dataclass(frozen=True)
+class Blob:
+    """A connected set of pixels of one class, seen through its external contour; holes are ignored.
+
+    :param pixels: (n, 2) int, the outermost pixels' centres, ordered so that the inside lies on the same
+        side as in `Shape` (positive shoelace sum in x right, y down).
+    :param contour: (n, 2) the same, moved out to where the edge is (half a pixel, see `subpixel_contour`).
+    :param normals: (n, 2) unit outward normals; zero where the contour doubles back on itself.
+    :param cut: (n,) bool, points where not the blob but the image or an ignored rectangle ends: no evidence.
+    :param area_px: pixels enclosed, holes included.
+    """
+
+    label: int
+    pixels: NDArray[np.int32]
+    contour: Array
+    normals: Array
+    cut: NDArray[np.bool_]
+    area_px: float
+
+
+def find_blobs(
+    labels: NDArray[np.uint8],
+    wanted: Iterable[int],
+    config: RecognizerConfig,
+    blank: tuple[int, ...] = (),
+) -> tuple[Blob, ...]:
+    """Blobs of the wanted classes, the largest `max_blobs` of them, by label and then from large to small.
+
+    :param labels: (H, W) class number per pixel.
+    :param blank: ignored rectangles x,y,width,height,...: a contour along them is no evidence.
+    """
+    found: list[Blob] = []
+    for label in sorted(set(wanted)):
+        mask = cv2.compare(labels, float(label), cv2.CMP_EQ)
+        found += _blobs_of_mask(mask, label, config, blank)
+    if len(found) > config.max_blobs:
+        found = sorted(found, key=lambda b: -b.area_px)[: config.max_blobs]
+    return tuple(sorted(found, key=lambda b: (b.label, -b.area_px)))
+
+
+def _blobs_of_mask(mask: NDArray[np.uint8], label: int, config: RecognizerConfig, blank: tuple[int, ...]) -> list[Blob]:
+    chains = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    # A blob of n pixels has no more than n contour pixels, most specks fewer than the least: sorted out unseen.
+    measured = [(_pixels_enclosed(c), c) for c in chains if len(c) >= 4]
+    kept = sorted((m for m in measured if m[0] >= config.min_blob_px), key=lambda m: -m[0])
+    return [_blob(chain[:, 0], label, area, mask.shape, blank) for area, chain in kept[: config.max_blobs]]
+
+
+def _pixels_enclosed(chain: NDArray[np.int32]) -> float:
+    """Pick's theorem: a lattice polygon of area A with n boundary points holds A + n/2 + 1 points."""
+    return cv2.contourArea(chain) + len(chain) / 2 + 1
+
+
+def _blob(
+    pixels: NDArray[np.int32], label: int, area_px: float, shape: tuple[int, ...], blank: tuple[int, ...]
+) -> Blob:
+    x, y = pixels.T.astype(np.int64)
+    if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
+        pixels = pixels[::-1]
+    contour, normals = subpixel_contour(pixels)
+    return Blob(label, pixels, contour, normals, _cut_points(pixels, shape, blank), area_px)
+
+
+def _cut_points(pixels: NDArray[np.int32], shape: tuple[int, ...], blank: tuple[int, ...]) -> NDArray[np.bool_]:
+    x, y = pixels.T
+    cut = (x == 0) | (y == 0) | (x == shape[1] - 1) | (y == shape[0] - 1)
+    for bx, by, bw, bh in np.reshape(blank, (-1, 4)):
+        cut |= (x >= bx - 1) & (x <= bx + bw) & (y >= by - 1) & (y <= by + bh)
+    return np.asarray(cut)
+
+
+def subpixel_contour(pixels: NDArray[np.int32]) -> tuple[Array, Array]:
+    """Contour and outward normals of a chain of boundary pixels.
+
+    A chain runs through pixel centres, so a shape is measured too small. Its true edge is off by half a
+    pixel along the axis on which the edge is steeper: 0.5 max(|nx|, |ny|) along the normal.
+
+    :param pixels: (n, 2), inside as in `Blob.pixels`.
+    :return: (n, 2) points and (n, 2) unit normals (zero where undefined).
+    """
+    p = pixels.astype(np.float64)
+    reach = int(np.clip(len(p) // 12, 1, 5))
+    # Differences over several spans smooth the staircase of a chain code.
+    d = sum((np.roll(p, -s, axis=0) - np.roll(p, s, axis=0) for s in range(1, reach + 1)), np.zeros_like(p))
+    length = np.hypot(d[:, 0], d[:, 1])[:, None]
+    normals = np.where(length > 1e-9, np.stack([d[:, 1], -d[:, 0]], axis=1) / np.maximum(length, 1e-9), 0.0)
+    return p + 0.5 * np.abs(normals).max(axis=1, keepdims=True) * normals, normals
+
+
+def anchor_points(contour: Array, tolerance: float) -> Array:
+    """(a, 2) anchors: split-based polygonal approximation of a closed contour (Pavlidis; Ramer-Douglas-Peucker)."""
+    return cv2.approxPolyDP(contour.astype(np.float32)[:, None], tolerance, True)[:, 0].astype(np.float64)
+
+
+def blob_anchors(blob: Blob, config: RecognizerConfig) -> list[Array]:
+    """Anchors of a blob at each configured tolerance, at most `max_anchors` each.
+
+    Small patches need two tolerances at once, large silhouettes one that grows with the root of their area.
+    """
+    polygons = []
+    for base in config.anchor_tolerances_px:
+        tolerance = max(base, base * config.anchor_tolerance_share * float(np.sqrt(blob.area_px)))
+        anchors = anchor_points(blob.contour, tolerance)
+        while len(anchors) > config.max_anchors:
+            tolerance *= 1.5
+            anchors = anchor_points(blob.contour, tolerance)
+        polygons.append(anchors)
+    return polygons

@@ -1,0 +1,142 @@
+"""Groups of instances that form one object (paper, step 8), grown from each instance of the required component."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .candidates import Candidates, PairTable, pair_table
+from .config import RecognizerConfig
+from .deadline import Deadline
+from .matching import Matches
+
+_MAX_OPTIONS = 12  # candidates of a component carried for one seed
+_MAX_PARTNERS = 500  # candidates that go with any seed of a target
+_DISAGREEMENT = 0.5  # weight lost by a violated pair, as a share of the lighter member's
+
+
+@dataclass(frozen=True)
+class Group:
+    """A possible object.
+
+    :param members: candidates' numbers, the required component's first.
+    :param matches: the instances they stand for.
+    :param weight: contour explained, pixels, less what violated constraints cost.
+    :param satisfied, checked: pairs.
+    """
+
+    candidates: Candidates
+    members: tuple[int, ...]
+    matches: tuple[int, ...]
+    weight: float
+    score: float
+    satisfied: int
+    checked: int
+
+    @property
+    def seed(self) -> int:
+        """The required component's instance."""
+        return self.matches[0]
+
+
+class GroupSearch:
+    """The search for one target's groups in one frame."""
+
+    def __init__(self, candidates: Candidates, matches: Matches, config: RecognizerConfig, deadline: Deadline) -> None:
+        self._config = config
+        self._deadline = deadline
+        components = candidates.target.model.components
+        self._count = len(components)
+        self._required = components.index(candidates.target.model.required)
+        self.seeds, self.candidates, self.table = _relevant(candidates, self._required, matches, config)
+
+    def best_groups(self, seed: int, banned: frozenset[int] = frozenset()) -> list[Group]:
+        """The heaviest groups around a seed, at most `groups_per_seed`; instances in `banned` are left out."""
+        options = self._options(seed, banned)
+        order = sorted(options, key=lambda c: len(options[c]))
+        weight = self.candidates.weight
+        rest = np.cumsum([0.0] + [weight[options[c][0]] for c in reversed(order)])[::-1]  # bound of what is to come
+        found: list[tuple[float, int, Group]] = []
+        nodes = 0
+
+        def grow(depth: int, members: list[int], value: float) -> None:
+            nonlocal nodes
+            nodes += 1
+            if nodes > self._config.search_nodes or (nodes % 256 == 0 and self._deadline.expired):
+                return
+            if len(found) == self._config.groups_per_seed and value + rest[depth] <= found[0][0]:
+                return
+            if depth == len(order):
+                self._keep(found, nodes, members, value)
+                return
+            for option in options[order[depth]]:
+                cost = self._cost(option, members)
+                if cost is not None:
+                    grow(depth + 1, [*members, option], value + weight[option] - cost)
+            grow(depth + 1, members, value)
+
+        grow(0, [seed], float(weight[seed]))
+        return [group for _, _, group in sorted(found, key=lambda f: -f[0])]
+
+    def _options(self, seed: int, banned: frozenset[int]) -> dict[int, list[int]]:
+        """Component -> its candidates that go with the seed, heaviest first."""
+        c, table = self.candidates, self.table
+        fits = ~table.forbidden[seed] & (table.violation[seed] <= 0) & ~np.isin(c.match, list(banned))
+        options = {}
+        for component in range(self._count):
+            mine = np.flatnonzero(fits & (c.component == component))
+            if component != self._required and len(mine):
+                options[component] = [int(n) for n in mine[np.argsort(-c.weight[mine], kind="stable")][:_MAX_OPTIONS]]
+        return options
+
+    def _cost(self, option: int, members: list[int]) -> float | None:
+        """What adding a candidate costs in violated constraints; None where it cannot be added."""
+        table, weight = self.table, self.candidates.weight
+        if table.forbidden[option, members].any():
+            return None
+        violated = [m for m in members if table.violation[option, m] > 0]
+        return sum(_DISAGREEMENT * min(weight[option], weight[m]) for m in violated)
+
+    def _keep(self, found: list[tuple[float, int, Group]], number: int, members: list[int], value: float) -> None:
+        group = self._group(members, value)
+        if group is None:
+            return
+        heapq.heappush(found, (value, number, group))
+        if len(found) > self._config.groups_per_seed:
+            heapq.heappop(found)
+
+    def _group(self, members: list[int], value: float) -> Group | None:
+        """The group if it is an object: enough components, and enough of the constraints that can be checked hold."""
+        config, index = self._config, np.ix_(members, members)
+        checked = self.table.checked[index]
+        good = checked & (self.table.violation[index] <= 0)
+        if len(members) > 1 and not good.any(axis=1).all():
+            return None  # a member that nothing ties to the others
+        pairs, satisfied = int(checked.sum()) // 2, int(good.sum()) // 2
+        if len(members) < min(config.min_components, self._count) or satisfied < config.min_satisfied * pairs:
+            return None
+        share = satisfied / pairs if pairs else 1.0
+        # A missing component may be hidden; it halves the trust at most.
+        found = 0.5 + 0.5 * len(members) / self._count
+        score = float(np.mean(self.candidates.score[members])) * share * found
+        matches = tuple(int(m) for m in self.candidates.match[members])
+        return Group(self.candidates, tuple(members), matches, value, score, satisfied, pairs)
+
+
+def _relevant(
+    all_: Candidates, required: int, matches: Matches, config: RecognizerConfig
+) -> tuple[NDArray[np.int64], Candidates, PairTable]:
+    """Seeds, and of the other candidates those that go with one of them, all checked in pairs."""
+    seeds = np.flatnonzero(all_.component == required)
+    others = np.flatnonzero(all_.component != required)
+    with_seeds = pair_table(all_, seeds, others, matches, config)
+    near = (~with_seeds.forbidden & (with_seeds.violation <= 0)).any(axis=0)
+    partners = others[near]
+    partners = np.sort(partners[np.argsort(-all_.weight[partners], kind="stable")][:_MAX_PARTNERS])
+    kept = np.concatenate([seeds, partners])
+    candidates = all_.take(kept)
+    everyone = np.arange(len(kept))
+    return np.arange(len(seeds)), candidates, pair_table(candidates, everyone, everyone, matches, config)

@@ -1,0 +1,130 @@
+"""Instances of every shape in a frame: propose, score, suppress, refine, accept (paper, steps 4 and 5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .alignment import Array1, ContourMap, Evidence, Placements, evidence, matched_share
+from .blobs import Blob
+from .config import RecognizerConfig
+from .deadline import Deadline
+from .hypotheses import propose
+from .overlap import overlap_matrix
+from .refinement import ranks_in_group, refine, suppress
+from .shapes import Shape
+
+
+@dataclass(frozen=True)
+class Matches:
+    """Accepted placements of shapes in one frame, best first within a shape and class.
+
+    :param labels: (K,) class label of each.
+    :param evidence: per placement; `placed.score` is `evidence.score`.
+    """
+
+    shapes: list[Shape]
+    placed: Placements
+    labels: np.ndarray
+    evidence: Evidence
+    cmap: ContourMap | None = None
+
+    def __len__(self) -> int:
+        return len(self.placed)
+
+    @cached_property
+    def overlap(self) -> Array1:
+        """(K, K) share of the smaller one's area that two placements of one class have in common."""
+        return overlap_matrix(self.shapes, self.placed, self.labels)
+
+    @cached_property
+    def perimeter_px(self) -> Array1:
+        return np.array([s.perimeter_m for s in self.shapes])[self.placed.shape] * np.abs(self.placed.z)
+
+    @classmethod
+    def none(cls, shapes: list[Shape]) -> Matches:
+        empty = Placements.concatenate([])
+        zero = np.zeros(0)
+        return cls(shapes, empty, np.zeros(0, int), Evidence(zero, zero, zero, []))
+
+
+def concatenate_matches(shapes: list[Shape], parts: list[Matches]) -> Matches:
+    """Matches of several blobs as one list."""
+    if not parts:
+        return Matches.none(shapes)
+    found = Evidence(
+        *(np.concatenate([getattr(p.evidence, f) for p in parts]) for f in ("share", "score", "visible")),
+        [e for p in parts for e in p.evidence.explained],
+    )
+    placed = Placements.concatenate([p.placed for p in parts])
+    return Matches(shapes, placed, np.concatenate([p.labels for p in parts]), found)
+
+
+def find_matches(
+    blobs: tuple[Blob, ...],
+    cmap: ContourMap,
+    shapes: list[Shape],
+    wanted: set[tuple[int, int]],
+    config: RecognizerConfig,
+    deadline: Deadline,
+    blank: tuple[int, ...] = (),
+) -> Matches:
+    """Best of several hypotheses for every place, shape and class: the default profile.
+
+    :param wanted: (shape, label) pairs.
+    """
+    placed = propose(blobs, shapes, wanted, cmap.slots, config)
+    placed = _best(
+        placed,
+        matched_share(cmap, shapes, placed, config, deadline, config.coarse_step),
+        config.coarse_match,
+        config.coarse_keep,
+        shapes,
+    )
+    share = matched_share(cmap, shapes, placed, config, deadline, 1)
+    placed = _best(placed, share, config.coarse_match, config.coarse_keep, shapes)
+    # A small blob has room for few instances.
+    size = np.array([len(b.pixels) for b in blobs])
+    quota = np.clip(size[placed.blob] // 8, 4, config.refine_keep)
+    placed = placed.take(suppress(placed, _group(placed, shapes), shapes, quota, config))
+    placed = refine(cmap, shapes, placed, config)
+    return accept(cmap, shapes, placed, config, blank)
+
+
+def accept(
+    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, blank: tuple[int, ...]
+) -> Matches:
+    """Those that match well enough, the best of each place, at most `max_instances` a shape and class."""
+    found = evidence(cmap, shapes, placed, config, blank)
+    area = np.array([s.area_m2 for s in shapes])[placed.shape] * np.abs(placed.z) ** 2
+    good = (found.share >= config.min_match) & (found.visible >= config.min_visible) & (area >= config.min_blob_px)
+    if config.max_scale > 0:
+        good &= np.abs(placed.z) <= config.max_scale
+    good &= np.abs(placed.z) >= config.min_scale
+    index = np.flatnonzero(good)
+    placed = placed.take(index).with_score(found.score[index])
+    everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape
+    kept = suppress(placed, everywhere, shapes, np.full(len(placed), config.max_instances), config)
+    placed, index = placed.take(kept), index[kept]
+    label_of_slot = np.array([label for label, _ in sorted(cmap.slots.items(), key=lambda item: item[1])])
+    return Matches(
+        shapes,
+        placed,
+        label_of_slot[placed.slot],
+        Evidence(found.share[index], found.score[index], found.visible[index], [found.explained[i] for i in index]),
+        cmap,
+    )
+
+
+def _group(placed: Placements, shapes: list[Shape]) -> np.ndarray:
+    return placed.blob.astype(np.int64) * len(shapes) + placed.shape
+
+
+def _best(placed: Placements, score: Array1, least: float, keep: int, shapes: list[Shape]) -> Placements:
+    enough = np.flatnonzero(score >= least)
+    placed = placed.take(enough).with_score(score[enough])
+    if not len(placed):
+        return placed
+    return placed.take(np.flatnonzero(ranks_in_group(_group(placed, shapes), placed.score) < keep))

@@ -1,0 +1,147 @@
+"""Profile `paper`: the method as published, with its values. The baseline for ever; known faults are kept.
+
+What differs from the default profile: the first pose that matches 0.4 of the contour is accepted unrefined; the
+tolerance area is each blob's own; T_ij is in pixels and checked against the examples' bare axis-parallel box, one
+for each pair of components; angles are numbers and not circular; groups grow greedily, one torso after another.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from .alignment import ContourMap, Placements, evidence, matched_share
+from .blobs import Blob, blob_anchors
+from .candidates import Candidates, ShapeOf, candidates_of
+from .config import RecognizerConfig
+from .constraints import ConstraintSet, configuration
+from .datatypes import Target
+from .deadline import Deadline
+from .grouping import Group
+from .hypotheses import anchor_couples
+from .matching import Matches, concatenate_matches
+from .refinement import suppress
+from .shapes import Shape
+
+Box = dict[str, tuple[float, float]]
+_DIMENSIONS = ("distance_px", "bearing_rad", "turn_rad")
+
+
+def align_literally(
+    blobs: tuple[Blob, ...],
+    size: tuple[int, int],
+    shapes: list[Shape],
+    wanted: set[tuple[int, int]],
+    config: RecognizerConfig,
+    deadline: Deadline,
+) -> Matches:
+    """Steps 2 to 5: couples of consecutive anchors, tolerance area per blob, threshold 0.4, first match in a place."""
+    config = dataclasses.replace(config, symmetry_px=0.0)  # the paper knows no symmetry
+    found = []
+    for n, blob in enumerate(blobs):
+        if deadline.expired:
+            break
+        cmap = ContourMap.build((blob,), size)
+        anchors = blob_anchors(blob, config)[0] @ np.array([1, 1j])
+        for s in sorted(s for s, label in wanted if label == blob.label):
+            placed = _all_couples(anchors, shapes[s], s, n)
+            share = matched_share(cmap, shapes, placed, config, deadline, 1, config.paper_tolerance_px)
+            index = np.flatnonzero(share > config.paper_match)
+            # The first in the order of the couples stands, however good the later ones are.
+            placed = placed.take(index).with_score(-np.arange(len(index), dtype=float))
+            kept = suppress(
+                placed, np.zeros(len(placed), int), shapes, np.full(len(placed), config.max_instances), config
+            )
+            placed = placed.take(kept).with_score(share[index][kept])
+            labels = np.full(len(placed), blob.label)
+            found.append(Matches(shapes, placed, labels, evidence(cmap, shapes, placed, config)))
+    return concatenate_matches(shapes, found)
+
+
+def _all_couples(anchors: np.ndarray, shape: Shape, s: int, blob: int) -> Placements:
+    p1, p2 = anchor_couples(anchors, (1,))
+    q1, q2 = anchor_couples(shape.anchors, (1,))
+    z = ((p2 - p1)[:, None] / (q2 - q1)[None]).ravel()
+    t = (p1[:, None] - z.reshape(len(p1), len(q1)) * q1[None]).ravel()
+    n = len(z)
+    return Placements(t, z, np.full(n, s, np.int32), np.full(n, blob, np.int32), np.zeros(n, np.int32), np.zeros(n))
+
+
+def group_literally(
+    target: Target, shape_of: ShapeOf, matches: Matches, config: RecognizerConfig, deadline: Deadline
+) -> list[Group]:
+    """Steps 6 to 8: from each torso in turn a group grows with backtracking; what it uses is gone for the next."""
+    candidates = candidates_of(target, shape_of, matches, dataclasses.replace(config, symmetry_px=0.0))
+    components = [c.name for c in target.model.components]
+    boxes = _boxes(target.constraints) if isinstance(target.constraints, ConstraintSet) else {}
+    required = components.index(target.model.required.name)
+    used: set[int] = set()
+    groups = []
+    for seed in np.flatnonzero(candidates.component == required):
+        if int(candidates.match[seed]) in used or deadline.expired:
+            continue
+        members = _grow(
+            [int(seed)],
+            [c for c in range(len(components)) if c != required],
+            _Checker(candidates, components, boxes, config),
+            used,
+        )
+        if len(members) >= min(config.min_components, len(components)):
+            groups.append(_group(candidates, members, len(components)))
+            used.update(groups[-1].matches)
+    return groups
+
+
+def _boxes(constraints: ConstraintSet) -> dict[tuple[str, str], Box]:
+    """P_ij of step 7: the smallest box around all examples, whichever markers showed the components."""
+    boxes: dict[tuple[str, str], Box] = {}
+    for p in constraints.pairs:
+        box = boxes.setdefault((p.first[0], p.second[0]), {})
+        for d in _DIMENSIONS:
+            if d in p.seen:
+                low, high = box.get(d, (np.inf, -np.inf))
+                box[d] = (min(low, p.seen[d].low), max(high, p.seen[d].high))
+    return boxes
+
+
+class _Checker:
+    """T_ij in P_ij and nearly one scale, O(1) a pair."""
+
+    def __init__(self, c: Candidates, names: list[str], boxes: dict[tuple[str, str], Box], config: RecognizerConfig):
+        self.c, self._names, self._boxes, self._ratio = c, names, boxes, config.paper_scale_ratio
+
+    def holds(self, i: int, j: int) -> bool:
+        scale = self.c.poses.scale
+        if max(scale[i], scale[j]) > self._ratio * min(scale[i], scale[j]):
+            return False
+        a, b = (self._names[self.c.component[n]] for n in (i, j))
+        if (b, a) in self._boxes:
+            i, j, a, b = j, i, b, a
+        box = self._boxes.get((a, b))
+        if box is None:
+            return False
+        T = configuration(self.c.poses.at(np.array([i])), self.c.poses.at(np.array([j])))
+        return all(low <= float(T[d][0]) <= high for d, (low, high) in box.items())
+
+
+def _grow(members: list[int], left: list[int], check: _Checker, used: set[int]) -> list[int]:
+    """The largest group: each component takes the first instance that fits, and gives it back if that is worse."""
+    if not left:
+        return members
+    best = _grow(members, left[1:], check, used)  # this component missing
+    taken = used | {int(check.c.match[m]) for m in members}
+    for n in np.flatnonzero(check.c.component == left[0]):
+        if int(check.c.match[n]) not in taken and all(check.holds(m, int(n)) for m in members):
+            grown = _grow([*members, int(n)], left[1:], check, used)
+            best = grown if len(grown) > len(best) else best
+            if len(best) == len(members) + len(left):
+                break
+    return best
+
+
+def _group(candidates: Candidates, members: list[int], count: int) -> Group:
+    pairs = len(members) * (len(members) - 1) // 2
+    matches = tuple(int(m) for m in candidates.match[members])
+    score = float(np.mean(candidates.score[members])) * (0.5 + 0.5 * len(members) / count)
+    return Group(candidates, tuple(members), matches, float(candidates.weight[members].sum()), score, pairs, pairs)

@@ -1,0 +1,95 @@
+"""One solution for all groups of a frame and all targets together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .config import RecognizerConfig
+from .deadline import Deadline
+from .grouping import Group, GroupSearch
+from .matching import Matches
+from .packing import pack
+
+
+@dataclass(frozen=True)
+class Solution:
+    """:param accepted: groups of which no two share pixels; lost: each other seed's best group, if it had any.
+    :param exact: False where the search was cut short and the choice is only the best so far.
+    """
+
+    accepted: list[Group]
+    lost: list[Group]
+    exact: bool
+
+
+def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfig, deadline: Deadline) -> Solution:
+    """Choose the groups that together explain the most contour without sharing pixels."""
+    pool: list[Group] = []
+    for search in searches:
+        for seed in search.seeds:
+            if deadline.expired:
+                break
+            pool += search.best_groups(int(seed))
+    if not pool:
+        return Solution([], [], not deadline.hit)
+    pool += _without_contested(searches, pool, matches, config, deadline)
+    conflict = _conflicts(pool, matches, config)
+    chosen, exact = pack(np.array([g.weight for g in pool]), conflict, config.search_nodes, deadline)
+    accepted = [pool[g] for g in chosen]
+    accepted, unexplained = _explained_enough(accepted, matches, config)
+    lost = [g for g in pool if not any(g.seed == a.seed for a in accepted)]
+    return Solution(accepted, [*unexplained, *lost], exact and not deadline.hit)
+
+
+def _without_contested(
+    searches: list[GroupSearch], pool: list[Group], matches: Matches, config: RecognizerConfig, deadline: Deadline
+) -> list[Group]:
+    """Groups that do without the instances other seeds claim too: a leg between two torsos can go to either."""
+    shared = matches.overlap > config.max_overlap
+    extra: list[Group] = []
+    for search in searches:
+        of_search = [g for g in pool if g.candidates is search.candidates]
+        for seed in sorted({g.members[0] for g in of_search}):
+            mine = [g for g in of_search if g.members[0] == seed]
+            theirs = np.unique([m for g in pool if g.seed != mine[0].seed for m in g.matches]).astype(int)
+            own = np.unique([m for g in mine for m in g.matches[1:]]).astype(int)
+            contested = own[shared[np.ix_(own, theirs)].any(axis=1)]
+            for banned in {frozenset([int(m)]) for m in contested} | {frozenset(int(m) for m in contested)}:
+                if banned and not deadline.expired:
+                    extra += search.best_groups(seed, banned)[:1]
+    return extra
+
+
+def _conflicts(pool: list[Group], matches: Matches, config: RecognizerConfig) -> NDArray[np.bool_]:
+    """(G, G) groups that lay claim to the same pixels; a group conflicts with itself."""
+    member = np.zeros((len(pool), len(matches)), np.float32)
+    for g, group in enumerate(pool):
+        member[g, list(group.matches)] = 1
+    shared = (matches.overlap > config.max_overlap).astype(np.float32)
+    return member @ shared @ member.T > 0
+
+
+def _explained_enough(
+    accepted: list[Group], matches: Matches, config: RecognizerConfig
+) -> tuple[list[Group], list[Group]]:
+    """Drop groups whose blobs' contours stay largely unexplained by all accepted groups together.
+
+    Judged per blob and not per match, so that components merged in one blob stand by each other.
+    """
+    if matches.cmap is None:
+        return accepted, []
+    blob_of_point = matches.cmap.blob
+    length = np.bincount(blob_of_point[:-1], minlength=blob_of_point.max(initial=0) + 1)
+    points = [matches.evidence.explained[m] for g in accepted for m in g.matches]
+    explained = np.unique(np.concatenate(points)) if points else np.zeros(0, int)
+    share = np.bincount(blob_of_point[explained], minlength=len(length)) / np.maximum(length, 1)
+    kept, dropped = [], []
+    for group in accepted:
+        own = np.concatenate([blob_of_point[matches.evidence.explained[m]] for m in group.matches])
+        # by where the group's evidence lies, so that a corner of a neighbour's blob does not count
+        enough = not len(own) or float(share[own].mean()) >= config.min_explained
+        (kept if enough else dropped).append(group)
+    return kept, dropped

@@ -1,0 +1,183 @@
+"""Image messages and files: known pixels come back; whatever else comes in ends in one ImageError of one line."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from artrec_ros.core.errors import ImageError
+from artrec_ros.io.images import decode_compressed, decode_encoded, decode_image, read_image
+
+RNG = np.random.default_rng(3)
+GREY = RNG.integers(0, 256, (5, 7), np.uint8)
+BGR = RNG.integers(0, 256, (5, 7, 3), np.uint8)
+DEEP = RNG.integers(0, 65536, (5, 7), np.uint16)
+ENCODINGS = ["mono8", "8UC1", "mono16", "16UC1", "bgr8", "8UC3", "rgb8", "bgra8", "rgba8", "bayer_rggb8", ""]
+
+
+@pytest.mark.parametrize("encoding", ["mono8", "8UC1"])
+def test_one_channel_comes_back_as_it_is(encoding):
+    assert np.array_equal(decode_image(encoding, 5, 7, 7, False, GREY.tobytes()), GREY)
+
+
+@pytest.mark.parametrize("encoding", ["mono16", "16UC1"])
+@pytest.mark.parametrize("big", [False, True])
+def test_sixteen_bits_in_either_byte_order(encoding, big):
+    data = DEEP.astype(">u2" if big else "<u2").tobytes()
+    image = decode_image(encoding, 5, 7, 14, big, data)
+    assert image.dtype == np.uint16 and image.dtype.isnative
+    assert np.array_equal(image, DEEP)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "pixels"),
+    [
+        ("bgr8", BGR),
+        ("8UC3", BGR),
+        ("rgb8", BGR[:, :, ::-1]),
+        ("bgra8", np.dstack([BGR, GREY])),
+        ("rgba8", np.dstack([BGR[:, :, ::-1], GREY])),
+    ],
+)
+def test_colours_come_back_as_bgr(encoding, pixels):
+    step = pixels.shape[1] * pixels.shape[2]
+    assert np.array_equal(decode_image(encoding, 5, 7, step, False, pixels.tobytes()), BGR)
+
+
+@pytest.mark.parametrize(("encoding", "pixels"), [("mono8", GREY), ("rgb8", BGR[:, :, ::-1]), ("mono16", DEEP)])
+@pytest.mark.parametrize("last_row_padded", [True, False])
+def test_padding_at_the_rows_ends_is_skipped(encoding, pixels, last_row_padded):
+    rows = pixels.view(np.uint8).reshape(5, -1) if pixels.dtype == np.uint16 else pixels.reshape(5, -1)
+    padded = np.hstack([rows, np.full((5, 3), 255, np.uint8)])
+    data = padded.tobytes() if last_row_padded else padded.tobytes()[:-3]
+    image = decode_image(encoding, 5, 7, padded.shape[1], False, data)
+    assert np.array_equal(image, BGR if pixels.ndim == 3 else pixels)
+
+
+def test_more_bytes_than_needed_are_ignored():
+    assert np.array_equal(decode_image("mono8", 5, 7, 7, False, GREY.tobytes() + b"more"), GREY)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("bayer_rggb8", 5, 7, 7, False, GREY.tobytes()), "'bayer_rggb8' is none of mono8"),
+        (("mono8", 0, 7, 7, False, b""), "7x0"),
+        (("mono8", 5, 0, 0, False, b""), "0x5"),
+        (("mono8", 5, 7, 6, False, GREY.tobytes()), "step 6"),
+        (("bgr8", 5, 7, 20, False, BGR.tobytes()), "take 21 bytes"),
+        (("mono8", 480, 640, 640, False, bytes(30)), "30 bytes of data"),
+        (("mono8", 2**31, 2**31, 2**31, False, bytes(30)), "implausible"),
+    ],
+)
+def test_unfit_messages_say_what_is_wrong(arguments, said):
+    with pytest.raises(ImageError, match=said):
+        decode_image(*arguments)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.sampled_from(ENCODINGS),
+    st.integers(-2, 40) | st.integers(0, 2**32 - 1),
+    st.integers(-2, 40) | st.integers(0, 2**32 - 1),
+    st.integers(-2, 200) | st.integers(0, 2**32 - 1),
+    st.booleans(),
+    st.binary(max_size=400),
+)
+def test_any_message_gives_an_image_of_its_size_or_an_image_error(encoding, height, width, step, big, data):
+    try:
+        image = decode_image(encoding, height, width, step, big, data)
+    except ImageError as error:
+        assert "\n" not in str(error)
+    else:
+        assert image.shape[:2] == (height, width)
+
+
+@pytest.mark.parametrize("image_format", ["png", "mono8; png compressed", "mono8; png compressed mono8"])
+@pytest.mark.parametrize("pixels", [GREY, BGR, DEEP], ids=["grey", "colour", "sixteen bits"])
+def test_png_comes_back_exactly(image_format, pixels):
+    assert np.array_equal(decode_compressed(image_format, cv2.imencode(".png", pixels)[1]), pixels)
+
+
+def test_jpeg_comes_back_nearly():
+    smooth = cv2.resize(BGR, (70, 50))
+    image = decode_compressed("bgr8; jpeg compressed bgr8", cv2.imencode(".jpg", smooth)[1].tobytes())
+    assert image.shape == smooth.shape
+    assert np.abs(image.astype(int) - smooth).mean() < 6
+
+
+def test_an_alpha_channel_is_dropped():
+    assert np.array_equal(decode_encoded(cv2.imencode(".png", np.dstack([BGR, GREY]))[1]), BGR)
+
+
+def test_depth_images_are_refused():
+    with pytest.raises(ImageError, match="depth"):
+        decode_compressed("16UC1; compressedDepth png", cv2.imencode(".png", DEEP)[1])
+
+
+def test_sixteen_bit_colours_are_refused():
+    with pytest.raises(ImageError, match="8 bits"):
+        decode_encoded(cv2.imencode(".png", np.dstack([DEEP] * 3))[1])
+
+
+def png_claiming(width: int, height: int) -> bytes:
+    """A well-formed PNG whose header claims this size and whose data are a few bytes."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    return (
+        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(bytes(100))) + chunk(b"IEND", b"")
+    )
+
+
+def test_an_implausible_size_is_refused_before_it_is_decoded():
+    with pytest.raises(ImageError, match="60000x60000 pixels is implausible"):
+        decode_encoded(png_claiming(60000, 60000))
+    jpeg = bytearray(cv2.imencode(".jpg", BGR)[1].tobytes())
+    size_at = jpeg.find(b"\xff\xc0") + 5
+    jpeg[size_at : size_at + 4] = struct.pack(">HH", 65000, 65000)
+    with pytest.raises(ImageError, match="65000x65000 pixels is implausible"):
+        decode_encoded(bytes(jpeg))
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".bmp"])
+def test_every_truncation_is_refused(suffix):
+    encoded = cv2.imencode(suffix, BGR)[1].tobytes()
+    for length in range(len(encoded)):
+        with pytest.raises(ImageError) as caught:
+            decode_encoded(encoded[:length])
+        assert "\n" not in str(caught.value)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.sampled_from([".png", ".jpg", ".bmp"]), st.data())
+def test_damaged_files_give_an_image_or_an_image_error(suffix, data):
+    encoded = bytearray(cv2.imencode(suffix, BGR)[1].tobytes())
+    for _ in range(data.draw(st.integers(1, 8))):
+        encoded[data.draw(st.integers(0, len(encoded) - 1))] = data.draw(st.integers(0, 255))
+    try:
+        image = decode_encoded(bytes(encoded))
+    except ImageError as error:
+        assert "\n" not in str(error)
+    else:
+        assert image.ndim in (2, 3)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.sampled_from([b"", b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd8\xff", b"BM"]), st.binary(max_size=60))
+def test_noise_is_an_image_error(start, noise):
+    with pytest.raises(ImageError):
+        decode_encoded(start + noise)
+
+
+def test_a_missing_file_is_an_image_error(tmp_path):
+    with pytest.raises(ImageError, match="cannot be read"):
+        read_image(tmp_path / "nothing.png")

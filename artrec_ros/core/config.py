@@ -116,20 +116,6 @@ class ObjectConfig:
 
 
 @dataclass(frozen=True)
-class NodeConfig:
-    """How the ROS node takes its images; of no effect offline."""
-
-    image_transport: str = param(
-        "raw", "subscribe image (raw) or image/compressed (compressed)", choices=("raw", "compressed")
-    )
-    qos_reliability: str = param(
-        "auto",
-        "reliability of the image subscription; auto: the publisher's",
-        choices=("auto", "reliable", "best_effort"),
-    )
-
-
-@dataclass(frozen=True)
 class RecognizerConfig:
     """The recogniser's parameters. Each stage's owner adds its own here."""
 

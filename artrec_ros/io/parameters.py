@@ -1,0 +1,226 @@
+"""The node's parameter file, read without ROS: the same file gives the same recogniser on the robot and offline."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig
+from ..core.datatypes import Target
+from ..core.errors import ConfigError
+from .constraints import load_constraints
+from .files import Value, load_value, nearest
+from .objects import load_object
+from .shared_files import resolve_path
+from .specs import Spec, all_specs, specs_of
+
+if TYPE_CHECKING:
+    from ..core.recognizer import Recognizer
+
+_SECTION = "ros__parameters"
+_WILDCARDS = ("/**", "/*", "**", "*")
+_ROS_OWN = ("use_sim_time", "start_type_description_service")  # every ROS node has these
+_ROS_OWN_PREFIX = "qos_overrides."
+_RESERVED = ("objects", "image", "recognizer", "qos_overrides")
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """All that a recogniser is made of.
+
+    :param resolved: every parameter by its flat name, defaults included, file names absolute. Empty lists are
+        left out: ROS cannot tell their type, and each is its parameter's default.
+    """
+
+    targets: tuple[Target, ...]
+    image: ImageConfig
+    recognizer: RecognizerConfig
+    node: NodeConfig
+    resolved: dict[str, Any]
+
+    def build(self) -> Recognizer:
+        """The recogniser with these parameters."""
+        from ..core.recognizer import Recognizer
+        from ..core.segmentation import Segmenter
+
+        return Recognizer(self.targets, self.recognizer, Segmenter(self.image))
+
+    def to_yaml(self) -> str:
+        """A parameter file that gives this set-up again, from wherever it lies."""
+        return yaml.safe_dump({"/**": {_SECTION: _nested(self.resolved)}}, sort_keys=False, default_flow_style=None)
+
+
+def load_parameters(path: str | Path) -> Setup:
+    """A set-up from a ROS parameter file."""
+    flat = {key: value.raw for key, value in read_flat(path).items()}
+    return setup_from_flat(flat, Path(path).absolute().parent, path)
+
+
+def read_flat(path: str | Path) -> dict[str, Value]:
+    """The parameters of a ROS parameter file by their flat names; a node's own section goes before the wildcard's."""
+    sections = _sections(load_value(path))
+    if not sections:
+        raise ConfigError(f"{path}: no parameters found; they stand under '/**:' and '{_SECTION}:'")
+    named = [name for name in sections if name.rpartition("/")[2] not in ("**", "*")]
+    ours = [name for name in named if name.rpartition("/")[2].startswith("artrec")] or named
+    if len(ours) > 1:
+        raise ConfigError(f"{path}: parameters of {len(ours)} nodes ({', '.join(ours)}); keep one, or use '/**:'")
+    flat: dict[str, Value] = {}
+    for name in [*(n for n in sections if n not in named), *ours]:
+        flat.update(_flatten(sections[name]))
+    return flat
+
+
+def _sections(value: Value, name: str = "") -> dict[str, Value]:
+    """The `ros__parameters` of each node that a parameter file names."""
+    found: dict[str, Value] = {}
+    for key, child in value.entries().items():
+        if key == _SECTION:
+            if not name:
+                raise child.error("stands under a node's name, such as '/**:'")
+            found[name] = Value(value.file, "", child.raw)
+        else:
+            found.update(_sections(child, f"{name}/{key.strip('/')}" if name else key))
+    return found
+
+
+def _flatten(section: Value) -> dict[str, Value]:
+    """Nested keys joined by dots; the section itself is not part of the names."""
+    flat: dict[str, Value] = {}
+    for key, child in section.entries().items():
+        for full, value in (_flatten(child) if isinstance(child.raw, dict) else {child.key: child}).items():
+            if full in flat:
+                raise value.error(f"is given twice, once of them as '{key}'; keep one")
+            flat[full] = value
+    return flat
+
+
+def setup_from_flat(flat: Mapping[str, Any], base_dir: Path, source: str | Path = "parameters") -> Setup:
+    """A set-up from flat parameter values, as a ROS node holds them.
+
+    :param base_dir: where relative file names start.
+    :param source: what errors name as the values' file.
+    """
+    values = {key: Value(Path(source), key, _plain(raw)) for key, raw in flat.items()}
+    objects = _read_names(values, "objects", _RESERVED)
+    if not objects:
+        raise ConfigError(f"{source}: objects: this key is missing; it lists the objects to look for, such as [red]")
+    classes = _read_names(values, "image.classes", [f.name for f in dataclasses.fields(ImageConfig)])
+    specs = all_specs(objects, classes)
+    for key, value in values.items():
+        if key not in specs and key not in _ROS_OWN and not key.startswith(_ROS_OWN_PREFIX):
+            raise value.error(f"unknown parameter{_hint(key, specs)}")
+    image = _read_image(values, classes, str(source))
+    recognizer = _read_config(RecognizerConfig, "recognizer.", values, str(source))
+    node = _read_config(NodeConfig, "", values, str(source))
+    if node.config_dir:
+        base_dir = resolve_path(node.config_dir, base_dir)
+    configs = {name: _read_object(name, values, base_dir, str(source)) for name in objects}
+    targets = tuple(_load_target(name, config, image, values) for name, config in configs.items())
+    resolved = _resolve(specs, values, {f"{n}.{k}": v for n, c in configs.items() for k, v in vars(c).items()})
+    return Setup(targets, image, recognizer, node, resolved)
+
+
+def _plain(raw: Any) -> Any:
+    """Arrays of ROS' Python client as lists."""
+    return raw if isinstance(raw, (str, bytes, dict)) or not hasattr(raw, "__iter__") else list(raw)
+
+
+def _hint(key: str, specs: Mapping[str, Spec]) -> str:
+    """The nearest known name, and the names beside it rather than all of them."""
+    group = key.rpartition(".")[0]
+    beside = [name for name in specs if name.rpartition(".")[0] == group]
+    return nearest(key, beside or specs)
+
+
+def _read_names(values: Mapping[str, Value], key: str, reserved: Iterable[str]) -> list[str]:
+    names = []
+    for item in values[key].items() if key in values else []:
+        name = item.text()
+        if not _NAME.fullmatch(name):
+            raise item.error(f"'{name}' is no name; letters, digits and _, beginning with a letter")
+        if name in reserved:
+            raise item.error(f"'{name}' is the name of parameters; choose another")
+        if name in names:
+            raise item.error(f"'{name}' is listed twice")
+        names.append(name)
+    return names
+
+
+def _read_config(config: type, prefix: str, values: Mapping[str, Value], source: str, **extra: Any) -> Any:
+    """A dataclass from the values that are given; the others keep their defaults."""
+    names = {s.name[len(prefix) :]: s for s in specs_of(config, prefix)}
+    given = {name: spec.read(values[spec.name]) for name, spec in names.items() if spec.name in values}
+    try:
+        return config(**given, **extra)
+    except ConfigError as error:
+        raise ConfigError(f"{source}: {error}") from None
+
+
+def _read_image(values: Mapping[str, Value], classes: Iterable[str], source: str) -> ImageConfig:
+    read = {}
+    for name in classes:
+        _require(values, f"image.{name}.label", source)
+        read[name] = _read_config(ClassConfig, f"image.{name}.", values, source)
+    image: ImageConfig = _read_config(ImageConfig, "image.", values, source, classes=read)
+    return image
+
+
+def _require(values: Mapping[str, Value], key: str, source: str) -> None:
+    if key not in values:
+        raise ConfigError(f"{source}: {key}: this key is missing")
+
+
+def _read_object(name: str, values: Mapping[str, Value], base_dir: Path, source: str) -> ObjectConfig:
+    """An object's parameters with absolute file names."""
+    for key in ("object_file", "label"):
+        _require(values, f"{name}.{key}", source)
+    config: ObjectConfig = _read_config(ObjectConfig, f"{name}.", values, source)
+    paths: dict[str, Any] = {}
+    for key in ("object_file", "constraint_file"):
+        given = getattr(config, key)
+        if not given and key == "constraint_file":
+            continue
+        try:
+            paths[key] = str(resolve_path(given, base_dir))
+        except ConfigError as error:
+            raise values[f"{name}.{key}"].error(str(error)) from None
+        if not Path(paths[key]).is_file():
+            raise values[f"{name}.{key}"].error(f"there is no file {paths[key]}")
+    return dataclasses.replace(config, **paths)
+
+
+def _load_target(name: str, config: ObjectConfig, image: ImageConfig, values: Mapping[str, Value]) -> Target:
+    labels = {class_name: c.label for class_name, c in image.classes.items()}
+    if image.kind != "labels" and config.label not in labels.values():
+        known = ", ".join(f"{label} ({class_name})" for class_name, label in labels.items())
+        raise values[f"{name}.label"].error(f"{config.label} is no label of image.classes (known: {known})")
+    model = load_object(config.object_file, labels)
+    constraints = load_constraints(config.constraint_file, model) if config.constraint_file else None
+    return Target(name, model, config.label, constraints)
+
+
+def _resolve(specs: Mapping[str, Spec], values: Mapping[str, Value], paths: Mapping[str, Any]) -> dict[str, Any]:
+    resolved = {key: spec.read(values[key]) if key in values else spec.default for key, spec in specs.items()}
+    resolved.update(paths)
+    resolved.update({key: value.raw for key, value in values.items() if key not in specs})
+    plain = {key: list(v) if isinstance(v, tuple) else v for key, v in resolved.items()}
+    return {key: v for key, v in plain.items() if v != []}
+
+
+def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
+    tree: dict[str, Any] = {}
+    for key, value in flat.items():
+        *groups, name = key.split(".")
+        branch = tree
+        for group in groups:
+            branch = branch.setdefault(group, {})
+        branch[name] = value
+    return tree

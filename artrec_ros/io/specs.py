@@ -1,0 +1,75 @@
+"""Parameters as flat, typed, described names: derived from the dataclasses of core/config.py, once for all users."""
+
+from __future__ import annotations
+
+import dataclasses
+import typing
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig
+from .files import Value
+
+
+@dataclass(frozen=True)
+class Spec:
+    """One parameter: a scalar, or a list of `type` where `is_list`; low and high bound each item, inclusively."""
+
+    name: str
+    type: type
+    is_list: bool
+    default: Any
+    description: str
+    unit: str
+    low: float | None
+    high: float | None
+    choices: tuple[str, ...]
+
+    def read(self, value: Value) -> Any:
+        """The value in this parameter's type, a tuple for lists; `ConfigError` where it does not fit."""
+        if not self.is_list:
+            return self._item(value)
+        items = tuple(self._item(v) for v in value.items())
+        if self.default and not items:
+            raise value.error(f"the list is empty; leave it out for its default {list(self.default)}")
+        return items
+
+    def _item(self, value: Value) -> Any:
+        if self.type is bool:
+            return value.boolean()
+        if self.type is int:
+            return value.integer(self.low, self.high)
+        if self.type is float:
+            return value.number(self.low, self.high)
+        return value.text(self.choices) if self.choices or value.raw != "" else ""
+
+
+def specs_of(config: type, prefix: str = "") -> list[Spec]:
+    """The parameters of a dataclass whose fields are made by `param`; other fields are no parameters."""
+    hints, specs = typing.get_type_hints(config), []
+    for f in dataclasses.fields(config):
+        if "description" not in f.metadata:
+            continue
+        is_list = typing.get_origin(hints[f.name]) is tuple
+        kind = typing.get_args(hints[f.name])[0] if is_list else hints[f.name]
+        specs.append(Spec(name=prefix + f.name, type=kind, is_list=is_list, default=f.default, **f.metadata))
+    return specs
+
+
+def all_specs(objects: Iterable[str], classes: Iterable[str]) -> dict[str, Spec]:
+    """Every parameter of a set-up with these objects and pixel classes, by its full name."""
+    specs = [
+        _names("objects", "the objects to look for; each has parameters NAME.object_file, ..."),
+        *(s for name in objects for s in specs_of(ObjectConfig, f"{name}.")),
+        *specs_of(ImageConfig, "image."),
+        _names("image.classes", "palette, colour: the pixel classes; each has parameters image.NAME.label, ..."),
+        *(s for name in classes for s in specs_of(ClassConfig, f"image.{name}.")),
+        *specs_of(RecognizerConfig, "recognizer."),
+        *specs_of(NodeConfig),
+    ]
+    return {s.name: s for s in specs}
+
+
+def _names(name: str, description: str) -> Spec:
+    return Spec(name, str, True, (), description, "", None, None, ())

@@ -1,0 +1,78 @@
+"""`artrec`: one command line, one subcommand a file, one place where errors become messages and exit codes."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from ..core.errors import ArtrecError
+
+DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
+
+# command -> what `artrec --help` says; its module artrec_ros.tools.COMMAND is imported when it is called for
+COMMANDS = {
+    "train": "learn an object's constraints from annotated images",
+    "replay": "run the recogniser over bags or folders of images",
+    "evaluate": "score a replay against the truth",
+    "simulate": "render scenes with known truth",
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs a command. Returns 0: done, 1: the work failed, 2: wrong usage, 130: interrupted."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        args = _parse(arguments)
+    except SystemExit as leaving:  # argparse has said why
+        return leaving.code if isinstance(leaving.code, int) else WRONG_USAGE
+    except ImportError as error:
+        return _fail(f"{error}; install what is missing", "--debug" in arguments)
+    try:
+        return int(args.run(args))
+    except ArtrecError as error:
+        return _fail(str(error), args.debug)
+    except KeyboardInterrupt:
+        print("artrec: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has left, as `| head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    except (OSError, MemoryError, ImportError) as error:
+        return _fail(str(error) or type(error).__name__, args.debug)
+
+
+def _fail(message: str, debug: bool) -> int:
+    """Called while an exception is handled."""
+    if debug:
+        raise
+    print(f"artrec: {' '.join(message.split())}", file=sys.stderr)
+    return FAILED
+
+
+def _parse(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="artrec", description="Recognise articulated objects by their markers.")
+    parser.add_argument("--debug", action="store_true", help="show a traceback with an error")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    called = next((a for a in arguments if not a.startswith("-")), None)
+    for command, summary in COMMANDS.items():
+        if command == called:
+            module = importlib.import_module(f"{__package__}.{command}")
+            module.add_parser(subparsers)
+            subparsers.choices[command].set_defaults(run=module.run)
+            _accept_debug(subparsers.choices[command])
+        else:
+            subparsers.add_parser(command, help=summary)
+    return parser.parse_args(arguments)
+
+
+def _accept_debug(parser: argparse.ArgumentParser) -> None:
+    """--debug is as good behind the command as before it."""
+    if "--debug" not in parser.format_help():
+        parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,49 @@
+"""The executable `artrec_node`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from ..core.errors import ArtrecError
+
+_HELP = """Recognises articulated objects in images: subscribes image and camera_info, publishes <object>/poses etc.
+
+example: artrec_node --ros-args --params-file config/aibo.yaml -r image:=/camera/segmentation
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM.
+
+    :param argv: arguments without the program's name; ROS' own begin with --ros-args.
+    :return: exit code: 0 stopped, 1 failed, 2 wrong usage.
+    """
+    try:
+        import rclpy
+        from rclpy.executors import ExternalShutdownException
+        from rclpy.utilities import remove_ros_args
+    except ImportError as error:
+        print(f"artrec_node: ROS 2 is missing ({error}); source one, or install artrec_ros with pip", file=sys.stderr)
+        return 1
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser("artrec_node", description=_HELP, formatter_class=argparse.RawTextHelpFormatter)
+    parser.parse_args(remove_ros_args(["artrec_node", *arguments])[1:])
+    try:
+        rclpy.init(args=["artrec_node", *arguments])
+        from .node import RecognizerNode
+
+        rclpy.spin(RecognizerNode(arguments))
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    except (ArtrecError, RuntimeError) as error:  # rclpy raises RuntimeErrors for bad arguments and parameter files
+        print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
+        return 1
+    finally:
+        rclpy.try_shutdown()
+    return 0
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())

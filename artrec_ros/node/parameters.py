@@ -1,0 +1,161 @@
+"""ROS parameters from io's parameter specs: declared with description and range, changed as a whole or not at all."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from ..core.errors import ArtrecError
+from ..io.parameters import Setup, setup_from_flat
+from ..io.shared_files import SCHEME
+from ..io.specs import Spec, all_specs
+
+_ARRAYS = {
+    bool: Parameter.Type.BOOL_ARRAY,
+    int: Parameter.Type.INTEGER_ARRAY,
+    float: Parameter.Type.DOUBLE_ARRAY,
+    str: Parameter.Type.STRING_ARRAY,
+}
+_LIVE = ("image.", "recognizer.")
+_FIXED = ("image.classes",)  # it decides which other parameters there are
+
+
+def read_overrides(node: Node) -> dict[str, Any]:
+    """What the user set, by parameter files, -p or launch, before any declaration.
+
+    rclpy has no public way to see parameters that nobody declared; a misspelt one would be dropped in silence.
+    An empty list has no type in ROS and comes as None: its parameter keeps its default.
+    """
+    return {name: p.value for name, p in node._parameter_overrides.items() if p.value is not None}
+
+
+def base_directory(overrides: Mapping[str, Any], argv: Sequence[str]) -> Path:
+    """Where relative file names start: `config_dir`, else the folder of the parameter file that names them."""
+    given = overrides.get("config_dir")
+    if given:
+        return Path(str(given)).expanduser().absolute()
+    files = [Path(value).absolute() for flag, value in zip(argv, argv[1:], strict=False) if flag == "--params-file"]
+    folders = [f.parent for f in files]
+    paths = [v for k, v in overrides.items() if k.endswith(".object_file") and isinstance(v, str)]
+    relative = [p for p in paths if not p.startswith(SCHEME)]
+    # launch adds files of its own in a temporary folder: prefer the folder where the named files are
+    fitting = [d for d in folders if any((d / p).is_file() for p in relative)]
+    return [*fitting, *folders, Path.cwd()][0]
+
+
+def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
+    """The set-up that the node was started with.
+
+    :raises ConfigError: a value, or a file that it names, is not valid, or a parameter is unknown.
+    """
+    overrides = read_overrides(node)
+    return setup_from_flat(overrides, base_directory(overrides, argv))
+
+
+class LiveParameters:
+    """Declares a set-up's parameters on a node and keeps the two in step.
+
+    A batch of changes is taken whole or refused whole with the reason. `on_change` gets the set-up that a batch leads
+    to before the batch is taken, and may refuse it by raising `ArtrecError`; it returns what is to be done once it
+    is taken.
+    """
+
+    def __init__(self, node: Node, setup: Setup, on_change: Callable[[Setup], Callable[[], None]]) -> None:
+        objects, classes = setup.resolved["objects"], setup.resolved.get("image.classes", [])
+        self._specs = all_specs(objects, classes)
+        self._setup = setup
+        self._on_change = on_change
+        self._commit: Callable[[], None] | None = None
+        for spec in self._specs.values():
+            _declare(node, spec, setup.resolved.get(spec.name, []))
+        node.add_pre_set_parameters_callback(self._to_declared_types)
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._take)
+
+    def _to_declared_types(self, parameters: list[Parameter]) -> list[Parameter]:
+        return [coerce(self._specs[p.name], p) if p.name in self._specs else p for p in parameters]
+
+    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        self._commit = None
+        ours = {p.name: p.value for p in parameters if p.name in self._specs}
+        if not ours:
+            return SetParametersResult(successful=True)
+        deleted = [name for name, value in ours.items() if value is None]
+        if deleted:
+            return SetParametersResult(successful=False, reason=f"{deleted[0]}: cannot be deleted, only changed")
+        try:
+            setup = setup_from_flat({**self._setup.resolved, **ours}, Path())
+            act = self._on_change(setup)
+        except ArtrecError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+
+        def commit() -> None:
+            self._setup = setup
+            act()
+
+        self._commit = commit
+        return SetParametersResult(successful=True)
+
+    def _take(self, parameters: list[Parameter]) -> None:
+        if self._commit is not None:
+            self._commit()
+            self._commit = None
+
+
+def coerce(spec: Spec, parameter: Parameter) -> Parameter:
+    """The parameter in its declared type where nothing is lost by it: 15 for 15.0, and [] of any type."""
+    value = parameter.value
+    if spec.is_list:
+        empty = value is not None and not isinstance(value, (str, bool, int, float)) and len(value) == 0
+        if empty or (spec.type is float and parameter.type_ == Parameter.Type.INTEGER_ARRAY):
+            return Parameter(parameter.name, _ARRAYS[spec.type], [spec.type(v) for v in value])
+    elif spec.type is float and parameter.type_ == Parameter.Type.INTEGER:
+        return Parameter(parameter.name, Parameter.Type.DOUBLE, float(value))
+    return parameter
+
+
+def is_live(name: str) -> bool:
+    """Whether a parameter may be changed while the node runs."""
+    return name.startswith(_LIVE) and name not in _FIXED
+
+
+def describe(spec: Spec) -> ParameterDescriptor:
+    """What tools show of a parameter."""
+    unit = f" [{spec.unit}]" if spec.unit else ""
+    descriptor = ParameterDescriptor(description=spec.description + unit, read_only=not is_live(spec.name))
+    if spec.choices:
+        descriptor.additional_constraints = f"one of: {', '.join(spec.choices)}"
+    if spec.low is None and spec.high is None:
+        return descriptor
+    if spec.is_list:
+        descriptor.additional_constraints = f"each within {_text(spec.low)} .. {_text(spec.high)}"
+    elif spec.type is int:
+        low = -(2**63) if spec.low is None else int(spec.low)
+        high = 2**63 - 1 if spec.high is None else int(spec.high)
+        descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=0)]
+    else:
+        low_f = -sys.float_info.max if spec.low is None else float(spec.low)
+        high_f = sys.float_info.max if spec.high is None else float(spec.high)
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low_f, to_value=high_f, step=0.0)]
+    return descriptor
+
+
+def _text(bound: float | None) -> str:
+    return "any" if bound is None else f"{bound:g}"
+
+
+def _declare(node: Node, spec: Spec, value: Any) -> None:
+    if not spec.is_list:
+        node.declare_parameter(spec.name, spec.type(value), describe(spec), ignore_override=True)
+    elif value:
+        node.declare_parameter(spec.name, [spec.type(v) for v in value], describe(spec), ignore_override=True)
+    else:  # rclpy takes [] for bytes: give the type first
+        node.declare_parameter(spec.name, _ARRAYS[spec.type], describe(spec), ignore_override=True)
+        if is_live(spec.name):
+            node.set_parameters([Parameter(spec.name, _ARRAYS[spec.type], [])])

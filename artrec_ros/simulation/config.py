@@ -21,8 +21,8 @@ class SceneConfig:
     )
     elevation_deg: tuple[float, ...] = param(
         (),
-        "least and greatest angle of the camera's line of sight below the horizontal; empty: from above where most "
-        "markers face up, else from the side",
+        "least and greatest angle of the camera's line of sight below the horizontal; without: from above where "
+        "most markers face up, else from the side",
         unit="deg",
         low=0,
         high=90,
@@ -42,7 +42,8 @@ class SceneConfig:
         for name in ("objects", "size", "elevation_deg"):
             pair = getattr(self, name)
             if pair and (len(pair) != 2 or pair[0] > pair[1]):
-                raise ConfigError(f"scene.{name}: {pair} is no pair of a least and a greatest value")
+                shown = " ".join(map(str, pair))
+                raise ConfigError(f"scene.{name}: '{shown}': a least and a greatest value are expected, in this order")
 
 
 @dataclass(frozen=True)

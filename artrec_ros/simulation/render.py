@@ -118,7 +118,9 @@ def project_outline(camera: Camera, corners: Array) -> Array:
 def polygon_mask(outline: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:
     """(height, width) True at the integer points inside a polygon (n, 2): even-odd rule, exact, by scan lines."""
     height, width = shape
-    start, end = outline, np.roll(outline, -1, axis=0)
+    following = np.roll(outline, -1, axis=0)
+    upward = (outline[:, 1] > following[:, 1])[:, None]  # one sense, so that neighbours round a shared edge alike
+    start, end = np.where(upward, following, outline), np.where(upward, outline, following)
     y = np.arange(height)[:, None]
     crosses = (start[:, 1] > y) != (end[:, 1] > y)  # (height, n)
     row, edge = np.nonzero(crosses)

@@ -15,7 +15,6 @@ from typing import Any, Protocol
 
 import cv2
 import numpy as np
-import yaml
 from tqdm import tqdm
 
 from artrec_ros.core.datatypes import Camera, FrameResult
@@ -190,7 +189,7 @@ def run(args: argparse.Namespace) -> int:
     summary = Summary()
     with open_sources(args.sources, options, _say) as sources:
         prepare_folder(args.output, args.overwrite)
-        (args.output / PARAMETERS_FILE).write_text(yaml.safe_dump(setup.resolved, sort_keys=False), encoding="utf-8")
+        (args.output / PARAMETERS_FILE).write_text(setup.to_yaml(), encoding="utf-8")
         names = [target.name for target in setup.targets]
         with ResultFolder(args.output, names, args.images, not args.no_video) as results, _interruptible(summary):
             replay(_progress(sources), setup.build(), results, summary)

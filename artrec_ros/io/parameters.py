@@ -60,7 +60,9 @@ class Setup:
 def load_parameters(path: str | Path) -> Setup:
     """A set-up from a ROS parameter file."""
     flat = {key: value.raw for key, value in read_flat(path).items()}
-    return setup_from_flat(flat, Path(path).absolute().parent, path)
+    folder = Path(path).absolute().parent
+    config_dir = flat.get("config_dir")
+    return setup_from_flat(flat, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, path)
 
 
 def read_flat(path: str | Path) -> dict[str, Value]:
@@ -120,8 +122,6 @@ def setup_from_flat(flat: Mapping[str, Any], base_dir: Path, source: str | Path 
     image = _read_image(values, classes, str(source))
     recognizer = _read_config(RecognizerConfig, "recognizer.", values, str(source))
     node = _read_config(NodeConfig, "", values, str(source))
-    if node.config_dir:
-        base_dir = resolve_path(node.config_dir, base_dir)
     configs = {name: _read_object(name, values, base_dir, str(source)) for name in objects}
     targets = tuple(_load_target(name, config, image, values) for name, config in configs.items())
     resolved = _resolve(specs, values, {f"{n}.{k}": v for n, c in configs.items() for k, v in vars(c).items()})

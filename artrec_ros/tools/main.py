@@ -40,8 +40,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output has left, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
-    except (OSError, MemoryError, ImportError) as error:
-        return _fail(str(error) or type(error).__name__, args.debug)
+    except OSError as error:
+        return _fail(str(error), args.debug)
+    except Exception as error:
+        return _fail(f"internal error: {type(error).__name__}: {error}; --debug shows where", args.debug)
 
 
 def _fail(message: str, debug: bool) -> int:
@@ -62,16 +64,13 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
             module = importlib.import_module(f"{__package__}.{command}")
             module.add_parser(subparsers)
             subparsers.choices[command].set_defaults(run=module.run)
-            _accept_debug(subparsers.choices[command])
+            # --debug is as good behind the command as before it
+            subparsers.choices[command].add_argument(
+                "--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
+            )
         else:
             subparsers.add_parser(command, help=summary)
     return parser.parse_args(arguments)
-
-
-def _accept_debug(parser: argparse.ArgumentParser) -> None:
-    """--debug is as good behind the command as before it."""
-    if "--debug" not in parser.format_help():
-        parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
 
 
 if __name__ == "__main__":

@@ -37,33 +37,60 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--coverage", type=float, default=0.95, metavar="SHARE",
         help="share of new examples that each pair's box shall hold, 0 (the bare box) to 0.999 (default %(default)s)",
     )  # fmt: skip
+    parser.add_argument(
+        "--max-scale-ratio", type=float, default=2.0, metavar="RATIO",
+        help="leave out markers whose scale is below their object's largest by more than this: they are seen too "
+        "obliquely to be found by their shape (default %(default)s: 60 degrees)",
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
     """Learns, writes the constraint file, prints the report."""
     if not 0 <= args.coverage <= 0.999:
         raise ConfigError(f"--coverage: {args.coverage} is not within 0 .. 0.999")
+    if not args.max_scale_ratio >= 1:
+        raise ConfigError(f"--max-scale-ratio: {args.max_scale_ratio} is below 1")
     model = load_object(args.object)
     annotations = load_coco(args.annotations).of(args.category)
-    constraints, examples = train(model, annotations, args.coverage)
+    training = train(model, annotations, args.coverage, args.max_scale_ratio)
+    constraints = training.constraints
     save_constraints(args.output, constraints)
-    print("\n".join(report(model, examples, constraints)))
+    print("\n".join(report(model, training.examples, constraints)))
     if half := annotations.half_labelled():
         print(f"{half} markers have only one end of their axis labelled and were left out.")
+    if training.oblique:
+        print(f"{training.oblique} markers are seen too obliquely (--max-scale-ratio) and were left out.")
     print(f"Wrote {args.output}: {len(constraints.pairs)} pairs of object '{model.name}'.")
     return 0
 
 
-def train(model: ObjectModel, annotations: Annotations, coverage: float) -> tuple[ConstraintSet, list[Example]]:
-    """Constraints from annotations, and the examples that they came from."""
-    examples: list[Example] = [e for e in annotations.examples(model) if e]
+@dataclass(frozen=True)
+class Training:
+    """What was learned, from which examples; `oblique` counts markers that were left out."""
+
+    constraints: ConstraintSet
+    examples: list[Example]
+    oblique: int
+
+
+def train(model: ObjectModel, annotations: Annotations, coverage: float, max_scale_ratio: float) -> Training:
+    """Constraints from annotations.
+
+    :param coverage: share of new examples that each pair's box shall hold.
+    :param max_scale_ratio: markers of smaller scale than their object's largest by more than this are left out.
+    """
+    everything = [e for e in annotations.examples(model) if e]
+    examples: list[Example] = []
+    for e in everything:
+        least = max(i.scale for i in e.values()) / max_scale_ratio
+        examples.append({key: i for key, i in e.items() if i.scale >= least})
     constraints = learn(model, examples, coverage, _LEAST_EXAMPLES)
     if not constraints.pairs and len(model.components) > 1:
         raise ConfigError(
             f"of {len(annotations.objects)} annotations, {len(examples)} show a marker of object '{model.name}' and no "
             f"pair of its components is seen together in {_LEAST_EXAMPLES} or more; annotate both ends of both axes"
         )
-    return constraints, examples
+    return Training(constraints, examples, sum(map(len, everything)) - sum(map(len, examples)))
 
 
 @dataclass(frozen=True)

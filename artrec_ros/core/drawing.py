@@ -28,6 +28,8 @@ _AXIS_COLOURS: tuple[Colour, ...] = ((70, 70, 255), (70, 230, 70), (255, 120, 70
 _FAINT: Colour = (165, 165, 165)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _LEAST_WIDTH_PX = 600
+_MOST_REJECTIONS, _LONGEST_REASON = 4, 46
+_NEAR_PX, _CLUSTER_PX = 3.0, 25.0  # of the original image
 _SHIFT = 4  # cv2's sub-pixel bits
 
 
@@ -62,8 +64,8 @@ def draw_result(
             canvas.frame(detection, camera)
     for detection in result.detections:  # names after all outlines: nothing covers them
         canvas.name(detection, object_colour(object_names, detection.object))
-    for rejection in result.rejected:
-        canvas.rejection(rejection)
+    for rejection, others in _told_rejections(result):
+        canvas.rejection(rejection, others)
     return canvas.picture
 
 
@@ -80,6 +82,26 @@ def object_colour(object_names: Sequence[str], name: str) -> Colour:
     """The BGR colour of an object, by its place among the names."""
     place = list(object_names).index(name) if name in object_names else len(object_names)
     return _OBJECT_COLOURS[place % len(_OBJECT_COLOURS)]
+
+
+def _told_rejections(result: FrameResult) -> list[tuple[Rejection, int]]:
+    """The rejected candidates worth a text, and how many others lie near each.
+
+    Of neighbours the best, a few in all; none that has no place, or lies on an object that was found.
+    """
+    outlines = [np.float32(c.contour) for d in result.detections for c in d.components if len(c.contour) >= 3]
+    told: list[tuple[Rejection, int]] = []
+    for rejection in sorted(result.rejected, key=lambda r: -r.score):
+        place = (float(rejection.x), float(rejection.y))
+        if place == (0.0, 0.0) or any(cv2.pointPolygonTest(o, place, True) > -_NEAR_PX for o in outlines):
+            continue
+        for i, (known, others) in enumerate(told):
+            if known.object == rejection.object and np.hypot(known.x - place[0], known.y - place[1]) < _CLUSTER_PX:
+                told[i] = (known, others + 1)
+                break
+        else:
+            told.append((rejection, 0))
+    return told[:_MOST_REJECTIONS]
 
 
 class _Canvas:
@@ -169,11 +191,11 @@ class _Canvas:
         x, bottom = self._at(np.array([centre[0], top]))
         self.label(f"{detection.object}_{detection.id}: {detection.score:.2f}", x, bottom - 8, colour, 0.45)
 
-    def rejection(self, rejection: Rejection) -> None:
-        place = np.array([rejection.x, rejection.y])
-        if not place.any():
-            return  # it has no place
-        x, y = self._at(place)
+    def rejection(self, rejection: Rejection, others: int) -> None:
+        x, y = self._at(np.array([rejection.x, rejection.y]))
         cv2.drawMarker(self.picture, (int(x), int(y)), _FAINT, cv2.MARKER_TILTED_CROSS, 9, 1, cv2.LINE_AA)
-        reason = rejection.reason if len(rejection.reason) <= 40 else rejection.reason[:38] + "..."
-        self.label(f"{rejection.object}: {reason}", x, y - 8, _FAINT, 0.35)
+        reason = (
+            rejection.reason if len(rejection.reason) <= _LONGEST_REASON else rejection.reason[:_LONGEST_REASON] + "..."
+        )
+        more = f" (+{others})" if others else ""
+        self.label(f"{rejection.object}: {reason}{more}", x, y - 8, _FAINT, 0.35)

@@ -22,8 +22,8 @@ from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.typesys import Stores, get_typestore
 
-from artrec_ros.core.errors import ImageError, SourceError
-from artrec_ros.io.recovery import RawMessage, scan
+from ..core.errors import ImageError, SourceError
+from .recovery import RawMessage, scan
 
 if sys.version_info >= (3, 14):
     from compression import zstd

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from artrec_ros.core.datatypes import Camera
-from artrec_ros.core.errors import ConfigError
+from ..core.datatypes import Camera
+from ..core.errors import ConfigError
 
 # distortion model -> the numbers of coefficients it may have; OpenCV orders them alike
 _MODELS = {"": (0, 4, 5, 8), "plumb_bob": (0, 4, 5), "rational_polynomial": (0, 5, 8)}

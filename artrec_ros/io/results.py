@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance, Rejection
-from artrec_ros.core.errors import SourceError
-from artrec_ros.core.transforms import Pose, rotation_from_quaternion
+from ..core.datatypes import Detection, FrameResult, ImagePose, Instance, Rejection
+from ..core.errors import SourceError
+from ..core.transforms import Pose, rotation_from_quaternion
 
 DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 

@@ -5,23 +5,19 @@ from __future__ import annotations
 import dataclasses
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from artrec_ros.core.datatypes import Camera
-from artrec_ros.core.errors import ConfigError, ImageError, SourceError
-from artrec_ros.io.bags import BAG_SUFFIXES, Bag, Topic
-from artrec_ros.io.cameras import camera_from_info
-from artrec_ros.io.images import IMAGE_SUFFIXES, Image, decode_compressed, decode_image, read_image
-from artrec_ros.io.recovery import RawMessage
+from ..core.datatypes import Camera
+from ..core.errors import ConfigError, ImageError, SourceError
+from .bags import BAG_SUFFIXES, Bag
+from .images import IMAGE_SUFFIXES, Image, read_image
+from .recovery import RawMessage
+from .topics import Report, camera_info_topic, camera_of, choose_topic, decode_message, listed, stamp_of
 
-IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 _STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -87,11 +83,11 @@ class BagSource(Source):
     def __init__(self, bag: Bag, options: SourceOptions, report: Report) -> None:
         self._bag, self._options = bag, options
         self._report = _once(report)
-        self.topic = _choose_topic(bag, options, report)
+        self.topic = choose_topic(bag, options.topic, options.image_kind, report)
         self._info_topic = options.camera_info_topic or camera_info_topic(self.topic)
         self.count = bag.topics[self.topic].count
         if options.camera_info_topic and options.camera_info_topic not in bag.topics:
-            raise SourceError(f"{bag.path}: no topic '{options.camera_info_topic}'. {_listed(bag, ())}")
+            raise SourceError(f"{bag.path}: no topic '{options.camera_info_topic}'. {listed(bag)}")
 
     @property
     def problems(self) -> list[str]:
@@ -136,7 +132,7 @@ class BagSource(Source):
 
     def _camera(self, message: RawMessage) -> Camera | None:
         try:
-            return _camera_of(self._bag.parse(message))
+            return camera_of(self._bag.parse(message))
         except (ImageError, ConfigError) as error:
             self._report(f"{self._info_topic}: {error}: no metric poses")
             return None
@@ -209,79 +205,6 @@ def open_sources(paths: Sequence[Path], options: SourceOptions | None = None, re
     :raises SourceError: a path that is neither, an image topic that is missing or cannot be told.
     """
     return Sources(paths, options or SourceOptions(), report or (lambda _: None))
-
-
-def camera_info_topic(image_topic: str) -> str:
-    """The calibration's topic beside an image topic, as image_transport has it."""
-    base = re.sub(r"/compressed$", "", image_topic)
-    return base.rpartition("/")[0] + "/camera_info"
-
-
-def decode_message(content: Any) -> Image:
-    """The pixels of an Image or CompressedImage message of any client library. :raises ImageError: if unfit."""
-    c = content
-    if hasattr(c, "format"):
-        return decode_compressed(c.format, c.data)
-    return decode_image(c.encoding, c.height, c.width, c.step, bool(c.is_bigendian), c.data)
-
-
-def stamp_of(content: Any, log_ns: int) -> int:
-    """The header's stamp; where it was never set, the time of recording."""
-    stamp = content.header.stamp
-    return (stamp.sec * 10**9 + stamp.nanosec) or log_ns
-
-
-def _camera_of(info: Any) -> Camera:
-    """ROS 1 spells the fields of CameraInfo in capitals, ROS 2 does not."""
-    K, D = (info.k, info.d) if hasattr(info, "k") else (info.K, info.D)
-    roi = info.roi
-    return camera_from_info(
-        info.width, info.height, K, D, info.distortion_model, info.header.frame_id,
-        (info.binning_x, info.binning_y), (roi.x_offset, roi.y_offset, roi.width, roi.height),
-    )  # fmt: skip
-
-
-def _choose_topic(bag: Bag, options: SourceOptions, report: Report) -> str:
-    """The image topic: the one that is named, else the only one, else the only one that fits the image kind."""
-    images = [t for t in bag.topics.values() if t.msgtype in IMAGE_TYPES]
-    if options.topic is not None:
-        if options.topic not in bag.topics:
-            raise SourceError(f"{bag.path}: no topic '{options.topic}'. {_listed(bag, images)}")
-        if options.topic not in [t.name for t in images]:
-            msgtype = bag.topics[options.topic].msgtype
-            raise SourceError(f"{bag.path}: '{options.topic}' is {msgtype}, no image. {_listed(bag, images)}")
-        return options.topic
-    if not images:
-        raise SourceError(f"{'; '.join(bag.problems) or bag.path}: no image topic. {_listed(bag, images)}")
-    if len(images) == 1:
-        return images[0].name
-    fitting = [t.name for t in images if _fits(bag, t, options.image_kind)]
-    if len(fitting) != 1:
-        raise SourceError(f"{bag.path}: several image topics, choose one with --topic. {_listed(bag, images)}")
-    kind = f"image.kind '{options.image_kind}'"
-    report(f"{bag.path}: topic {fitting[0]}: of {len(images)} image topics the only one that fits {kind}")
-    return fitting[0]
-
-
-def _fits(bag: Bag, topic: Topic, kind: str | None) -> bool:
-    """Whether the first image of a topic has the channels that this kind of image has."""
-    message = next(bag.messages([topic.name]), None)
-    if message is None or kind is None:
-        return False
-    try:
-        return decode_message(bag.parse(message)).ndim == (2 if kind == "labels" else 3)
-    except ImageError:
-        return False
-
-
-def _listed(bag: Bag, images: Sequence[Topic]) -> str:
-    """What there is: the image topics, or else all topics, the first few."""
-    topics = sorted(images or bag.topics.values())
-    if not topics:
-        return "It holds no topics"
-    names = ", ".join(f"{t.name} ({t.msgtype}, {t.count})" for t in topics[:8])
-    more = f" and {len(topics) - 8} more" if len(topics) > 8 else ""
-    return f"{'Image topics' if images else 'Topics'}: {names}{more}"
 
 
 def _holds_bag(folder: Path) -> bool:

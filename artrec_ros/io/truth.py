@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from artrec_ros.core.errors import SourceError
-from artrec_ros.core.transforms import Array, Pose, readonly
+from ..core.errors import SourceError
+from ..core.transforms import Array, Pose, readonly
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from artrec_ros.core.datatypes import Detection
-from artrec_ros.core.errors import SourceError
-from artrec_ros.io.results import DETECTIONS_FILE, SUMMARY_FILE, read_results
-from artrec_ros.io.truth import load_truth
-from artrec_ros.tools.metrics import Counts, score
+from ..core.datatypes import Detection
+from ..core.errors import SourceError
+from ..io.results import DETECTIONS_FILE, SUMMARY_FILE, read_results
+from ..io.truth import load_truth
+from .metrics import Counts, score
 
 METRICS_FILE = "metrics.json"
 

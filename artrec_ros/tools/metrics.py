@@ -14,9 +14,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from artrec_ros.core.datatypes import Detection, Instance
-from artrec_ros.core.transforms import Array
-from artrec_ros.io.truth import TrueComponent, TrueObject
+from ..core.datatypes import Detection, Instance
+from ..core.transforms import Array
+from ..io.truth import TrueComponent, TrueObject
 
 _COUNTED_PX, _COUNTED_SHARE = 30.0, 0.5  # the least required component of an object that counts
 _EXPECTED_PX, _EXPECTED_SHARE = 25.0, 0.7  # the least other component whose absence is a miss

@@ -17,15 +17,15 @@ import cv2
 import numpy as np
 from tqdm import tqdm
 
-from artrec_ros.core.datatypes import Camera, FrameResult
-from artrec_ros.core.drawing import draw_error, draw_result
-from artrec_ros.core.errors import ImageError, SourceError
-from artrec_ros.io.bags import STORAGES
-from artrec_ros.io.cameras import load_camera
-from artrec_ros.io.parameters import load_parameters
-from artrec_ros.io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord
-from artrec_ros.io.sources import Frame, SourceOptions, Sources, open_sources
-from artrec_ros.io.video import VideoWriter
+from ..core.datatypes import Camera, FrameResult
+from ..core.drawing import draw_error, draw_result
+from ..core.errors import ImageError, SourceError
+from ..io.bags import STORAGES
+from ..io.cameras import load_camera
+from ..io.parameters import load_parameters
+from ..io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord
+from ..io.sources import Frame, SourceOptions, Sources, open_sources
+from ..io.video import VideoWriter
 
 PARAMETERS_FILE, VIDEO_FILE, FRAMES_FOLDER = "parameters.yaml", "video.mp4", "frames"
 

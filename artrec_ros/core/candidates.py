@@ -12,23 +12,28 @@ from .constraints import ConstraintSet, PairConstraint, configuration
 from .datatypes import Target
 from .matching import Matches
 from .symmetry import ANY_ANGLE
-from .transforms import Array
+from .transforms import Array, wrap_angle
 
 ShapeOf = dict[tuple[str, str], int]  # (component, marker) -> number of its shape
 
 
 @dataclass(frozen=True)
 class Poses:
-    """Where candidates lie: arrays of one length, units as in `Instance`, and the noise of theta (rad)."""
+    """Where candidates lie: arrays of one shape, units as in `Instance`.
+
+    :param place_noise_px, theta_noise, scale_noise: standard deviations; that of the scale is relative.
+    """
 
     x: Array
     y: Array
     theta: Array
     scale: Array
+    place_noise_px: Array
     theta_noise: Array
+    scale_noise: Array
 
     def at(self, index: tuple[object, ...] | NDArray[np.int64]) -> Poses:
-        return Poses(*(getattr(self, f)[index] for f in ("x", "y", "theta", "scale", "theta_noise")))
+        return Poses(*(getattr(self, f)[index] for f in Poses.__dataclass_fields__))
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,7 @@ class Candidates:
 
     :param component: (n,) number of the component; marker: (n,) number of its marker.
     :param match: (n,) number of the instance in `Matches`.
-    :param score: (n,) share of evidence; weight: (n,) contour explained, pixels.
+    :param share, score: (n,) as in `Evidence`; weight: (n,) contour explained, pixels.
     """
 
     target: Target
@@ -46,6 +51,7 @@ class Candidates:
     marker: NDArray[np.int64]
     match: NDArray[np.int64]
     poses: Poses
+    share: Array
     score: Array
     weight: Array
 
@@ -59,6 +65,7 @@ class Candidates:
             self.marker[index],
             self.match[index],
             self.poses.at(index),
+            self.share[index],
             self.score[index],
             self.weight[index],
         )
@@ -70,7 +77,7 @@ class Candidates:
 
 def candidates_of(target: Target, shape_of: ShapeOf, matches: Matches, config: RecognizerConfig) -> Candidates:
     """Candidates of every component of a target, in the model's order."""
-    rows: list[tuple[int, int, int, float, float]] = []  # component, marker, match, theta, theta noise
+    rows: list[tuple[int, int, int, float, bool]] = []  # component, marker, match, theta, whether theta has meaning
     for c, component in enumerate(target.model.components):
         label = target.label if component.label is None else component.label
         for m, marker in enumerate(component.markers):
@@ -78,24 +85,27 @@ def candidates_of(target: Target, shape_of: ShapeOf, matches: Matches, config: R
             for n in np.flatnonzero((matches.placed.shape == shape) & (matches.labels == label)):
                 z = matches.placed.z[n]
                 order = matches.shapes[shape].symmetry.order(abs(z), config.symmetry_px)
-                noise = config.contour_noise_px / (matches.shapes[shape].rms_radius_m * abs(z))
+                turns = 2 * np.pi * np.arange(max(order, 1)) / max(order, 1)
                 theta = float(np.angle(z)) + marker.axis_angle
-                turns = [theta + 2 * np.pi * s / order for s in range(order)] if order != ANY_ANGLE else [theta]
-                rows += [(c, m, int(n), a, np.pi if order == ANY_ANGLE else noise) for a in turns]
+                rows += [(c, m, int(n), theta + float(turn), order != ANY_ANGLE) for turn in turns]
     table = np.array(rows, float).reshape(-1, 5)
     match = table[:, 2].astype(np.int64)
-    t, scale = matches.placed.t[match], np.abs(matches.placed.z[match])
-    theta = (table[:, 3] + np.pi) % (2 * np.pi) - np.pi
+    poses = _poses(matches, match, wrap_angle(table[:, 3]), table[:, 4] > 0, config)
     score = matches.placed.score[match]
-    return Candidates(
-        target,
-        table[:, 0].astype(np.int64),
-        table[:, 1].astype(np.int64),
-        match,
-        Poses(t.real, t.imag, theta, scale, table[:, 4]),
-        score,
-        score * matches.perimeter_px[match],
-    )
+    numbers = table[:, :2].astype(np.int64)
+    share, weight = matches.evidence.share[match], score * matches.perimeter_px[match]
+    return Candidates(target, numbers[:, 0], numbers[:, 1], match, poses, share, score, weight)
+
+
+def _poses(
+    matches: Matches, match: NDArray[np.int64], theta: Array, directed: NDArray[np.bool_], config: RecognizerConfig
+) -> Poses:
+    """Noise: a contour's place, and what a flat rigid model leaves out (lens, slant, tolerance of make)."""
+    t, scale = matches.placed.t[match], np.abs(matches.placed.z[match])
+    radius_px = np.array([s.rms_radius_m for s in matches.shapes])[matches.placed.shape[match]] * scale
+    place = np.hypot(config.contour_noise_px, config.model_noise * radius_px)
+    relative = place / np.maximum(radius_px, 1e-9)
+    return Poses(t.real, t.imag, theta, scale, place, np.where(directed, relative, np.pi), relative)
 
 
 @dataclass(frozen=True)
@@ -145,17 +155,17 @@ def _of_key(c: Candidates, key: tuple[str, str]) -> NDArray[np.int64]:
 def violations(p: PairConstraint, first: Poses, second: Poses, config: RecognizerConfig) -> dict[str, Array]:
     """Per dimension, by how much T_ij lies outside what is allowed beyond twice its noise; 0 inside."""
     T = configuration(first, second)
-    k = np.sqrt(first.scale * second.scale)
-    noise_px = np.sqrt(2.0) * config.contour_noise_px  # of the difference of two places
-    place, bearing = noise_px / k, noise_px / np.maximum(T["distance_px"], 1e-6)
-    theta_noise = np.hypot(first.theta_noise, second.theta_noise)
+    place_px = np.hypot(first.place_noise_px, second.place_noise_px)
+    place = place_px / np.sqrt(first.scale * second.scale)
+    offset = np.hypot(place, T["distance_m"] * first.theta_noise)
+    scale_noise = np.hypot(first.scale_noise, second.scale_noise)
     noise = {
-        "distance_m": place,
-        "offset_x_m": place + T["distance_m"] * first.theta_noise,
-        "offset_y_m": place + T["distance_m"] * first.theta_noise,
-        "bearing_rad": np.hypot(first.theta_noise, bearing),
-        "turn_rad": theta_noise,
-        "scale_ratio": T["scale_ratio"] * theta_noise,  # a scale is known as well as a direction: noise over radius
+        "distance_m": np.hypot(place, T["distance_m"] * scale_noise / 2),  # k is the geometric mean of two scales
+        "offset_x_m": offset,
+        "offset_y_m": offset,
+        "bearing_rad": np.hypot(first.theta_noise, place_px / np.maximum(T["distance_px"], 1e-6)),
+        "turn_rad": np.hypot(first.theta_noise, second.theta_noise),
+        "scale_ratio": T["scale_ratio"] * scale_noise,
     }
     return {d: np.maximum(interval.excess(T[d]) - 2 * noise[d], 0.0) for d, interval in p.allowed.items() if d in noise}
 

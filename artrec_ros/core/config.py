@@ -158,10 +158,13 @@ class RecognizerConfig:
     refine_keep: int = param(24, "hypotheses a blob and shape that are refined", low=1, high=1000)
     refine_steps: int = param(6, "steps of robust least squares", low=1, high=50)
     max_refined_scale: float = param(1.4, "greatest factor by which refinement may change a scale", low=1, high=10)
-    min_match: float = param(0.7, "least share of a shape's visible outline that must match", low=0, high=1)
+    min_match: float = param(0.55, "least share of a shape's visible outline that must match", low=0, high=1)
     min_visible: float = param(0.6, "least share of a shape's outline inside the image", low=0, high=1)
-    same_place_share: float = param(
-        0.12, "poses closer than this share of the shape's radius are one instance", low=0, high=1
+    same_start: float = param(
+        0.12, "hypotheses closer than this share of the shape's radius are refined as one", low=0, high=1
+    )
+    same_place: float = param(
+        0.04, "refined poses closer than this share of the shape's radius are one instance", low=0, high=1
     )
     max_instances: int = param(150, "instances of a shape and class that are carried on, the best", low=1, high=5000)
     symmetry_px: float = param(
@@ -171,7 +174,19 @@ class RecognizerConfig:
     contour_noise_px: float = param(
         0.5, "standard deviation of a contour's place; constraints are widened by two of it", unit="px", low=0, high=10
     )
+    model_noise: float = param(
+        0.02, "the same for what a flat rigid model leaves out, as a share of the shape's radius", low=0, high=0.5
+    )
     max_scale_ratio: float = param(1.35, "greatest ratio between the scales of an object's components", low=1, high=10)
+    missing_cost: float = param(
+        0.15, "what a missing component costs, as a share of the contour it would explain", low=0, high=1
+    )
+    min_group_match: float = param(
+        0.7,
+        "least mean share matched of an object's components: a half-hidden one needs others that are clear",
+        low=0,
+        high=1,
+    )
     min_satisfied: float = param(0.8, "least share of the constraints that could be checked and hold", low=0, high=1)
     min_components: int = param(2, "least components found (no more than the object has)", low=1, high=100)
     max_overlap: float = param(0.3, "two objects may share this much of an instance's area", low=0, high=1)

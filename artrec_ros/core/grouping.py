@@ -12,10 +12,13 @@ from .candidates import Candidates, PairTable, pair_table
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .matching import Matches
+from .transforms import Array
 
 _MAX_OPTIONS = 12  # candidates of a component carried for one seed
 _MAX_PARTNERS = 500  # candidates that go with any seed of a target
-_DISAGREEMENT = 0.5  # weight lost by a violated pair, as a share of the lighter member's
+_DISAGREEMENT = (0.25, 1.0)  # weight lost by a pair just violated and by one far out, in shares of the lighter member's
+_LEAST_WEIGHT = 0.05  # of an object whose missing components would cost more than it explains
+_FAR_OUT = 0.5  # a violation: radians, or share of the pair's greatest length
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,7 @@ class GroupSearch:
         components = candidates.target.model.components
         self._count = len(components)
         self._required = components.index(candidates.target.model.required)
+        self._perimeter_m = least_perimeters_m(candidates)
         self.seeds, self.candidates, self.table = _relevant(candidates, self._required, matches, config)
 
     def best_groups(self, seed: int, banned: frozenset[int] = frozenset()) -> list[Group]:
@@ -97,14 +101,15 @@ class GroupSearch:
         table, weight = self.table, self.candidates.weight
         if table.forbidden[option, members].any():
             return None
-        violated = [m for m in members if table.violation[option, m] > 0]
-        return sum(_DISAGREEMENT * min(weight[option], weight[m]) for m in violated)
+        violation = table.violation[option, members]
+        share = np.interp(violation, (0.0, _FAR_OUT), _DISAGREEMENT) * (violation > 0)
+        return float(np.sum(share * np.minimum(weight[option], weight[members])))
 
     def _keep(self, found: list[tuple[float, int, Group]], number: int, members: list[int], value: float) -> None:
         group = self._group(members, value)
         if group is None:
             return
-        heapq.heappush(found, (value, number, group))
+        heapq.heappush(found, (group.weight, number, group))
         if len(found) > self._config.groups_per_seed:
             heapq.heappop(found)
 
@@ -118,12 +123,33 @@ class GroupSearch:
         pairs, satisfied = int(checked.sum()) // 2, int(good.sum()) // 2
         if len(members) < min(config.min_components, self._count) or satisfied < config.min_satisfied * pairs:
             return None
+        if np.mean(self.candidates.share[members]) < config.min_group_match:
+            return None
         share = satisfied / pairs if pairs else 1.0
         # A missing component may be hidden; it halves the trust at most.
         found = 0.5 + 0.5 * len(members) / self._count
         score = float(np.mean(self.candidates.score[members])) * share * found
         matches = tuple(int(m) for m in self.candidates.match[members])
-        return Group(self.candidates, tuple(members), matches, value, score, satisfied, pairs)
+        weight = max(value - self._missing_px(members), _LEAST_WEIGHT * value)
+        return Group(self.candidates, tuple(members), matches, weight, score, satisfied, pairs)
+
+    def _missing_px(self, members: list[int]) -> float:
+        """Cost of components not found: one whole object goes before two halves that explain the same contour."""
+        scale = float(self.candidates.poses.scale[members[0]])
+        missing = np.delete(self._perimeter_m, self.candidates.component[members])
+        return self._config.missing_cost * scale * float(missing.sum())
+
+
+def least_perimeters_m(candidates: Candidates) -> Array:
+    """(N,) perimeter of each component's shortest marker."""
+    return np.array(
+        [
+            min(
+                float(np.linalg.norm(np.diff(m.outline, axis=0, append=m.outline[:1]), axis=1).sum()) for m in c.markers
+            )
+            for c in candidates.target.model.components
+        ]
+    )
 
 
 def _relevant(

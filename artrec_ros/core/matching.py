@@ -55,7 +55,9 @@ def concatenate_matches(shapes: list[Shape], parts: list[Matches]) -> Matches:
     if not parts:
         return Matches.none(shapes)
     found = Evidence(
-        *(np.concatenate([getattr(p.evidence, f) for p in parts]) for f in ("share", "score", "visible")),
+        np.concatenate([p.evidence.share for p in parts]),
+        np.concatenate([p.evidence.score for p in parts]),
+        np.concatenate([p.evidence.visible for p in parts]),
         [e for p in parts for e in p.evidence.explained],
     )
     placed = Placements.concatenate([p.placed for p in parts])
@@ -88,7 +90,7 @@ def find_matches(
     # A small blob has room for few instances.
     size = np.array([len(b.pixels) for b in blobs])
     quota = np.clip(size[placed.blob] // 8, 4, config.refine_keep)
-    placed = placed.take(suppress(placed, _group(placed, shapes), shapes, quota, config))
+    placed = placed.take(suppress(placed, _group(placed, shapes), shapes, quota, config, config.same_start))
     placed = refine(cmap, shapes, placed, config)
     return accept(cmap, shapes, placed, config, blank)
 
@@ -106,7 +108,7 @@ def accept(
     index = np.flatnonzero(good)
     placed = placed.take(index).with_score(found.score[index])
     everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape
-    kept = suppress(placed, everywhere, shapes, np.full(len(placed), config.max_instances), config)
+    kept = suppress(placed, everywhere, shapes, np.full(len(placed), config.max_instances), config, config.same_place)
     placed, index = placed.take(kept), index[kept]
     label_of_slot = np.array([label for label, _ in sorted(cmap.slots.items(), key=lambda item: item[1])])
     return Matches(

@@ -50,9 +50,8 @@ def align_literally(
             index = np.flatnonzero(share > config.paper_match)
             # The first in the order of the couples stands, however good the later ones are.
             placed = placed.take(index).with_score(-np.arange(len(index), dtype=float))
-            kept = suppress(
-                placed, np.zeros(len(placed), int), shapes, np.full(len(placed), config.max_instances), config
-            )
+            one, most = np.zeros(len(placed), int), np.full(len(placed), config.max_instances)
+            kept = suppress(placed, one, shapes, most, config, config.same_start)
             placed = placed.take(kept).with_score(share[index][kept])
             labels = np.full(len(placed), blob.label)
             found.append(Matches(shapes, placed, labels, evidence(cmap, shapes, placed, config)))

@@ -40,34 +40,42 @@ def pose_distance_px(t: np.ndarray, z: np.ndarray, t0: complex, z0: complex, rad
 
 
 def suppress(
-    placed: Placements, group: np.ndarray, shapes: list[Shape], quota: np.ndarray, config: RecognizerConfig
+    placed: Placements,
+    group: np.ndarray,
+    shapes: list[Shape],
+    quota: np.ndarray,
+    config: RecognizerConfig,
+    same_place: float,
 ) -> np.ndarray:
     """Indices of placements that are the best of their place, at most `quota` a group.
 
     :param group: (H,) only placements of one group, which share a shape, suppress each other.
     :param quota: (H,) the most that may be kept of the entry's group.
+    :param same_place: poses closer than this share of the shape's radius, or 1 px, are one.
     """
     kept: list[int] = []
     order = np.lexsort((-placed.score, group))
     for block in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
         if len(block):
-            kept += _suppress_group(placed, block, shapes[placed.shape[block[0]]], int(quota[block[0]]), config)
+            kept += _suppress_group(
+                placed, block, shapes[placed.shape[block[0]]], int(quota[block[0]]), config.symmetry_px, same_place
+            )
     return np.array(kept, int)
 
 
 def _suppress_group(
-    placed: Placements, block: np.ndarray, shape: Shape, quota: int, config: RecognizerConfig
+    placed: Placements, block: np.ndarray, shape: Shape, quota: int, symmetry_px: float, same_place: float
 ) -> list[int]:
     kept: list[int] = []
     while len(block) and len(kept) < quota:
         best = int(block[0])
         kept.append(best)
         k = abs(placed.z[best])
-        order = shape.symmetry.order(k, config.symmetry_px)
+        order = shape.symmetry.order(k, symmetry_px)
         d = pose_distance_px(
             placed.t[block], placed.z[block], placed.t[best], placed.z[best], shape.rms_radius_m, order
         )
-        block = block[d > max(1.0, config.same_place_share * shape.rms_radius_m * k)]
+        block = block[d > max(1.0, same_place * shape.rms_radius_m * k)]
     return kept
 
 

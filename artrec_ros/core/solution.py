@@ -86,7 +86,8 @@ def _explained_enough(
     points = [matches.evidence.explained[m] for g in accepted for m in g.matches]
     explained = np.unique(np.concatenate(points)) if points else np.zeros(0, int)
     share = np.bincount(blob_of_point[explained], minlength=len(length)) / np.maximum(length, 1)
-    kept, dropped = [], []
+    kept: list[Group] = []
+    dropped: list[Group] = []
     for group in accepted:
         own = np.concatenate([blob_of_point[matches.evidence.explained[m]] for m in group.matches])
         # by where the group's evidence lies, so that a corner of a neighbour's blob does not count

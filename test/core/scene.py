@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+
 from artrec_ros.core.objects import Component, Marker, ObjectModel
 from artrec_ros.core.transforms import apply_similarity
 

@@ -15,7 +15,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 from coco import Axis, CocoWriter
-from vss_patches import TEAMS, Patch, Robot, frame_paths, image_config, measure
+from shipped import image_config
+from vss_patches import TEAMS, Patch, Robot, frame_paths, measure
 
 EVERY = 3
 MARKERS = ("team/patch", "accent/patch")
@@ -53,7 +54,7 @@ def main() -> None:
     parser.add_argument("output", type=Path)
     parser.add_argument("--overlays", type=Path)
     args = parser.parse_args()
-    config = image_config()
+    config = image_config("vss")
     writer = CocoWriter(f"soccer robots, every {EVERY}rd frame", list(TEAMS), MARKERS)
     for number, path in enumerate(frame_paths(args.folder)):
         image = cv2.imread(str(path))

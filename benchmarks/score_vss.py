@@ -15,7 +15,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 from annotate_vss import EVERY
-from vss_patches import Patch, Robot, frame_paths, image_config, measure
+from shipped import image_config
+from vss_patches import Patch, Robot, frame_paths, measure
 
 NEAR_PX, NEAR_CUT_PX = 5.0, 8.0
 
@@ -61,7 +62,7 @@ def main() -> None:
     args = parser.parse_args()
     lines = [json.loads(line) for line in args.detections.read_text(encoding="utf-8").splitlines()]
     frames = {Path(line["frame"]).name: line.get("objects", []) for line in lines}
-    config = image_config()
+    config = image_config("vss")
     counts = {
         path.name: frame_counts(measure(cv2.imread(str(path)), config), frames.get(path.name, []))
         for path in frame_paths(args.folder)

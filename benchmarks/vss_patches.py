@@ -10,12 +10,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import yaml
 
-from artrec_ros.core.config import ClassConfig, ImageConfig
+from artrec_ros.core.config import ImageConfig
 from artrec_ros.core.segmentation import Segmenter
 
-PARAMETERS = Path(__file__).parents[1] / "config" / "vss.yaml"
 TEAMS = {"yellow": 1, "blue": 2}
 ACCENT = 3
 LEAST_PX = 60  # a patch has 100 to 170 pixels
@@ -38,17 +36,6 @@ class Robot:
     team: str
     patch: Patch
     accent: Patch
-
-
-def image_config() -> ImageConfig:
-    """The image section of the shipped parameter file."""
-    values = yaml.safe_load(PARAMETERS.read_text(encoding="utf-8"))["/**"]["ros__parameters"]["image"]
-    classes = {
-        name: ClassConfig(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.pop(name).items()})
-        for name in values.pop("classes")
-    }
-    blank = tuple(values.pop("blank"))
-    return ImageConfig(classes=classes, blank=blank, **values)
 
 
 def frame_paths(folder: Path) -> list[Path]:

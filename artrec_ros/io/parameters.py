@@ -71,7 +71,8 @@ def read_flat(path: str | Path) -> dict[str, Value]:
     if not sections:
         raise ConfigError(f"{path}: no parameters found; they stand under '/**:' and '{_SECTION}:'")
     named = [name for name in sections if name.rpartition("/")[2] not in ("**", "*")]
-    ours = [name for name in named if name.rpartition("/")[2].startswith("artrec")] or named
+    ours = [name for name in named if name.rpartition("/")[2].startswith("artrec")]
+    ours = ours or [name for name in named if "objects" in sections[name].entries()]
     if len(ours) > 1:
         raise ConfigError(f"{path}: parameters of {len(ours)} nodes ({', '.join(ours)}); keep one, or use '/**:'")
     flat: dict[str, Value] = {}

@@ -14,9 +14,10 @@ _INTRO = """\
 Made by `python -m artrec_ros.tools.reference`; the text comes from `artrec_ros/core/config.py`.
 
 `artrec_node` and `artrec replay --params-file` read the same ROS parameter file. Offline it is read without ROS: a
-section `/**:` applies to every node, a section named `artrec...` goes before it, sections of other nodes are passed
-over. Dots in names are nesting in YAML. A wrong name, type or value is refused with its key and what would be valid.
-`artrec replay` saves all parameters, defaults included, as `parameters.yaml` beside its results; that is such a file too.
+section `/**:` applies to every node, the section of a node `artrec...` (or else of the one that has `objects`) goes
+before it, other nodes' sections are passed over. Dots in names are nesting in YAML. A wrong name, type or value is
+refused with its key and what would be valid.
+`artrec replay` saves all parameters, defaults included, as `parameters.yaml` beside its results: again such a file.
 
 ```yaml
 /**:
@@ -34,7 +35,7 @@ Paths are relative to the parameter file (to `config_dir` where that is given), 
 _SECTIONS: tuple[tuple[str, str, type], ...] = (
     ("Objects", "`objects` lists names; these become topics. Each has, under its name:", ObjectConfig),
     ("Images", "Under `image`:", ImageConfig),
-    ("Classes", "`image.classes` lists names; the first listed wins a pixel. Each has, under `image.NAME`:", ClassConfig),
+    ("Classes", "`image.classes` lists names, the first wins a pixel. Each has, under `image.NAME`:", ClassConfig),
     ("Recogniser", "Under `recognizer`:", RecognizerConfig),
     ("Node", "At the top level:", NodeConfig),
 )

@@ -1,0 +1,220 @@
+"""Object files: what is read, and that each mistake is refused by its key."""
+
+from __future__ import annotations
+
+import copy
+import re
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.io.objects import load_object
+
+ROOT = Path(__file__).resolve().parents[2]
+GOOD: dict[str, Any] = {
+    "format": "artrec_object/1",
+    "name": "toy",
+    "markers": {
+        "flag": {"outline": [[0, 0], [0.4, 0], [0.3, 0.1], [0.4, 0.2], [0, 0.2]], "axis": [[0, 0.1], [0.3, 0.1]]},
+        "back": {"mirror_of": "flag"},
+        "bar": {"rectangle": {"width": 0.02, "height": 0.1}},
+        "dot": {"disc": {"radius": 0.05}},
+    },
+    "components": {
+        "base": {
+            "required": True,
+            "markers": {
+                "flag": {"pose": {"xyz": [0, 0, 1], "rpy": [0, 0, 0]}},
+                "back": {"pose": {"rpy": [0, 3.1416, 0]}},
+            },
+            "body": {"label": 5, "boxes": [{"xyz": [0, 0, 0.5], "size": [0.1, 0.2, 0.3]}]},
+        },
+        "arm": {
+            "label": 4,
+            "markers": {
+                "dot": {"pose": {}},
+                "far": {"marker": "bar", "pose": {"x_axis": [0, 2, 0], "y_axis": [0, 0, 1]}},
+            },
+            "joint": {"parent": "base", "origin": {"xyz": [0.1, 0, 0]}, "axis": [0, 3, 0], "limits": [-1, 1]},
+        },
+    },
+}
+
+
+def _write(folder: Path, content: dict[str, Any]) -> Path:
+    path = folder / "toy.yaml"
+    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    return path
+
+
+def test_everything_in_a_file_is_read(tmp_path: Path) -> None:
+    model = load_object(_write(tmp_path, GOOD), {})
+    base, arm = model.components
+    assert (model.name, base.name, arm.name, base.required, arm.required) == ("toy", "base", "arm", True, False)
+    flag, back = base.markers
+    assert flag.area == pytest.approx(back.area)
+    assert np.allclose(sorted(map(tuple, flag.outline * (-1, 1))), sorted(map(tuple, back.outline)))
+    assert np.allclose(back.tail, flag.tail * (-1, 1)) and np.allclose(back.head, flag.head * (-1, 1))
+    assert flag.T_component_marker is not None and np.allclose(flag.T_component_marker.position, [0, 0, 1])
+    dot, far = arm.markers
+    assert dot.disc_radius == 0.05 and far.name == "far" and far.disc_radius is None
+    assert np.allclose(far.tail, [0, -0.05]) and np.allclose(far.head, [0, 0.05])  # along the longer side
+    assert np.allclose(far.T_component_marker.rotation[:, 2], [1, 0, 0])  # y cross z
+    assert arm.label == 4 and base.label is None and base.body_label == 5
+    assert np.allclose(base.bodies[0].size, [0.1, 0.2, 0.3])
+    assert (
+        arm.joint is not None
+        and np.allclose(arm.joint.axis, [0, 1, 0])
+        and (arm.joint.lower, arm.joint.upper) == (-1, 1)
+    )
+    assert model.is_spatial
+
+
+def _changed(path: str, value: Any) -> dict[str, Any]:
+    """GOOD with one value changed; None removes the key."""
+    content = copy.deepcopy(GOOD)
+    *groups, key = path.split("/")
+    place = content
+    for group in groups:
+        place = place[group]
+    if value is None:
+        del place[key]
+    else:
+        place[key] = value
+    return content
+
+
+BOW = [[0, 0], [1, 1], [1, 0], [0, 1]]
+
+
+@pytest.mark.parametrize(
+    ("change", "value", "parts"),
+    [
+        ("nam", "x", ("nam: unknown key", "'name'")),
+        ("name", None, ("name", "missing")),
+        ("markers", None, ("markers", "missing")),
+        ("components", {}, ("components", "exactly one")),
+        ("markers/flag/outline", BOW, ("markers.flag.outline", "crosses itself", "point 0", "point 2")),
+        ("markers/flag/outline", [[0, 0], [1, 0]], ("markers.flag.outline", "3 points")),
+        ("markers/flag/outline", [[0, 0], [1, 0], [1, 0], [0, 1]], ("markers.flag.outline", "point 1")),
+        ("markers/flag/outline", [[0, 0], [1, "a"], [1, 1]], ("markers.flag.outline[1][1]", "number")),
+        ("markers/flag/outline", [[0, 0], [0.1, 0], [0.2, 0]], ("markers.flag",)),
+        ("markers/flag/axis", None, ("markers.flag", "axis", "missing")),
+        ("markers/flag/axis", [[0, 0], [0, 0]], ("markers.flag", "same point")),
+        ("markers/flag/axis", [[0, 0]], ("markers.flag.axis", "2 points")),
+        ("markers/flag/disc", {"radius": 1}, ("markers.flag", "exactly one")),
+        ("markers/dot/disc/radius", 0, ("markers.dot.disc.radius", "greater than 0")),
+        ("markers/dot/disc/radius", True, ("markers.dot.disc.radius", "number")),
+        ("markers/dot/disc/radios", 1, ("markers.dot.disc.radios", "'radius'")),
+        ("markers/back/mirror_of", "flg", ("markers.back.mirror_of", "'flag'")),
+        ("markers/back/axis", [[0, 0], [1, 1]], ("markers.back.axis", "unknown key")),
+        ("components/base/required", None, ("components", "exactly one")),
+        ("components/base/required", "yes", ("components.base.required", "true or false")),
+        ("components/base/markers", {}, ("components.base.markers",)),
+        ("components/base/markers/flg", {}, ("components.base.markers.flg", "'flag'")),
+        ("components/base/markers/flag/pose/xyz", [0, 0], ("components.base.markers.flag.pose.xyz", "3 numbers")),
+        ("components/base/markers/flag/pose/x_axis", [1, 0, 0], ("components.base.markers.flag.pose", "y_axis")),
+        ("components/arm/markers/far/pose/y_axis", [0, 1, 0.1], ("far.pose.y_axis", "right angle")),
+        ("components/arm/markers/far/pose/y_axis", [0, 0, 0], ("far.pose.y_axis", "length is zero")),
+        ("components/arm/label", 0, ("components.arm.label", "least value 1")),
+        ("components/arm/label", 256, ("components.arm.label", "greatest value 255")),
+        ("components/arm/label", "gren", ("components.arm.label", "'gren'", "'green'")),
+        ("components/arm/joint/parent", "bas", ("components", "'bas'")),
+        ("components/arm/joint/limits", [1, -1], ("components.arm.joint.limits", "below")),
+        ("components/arm/joint/limits", None, ("components.arm.joint", "limits", "missing")),
+        ("components/arm/joint/axis", [0, 0, 0], ("components.arm.joint.axis",)),
+        ("components/arm/joint/type", "ball", ("components.arm.joint.type", "revolute")),
+        (
+            "components/base/body/boxes",
+            [{"size": [1, 1, 0]}],
+            ("components.base.body.boxes[0].size[2]", "greater than 0"),
+        ),
+        ("components/base/body/boxes", None, ("components.base.body", "boxes or urdf")),
+        ("components/base/body/label", "pale", ("components.base.body.label", "'pale'")),
+    ],
+)
+def test_mistakes_are_refused_by_their_key(tmp_path: Path, change: str, value: Any, parts: tuple[str, ...]) -> None:
+    path = _write(tmp_path, _changed(change, value))
+    with pytest.raises(ConfigError) as caught:
+        load_object(path, {"green": 3})
+    message = str(caught.value)
+    assert str(path) in message and "\n" not in message
+    for part in parts:
+        assert part in message
+
+
+def test_class_names_resolve_and_the_callers_go_first(tmp_path: Path) -> None:
+    content = _changed("components/arm/label", "green")
+    content["components"]["base"]["body"]["label"] = "pale"
+    content["classes"] = {"green": 9, "pale": 7}
+    model = load_object(_write(tmp_path, content), {"green": 3})
+    assert (model.component("arm").label, model.component("base").body_label) == (3, 7)
+
+
+def test_class_names_may_stay_open_where_labels_do_not_matter(tmp_path: Path) -> None:
+    assert load_object(_write(tmp_path, _changed("components/arm/label", "green"))).component("arm").label is None
+
+
+URDF = """<robot name="r"><link name="body">
+<collision><origin xyz="0 0 0.1" rpy="0 0 1.5707963"/><geometry><box size="0.4 0.2 0.1"/></geometry></collision>
+<visual><geometry><mesh filename="x.dae"/></geometry></visual></link>
+<link name="round"><visual><geometry><sphere radius="1"/></geometry></visual></link><link name="bare"/></robot>"""
+
+
+def test_body_from_urdf(tmp_path: Path) -> None:
+    (tmp_path / "r.urdf").write_text(URDF)
+    content = _changed("components/base/body", {"urdf": {"file": "r.urdf", "link": "body"}})
+    (box,) = load_object(_write(tmp_path, content)).component("base").bodies
+    assert np.allclose(box.T_component_box.position, [0, 0, 0.1])
+    assert np.allclose(box.T_component_box.apply(box.size[None] / 2), [[-0.1, 0.2, 0.15]])
+
+
+@pytest.mark.parametrize(
+    ("urdf", "reason"),
+    [
+        ({"file": "r.urdf", "link": "bdy"}, "'body'"),
+        ({"file": "r.urdf", "link": "round"}, "boxes only"),
+        ({"file": "r.urdf", "link": "bare"}, "no geometry"),
+        ({"file": "none.urdf", "link": "body"}, "no such file"),
+        ({"file": "toy.yaml", "link": "body"}, "URDF"),
+    ],
+)
+def test_bad_urdf_is_refused(tmp_path: Path, urdf: dict[str, str], reason: str) -> None:
+    (tmp_path / "r.urdf").write_text(URDF)
+    path = _write(tmp_path, _changed("components/base/body", {"urdf": urdf}))
+    with pytest.raises(ConfigError, match=reason):
+        load_object(path)
+
+
+def test_silhouette_is_found_beside_the_file(tmp_path: Path) -> None:
+    image = np.zeros((60, 90), np.uint8)
+    image[20:40, 15:75] = 255
+    cv2.imwrite(str(tmp_path / "s.png"), image)
+    content = _changed("markers/dot", {"silhouette": {"image": "s.png", "width": 0.6}})
+    dot = load_object(_write(tmp_path, content)).component("arm").markers[0]
+    assert dot.area == pytest.approx(0.12, rel=0.02)  # the blur rounds corners
+    assert np.allclose(dot.tail, [-0.3, 0], atol=1e-6) and np.allclose(dot.head, [0.3, 0], atol=1e-6)
+    content = _changed("markers/dot", {"silhouette": {"image": "t.png", "width": 0.6}})
+    with pytest.raises(ConfigError, match="markers.dot.silhouette.image.*t.png"):
+        load_object(_write(tmp_path, content))
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "config" / "objects").glob("*.yaml")), ids=lambda p: p.stem)
+def test_shipped_objects_load(path: Path) -> None:
+    assert load_object(path).components
+
+
+def test_the_documented_example_loads(tmp_path: Path) -> None:
+    text = re.search(r"```yaml\n(.*?)```", (ROOT / "docs" / "object_file.md").read_text(), re.S)
+    assert text is not None
+    image = np.full((50, 50), 255, np.uint8)
+    cv2.circle(image, (25, 25), 15, 0, -1)
+    cv2.imwrite(str(tmp_path / "logo.png"), image)
+    (tmp_path / "crane.yaml").write_text(text[1])
+    model = load_object(tmp_path / "crane.yaml", {})
+    assert model.is_spatial and model.component("base").body_label == 5

@@ -1,0 +1,102 @@
+"""Constraint files: round trip, and refusal of other objects' and broken ones."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from artrec_ros.core.constraints import ConstraintSet, learn
+from artrec_ros.core.datatypes import Instance
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.objects import Component, Marker, ObjectModel
+from artrec_ros.io.constraints import load_constraints, save_constraints
+
+FLAG = Marker("flag", np.array([[0, 0], [0.4, 0], [0.3, 0.1], [0.4, 0.2], [0, 0.2]]), [0, 0.1], [0.3, 0.1])
+MODEL = ObjectModel("toy", (Component("base", (FLAG,), required=True), Component("arm", (FLAG,))))
+
+
+@pytest.fixture
+def constraints() -> ConstraintSet:
+    rng = np.random.default_rng(5)
+    examples = [
+        {
+            ("base", "flag"): Instance("base", "flag", 1.0, 50, 40, 3.0 + a, 100.0),
+            ("arm", "flag"): Instance("arm", "flag", 1.0, 50 - 60 * np.cos(a), 40 - 60 * np.sin(a), a, 104.0),
+        }
+        for a in rng.uniform(-0.4, 0.4, 12)
+    ]
+    return learn(MODEL, examples)
+
+
+def test_round_trip(tmp_path: Path, constraints: ConstraintSet) -> None:
+    path = tmp_path / "sub" / "c.yaml"
+    save_constraints(path, constraints)
+    again = load_constraints(path, MODEL)
+    save_constraints(tmp_path / "again.yaml", again)
+    assert (tmp_path / "again.yaml").read_text() == path.read_text()
+    assert again.object == "toy" and again.pairs[0].examples == 12
+    for name, interval in constraints.pairs[0].allowed.items():
+        kept = again.pairs[0].allowed[name]
+        assert (kept.low, kept.high, kept.period) == pytest.approx(
+            (interval.low, interval.high, interval.period), abs=1e-6
+        )
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, constraints: ConstraintSet) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match="file/c.yaml"):
+        save_constraints(tmp_path / "file" / "c.yaml", constraints)
+
+
+@pytest.mark.parametrize(
+    ("change", "value", "parts"),
+    [
+        ("object", "other", ("object", "'other'", "'toy'")),
+        ("format", "artrec_constraints/9", ("format", "artrec_constraints/1")),
+        ("coverage", 2, ("coverage", "greatest value 1")),
+        ("pairs", None, ("pairs", "missing")),
+        ("pairs/0/first", "bas/flag", ("pairs[0].first", "'base/flag'")),
+        ("pairs/0/examples", -1, ("pairs[0].examples", "least value 0")),
+        ("pairs/0/seen", None, ("pairs[0].seen", "missing")),
+        ("pairs/0/alowed", {}, ("pairs[0].alowed", "'allowed'")),
+        ("pairs/0/allowed/turn", [0, 1], ("pairs[0].allowed.turn", "turn_rad")),
+        ("pairs/0/allowed/turn_rad", [1, 0], ("pairs[0].allowed.turn_rad", "above")),
+        ("pairs/0/allowed/turn_rad", [0, 1, 7], ("pairs[0].allowed.turn_rad", "period")),
+        ("pairs/0/allowed/scale_ratio", [1, 1, 1], ("pairs[0].allowed.scale_ratio", "[low, high]")),
+        ("pairs/0/allowed/scale_ratio", [1, "x"], ("pairs[0].allowed.scale_ratio[1]", "number")),
+    ],
+)
+def test_mistakes_are_refused_by_their_key(
+    tmp_path: Path, constraints: ConstraintSet, change: str, value: Any, parts: tuple[str, ...]
+) -> None:
+    path = tmp_path / "c.yaml"
+    save_constraints(path, constraints)
+    content = yaml.safe_load(path.read_text())
+    *groups, key = change.split("/")
+    place = content
+    for group in groups:
+        place = place[int(group) if group.isdigit() else group]
+    if value is None:
+        del place[key]
+    else:
+        place[key] = value
+    path.write_text(yaml.safe_dump(content))
+    with pytest.raises(ConfigError) as caught:
+        load_constraints(path, MODEL)
+    for part in (str(path), *parts):
+        assert part in str(caught.value)
+
+
+def test_a_pair_given_twice_is_refused(tmp_path: Path, constraints: ConstraintSet) -> None:
+    path = tmp_path / "c.yaml"
+    save_constraints(path, constraints)
+    content = yaml.safe_load(path.read_text())
+    content["pairs"] += copy.deepcopy(content["pairs"])
+    path.write_text(yaml.safe_dump(content))
+    with pytest.raises(ConfigError, match="c.yaml: .*twice"):
+        load_constraints(path, MODEL)

@@ -1,0 +1,196 @@
+"""Parameter files: the sections of nodes, types, mistakes, and that the resolved values give the same set-up."""
+
+from __future__ import annotations
+
+import array
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from artrec_ros.core.config import RecognizerConfig
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.io.parameters import load_parameters, read_flat, setup_from_flat
+from artrec_ros.io.specs import all_specs, specs_of
+
+ROOT = Path(__file__).resolve().parents[2]
+OBJECT = """
+format: artrec_object/1
+name: toy
+markers: {dot: {disc: {radius: 0.05}}}
+components: {base: {required: true, label: pale, markers: {dot: {}}}}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "toy.yaml").write_text(OBJECT.replace(" label: pale,", ""))
+    (tmp_path / "named.yaml").write_text(OBJECT)
+    return tmp_path
+
+
+FLAT: dict[str, Any] = {"objects": ["red"], "red.object_file": "toy.yaml", "red.label": 3}
+COLOUR = {
+    "image.kind": "colour",
+    "image.classes": ["pale", "red"],
+    "image.pale.label": 7,
+    "image.pale.saturation": [0, 0.2],
+    "image.red.label": 3,
+    "image.red.hue": [340, 20],
+}
+
+
+def _write(folder: Path, text: str) -> Path:
+    path = folder / "node.yaml"
+    path.write_text(text)
+    return path
+
+
+def _section(name: str, **values: Any) -> str:
+    return yaml.safe_dump({name: {"ros__parameters": values}})
+
+
+def test_nested_and_dotted_names_are_the_same(folder: Path) -> None:
+    nested = _section("/**", objects=["red"], red={"object_file": "toy.yaml", "label": 3})
+    first = load_parameters(_write(folder, nested))
+    second = load_parameters(_write(folder, _section("/**", **FLAT)))
+    assert first.resolved == second.resolved
+    assert [(t.name, t.label, t.model.name, t.constraints) for t in first.targets] == [("red", 3, "toy", None)]
+
+
+def test_given_values_are_used_and_the_others_keep_their_defaults(folder: Path) -> None:
+    setup = setup_from_flat({**FLAT, "recognizer.time_budget_ms": 50, "image.blank": [1, 2, 3, 4]}, folder)
+    assert setup.recognizer.time_budget_ms == 50.0 and isinstance(setup.recognizer.time_budget_ms, float)
+    assert setup.image.blank == (1, 2, 3, 4)
+    assert setup.recognizer.min_blob_px == RecognizerConfig().min_blob_px
+
+
+def test_colour_classes_and_labels_by_name(folder: Path) -> None:
+    setup = setup_from_flat({**FLAT, **COLOUR, "red.object_file": "named.yaml"}, folder)
+    assert list(setup.image.classes) == ["pale", "red"]
+    assert setup.image.classes["pale"].saturation == (0.0, 0.2)
+    assert setup.targets[0].model.required.label == 7
+
+
+def test_resolved_values_give_the_same_setup_from_anywhere(
+    folder: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    setup = setup_from_flat({**FLAT, **COLOUR, "use_sim_time": True}, folder)
+    elsewhere = tmp_path_factory.mktemp("elsewhere") / "saved.yaml"
+    elsewhere.write_text(setup.to_yaml())
+    again = load_parameters(elsewhere)
+    assert again.resolved == setup.resolved
+    assert (again.image, again.recognizer, again.node) == (setup.image, setup.recognizer, setup.node)
+    assert Path(setup.resolved["red.object_file"]) == folder / "toy.yaml"
+    assert setup.resolved["recognizer.profile"] == "default" and setup.resolved["use_sim_time"] is True
+    assert all(value != [] for value in setup.resolved.values())
+
+
+def test_arrays_of_the_ros_client_are_lists(folder: Path) -> None:
+    setup = setup_from_flat({**FLAT, **COLOUR, "image.red.hue": array.array("d", [340.0, 20.0])}, folder)
+    assert setup.image.classes["red"].hue == (340.0, 20.0)
+
+
+def test_a_nodes_own_section_goes_before_the_wildcard(folder: Path) -> None:
+    text = _section("artrec_node", **{"red.label": 4}) + _section("/**", **FLAT) + _section("camera", rate=15)
+    flat = read_flat(_write(folder, text))
+    assert flat["red.label"].raw == 4 and flat["objects"].raw == ["red"] and "rate" not in flat
+
+
+@pytest.mark.parametrize("name", ["/**", "artrec_node", "/robot/artrec", "/robot/finder", "finder"])
+def test_sections_by_any_name(folder: Path, name: str) -> None:
+    assert load_parameters(_write(folder, _section(name, **FLAT))).targets[0].label == 3
+
+
+def test_a_nodes_section_may_stand_under_its_namespace(folder: Path) -> None:
+    text = yaml.safe_dump({"robot": {"finder": {"ros__parameters": FLAT}}})
+    assert load_parameters(_write(folder, text)).targets[0].label == 3
+
+
+def test_config_dir_is_where_paths_start(folder: Path) -> None:
+    (folder / "sub").mkdir()
+    path = folder / "sub" / "node.yaml"
+    path.write_text(_section("/**", **FLAT, config_dir=".."))
+    assert load_parameters(path).targets[0].model.name == "toy"
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("objects: [red]\n", ("mapping",)),
+        ("a: {b: {c: 1}}\n", ("a.b.c",)),
+        ("ros__parameters: {objects: [red]}\n", ("node's name", "/**")),
+        ("/**: {ros__parameters: {}}\n", ("objects", "missing")),
+        ("/**: {ros__parameters: {red: {label: 3}, red.label: 4}}\n", ("red.label", "twice")),
+        ("artrec_a: {ros__parameters: {}}\nartrec_b: {ros__parameters: {}}\n", ("artrec_a, artrec_b", "keep one")),
+    ],
+)
+def test_bad_sections_are_refused(folder: Path, text: str, parts: tuple[str, ...]) -> None:
+    path = _write(folder, text)
+    with pytest.raises(ConfigError) as caught:
+        load_parameters(path)
+    for part in (str(path), *parts):
+        assert part in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "parts"),
+    [
+        ({"objects": []}, ("objects", "missing")),
+        ({"objects": "red"}, ("objects", "list")),
+        ({"objects": ["red", "red"]}, ("objects[1]", "twice")),
+        ({"objects": ["image"]}, ("objects[0]", "choose another")),
+        ({"objects": ["red dog"]}, ("objects[0]", "letters")),
+        ({"red.lable": 3}, ("red.lable", "'red.label'")),
+        ({"blue.label": 3}, ("blue.label", "unknown")),
+        ({"recognizer.profil": "paper"}, ("recognizer.profil", "'recognizer.profile'")),
+        ({"recognizer.profile": "papr"}, ("recognizer.profile", "'paper'")),
+        ({"recognizer.time_budget_ms": "50"}, ("recognizer.time_budget_ms", "number")),
+        ({"recognizer.time_budget_ms": 0}, ("recognizer.time_budget_ms", "least value 1")),
+        ({"recognizer.min_blob_px": 2.5}, ("recognizer.min_blob_px", "whole number")),
+        ({"recognizer.anchor_tolerances_px": []}, ("recognizer.anchor_tolerances_px", "empty")),
+        ({"image.kind": "labels", "image.blank": [1, 2, 3]}, ("image.blank", "whole rectangles")),
+        ({"image.kind": "color"}, ("image.kind", "'colour'")),
+        ({"image.kind": "colour"}, ("image.classes",)),
+        ({**COLOUR, "image.classes": ["pale"]}, ("image.red",)),
+        ({**COLOUR, "image.classes": ["pale", "kind"]}, ("image.classes[1]", "choose another")),
+        ({**COLOUR, "image.red.hue": [10]}, ("image.red.hue", "pairs")),
+        ({**COLOUR, "red.label": 4}, ("red.label", "3 (red)")),
+        ({"red.label": 0}, ("red.label", "least value 1")),
+        ({"red.label": None}, ("red.label", "whole number")),
+        ({"red.object_file": "none.yaml"}, ("red.object_file", "none.yaml")),
+        ({"red.object_file": ""}, ("red.object_file",)),
+        ({"red.object_file": "package://no_such_package/x.yaml"}, ("red.object_file", "no_such_package")),
+        ({"red.object_file": "named.yaml"}, ("named.yaml", "'pale'")),
+        ({"red.constraint_file": "none.yaml"}, ("red.constraint_file", "none.yaml")),
+        ({"red.constraint_file": "toy.yaml"}, ("toy.yaml", "artrec_constraints/1")),
+        ({"image_transport": "theora"}, ("image_transport", "compressed")),
+    ],
+)
+def test_mistakes_are_refused_by_their_key(folder: Path, change: dict[str, Any], parts: tuple[str, ...]) -> None:
+    with pytest.raises(ConfigError) as caught:
+        setup_from_flat({**FLAT, **change}, folder, "node.yaml")
+    assert "\n" not in str(caught.value)
+    for part in parts:
+        assert part in str(caught.value)
+
+
+def test_missing_keys_are_named(folder: Path) -> None:
+    for key in ("red.object_file", "red.label"):
+        with pytest.raises(ConfigError, match=f"node.yaml: {key}: .*missing"):
+            setup_from_flat({k: v for k, v in FLAT.items() if k != key}, folder, "node.yaml")
+
+
+def test_specs_carry_types_and_bounds() -> None:
+    specs = all_specs(["red"], ["pale"])
+    assert specs["recognizer.time_budget_ms"].type is float and specs["recognizer.time_budget_ms"].unit == "ms"
+    assert specs["image.blank"].is_list and specs["image.blank"].type is int
+    assert {"red.label", "image.pale.hue", "objects", "image.classes", "image_transport"} <= set(specs)
+    assert len(specs_of(RecognizerConfig)) == len(vars(RecognizerConfig()))
+
+
+@pytest.mark.parametrize("name", ["aibo", "pendulum", "vss"])
+def test_shipped_parameter_files_load(name: str) -> None:
+    setup = load_parameters(ROOT / "config" / f"{name}.yaml")
+    assert setup.targets and all(t.constraints is not None for t in setup.targets)

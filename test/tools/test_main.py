@@ -1,0 +1,81 @@
+"""The command line as a whole: help, exit codes, one line an error, tracebacks on demand."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.tools import main as command_line
+from artrec_ros.tools import train
+from artrec_ros.tools.main import COMMANDS, main
+
+TRAIN = ["train", "--object", "none.yaml", "--annotations", "none.json", "-o", "out.yaml"]
+
+
+def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    printed = capsys.readouterr().out
+    assert all(command in printed for command in COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "--help"]) == 0
+    assert f"usage: artrec {command}" in capsys.readouterr().out
+
+
+def test_help_imports_no_command() -> None:
+    code = "import sys; from artrec_ros.tools.main import main; main(['--help']); print('cv2' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.splitlines()[-1] == "False"
+
+
+@pytest.mark.parametrize("arguments", [[], ["trian"], ["train"], ["train", "--nonsense"], ["--nonsense"]])
+def test_wrong_usage_is_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments) == 2
+    assert "usage: artrec" in capsys.readouterr().err
+
+
+def test_failure_is_1_and_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(TRAIN) == 1
+    captured = capsys.readouterr()
+    assert captured.err == "artrec: none.yaml: there is no such file\n" and captured.out == ""
+
+
+@pytest.mark.parametrize("arguments", [["--debug", *TRAIN], [*TRAIN, "--debug"]])
+def test_debug_lets_the_error_through(arguments: list[str]) -> None:
+    with pytest.raises(ConfigError):
+        main(arguments)
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "text"),
+    [
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (ConfigError("two\nlines"), 1, "two lines"),
+        (PermissionError(13, "Permission denied", "out.yaml"), 1, "Permission denied: 'out.yaml'"),
+        (ZeroDivisionError("division"), 1, "internal error: ZeroDivisionError: division; --debug"),
+    ],
+)
+def test_what_a_command_raises_becomes_a_code(
+    error: BaseException, code: int, text: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(_: object) -> int:
+        raise error
+
+    monkeypatch.setattr(train, "run", fail)
+    assert main(TRAIN) == code
+    captured = capsys.readouterr().err
+    assert text in captured and captured.count("\n") == 1
+
+
+def test_a_missing_piece_breaks_only_its_command(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(command_line.COMMANDS, "ghost", "needs what is not there")
+    assert main(["ghost"]) == 1
+    assert "ghost" in capsys.readouterr().err
+    assert main(["--help"]) == 0

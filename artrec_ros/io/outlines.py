@@ -14,6 +14,7 @@ from ..core.transforms import Array
 _DISC_POINTS = 64  # the inscribed polygon then misses 0.16 % of the disc's area
 _EDGE_SIGMA_PX = 1.0  # blur under which the staircase of a binary image becomes a straight edge
 _SIMPLIFY_PX = 0.2  # the silhouette's polygon may leave the edge by this much
+_GREATEST_SIDE_PX = 1500  # a larger image is shrunk: its outline has more detail than a camera will see
 _LEAST_AREA_PX = 30  # a smaller silhouette has no shape
 
 
@@ -81,6 +82,9 @@ def _shape_level(path: Path) -> Array:
     image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if path.is_file() else None
     if image is None:
         raise ConfigError(f"{path}: cannot be read as an image (PNG, JPEG, GIF, BMP, ...)")
+    shrink = _GREATEST_SIDE_PX / max(image.shape[:2])
+    if shrink < 1:
+        image = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
     grey = image.astype(np.float32)
     if grey.ndim == 3:
         transparent = grey.shape[2] == 4 and bool(np.ptp(grey[:, :, 3]))

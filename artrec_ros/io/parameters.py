@@ -7,21 +7,20 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml
 
 from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig
 from ..core.datatypes import Target
 from ..core.errors import ConfigError
+from ..core.recognizer import Recognizer
+from ..core.segmentation import Segmenter
 from .constraints import load_constraints
 from .files import Value, load_value, nearest
 from .objects import load_object
 from .shared_files import resolve_path
 from .specs import Spec, all_specs, specs_of
-
-if TYPE_CHECKING:
-    from ..core.recognizer import Recognizer
 
 _SECTION = "ros__parameters"
 _WILDCARDS = ("/**", "/*", "**", "*")
@@ -47,9 +46,6 @@ class Setup:
 
     def build(self) -> Recognizer:
         """The recogniser with these parameters."""
-        from ..core.recognizer import Recognizer
-        from ..core.segmentation import Segmenter
-
         return Recognizer(self.targets, self.recognizer, Segmenter(self.image))
 
     def to_yaml(self) -> str:

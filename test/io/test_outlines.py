@@ -102,6 +102,14 @@ def test_silhouette_may_touch_the_border(tmp_path: Path) -> None:
     assert np.ptp(outline[:, 1]) == pytest.approx(0.2, rel=0.01)
 
 
+def test_large_silhouettes_keep_their_shape(tmp_path: Path) -> None:
+    image = np.zeros((2500, 4000), np.uint8)
+    image[500:1500, 400:3600] = 255
+    cv2.imwrite(str(tmp_path / "large.png"), image)
+    outline = silhouette_outline(tmp_path / "large.png", 3.2)
+    assert np.ptp(outline[:, 1]) == pytest.approx(1.0, rel=2e-3)
+
+
 def test_bad_silhouettes_are_refused(tmp_path: Path) -> None:
     (tmp_path / "text.png").write_text("no image")
     cv2.imwrite(str(tmp_path / "plain.png"), np.full((40, 40), 9, np.uint8))

@@ -6,6 +6,7 @@ import array
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
@@ -188,6 +189,11 @@ def test_specs_carry_types_and_bounds() -> None:
     assert specs["image.blank"].is_list and specs["image.blank"].type is int
     assert {"red.label", "image.pale.hue", "objects", "image.classes", "image_transport"} <= set(specs)
     assert len(specs_of(RecognizerConfig)) == len(vars(RecognizerConfig()))
+
+
+def test_a_setup_builds_its_recognizer(folder: Path) -> None:
+    result = setup_from_flat(FLAT, folder).build().recognize(np.zeros((40, 60), np.uint8))
+    assert result.size == (60, 40) and result.detections == ()
 
 
 @pytest.mark.parametrize("name", ["aibo", "pendulum", "vss"])

@@ -31,6 +31,9 @@ class SceneConfig:
     margin: float = param(
         1.0, "share of an object's radius that stays inside the image; 0: only its origin", low=0, high=2
     )
+    facing: float = param(
+        0.9, "share of objects that turn a marker of the required component to the camera", low=0, high=1
+    )
     joint_range: float = param(1.0, "share of each joint's limits that is used", low=0, high=1)
     distractors: int = param(
         3, "greatest number of polygons of the objects' colours that belong to nothing", low=0, high=100

@@ -20,6 +20,8 @@ from .surfaces import Surface, object_surfaces
 
 _SIDE_DEG, _ABOVE_DEG = (0.0, 25.0), (65.0, 90.0)
 _TRIES = 400
+_HEADINGS = 60  # an object with one flat marker turns it to the camera in one of three
+_FACING = 0.5  # cosine of the angle under which a marker counts as turned to the camera
 
 
 @dataclass(frozen=True)
@@ -186,10 +188,21 @@ def _place(
     target: Target, position: Array, ground: _Ground, config: SceneConfig, rng: np.random.Generator
 ) -> PlacedObject:
     """The object at that position with a random heading, a little tilt and random joints."""
-    heading = rotation_from_rotvec([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
-    tilt = rotation_from_rotvec(rng.normal(0, config.tilt_rad, 3))
     at = rng.uniform(-config.joint_range, config.joint_range, len(target.model.joint_components))
-    return PlacedObject(target, Pose(ground.axes @ heading @ tilt, position), _joints_at(target.model, at))
+    joints = _joints_at(target.model, at)
+    wanted = rng.random() < config.facing
+    for _ in range(_HEADINGS):
+        heading = rotation_from_rotvec([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
+        tilt = rotation_from_rotvec(rng.normal(0, config.tilt_rad, 3))
+        placed = PlacedObject(target, Pose(ground.axes @ heading @ tilt, position), joints)
+        if not wanted or _turns_to_camera(placed):
+            break
+    return placed
+
+
+def _turns_to_camera(placed: PlacedObject) -> bool:
+    required = placed.target.model.required.name
+    return any(s.facing > _FACING for s in placed.surfaces() if s.owner is not None and s.owner[0] == required)
 
 
 def _joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:

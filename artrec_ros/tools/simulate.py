@@ -72,8 +72,9 @@ def _add_scene(group: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Writes the frames and says where they are."""
     targets = _targets(args)
-    given = {f.name: getattr(args, f.name) for f in dataclasses.fields(SceneConfig)}
-    scene = SceneConfig(**{k: tuple(v) if isinstance(v, list) else v for k, v in given.items() if v is not None})
+    given: dict[str, Any] = {f.name: getattr(args, f.name) for f in dataclasses.fields(SceneConfig)}
+    given = {k: tuple(v) if isinstance(v, list) else v for k, v in given.items() if v is not None}
+    scene = SceneConfig(**given)
     sensor = SensorConfig().scaled(args.noise)
     if args.frames < 1:
         raise ConfigError(f"--frames: {args.frames} is none; 1 or more")

@@ -37,6 +37,16 @@ def test_a_joint_range_of_zero_keeps_joints_in_the_middle(target, camera):
     assert all(s.objects[0].joints["arm"] == pytest.approx(0.25) for s in scenes(target, camera, 5, joint_range=0.0))
 
 
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_objects_turn_their_front_to_the_camera_as_often_as_asked(target, camera, share):
+    """The front faces the camera by chance in a third of all headings."""
+    seen = 0
+    for scene in scenes(target, camera, facing=share):
+        (front,) = (s for s in scene.objects[0].surfaces() if s.owner == ("base", "front"))
+        seen += front.facing > 0.5
+    assert seen == 40 if share else 4 < seen < 26
+
+
 def test_objects_keep_apart_and_number_as_asked(target, camera):
     found = scenes(target, camera, objects=(2, 3), size=(0.1, 0.2))
     assert {len(s.objects) for s in found} == {2, 3}

@@ -1,0 +1,53 @@
+"""The way that scripts/demo goes, on fewer frames, and the script's care for what it did not make."""
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from artrec_ros.tools.main import main
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("demo")
+    config = folder / "config"
+    (config / "objects").mkdir(parents=True)
+    (config / "constraints").mkdir()
+    shutil.copy(ROOT / "config/excavator.yaml", config)
+    model = shutil.copy(ROOT / "config/objects/excavator.yaml", config / "objects")
+    size = ["--size", "0.4", "0.9"]
+    examples = [folder / "train", "--frames", 60, "--seed", 1, *size]
+    steps = [
+        ["simulate", model, "-o", *examples],
+        ["train", "--object", model, "--annotations", folder / "train/annotations.json"]
+        + ["--output", config / "constraints/excavator.yaml"],
+        ["simulate", model, "-o", folder / "test", "--frames", 10, "--seed", 2, "--objects", 1, 2, *size],
+        ["replay", folder / "test/bag", "--params-file", config / "excavator.yaml", "-o", folder / "replay"],
+        ["evaluate", folder / "replay", "--truth", folder / "test/truth.jsonl"],
+    ]
+    for step in steps:
+        assert main([str(word) for word in step]) == 0, step
+    return folder
+
+
+def test_most_excavators_are_found_and_few_invented(demo):
+    metrics = json.loads((demo / "replay/metrics.json").read_text())["excavator"]
+    assert metrics["frames"] == 10 and metrics["frames_without_result"] == 0
+    assert metrics["recognition_rate"] >= 0.5
+    assert metrics["false_per_frame"] <= 0.5
+
+
+def test_each_frame_has_its_picture(demo):
+    assert len(list((demo / "replay/frames").iterdir())) == 10
+
+
+def test_the_script_leaves_folders_alone_that_it_did_not_make(tmp_path):
+    (tmp_path / "precious").write_text("mine")
+    done = subprocess.run(["sh", str(ROOT / "scripts/demo"), str(tmp_path)], capture_output=True, text=True, timeout=20)
+    assert done.returncode == 1 and "not an earlier demo's" in done.stderr
+    assert (tmp_path / "precious").read_text() == "mine"

@@ -1,15 +1,18 @@
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
 from artrec_ros.core.errors import SourceError
+from artrec_ros.core.transforms import Pose
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.output import write_frames
 from artrec_ros.simulation.records import is_annotated, keypoint_names, truth_record
 from artrec_ros.simulation.simulator import simulate
+from artrec_ros.simulation.truth import MarkerTruth, ObjectTruth
 
 
 @pytest.fixture
@@ -77,3 +80,16 @@ def test_a_folder_that_holds_files_is_refused(tmp_path, frames, target):
     with pytest.raises(SourceError, match="holds files already"):
         write_frames(frames, [target], tmp_path)
     assert contents(tmp_path) == {"notes.txt": b"mine"}
+
+
+def test_other_markers_of_a_component_are_named_with_it():
+    def seen(marker, visible_px):
+        return MarkerTruth("base", marker, 1.0, 100.0, visible_px, np.zeros(2), np.zeros(2), np.ones(2), None)
+
+    pose = Pose(np.eye(3), np.array([0, 0, 1.0]))
+    target = SimpleNamespace(name="pump", label=3)
+    placed = SimpleNamespace(target=target, T_camera_object=pose, joints={})
+    truth = ObjectTruth(placed, np.zeros(2), (seen("rear", 10.0), seen("front", 90.0)))
+    frame = SimpleNamespace(stamp_ns=1, truths=(truth,))
+    components = truth_record(frame)["objects"][0]["components"]
+    assert {name: c["marker"] for name, c in components.items()} == {"base": "front", "base@rear": "rear"}

@@ -46,7 +46,7 @@ def find_blobs(
     """
     found: list[Blob] = []
     for label in sorted(set(wanted)):
-        mask = cv2.compare(labels, float(label), cv2.CMP_EQ)
+        mask = (labels == label).view(np.uint8)
         found += _blobs_of_mask(mask, label, config, blank)
     if len(found) > config.max_blobs:
         found = sorted(found, key=lambda b: -b.area_px)[: config.max_blobs]
@@ -96,7 +96,10 @@ def subpixel_contour(pixels: NDArray[np.int32]) -> tuple[Array, Array]:
     p = pixels.astype(np.float64)
     reach = int(np.clip(len(p) // 12, 1, 5))
     # Differences over several spans smooth the staircase of a chain code.
-    d = sum((np.roll(p, -s, axis=0) - np.roll(p, s, axis=0) for s in range(1, reach + 1)), np.zeros_like(p))
+    around = np.concatenate([p[-reach:], p, p[:reach]])
+    d = np.zeros_like(p)
+    for s in range(1, reach + 1):
+        d += around[reach + s : len(p) + reach + s] - around[reach - s : len(p) + reach - s]
     length = np.hypot(d[:, 0], d[:, 1])[:, None]
     normals = np.where(length > 1e-9, np.stack([d[:, 1], -d[:, 0]], axis=1) / np.maximum(length, 1e-9), 0.0)
     return p + 0.5 * np.abs(normals).max(axis=1, keepdims=True) * normals, normals

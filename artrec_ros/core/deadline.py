@@ -6,15 +6,26 @@ import time
 
 
 class Deadline:
-    """Monotonic deadline. `expired` stays true once the time is over; `hit` tells whether anybody was stopped."""
+    """Monotonic deadline. `hit` tells whether it, or a part of it, stopped anybody."""
 
-    def __init__(self, budget_s: float) -> None:
+    def __init__(self, budget_s: float = float("inf"), parent: Deadline | None = None) -> None:
         self._end_s = time.perf_counter() + budget_s
+        self._parent = parent
         self.hit = False
 
     @property
     def expired(self) -> bool:
-        if time.perf_counter() >= self._end_s:
-            self.hit = True
-            return True
-        return False
+        """Whether the time is over; once true it stays so."""
+        if time.perf_counter() < self._end_s:
+            return False
+        self._note()
+        return True
+
+    def part(self, share: float) -> Deadline:
+        """A deadline after a share of the time that is left, so that later stages get theirs."""
+        return Deadline(max(0.0, self._end_s - time.perf_counter()) * share, self)
+
+    def _note(self) -> None:
+        self.hit = True
+        if self._parent is not None:
+            self._parent._note()

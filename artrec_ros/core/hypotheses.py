@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from .alignment import Placements
 from .blobs import Blob, blob_anchors
 from .config import RecognizerConfig
+from .deadline import Deadline
 from .shapes import Shape
 from .symmetry import ANY_ANGLE
 from .transforms import Array
@@ -43,6 +45,7 @@ def propose(
     wanted: set[tuple[int, int]],
     slots: dict[int, int],
     config: RecognizerConfig,
+    deadline: Deadline,
 ) -> Placements:
     """Every hypothesis of a frame as one batch.
 
@@ -55,6 +58,8 @@ def propose(
         mine = [blobs[i] for i in numbers]
         couples = blob_couples(mine, config)
         for s in sorted(s for s, wanted_label in wanted if wanted_label == label):
+            if deadline.expired:
+                return Placements.concatenate(parts)
             t, z, owner = _of_shape(mine, shapes[s], couples, config)
             keep = _plausible(z, shapes[s], np.array([b.area_px for b in mine])[owner], config)
             n = int(np.count_nonzero(keep))
@@ -100,7 +105,7 @@ def _couples(
 
 def _whole_blobs(blobs: list[Blob], shape: Shape, turns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The shape over a blob's centroid, of its area, turned in equal steps: for blobs too small for anchors."""
-    centres = np.array([_centroid(b.contour) for b in blobs])
+    centres = np.array([_centroid(b) for b in blobs])
     k = np.sqrt(np.array([b.area_px for b in blobs]) / shape.area_m2)
     turn = np.exp(2j * np.pi * np.arange(turns) / turns)
     return (
@@ -110,16 +115,11 @@ def _whole_blobs(blobs: list[Blob], shape: Shape, turns: int) -> tuple[np.ndarra
     )
 
 
-def _centroid(polygon: Array) -> complex:
-    # about the first point, so that the sums stay small
-    p = polygon - polygon[0]
-    x, y = p.T
-    cross = x * np.roll(y, -1) - np.roll(x, -1) * y
-    total = cross.sum()
-    if abs(total) < 1e-9:
-        return complex(*polygon.mean(axis=0))
-    cx, cy = (np.sum((v + np.roll(v, -1)) * cross) / (3 * total) for v in (x, y))
-    return complex(cx + polygon[0, 0], cy + polygon[0, 1])
+def _centroid(blob: Blob) -> complex:
+    moments = cv2.moments(blob.contour.astype(np.float32)[:, None])
+    if moments["m00"] < 1e-6:
+        return complex(*blob.contour.mean(axis=0))
+    return complex(moments["m10"], moments["m01"]) / moments["m00"]
 
 
 def _circles(blobs: list[Blob], shape: Shape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -16,6 +16,8 @@ from .overlap import overlap_matrix
 from .refinement import ranks_in_group, refine, suppress
 from .shapes import Shape
 
+_LOOKING = 0.5  # of the time may go into the first pass, the rest is for what it found
+
 
 @dataclass(frozen=True)
 class Matches:
@@ -42,6 +44,16 @@ class Matches:
     @cached_property
     def perimeter_px(self) -> Array1:
         return np.array([s.perimeter_m for s in self.shapes])[self.placed.shape] * np.abs(self.placed.z)
+
+    def take(self, index: np.ndarray) -> Matches:
+        found = self.evidence
+        return Matches(
+            self.shapes,
+            self.placed.take(index),
+            self.labels[index],
+            Evidence(found.share[index], found.score[index], found.visible[index], [found.explained[i] for i in index]),
+            self.cmap,
+        )
 
     @classmethod
     def none(cls, shapes: list[Shape]) -> Matches:
@@ -77,10 +89,11 @@ def find_matches(
 
     :param wanted: (shape, label) pairs.
     """
-    placed = propose(blobs, shapes, wanted, cmap.slots, config)
+    looking = deadline.part(_LOOKING)
+    placed = propose(blobs, shapes, wanted, cmap.slots, config, looking)
     placed = _best(
         placed,
-        matched_share(cmap, shapes, placed, config, deadline, config.coarse_step),
+        matched_share(cmap, shapes, placed, config, looking, config.coarse_step),
         config.coarse_match,
         config.coarse_keep,
         shapes,
@@ -90,8 +103,8 @@ def find_matches(
     # A small blob has room for few instances.
     size = np.array([len(b.pixels) for b in blobs])
     quota = np.clip(size[placed.blob] // 8, 4, config.refine_keep)
-    placed = placed.take(suppress(placed, _group(placed, shapes), shapes, quota, config, config.same_start))
-    placed = refine(cmap, shapes, placed, config)
+    placed = placed.take(suppress(placed, _group(placed, shapes), shapes, quota, config, config.same_start, deadline))
+    placed = refine(cmap, shapes, placed, config, deadline)
     return accept(cmap, shapes, placed, config, blank)
 
 
@@ -105,19 +118,12 @@ def accept(
     if config.max_scale > 0:
         good &= np.abs(placed.z) <= config.max_scale
     good &= np.abs(placed.z) >= config.min_scale
-    index = np.flatnonzero(good)
-    placed = placed.take(index).with_score(found.score[index])
-    everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape
-    kept = suppress(placed, everywhere, shapes, np.full(len(placed), config.max_instances), config, config.same_place)
-    placed, index = placed.take(kept), index[kept]
-    label_of_slot = np.array([label for label, _ in sorted(cmap.slots.items(), key=lambda item: item[1])])
-    return Matches(
-        shapes,
-        placed,
-        label_of_slot[placed.slot],
-        Evidence(found.share[index], found.score[index], found.visible[index], [found.explained[i] for i in index]),
-        cmap,
-    )
+    label_of_slot = np.array(sorted(cmap.slots, key=lambda label: cmap.slots[label]))
+    matches = Matches(shapes, placed.with_score(found.score), label_of_slot[placed.slot], found, cmap)
+    matches = matches.take(np.flatnonzero(good))
+    everywhere = matches.placed.slot.astype(np.int64) * len(shapes) + matches.placed.shape
+    quota = np.full(len(matches), config.max_instances)
+    return matches.take(suppress(matches.placed, everywhere, shapes, quota, config, config.same_place, Deadline()))
 
 
 def _group(placed: Placements, shapes: list[Shape]) -> np.ndarray:

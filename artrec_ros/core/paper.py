@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .alignment import ContourMap, Placements, evidence, matched_share
 from .blobs import Blob, blob_anchors
@@ -21,7 +22,7 @@ from .deadline import Deadline
 from .grouping import Group
 from .hypotheses import anchor_couples
 from .matching import Matches, concatenate_matches
-from .refinement import suppress
+from .refinement import ranks_in_group, suppress
 from .shapes import Shape
 
 Box = dict[str, tuple[float, float]]
@@ -51,11 +52,17 @@ def align_literally(
             # The first in the order of the couples stands, however good the later ones are.
             placed = placed.take(index).with_score(-np.arange(len(index), dtype=float))
             one, most = np.zeros(len(placed), int), np.full(len(placed), config.max_instances)
-            kept = suppress(placed, one, shapes, most, config, config.same_start)
+            kept = suppress(placed, one, shapes, most, config, config.same_start, deadline)
             placed = placed.take(kept).with_score(share[index][kept])
             labels = np.full(len(placed), blob.label)
             found.append(Matches(shapes, placed, labels, evidence(cmap, shapes, placed, config)))
-    return concatenate_matches(shapes, found)
+    return _first(concatenate_matches(shapes, found), config.max_instances)
+
+
+def _first(matches: Matches, most: int) -> Matches:
+    """No more than so many instances of a shape and class, in the order they were found."""
+    group = matches.labels * len(matches.shapes) + matches.placed.shape
+    return matches.take(np.flatnonzero(ranks_in_group(group, np.zeros(len(group))) < most))
 
 
 def _all_couples(anchors: np.ndarray, shape: Shape, s: int, blob: int) -> Placements:
@@ -75,20 +82,15 @@ def group_literally(
     components = [c.name for c in target.model.components]
     boxes = _boxes(target.constraints) if isinstance(target.constraints, ConstraintSet) else {}
     required = components.index(target.model.required.name)
-    used: set[int] = set()
+    growth = _Growth(candidates, _holds(candidates, components, boxes, config), deadline)
     groups = []
     for seed in np.flatnonzero(candidates.component == required):
-        if int(candidates.match[seed]) in used or deadline.expired:
+        if int(candidates.match[seed]) in growth.used or deadline.expired:
             continue
-        members = _grow(
-            [int(seed)],
-            [c for c in range(len(components)) if c != required],
-            _Checker(candidates, components, boxes, config),
-            used,
-        )
+        members = growth.grow([int(seed)], [c for c in range(len(components)) if c != required])
         if len(members) >= min(config.min_components, len(components)):
             groups.append(_group(candidates, members, len(components)))
-            used.update(groups[-1].matches)
+            growth.used.update(groups[-1].matches)
     return groups
 
 
@@ -104,39 +106,44 @@ def _boxes(constraints: ConstraintSet) -> dict[tuple[str, str], Box]:
     return boxes
 
 
-class _Checker:
-    """T_ij in P_ij and nearly one scale, O(1) a pair."""
-
-    def __init__(self, c: Candidates, names: list[str], boxes: dict[tuple[str, str], Box], config: RecognizerConfig):
-        self.c, self._names, self._boxes, self._ratio = c, names, boxes, config.paper_scale_ratio
-
-    def holds(self, i: int, j: int) -> bool:
-        scale = self.c.poses.scale
-        if max(scale[i], scale[j]) > self._ratio * min(scale[i], scale[j]):
-            return False
-        a, b = (self._names[self.c.component[n]] for n in (i, j))
-        if (b, a) in self._boxes:
-            i, j, a, b = j, i, b, a
-        box = self._boxes.get((a, b))
-        if box is None:
-            return False
-        T = configuration(self.c.poses.at(np.array([i])), self.c.poses.at(np.array([j])))
-        return all(low <= float(T[d][0]) <= high for d, (low, high) in box.items())
+def _holds(
+    c: Candidates, names: list[str], boxes: dict[tuple[str, str], Box], config: RecognizerConfig
+) -> NDArray[np.bool_]:
+    """(n, n) whether two candidates may be in one group: T_ij in P_ij, and nearly one scale."""
+    holds = np.zeros((len(c), len(c)), bool)
+    for (first, second), box in boxes.items():
+        i = np.flatnonzero(c.component == names.index(first))
+        j = np.flatnonzero(c.component == names.index(second))
+        T = configuration(c.poses.at(i).at((slice(None), None)), c.poses.at(j).at((None, slice(None))))
+        ratio = np.exp(np.abs(np.log(T["scale_ratio"])))
+        good = ratio <= config.paper_scale_ratio
+        for d, (low, high) in box.items():
+            good &= (low <= T[d]) & (T[d] <= high)
+        holds[np.ix_(i, j)] = good
+        holds[np.ix_(j, i)] = good.T
+    return holds
 
 
-def _grow(members: list[int], left: list[int], check: _Checker, used: set[int]) -> list[int]:
-    """The largest group: each component takes the first instance that fits, and gives it back if that is worse."""
-    if not left:
-        return members
-    best = _grow(members, left[1:], check, used)  # this component missing
-    taken = used | {int(check.c.match[m]) for m in members}
-    for n in np.flatnonzero(check.c.component == left[0]):
-        if int(check.c.match[n]) not in taken and all(check.holds(m, int(n)) for m in members):
-            grown = _grow([*members, int(n)], left[1:], check, used)
-            best = grown if len(grown) > len(best) else best
-            if len(best) == len(members) + len(left):
-                break
-    return best
+class _Growth:
+    """A group grows: each component in turn takes the first instance that fits, and gives it back if that is worse."""
+
+    def __init__(self, candidates: Candidates, holds: NDArray[np.bool_], deadline: Deadline) -> None:
+        self._candidates, self._holds, self._deadline = candidates, holds, deadline
+        self.used: set[int] = set()  # instances of earlier groups
+
+    def grow(self, members: list[int], left: list[int]) -> list[int]:
+        """The largest group found from these members with components of `left`, by the deadline."""
+        c, best = self._candidates, members
+        while left and not self._deadline.expired and len(best) < len(members) + len(left):
+            taken = self.used | {int(c.match[m]) for m in members}
+            for n in np.flatnonzero((c.component == left[0]) & self._holds[members].all(axis=0)):
+                if int(c.match[n]) not in taken:
+                    grown = self.grow([*members, int(n)], left[1:])
+                    best = grown if len(grown) > len(best) else best
+                    if len(best) == len(members) + len(left):
+                        return best
+            left = left[1:]  # this component missing
+        return best
 
 
 def _group(candidates: Candidates, members: list[int], count: int) -> Group:

@@ -25,6 +25,8 @@ from .report import detections_of, rejections_of
 from .shapes import Shape
 from .solution import solve
 
+_ALIGNMENT = 0.7  # of the time that is left may go into alignment
+
 
 class Labeller(Protocol):
     """What turns an image into class labels: `segmentation.Segmenter`."""
@@ -91,7 +93,7 @@ class Recognizer:
         with watch.stage("blobs"):
             blobs = find_blobs(labels, {label for _, label in self._wanted}, self._config, self._segmenter.blank)
         with watch.stage("alignment"):
-            matches = self._align(blobs, (labels.shape[1], labels.shape[0]), deadline)
+            matches = self._align(blobs, (labels.shape[1], labels.shape[0]), deadline.part(_ALIGNMENT))
         with watch.stage("grouping"):
             detections, rejected, exact = self._group(matches, deadline)
         size = (int(labels.shape[1]), int(labels.shape[0]))

@@ -6,6 +6,7 @@ import numpy as np
 
 from .alignment import ContourMap, Placements
 from .config import RecognizerConfig
+from .deadline import Deadline
 from .shapes import Shape
 from .symmetry import ANY_ANGLE
 
@@ -13,10 +14,13 @@ _GATES_PX = (8.0, 1.5)  # Tukey gates from the first to the last step
 _NORMAL_AGREEMENT = 0.6
 _POINT_STEP = 2  # every second of a shape's 120 points
 _DAMPING = 1e-3
+_BATCH = 512  # placements between looks at the clock
 
 
 def ranks_in_group(group: np.ndarray, score: np.ndarray) -> np.ndarray:
     """(H,) rank of each entry within its group, best score 0; ties keep their order."""
+    if not len(group):
+        return np.zeros(0, int)
     order = np.lexsort((np.arange(len(group)), -score, group))
     sorted_group = group[order]
     first = np.concatenate([[True], sorted_group[1:] != sorted_group[:-1]])
@@ -46,8 +50,9 @@ def suppress(
     quota: np.ndarray,
     config: RecognizerConfig,
     same_place: float,
+    deadline: Deadline,
 ) -> np.ndarray:
-    """Indices of placements that are the best of their place, at most `quota` a group.
+    """Indices of placements that are the best of their place, at most `quota` a group; groups by the deadline.
 
     :param group: (H,) only placements of one group, which share a shape, suppress each other.
     :param quota: (H,) the most that may be kept of the entry's group.
@@ -56,7 +61,7 @@ def suppress(
     kept: list[int] = []
     order = np.lexsort((-placed.score, group))
     for block in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
-        if len(block):
+        if len(block) and not deadline.expired:
             kept += _suppress_group(
                 placed, block, shapes[placed.shape[block[0]]], int(quota[block[0]]), config.symmetry_px, same_place
             )
@@ -79,14 +84,22 @@ def _suppress_group(
     return kept
 
 
-def refine(cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig) -> Placements:
-    """All placements moved onto the contours at once: Tukey-weighted point-to-line least squares.
+def refine(
+    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, deadline: Deadline
+) -> Placements:
+    """All placements moved onto the contours in batches: Tukey-weighted point-to-line least squares.
 
     A similarity is linear in (z, t), so each step is one exact 4x4 solve per placement. Those whose scale
-    runs away by more than `max_refined_scale` keep their hypothesis.
+    runs away by more than `max_refined_scale` keep their hypothesis, as do those the deadline leaves.
     """
-    if not len(placed):
-        return placed
+    parts = []
+    for start in range(0, len(placed), _BATCH):
+        part = placed.take(np.arange(start, min(start + _BATCH, len(placed))))
+        parts.append(part if deadline.expired else _refine_batch(cmap, shapes, part, config))
+    return Placements.concatenate(parts)
+
+
+def _refine_batch(cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig) -> Placements:
     radius = np.array([s.rms_radius_m for s in shapes])[placed.shape]  # (K,)
     points = np.stack([s.points[::_POINT_STEP] for s in shapes])[placed.shape] / radius[:, None]  # unit rms radius
     normals = np.stack([s.normals[::_POINT_STEP] for s in shapes])[placed.shape]
@@ -97,14 +110,8 @@ def refine(cmap: ContourMap, shapes: list[Shape], placed: Placements, config: Re
         t, z = t + dt, z + dz
     ratio = np.abs(z) / np.abs(placed.z * radius)
     tame = np.isfinite(t) & (ratio < config.max_refined_scale) & (ratio > 1 / config.max_refined_scale)
-    return Placements(
-        np.where(tame, t, placed.t),
-        np.where(tame, z / radius, placed.z),
-        placed.shape,
-        placed.blob,
-        placed.slot,
-        placed.score,
-    )
+    moved = np.where(tame, t, placed.t), np.where(tame, z / radius, placed.z)
+    return Placements(*moved, placed.shape, placed.blob, placed.slot, placed.score)
 
 
 def _step(

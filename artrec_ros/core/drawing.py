@@ -116,7 +116,7 @@ class _Canvas:
         return (np.asarray(points, float) + 0.5) * self.zoom - 0.5
 
     def _fixed(self, points: Array) -> NDArray[np.int32]:
-        limited = np.clip(np.nan_to_num(points), -30000, 30000)
+        limited = np.clip(points, -30000, 30000)
         return np.round(limited * (1 << _SHIFT)).astype(np.int32)
 
     def polygon(self, points: Array, colour: Colour, thickness: int) -> None:

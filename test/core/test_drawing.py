@@ -1,0 +1,98 @@
+"""Overlays show what was found where it was found, and leave the rest of the picture alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from artrec_ros.core.datatypes import Camera, Detection, FrameResult, ImagePose, Instance, Rejection
+from artrec_ros.core.drawing import draw_error, draw_result, label_picture, object_colour
+from artrec_ros.core.transforms import Pose
+
+SQUARE = np.array([[80.0, 60], [120, 60], [120, 100], [80, 100]])
+CAMERA = Camera(np.array([[200.0, 0, 100], [0, 200, 80], [0, 0, 1]]), np.zeros(5), (200, 160))
+LABELS = np.zeros((160, 200), np.uint8)
+
+
+def found(pose=None, contour=SQUARE, name="arm") -> FrameResult:
+    parts = (Instance("base", "m", 0.9, 100, 80, 0.0, 100, contour),)
+    return FrameResult((200, 160), (Detection(name, 0, 0.9, ImagePose(100, 80, 0, 100), parts, pose),))
+
+
+def changed(result, image=LABELS, camera=None, zoom=3) -> np.ndarray:
+    """(H, W): which of the image's pixels differ from the bare picture."""
+    bare = draw_result(image, FrameResult((200, 160)), ["arm"], camera)
+    differs = (draw_result(image, result, ["arm"], camera) != bare).any(axis=2)
+    return differs.reshape(image.shape[0], zoom, image.shape[1], zoom).any(axis=(1, 3))
+
+
+def test_small_images_are_enlarged_and_large_ones_are_not():
+    assert draw_result(LABELS, FrameResult((200, 160)), []).shape == (480, 600, 3)
+    assert draw_result(np.zeros((480, 640, 3), np.uint8), FrameResult((640, 480)), []).shape == (480, 640, 3)
+
+
+def test_the_image_given_stays_as_it_was():
+    image = np.zeros((480, 640, 3), np.uint8)
+    draw_result(image, found(), ["arm"])
+    assert not image.any()
+
+
+def test_the_outline_lies_where_the_contour_is():
+    drawn = changed(found())
+    assert drawn[60, 85:115].all() and drawn[100, 85:115].all() and drawn[65:95, 80].all() and drawn[65:95, 120].all()
+    assert drawn[80, 101:110].all()  # the axis, along +x
+    assert not drawn[85:95, 85:97].any() and not drawn[:, :60].any() and not drawn[110:].any()
+
+
+def test_the_objects_frame_needs_pose_and_camera():
+    pose = Pose.from_xyz_rpy([0.0, 0.0, 2.0])
+    without = changed(found())
+    assert np.array_equal(changed(found(pose)), without)
+    with_frame = changed(found(pose), camera=CAMERA) & ~without
+    assert with_frame[82:92, 99:102].any(axis=1).all()  # its y axis points down in the image, from (100, 80)
+
+
+@pytest.mark.parametrize("z", [-1.0, 0.0, 1e-9])
+def test_a_frame_behind_the_camera_is_not_drawn(z):
+    assert np.array_equal(changed(found(Pose.from_xyz_rpy([0, 0, z])), camera=CAMERA), changed(found()))
+
+
+@pytest.mark.parametrize("contour", [np.zeros((0, 2)), SQUARE + 1e9, SQUARE - 1e9])
+def test_contours_that_are_missing_or_far_off_do_no_harm(contour):
+    assert draw_result(LABELS, found(contour=contour), ["arm"]).shape == (480, 600, 3)
+
+
+def test_objects_have_colours_of_their_own():
+    names = ["a", "b", "c"]
+    assert len({object_colour(names, n) for n in names}) == 3
+    assert object_colour(["x", *names], "a") == object_colour(names, "b")
+    assert object_colour([], "unknown") == object_colour(names, "a")
+
+
+def test_rejected_candidates_are_marked_once_a_place_and_never_on_an_object():
+    near = [Rejection("arm", "too small", 0.1 * i, 30 + i, 130) for i in range(5)]
+    one = changed(FrameResult((200, 160), rejected=tuple(near[-1:])))
+    five = changed(FrameResult((200, 160), rejected=tuple(near)))
+    assert one[130, 34] and five[130, 34] and not five[130, 30]
+    on_object = FrameResult((200, 160), found().detections, (Rejection("arm", "taken", 0.5, 90, 90),))
+    assert np.array_equal(changed(on_object), changed(found()))
+    assert not changed(FrameResult((200, 160), rejected=(Rejection("arm", "no place"),))).any()
+
+
+def test_names_stay_within_the_picture():
+    for x, y in ((0, 0), (199, 0), (0, 159), (199, 159)):
+        parts = (Instance("base", "m", 0.9, x, y, 0.0, 100),)
+        result = FrameResult((200, 160), (Detection("arm", 0, 0.9, ImagePose(x, y, 0, 100), parts),))
+        assert 120 < changed(result).sum() < 2500
+
+
+def test_every_label_has_one_colour_and_low_ones_differ():
+    picture = label_picture(np.arange(256, dtype=np.uint16)[None] * 1)
+    assert picture.shape == (1, 256, 3)
+    assert len({tuple(c) for c in picture[0, :8]}) == 8
+    assert np.array_equal(label_picture(np.array([[300]], np.uint16))[0, 0], picture[0, 255])
+
+
+def test_an_error_is_written_out():
+    picture = draw_error((320, 240), "damaged image " * 10)
+    assert picture.shape == (240, 320, 3) and (picture > 100).any()

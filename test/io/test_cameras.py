@@ -1,0 +1,69 @@
+"""Calibrations: from messages with binning and regions, and from ROS' calibration files."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.io.cameras import camera_from_info, load_camera
+
+K = [500.0, 0, 320, 0, 510, 240, 0, 0, 1]
+
+FILE = """
+image_width: 640
+image_height: 480
+camera_name: head
+camera_matrix: {rows: 3, cols: 3, data: [500, 0, 320, 0, 510, 240, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0.1, 0, 0, 0, 0]}
+rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}
+"""
+
+
+def test_a_ray_hits_the_same_place_of_a_binned_part_of_the_image():
+    whole = camera_from_info(640, 480, K, [], "plumb_bob")
+    part = camera_from_info(640, 480, K, [], "plumb_bob", binning=(2, 2), roi=(100, 40, 400, 300))
+    ray = np.array([0.1, -0.05, 1.0])
+    u, v, _ = whole.matrix @ ray
+    assert np.allclose((part.matrix @ ray)[:2], [(u - 100) / 2, (v - 40) / 2])
+    assert whole.size == (640, 480) and part.size == (200, 150)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "distortion", "model", "said"),
+    [
+        ([0.0] * 9, [], "", "not calibrated"),
+        (K, [0.0] * 4, "equidistant", "'equidistant' is not supported"),
+        (K, [0.0] * 7, "plumb_bob", "7 coefficients"),
+        ([float("nan"), *K[1:]], [], "", "not finite"),
+    ],
+)
+def test_unfit_calibrations_say_why(matrix, distortion, model, said):
+    with pytest.raises(ConfigError, match=said):
+        camera_from_info(640, 480, matrix, distortion, model)
+
+
+def test_a_calibration_file(tmp_path):
+    (tmp_path / "c.yaml").write_text(FILE)
+    camera = load_camera(tmp_path / "c.yaml")
+    assert np.array_equal(camera.matrix.reshape(-1), K)
+    assert camera.distortion[0] == 0.1 and camera.size == (640, 480) and camera.frame_id == "head"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("image_width: 640", "", "image_width: missing"),
+        ("image_width: 640", "image_width: wide", "image_width: numbers"),
+        ("240, 0, 0, 1]", "240, 0, 0]", "camera_matrix: 9 number"),
+        ("plumb_bob", "fisheye", "'fisheye' is not supported"),
+        ("image_width: 640", "image_width: [", "not YAML"),
+    ],
+)
+def test_errors_name_file_and_key(tmp_path, old, new, said):
+    path = tmp_path / "c.yaml"
+    path.write_text(FILE.replace(old, new))
+    with pytest.raises(ConfigError, match=said) as caught:
+        load_camera(path)
+    assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)

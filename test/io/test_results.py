@@ -1,0 +1,73 @@
+"""Results survive the way through detections.jsonl and keep the promised names."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance, Rejection
+from artrec_ros.core.errors import SourceError
+from artrec_ros.core.transforms import Pose
+from artrec_ros.io.results import FrameRecord, read_results
+
+DETECTION = Detection(
+    object="arm",
+    id=1,
+    score=0.93,
+    image=ImagePose(103.25, 61.0, 0.05, 212.4),
+    components=(Instance("base", "front", 0.96, 103.25, 61.0, 0.05, 212.4, np.zeros((4, 2))),),
+    pose=Pose.from_xyz_rpy([0.1, 0.0, 0.9], [0.3, -0.2, 2.0]),
+    joints={"elbow": np.float64(0.31)},
+)
+RESULT = FrameResult(
+    (208, 160), (DETECTION,), (Rejection("arm", "too small", 0.2, 5, 6),), {"total": 1.6}, complete=False
+)
+
+
+def test_a_record_comes_back():
+    record = FrameRecord.of(1700000000000000001, "/cam", RESULT, "optical")
+    back = FrameRecord.from_json(record.to_json())
+    assert (back.stamp_ns, back.frame, back.size, back.frame_id) == (1700000000000000001, "/cam", (208, 160), "optical")
+    assert back.timing_ms == {"total": 1.6} and not back.complete and back.error is None
+    assert back.rejected == RESULT.rejected
+    (d,) = back.detections
+    assert (d.object, d.id, d.score, d.image, d.joints) == ("arm", 1, 0.93, DETECTION.image, {"elbow": 0.31})
+    assert d.components == DETECTION.components
+    assert np.allclose(d.pose.rotation, DETECTION.pose.rotation, atol=1e-8)
+    assert np.allclose(d.pose.position, DETECTION.pose.position)
+
+
+def test_the_promised_names_are_there():
+    line = json.loads(FrameRecord.of(7, "/cam", RESULT, "optical").to_json())
+    assert {"stamp_ns", "frame", "size", "objects", "rejected", "timing_ms"} <= set(line)
+    (o,) = line["objects"]
+    assert set(o) == {"object", "id", "score", "image", "pose", "joints", "components"}
+    assert set(o["pose"]) == {"frame_id", "position", "orientation"}
+    assert set(o["components"][0]) == {"name", "marker", "score", "x", "y", "theta", "scale"}
+    assert {"object", "reason"} <= set(line["rejected"][0])
+
+
+def test_an_unusable_frame_has_its_error_and_no_objects():
+    line = FrameRecord(7, "a.png", error="damaged").to_json()
+    assert json.loads(line)["error"] == "damaged" and json.loads(line)["objects"] == []
+    assert FrameRecord.from_json(line).error == "damaged"
+
+
+def test_without_calibration_the_pose_is_null():
+    detection = Detection("arm", 0, 0.5, DETECTION.image, DETECTION.components)
+    line = FrameRecord.of(7, "a.png", FrameResult((8, 6), (detection,))).to_json()
+    assert json.loads(line)["objects"][0]["pose"] is None
+    assert FrameRecord.from_json(line).detections[0].pose is None
+
+
+def test_a_broken_line_is_named(tmp_path):
+    path = tmp_path / "d.jsonl"
+    path.write_text(FrameRecord(7, "a", error="x").to_json() + "\n" + '{"stamp_ns": 8, "fra')
+    records = read_results(path)
+    assert next(records).stamp_ns == 7
+    with pytest.raises(SourceError, match="line 2"):
+        next(records)
+    with pytest.raises(SourceError, match="cannot be read"):
+        next(read_results(tmp_path / "nothing"))

@@ -1,0 +1,183 @@
+"""`artrec replay` with a recogniser of the test's own: what is written, and what happens when things go wrong."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from artrec_ros.core.datatypes import Camera, Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.errors import ImageError
+from artrec_ros.io.bag_writer import BagWriter
+from artrec_ros.io.parameters import Setup
+from artrec_ros.io.results import read_results
+from artrec_ros.tools.main import main
+
+OBJECT = """
+format: artrec_object/1
+name: arm
+markers: {patch: {outline: [[0, 0], [0.2, 0], [0.2, 0.1], [0, 0.1]], axis: [[0, 0.05], [0.2, 0.05]]}}
+components: {base: {required: true, markers: {patch: {}}}}
+"""
+PARAMETERS = {"objects": ["arm"], "arm": {"object_file": "arm.yaml", "label": 3}, "image": {"kind": "labels"}}
+
+
+class Recogniser:
+    """Finds an object at the place that the image's first pixel tells; refuses images that start with 9."""
+
+    def __init__(self, at_frame=None) -> None:
+        self.at_frame, self.seen, self.cameras = at_frame or {}, 0, []
+
+    def recognize(self, image, camera=None) -> FrameResult:
+        self.seen += 1
+        self.cameras.append(camera)
+        if self.seen in self.at_frame:
+            self.at_frame[self.seen]()
+        if image[0, 0] == 9:
+            raise ImageError("a nine")
+        x = float(image[0, 0])
+        parts = (Instance("base", "patch", 0.9, x, 5, 0, 100),)
+        detections = (Detection("arm", 0, 0.9, ImagePose(x, 5, 0, 100), parts),) if x else ()
+        return FrameResult((image.shape[1], image.shape[0]), detections, timing_ms={"total": 2.0})
+
+
+@pytest.fixture
+def params(tmp_path):
+    (tmp_path / "arm.yaml").write_text(OBJECT)
+    path = tmp_path / "params.yaml"
+    path.write_text(yaml.safe_dump({"/**": {"ros__parameters": PARAMETERS}}))
+    return path
+
+
+@pytest.fixture
+def recogniser(monkeypatch):
+    made = Recogniser()
+    monkeypatch.setattr(Setup, "build", lambda self: made)
+    return made
+
+
+def bag(path: Path, firsts) -> Path:
+    with BagWriter(path) as writer:
+        for i, first in enumerate(firsts):
+            image = np.full((24, 32), first, np.uint8)
+            writer.write_camera(
+                "/cam/camera_info", i * 10**8 + 1, Camera(np.diag([9.0, 9, 1]), np.zeros(5), (32, 24), "o")
+            )
+            writer.write_image("/cam/labels", i * 10**8 + 1, "o", image)
+            writer.write_jpeg("/cam/colour/compressed", i * 10**8 + 1, "o", np.dstack([image] * 3))
+    return path
+
+
+def run(params, source, output, *more) -> int:
+    return main(["replay", str(source), "--params-file", str(params), "-o", str(output), *more])
+
+
+def test_everything_promised_is_written(tmp_path, params, recogniser, capsys):
+    out = tmp_path / "out"
+    assert run(params, bag(tmp_path / "bag", [1, 0, 2]), out) == 0
+    records = list(read_results(out / "detections.jsonl"))
+    assert [r.stamp_ns for r in records] == [1, 10**8 + 1, 2 * 10**8 + 1]
+    assert [[d.image.x for d in r.detections] for r in records] == [[1.0], [], [2.0]]
+    assert [r.frame for r in records] == ["/cam/labels"] * 3  # of two topics the one that fits labels
+    assert all(c is not None and c.frame_id == "o" for c in recogniser.cameras)
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["frames"] == 3 and summary["objects"] == {"arm": 2} and summary["frames_without_objects"] == 1
+    assert summary["looked_for"] == {"arm": {"label": 3, "required": "base"}} and not summary["interrupted"]
+    assert [p.name for p in sorted((out / "frames").iterdir())] == ["000000.png", "000001.png", "000002.png"]
+    assert cv2.VideoCapture(str(out / "video.mp4")).get(cv2.CAP_PROP_FRAME_COUNT) == 3
+    assert "3" in capsys.readouterr().out
+
+
+def test_the_saved_parameters_give_the_same_replay(tmp_path, params, recogniser):
+    source = bag(tmp_path / "bag", [1])
+    assert run(params, source, tmp_path / "a") == 0
+    assert run(tmp_path / "a" / "parameters.yaml", source, tmp_path / "b") == 0
+    assert (tmp_path / "a" / "detections.jsonl").read_text() == (tmp_path / "b" / "detections.jsonl").read_text()
+
+
+def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogniser, capsys):
+    folder = tmp_path / "images"
+    folder.mkdir()
+    for name, first in (("0.png", 1), ("2.png", 9), ("3.png", 2)):
+        cv2.imwrite(str(folder / name), np.full((24, 32), first, np.uint8))
+    (folder / "1.png").write_bytes(bytes(30))
+    assert run(params, folder, tmp_path / "out") == 0
+    records = list(read_results(tmp_path / "out" / "detections.jsonl"))
+    assert [r.frame for r in records] == ["0.png", "1.png", "2.png", "3.png"]
+    assert [r.error is None for r in records] == [True, False, False, True]
+    assert records[1].detections == () and records[2].error == "a nine"
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["frames_with_error"] == 2
+    assert "1 frame(s) could not be used: a nine" in capsys.readouterr().out
+    assert len(list((tmp_path / "out" / "frames").iterdir())) == 4
+
+
+def test_no_usable_frame_at_all_is_a_failure(tmp_path, params, recogniser):
+    assert run(params, bag(tmp_path / "bag", [9, 9]), tmp_path / "out") == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_replay_leaves_what_it_has(tmp_path, params, recogniser, capsys, number):
+    recogniser.at_frame[3] = lambda: os.kill(os.getpid(), number)
+    before = signal.getsignal(signal.SIGTERM)
+    assert run(params, bag(tmp_path / "bag", [1] * 6), tmp_path / "out") == 1
+    assert len(list(read_results(tmp_path / "out" / "detections.jsonl"))) == 2
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["interrupted"] is True
+    assert "interrupted" in capsys.readouterr().out
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_results_are_on_disk_frame_by_frame(tmp_path, params, recogniser):
+    seen = []
+    path = tmp_path / "out" / "detections.jsonl"
+    recogniser.at_frame[3] = lambda: seen.extend(read_results(path))
+    run(params, bag(tmp_path / "bag", [1] * 4), tmp_path / "out")
+    assert len(seen) == 2
+
+
+def test_existing_results_are_kept_unless_overwritten(tmp_path, params, recogniser, capsys):
+    source, out = bag(tmp_path / "bag", [1, 1]), tmp_path / "out"
+    assert run(params, source, out) == 0
+    (out / "mine.txt").write_text("kept")
+    assert run(params, source, out) == 1
+    assert "--overwrite" in capsys.readouterr().err
+    assert run(params, source, out, "--overwrite", "--images", "1", "--no-video") == 0
+    assert len(list((out / "frames").iterdir())) == 1 and not (out / "video.mp4").exists()
+    assert (out / "mine.txt").exists()
+
+
+def test_a_wrong_source_leaves_no_folder(tmp_path, params, recogniser):
+    assert run(params, tmp_path / "nothing", tmp_path / "out") == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("images", "count"), [("none", 0), ("2", 2), ("all", 3)])
+def test_pictures_as_many_as_asked_for(tmp_path, params, recogniser, images, count):
+    assert run(params, bag(tmp_path / "bag", [1] * 3), tmp_path / "out", "--images", images) == 0
+    assert len(list((tmp_path / "out" / "frames").iterdir())) == count
+
+
+def test_offset_and_duration(tmp_path, params, recogniser):
+    source = bag(tmp_path / "bag", [1] * 6)
+    assert run(params, source, tmp_path / "out", "--start-offset", "0.2", "--playback-duration", "0.2") == 0
+    assert [r.stamp_ns for r in read_results(tmp_path / "out" / "detections.jsonl")] == [2 * 10**8 + 1, 3 * 10**8 + 1]
+
+
+@pytest.mark.parametrize(
+    "wrong", [["--rate", "0"], ["--start-offset", "-1"], ["--images", "some"], ["--images", "1.5"], ["-s", "ros1"]]
+)
+def test_wrong_usage(tmp_path, params, recogniser, wrong):
+    assert run(params, tmp_path, tmp_path / "out", *wrong) == 2
+
+
+def test_a_truncated_bag_is_replayed_as_far_as_it_goes(tmp_path, params, recogniser, capsys):
+    file = bag(tmp_path / "bag", [1] * 40) / "bag.mcap"
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    assert run(params, file, tmp_path / "out", "--no-video") == 0
+    assert 0 < recogniser.seen < 40
+    assert f"{file}: it ends in the middle" in capsys.readouterr().out

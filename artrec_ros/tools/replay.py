@@ -82,8 +82,9 @@ class Summary:
         """What the user is told at the end."""
         found = ", ".join(f"{n} {name}" for name, n in sorted(self.objects.items())) or "none"
         yield f"frames {self.frames}, objects found: {found}; frames without any: {self.frames_without_objects}"
-        t = self.to_dict()["total_ms"]
-        yield f"time per frame: median {t['median']:.1f} ms, 95 % within {t['p95']:.1f} ms, longest {t['max']:.1f} ms"
+        if self.total_ms:
+            t = self.to_dict()["total_ms"]
+            yield f"time per frame: median {t['median']:.1f} ms, 95 % within {t['p95']:.1f} ms, longest {t['max']:.1f} ms"
         if self.frames_cut_short:
             yield f"{self.frames_cut_short} frames were cut short by recognizer.time_budget_ms"
         for error, count in self.errors.most_common(5):

@@ -18,7 +18,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM.
 
     :param argv: arguments without the program's name; ROS' own begin with --ros-args.
-    :return: exit code: 0 stopped, 1 failed, 2 wrong usage.
+    :return: exit code: 0 stopped, 1 failed; 2 wrong usage, for which argparse exits.
     """
     try:
         import rclpy
@@ -29,7 +29,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
     arguments = list(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser("artrec_node", description=_HELP, formatter_class=argparse.RawTextHelpFormatter)
-    parser.parse_args(remove_ros_args(["artrec_node", *arguments])[1:])
+    try:
+        own = remove_ros_args(["artrec_node", *arguments])[1:]
+    except RuntimeError as error:
+        print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
+        return 2
+    parser.parse_args(own)
     try:
         rclpy.init(args=["artrec_node", *arguments])
         from .node import RecognizerNode

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -41,7 +42,7 @@ class RecognizerNode(Node):
         self._recognizer = setup.build()
         self._camera: Camera | None = None
         self._uncalibrated = "no camera_info received"
-        self._parameters = LiveParameters(self, setup, self._prepare)
+        self._live_parameters = LiveParameters(self, setup, self._prepare)
         self._outputs = ObjectPublishers(self, setup.targets)
         self._names = [t.name for t in setup.targets]
         self._overlay = self.create_publisher(Image, "debug/image", 1)
@@ -73,23 +74,33 @@ class RecognizerNode(Node):
 
     def _on_image(self, msg: Any, received_ns: int) -> None:
         try:
-            image = conversions.image_from_msg(msg)
-            camera = self._camera_for(image.shape)
-            result = self._recognizer.recognize(image, camera)
-            self._outputs.publish(result.detections, msg.header)
-            self._publish_overlay(image, result, camera, msg.header)
+            n_objects = self._process(msg)
         except (ArtrecError, cv2.error) as error:
-            reason = " ".join(str(error).split())
-            self._diagnostics.image_failed(time.monotonic(), reason)
-            self.get_logger().warning(f"image skipped: {reason}", throttle_duration_sec=5.0)
-            return
-        latency_ms = (time.time_ns() - received_ns) * 1e-6
-        self._diagnostics.image_processed(time.monotonic(), latency_ms, len(result.detections))
+            self._skip(" ".join(str(error).split()))
+        except Exception as error:  # a fault of this package: it costs one image, not the node
+            self._skip(f"internal error: {error!r}")
+            self.get_logger().error(traceback.format_exc(), throttle_duration_sec=30.0)
+        else:
+            latency_ms = (time.time_ns() - received_ns) * 1e-6
+            self._diagnostics.image_processed(time.monotonic(), latency_ms, n_objects)
+
+    def _process(self, msg: Any) -> int:
+        """Recognise and publish; how many objects there were."""
+        image = conversions.image_from_msg(msg)
+        camera = self._camera_for(image.shape)
+        result = self._recognizer.recognize(image, camera)
+        self._outputs.publish(result.detections, msg.header)
+        self._publish_overlay(image, result, camera, msg.header)
+        return len(result.detections)
+
+    def _skip(self, reason: str) -> None:
+        self._diagnostics.image_failed(time.monotonic(), reason)
+        self.get_logger().warning(f"image skipped: {reason}", throttle_duration_sec=5.0)
 
     def _camera_for(self, shape: tuple[int, ...]) -> Camera | None:
         """The camera where it fits the image; None, with a warning, where metric poses must be withheld."""
         size = (shape[1], shape[0])
-        if self._camera is not None and self._camera.size not in (size, (0, 0)):
+        if self._camera is not None and self._camera.size != size:
             w, h = self._camera.size
             self._camera, self._uncalibrated = None, f"camera_info is for {w}x{h} images, these are {size[0]}x{size[1]}"
         if self._camera is None:

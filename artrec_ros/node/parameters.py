@@ -35,12 +35,16 @@ def read_overrides(node: Node) -> dict[str, Any]:
     return {name: p.value for name, p in node._parameter_overrides.items() if p.value is not None}
 
 
-def base_directory(overrides: Mapping[str, Any], argv: Sequence[str]) -> Path:
+def parameter_files(argv: Sequence[str]) -> list[Path]:
+    """The files that the command line names with --params-file."""
+    return [Path(value).absolute() for flag, value in zip(argv, argv[1:], strict=False) if flag == "--params-file"]
+
+
+def base_directory(overrides: Mapping[str, Any], files: Sequence[Path]) -> Path:
     """Where relative file names start: `config_dir`, else the folder of the parameter file that names them."""
     given = overrides.get("config_dir")
     if given:
         return Path(str(given)).expanduser().absolute()
-    files = [Path(value).absolute() for flag, value in zip(argv, argv[1:], strict=False) if flag == "--params-file"]
     folders = [f.parent for f in files]
     paths = [v for k, v in overrides.items() if k.endswith(".object_file") and isinstance(v, str)]
     relative = [p for p in paths if not p.startswith(SCHEME)]
@@ -54,8 +58,9 @@ def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
 
     :raises ConfigError: a value, or a file that it names, is not valid, or a parameter is unknown.
     """
-    overrides = read_overrides(node)
-    return setup_from_flat(overrides, base_directory(overrides, argv))
+    overrides, files = read_overrides(node), parameter_files(argv)
+    source = ", ".join(str(f) for f in files) or "parameters"
+    return setup_from_flat(overrides, base_directory(overrides, files), source)
 
 
 class LiveParameters:

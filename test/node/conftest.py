@@ -1,0 +1,46 @@
+"""Each run of the tests has a ROS graph and logs of its own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from artrec_ros.io.parameters import Setup, load_parameters
+
+
+@pytest.fixture(scope="session", autouse=True)
+def ros_environment(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    own = {
+        "ROS_DOMAIN_ID": str(1 + os.getpid() % 100),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_LOG_DIR": str(tmp_path_factory.mktemp("ros_log")),
+        "ROS_PYTHON_CHECK_FIELDS": "1",
+    }
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in own.items():
+            patch.setenv(name, value)
+        yield
+
+
+@pytest.fixture(scope="session")
+def parameter_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    import toy
+
+    return toy.write_files(tmp_path_factory.mktemp("toy") / "config")
+
+
+@pytest.fixture(scope="session")
+def setup(parameter_file: Path) -> Setup:
+    return load_parameters(parameter_file)
+
+
+@pytest.fixture
+def picture(setup: Setup) -> np.ndarray:
+    """A label image with one toy in it."""
+    import toy
+
+    return toy.draw(setup.targets[0].model, 0.05, 0.02, 0.6)

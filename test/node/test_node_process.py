@@ -1,0 +1,75 @@
+"""Starting, stopping and connecting the node: a process of its own for each test."""
+
+from __future__ import annotations
+
+import array
+import signal
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
+
+import cv2
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseArray
+from peer import STARTED, NodeProcess, Peer, label_image, ros
+from sensor_msgs.msg import CompressedImage
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_signals_stop_it_cleanly(number: signal.Signals, parameter_file: Path, tmp_path: Path) -> None:
+    with NodeProcess(*ros(parameter_file), log=tmp_path / "log") as process:
+        process.wait_for_output(STARTED)
+        assert process.stop(number) == 0
+        assert "Traceback" not in process.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "reason"),
+    [
+        (["-p", "recognizer.profil:=paper"], 1, "did you mean 'recognizer.profile'?"),
+        (["-p", "toy.object_file:=nowhere.yaml"], 1, "nowhere.yaml"),
+        (["-p", "recognizer.min_match:=7.0"], 1, "recognizer.min_match"),
+        (["--params-file", "nowhere.yaml"], 2, "nowhere.yaml"),
+    ],
+)
+def test_bad_parameters_are_one_line(
+    arguments: list[str], code: int, reason: str, parameter_file: Path, tmp_path: Path
+) -> None:
+    with NodeProcess(*ros(parameter_file, *arguments), log=tmp_path / "log") as process:
+        assert process.wait() == code
+        assert reason in process.output
+        assert len(process.output.splitlines()) == 1, process.output
+
+
+def test_compressed_images_beside_a_remapped_topic(parameter_file: Path, picture: np.ndarray, tmp_path: Path) -> None:
+    arguments = ["-p", "image_transport:=compressed", "-r", "image:=/eye/labels", "-r", "__ns:=/left"]
+    with (
+        NodeProcess(*ros(parameter_file, *arguments), log=tmp_path / "log") as process,
+        Peer("/eye/labels/compressed", "/left", image_type=CompressedImage) as peer,
+    ):
+        process.wait_for_output(STARTED)
+        peer.listen("toy/poses", PoseArray)
+        png = cv2.imencode(".png", picture)[1].tobytes()
+        peer.connect(CompressedImage(format="mono8; png compressed", data=array.array("B", png)))
+        assert peer.diagnose("recognition", "object(s) in")
+
+
+@pytest.mark.parametrize("reliable", [True, False])
+def test_reliability_follows_the_publisher(
+    reliable: bool, parameter_file: Path, picture: np.ndarray, tmp_path: Path
+) -> None:
+    with NodeProcess(*ros(parameter_file), log=tmp_path / "log") as process, Peer(reliable=reliable) as peer:
+        process.wait_for_output(STARTED)
+        peer.listen("toy/poses", PoseArray)
+        assert peer.connect(label_image(picture))
+
+
+def test_a_mismatch_that_was_asked_for_is_told(parameter_file: Path, picture: np.ndarray, tmp_path: Path) -> None:
+    arguments = ros(parameter_file, "-p", "qos_reliability:=reliable", "-p", "no_image_after_s:=0.1")
+    with NodeProcess(*arguments, log=tmp_path / "log") as process, Peer(reliable=False) as peer:
+        process.wait_for_output(STARTED)
+        assert peer.diagnose("input", "QoS mismatch").level == DiagnosticStatus.ERROR
+        assert peer.diagnose("calibration", "no camera_info").level == DiagnosticStatus.WARN

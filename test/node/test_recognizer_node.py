@@ -1,0 +1,149 @@
+"""The node as users meet it: another process, real messages."""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
+
+import numpy as np
+import toy
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseArray
+from peer import STARTED, NodeProcess, Peer, label_image, ros
+from sensor_msgs.msg import Image, JointState, MultiDOFJointState
+from visualization_msgs.msg import MarkerArray
+
+from artrec_ros.io.parameters import Setup
+
+NO_CALIBRATION = np.zeros(9)
+
+
+@pytest.fixture(scope="module")
+def node(parameter_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[NodeProcess]:
+    with NodeProcess(*ros(parameter_file), log=tmp_path_factory.mktemp("node") / "log") as process:
+        process.wait_for_output(STARTED)
+        yield process
+        assert process.running, process.output
+
+
+@pytest.fixture(scope="module")
+def one_peer(node: NodeProcess) -> Iterator[Peer]:
+    with Peer() as peer:
+        peer.listen("toy/poses", PoseArray)
+        peer.listen("toy/robots", MultiDOFJointState)
+        peer.listen("toy/joint_states", JointState)
+        peer.listen("markers", MarkerArray)
+        peer.connect(label_image(np.zeros((240, 320), np.uint8)))
+        yield peer
+
+
+@pytest.fixture
+def peer(one_peer: Peer) -> Peer:
+    one_peer.forget()
+    return one_peer
+
+
+def test_every_topic_bears_the_images_header(peer: Peer, picture: np.ndarray) -> None:
+    stamp = peer.send(label_image(picture))
+    for topic in ("toy/poses", "toy/robots", "toy/joint_states"):
+        header = peer.answer(topic, stamp).header
+        assert (header.stamp.nanosec, header.frame_id) == (250, "eye")
+
+
+def test_answers_are_the_recognizers_own(peer: Peer, setup: Setup, picture: np.ndarray) -> None:
+    peer.send_camera(toy.CAMERA.matrix)
+    stamp = peer.send(label_image(picture))
+    expected = setup.build().recognize(picture, toy.CAMERA).detections
+    assert len(expected) == 1
+    poses = [d.pose.position for d in expected if d.pose is not None]
+    answer = peer.answer("toy/poses", stamp)
+    np.testing.assert_allclose([[p.position.x, p.position.y, p.position.z] for p in answer.poses], poses)
+    assert peer.answer("toy/robots", stamp).joint_names == [f"toy_{d.id}" for d in expected if d.pose is not None]
+    joints = {f"toy_{d.id}/{name}": q for d in expected for name, q in d.joints.items()}
+    states = peer.answer("toy/joint_states", stamp)
+    assert dict(zip(states.name, states.position, strict=True)) == pytest.approx(joints)
+    assert peer.diagnose("recognition", "object(s) in")
+
+
+def test_an_empty_image_is_answered_too(peer: Peer) -> None:
+    empty = label_image(np.zeros((240, 320), np.uint8))
+    assert peer.answer("toy/poses", peer.send(empty)).poses == []
+    assert peer.diagnose("recognition", "nothing found", sending=empty).level == DiagnosticStatus.OK
+
+
+def test_images_that_cannot_be_are_counted_and_survived(peer: Peer, node: NodeProcess, picture: np.ndarray) -> None:
+    short = Image(height=480, width=640, step=640, encoding="mono8", data=array.array("B", bytes(30)))
+    bad = peer.send(short)
+    status = peer.diagnose("input", "could not be used")
+    assert status.level == DiagnosticStatus.ERROR
+    assert "30 bytes" in {v.key: v.value for v in status.values}["last_error"]
+    peer.send(Image(height=2, width=2, step=4, encoding="bayer_rggb8", data=array.array("B", bytes(8))))
+    assert "bayer_rggb8" in peer.diagnose("input", "bayer_rggb8").message
+    good = peer.send(label_image(picture))
+    assert peer.answer("toy/poses", good)
+    assert bad not in [m.header.stamp.sec for m in peer.heard["toy/poses"]]
+    assert "Traceback" not in node.output and node.output.count("image skipped") <= 2
+
+
+def test_without_calibration_poses_are_withheld_with_a_warning(peer: Peer, picture: np.ndarray) -> None:
+    peer.send_camera(NO_CALIBRATION)
+    stamp = peer.send(label_image(picture))
+    assert peer.answer("toy/poses", stamp).poses == []
+    assert peer.diagnose("recognition", "object(s) in")
+    assert peer.diagnose("calibration", "not calibrated").level == DiagnosticStatus.WARN
+
+
+def test_calibration_of_another_size_withholds_poses(peer: Peer, picture: np.ndarray) -> None:
+    peer.send_camera(toy.CAMERA.matrix)
+    stamp = peer.send(label_image(np.ascontiguousarray(picture[:, :200])))
+    assert peer.answer("toy/poses", stamp).poses == []
+    assert "320x240" in peer.diagnose("calibration", "200x240").message
+
+
+def test_the_overlay_comes_while_somebody_looks(peer: Peer, picture: np.ndarray) -> None:
+    peer.listen("debug/image", Image)
+    assert peer.spin_until(lambda: peer.node.count_publishers("debug/image"))
+    heard = peer.heard["debug/image"]
+
+    def ask() -> bool:  # discovery takes a moment
+        stamp = peer.send(label_image(picture))
+        peer.answer("toy/poses", stamp)
+        return bool(heard)
+
+    assert peer.spin_until(ask)
+    overlay = heard[-1]
+    assert overlay.encoding == "bgr8" and len(overlay.data) == overlay.step * overlay.height > picture.size
+    assert overlay.header.frame_id == "eye"
+
+
+def test_a_bad_change_is_refused_whole_with_its_reason(peer: Peer) -> None:
+    before = peer.get_parameter("recognizer.refine_steps")
+    result = peer.set_parameters(recognizer__refine_steps=before + 1, recognizer__profile="papr")
+    assert not result.successful
+    assert "recognizer.profile" in result.reason and "papr" in result.reason and "paper" in result.reason
+    assert peer.get_parameter("recognizer.refine_steps") == before
+
+
+def test_a_good_change_is_taken_and_works(peer: Peer, picture: np.ndarray) -> None:
+    whole = array.array("q", [0, 0, *toy.SIZE])
+    assert peer.set_parameters(image__blank=whole).successful
+    assert peer.diagnose("recognition", "nothing found", sending=label_image(picture))
+    assert peer.set_parameters(image__blank=[]).successful
+    assert peer.get_parameter("image.blank") == []
+    assert peer.diagnose("recognition", "object(s) in", sending=label_image(picture))
+
+
+def test_out_of_range_read_only_and_unknown_changes_are_refused(peer: Peer) -> None:
+    assert not peer.set_parameters(recognizer__min_match=1.5).successful
+    assert "read" in peer.set_parameters(toy__label=3).reason
+    assert not peer.set_parameters(objects=["toy", "more"]).successful
+
+
+def test_an_int_is_taken_for_a_double(peer: Peer) -> None:
+    assert peer.set_parameters(recognizer__time_budget_ms=900).successful
+    assert peer.get_parameter("recognizer.time_budget_ms") == 900.0

@@ -73,10 +73,10 @@ class Diagnostics:
     def _input(self, state: InputState, now_s: float, rate_hz: float, failed: int) -> DiagnosticStatus:
         c = self.counters
         silent = c.last_image_s is None or now_s - c.last_image_s > self._no_image_after_s
-        if state.incompatible and silent:
-            level, text = ERROR, f"QoS mismatch on {state.topic}: {state.incompatible}"
-        elif silent and not state.publishers:
+        if silent and not state.publishers:
             level, text = WARN, f"no images: nobody publishes {state.topic}"
+        elif silent and state.incompatible:
+            level, text = ERROR, f"QoS mismatch on {state.topic}: {state.incompatible}"
         elif silent:
             level, text = WARN, f"no images: {state.publishers} publisher(s) of {state.topic} send none"
         elif failed:

@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
+
+import array
+
+import numpy as np
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from std_msgs.msg import Header
+
+from artrec_ros.core.datatypes import Detection, ImagePose
+from artrec_ros.core.errors import ConfigError, ImageError
+from artrec_ros.core.transforms import Pose
+from artrec_ros.node.conversions import (
+    best_pose,
+    camera_from_msg,
+    image_from_msg,
+    image_to_msg,
+    joint_states,
+    pose_array,
+    robots,
+)
+
+HEADER = Header(frame_id="eye")
+
+
+def detection(
+    number: int, score: float, *, x: float = 0.5, posed: bool = True, sigma: float | None = None
+) -> Detection:
+    pose = Pose.from_xyz_rpy((x, -0.25, 2), (0.1, 0.2, 0.3)) if posed else None
+    covariance = None if sigma is None else np.eye(6, dtype=np.float32) * sigma**2
+    joints = {"arm": np.float32(0.25)} if posed else {}
+    return Detection("red", number, score, ImagePose(1, 2, 3, 4), (), pose, joints, covariance)
+
+
+def wire(msg: object) -> object:
+    """As a subscriber gets it: wrong types would arrive as garbage."""
+    return deserialize_message(serialize_message(msg), type(msg))
+
+
+def test_pictures_pass_through_messages_unchanged() -> None:
+    picture = np.random.default_rng(1).integers(0, 256, (7, 5, 3), np.uint8)
+    np.testing.assert_array_equal(image_from_msg(wire(image_to_msg(picture, HEADER))), picture)
+    np.testing.assert_array_equal(image_from_msg(image_to_msg(picture[:, ::-1], HEADER)), picture[:, ::-1])
+
+
+def test_a_picture_of_other_form_is_refused() -> None:
+    with pytest.raises(ImageError, match="float64"):
+        image_to_msg(np.zeros((2, 2, 3)), HEADER)
+
+
+def test_rows_with_padding_and_big_endian_are_read() -> None:
+    msg = Image(height=2, width=2, step=6, encoding="mono16", is_bigendian=1)
+    msg.data = array.array("B", [1, 0, 2, 0, 99, 99, 0, 3, 0, 4, 99, 99])
+    np.testing.assert_array_equal(image_from_msg(msg), [[256, 512], [3, 4]])
+
+
+def test_damaged_images_are_errors_of_one_line() -> None:
+    for msg in (Image(), Image(height=9, width=9, step=9, encoding="mono8"), CompressedImage(format="png")):
+        with pytest.raises(ImageError) as caught:
+            image_from_msg(msg)
+        assert "\n" not in str(caught.value)
+
+
+def test_poses_robots_and_joints_agree() -> None:
+    found = [detection(0, 0.9), detection(1, 0.8, posed=False), detection(2, 0.7, x=-1)]
+    poses, named, joints = (wire(make(found, HEADER)) for make in (pose_array, robots, joint_states))
+    assert named.joint_names == ["red_0", "red_2"]
+    for pose, transform, d in zip(poses.poses, named.transforms, (found[0], found[2]), strict=True):
+        p, t, q = pose.position, transform.translation, transform.rotation
+        np.testing.assert_allclose((p.x, p.y, p.z), d.pose.position)
+        np.testing.assert_allclose((t.x, t.y, t.z), d.pose.position)
+        np.testing.assert_allclose((q.x, q.y, q.z, q.w), d.pose.quaternion)
+        assert pose.orientation == q
+    assert joints.name == ["red_0/arm", "red_2/arm"]
+    assert list(joints.position) == [0.25, 0.25]
+    assert poses.header == named.header == joints.header == HEADER
+
+
+def test_the_best_pose_is_of_those_with_a_covariance() -> None:
+    assert best_pose([detection(0, 0.9)], HEADER) is None
+    found = [detection(0, 0.9), detection(1, 0.5, x=1, sigma=0.5), detection(2, 0.6, x=2, sigma=0.1)]
+    msg = wire(best_pose(found, HEADER))
+    assert msg.pose.pose.position.x == 2
+    np.testing.assert_allclose(np.reshape(msg.pose.covariance, (6, 6)), np.eye(6) * 0.01, rtol=1e-6)
+
+
+def info(**changes: object) -> CameraInfo:
+    msg = CameraInfo(width=640, height=480, distortion_model="plumb_bob", d=[0.1, 0.0, 0.0, 0.0, 0.0])
+    msg.k = [500.0, 0.0, 320.0, 0.0, 510.0, 240.0, 0.0, 0.0, 1.0]
+    for name, value in changes.items():
+        setattr(msg, name, value)
+    return msg
+
+
+def test_a_calibration_in_the_images_own_pixels() -> None:
+    camera = camera_from_msg(info())
+    assert camera.size == (640, 480) and camera.matrix[1, 1] == 510 and camera.distortion[0] == 0.1
+    msg = info(binning_x=2, binning_y=2)
+    msg.roi.x_offset, msg.roi.y_offset, msg.roi.width, msg.roi.height = 100, 40, 200, 100
+    camera = camera_from_msg(msg)
+    assert camera.size == (100, 50)
+    assert camera.matrix[0, 0] == 250
+
+
+@pytest.mark.parametrize(
+    "changes", [{"k": np.zeros(9)}, {"k": np.full(9, np.nan)}, {"distortion_model": "fisheye9"}, {"d": [0.1]}]
+)
+def test_a_calibration_that_is_none(changes: dict) -> None:
+    with pytest.raises(ConfigError):
+        camera_from_msg(info(**changes))

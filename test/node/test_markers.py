@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
+
+import numpy as np
+from std_msgs.msg import Header
+from visualization_msgs.msg import Marker
+
+from artrec_ros.core.datatypes import Detection, ImagePose, Instance
+from artrec_ros.core.transforms import Pose
+from artrec_ros.io.parameters import Setup
+from artrec_ros.node.markers import MarkerScene
+
+HEADER = Header(frame_id="eye")
+FACING = (np.pi, 0, 0)  # the object's y up, the camera's down
+
+
+def detection(number: int, *components: str, arm_rad: float = 0.0, posed: bool = True) -> Detection:
+    names = {"body": "hull", "arm": "lever"}
+    parts = tuple(Instance(c, names[c], 1.0, 0, 0, 0, 1) for c in components)
+    pose = Pose.from_xyz_rpy((0, 0, 1), FACING) if posed else None
+    return Detection("toy", number, 0.5, ImagePose(0, 0, 0, 1), parts, pose, {"arm": arm_rad})
+
+
+def keys(markers: list[Marker], action: int) -> list[tuple[str, int]]:
+    return [(m.ns, m.id) for m in markers if m.action == action]
+
+
+@pytest.fixture
+def scene(setup: Setup) -> MarkerScene:
+    return MarkerScene(setup.targets)
+
+
+def test_outlines_lie_where_pose_and_joint_put_them(scene: MarkerScene) -> None:
+    markers = scene.update([detection(0, "body", "arm", arm_rad=np.pi / 2)], HEADER).markers
+    hull, lever = (m for m in markers if m.ns == "toy/outline")
+    corner = hull.points[0]
+    assert (corner.x, corner.y, corner.z) == pytest.approx((-0.10, 0.05, 1))
+    assert hull.points[0] == hull.points[-1]
+    # the lever's tip, 0.14 m from its joint, points up after a quarter turn
+    tip = np.mean([[p.x, p.y, p.z] for p in lever.points[1:3]], axis=0)
+    assert tip == pytest.approx((0, -0.08 - 0.14, 1))
+
+
+def test_name_and_frame_come_along(scene: MarkerScene) -> None:
+    markers = {m.ns: m for m in scene.update([detection(3, "body")], HEADER).markers}
+    assert markers["toy/name"].text == "toy_3 0.50"
+    assert len(markers["toy/frame"].points) == len(markers["toy/frame"].colors) == 6
+    assert all(m.header == HEADER for m in markers.values())
+
+
+def test_names_stay_and_only_what_vanished_is_deleted(scene: MarkerScene) -> None:
+    first = scene.update([detection(0, "body", "arm"), detection(1, "body")], HEADER).markers
+    second = scene.update([detection(1, "body"), detection(0, "body")], HEADER).markers
+    gone = keys(second, Marker.DELETE)
+    assert len(gone) == 1 and gone[0] in keys(first, Marker.ADD)
+    assert set(keys(second, Marker.ADD)) == set(keys(first, Marker.ADD)) - set(gone)
+    third = scene.update([], HEADER).markers
+    assert sorted(keys(third, Marker.DELETE)) == sorted(keys(second, Marker.ADD))
+    assert scene.update([], HEADER).markers == []
+
+
+def test_no_two_markers_share_a_name(scene: MarkerScene) -> None:
+    markers = scene.update([detection(i, "body", "arm") for i in range(4)], HEADER).markers
+    assert len(set(keys(markers, Marker.ADD))) == len(markers) == 16
+
+
+def test_without_a_pose_there_is_nothing_to_show(scene: MarkerScene) -> None:
+    scene.update([detection(0, "body")], HEADER)
+    markers = scene.update([detection(0, "body", posed=False)], HEADER).markers
+    assert {m.action for m in markers} == {Marker.DELETE}

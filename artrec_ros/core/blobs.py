@@ -102,7 +102,9 @@ def subpixel_contour(pixels: NDArray[np.int32]) -> tuple[Array, Array]:
         d += around[reach + s : len(p) + reach + s] - around[reach - s : len(p) + reach - s]
     length = np.hypot(d[:, 0], d[:, 1])[:, None]
     normals = np.where(length > 1e-9, np.stack([d[:, 1], -d[:, 0]], axis=1) / np.maximum(length, 1e-9), 0.0)
-    return p + 0.5 * np.abs(normals).max(axis=1, keepdims=True) * normals, normals
+    # The nearest of a staircase's points is one of its outer steps; smoothed, it lies on the mean again.
+    smooth = 0.25 * around[reach - 1 : len(p) + reach - 1] + 0.5 * p + 0.25 * around[reach + 1 : len(p) + reach + 1]
+    return smooth + 0.5 * np.abs(normals).max(axis=1, keepdims=True) * normals, normals
 
 
 def anchor_points(contour: Array, tolerance: float) -> Array:

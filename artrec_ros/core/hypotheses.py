@@ -52,7 +52,7 @@ def propose(
     :param wanted: (shape, label) pairs to look for.
     :return: placements whose `blob` counts in `blobs`; score 0.
     """
-    parts = []
+    parts: list[Placements] = []
     for label, slot in slots.items():
         numbers = np.array([i for i, b in enumerate(blobs) if b.label == label], np.int32)
         mine = [blobs[i] for i in numbers]

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from artrec_ros.core.objects import Component, Marker, ObjectModel
 from artrec_ros.core.transforms import apply_similarity
-
-_SUBPIXEL_BITS = 4
 
 
 @dataclass(frozen=True)
@@ -31,15 +28,17 @@ class Placed:
 
 
 def draw(labels: np.ndarray, marker: Marker, placed: Placed, label: int) -> None:
-    """Fill a marker's outline; a pixel belongs to it when its centre lies inside (16 times oversampled)."""
+    """Fill a marker's outline: a pixel belongs to it exactly when its centre lies inside (even-odd rule)."""
     T = np.array([[placed.x, placed.y, placed.theta - marker.axis_angle, placed.scale]])
     outline = apply_similarity(T, marker.image_outline)[0]
-    factor = 4
-    big = np.zeros((labels.shape[0] * factor, labels.shape[1] * factor), np.uint8)
-    fine = (outline + 0.5) * factor - 0.5
-    cv2.fillPoly(big, [np.rint(fine * 2**_SUBPIXEL_BITS).astype(np.int32)], 255, shift=_SUBPIXEL_BITS)
-    share = cv2.resize(big, labels.shape[::-1], interpolation=cv2.INTER_AREA)
-    labels[share >= 128] = label
+    low = np.maximum(np.floor(outline.min(axis=0)).astype(int), 0)
+    high = np.minimum(np.ceil(outline.max(axis=0)).astype(int) + 1, labels.shape[::-1])
+    x, y = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]))
+    inside = np.zeros(x.shape, bool)
+    for (ax, ay), (bx, by) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        if ay != by:
+            inside ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) * (bx - ax) / (by - ay))
+    labels[low[1] : high[1], low[0] : high[0]][inside] = label
 
 
 def render(

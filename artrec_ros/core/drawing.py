@@ -64,6 +64,8 @@ def draw_result(
             canvas.frame(detection, camera)
     for detection in result.detections:  # names after all outlines: nothing covers them
         canvas.name(detection, object_colour(object_names, detection.object))
+    for detection in result.detections:
+        canvas.keep_clear(detection)
     for rejection, others in _told_rejections(result):
         canvas.rejection(rejection, others)
     return canvas.picture
@@ -109,7 +111,7 @@ class _Canvas:
 
     def __init__(self, picture: Picture, zoom: int) -> None:
         self.picture, self.zoom = picture, zoom
-        self._taken: list[tuple[int, int, int, int]] = []  # texts' x, y, width, height
+        self._taken: list[tuple[int, int, int, int]] = []  # x, y of the lower left corner, width, height
 
     def _at(self, points: Array) -> Array:
         """Original pixels (centres at integers) to pixels of the picture."""
@@ -146,15 +148,22 @@ class _Canvas:
         step = height + below + 3
         x = int(np.clip(centre_x - width / 2, 3, max(3, self.picture.shape[1] - width - 4)))
         y = int(np.clip(bottom, height + 3, max(height + 3, lowest)))
-        for candidate in (y, y - step, y + step, y - 2 * step, y + 2 * step):
+        for candidate in [y + sign * i * step for i in range(5) for sign in (-1, 1)]:
             if height + 3 <= candidate <= lowest and not self._is_taken(x, candidate, width, step):
                 y = candidate
                 break
         self._taken.append((x, y, width, step))
         self.text(text, (x, y), colour, size)
 
+    def keep_clear(self, detection: Detection) -> None:
+        """Later texts shall not cover this object, where there is room for them elsewhere."""
+        for contour in (c.contour for c in detection.components if len(c.contour)):
+            corners = np.clip(self._at(np.stack([contour.min(axis=0), contour.max(axis=0)])), -30000, 30000)
+            (left, top), (right, bottom) = corners.astype(int).tolist()
+            self._taken.append((left, bottom, right - left, bottom - top))
+
     def _is_taken(self, x: int, y: int, width: int, height: int) -> bool:
-        return any(x < x1 + w and x1 < x + width and y < y1 + h and y1 < y + height for x1, y1, w, h in self._taken)
+        return any(x < x1 + w and x1 < x + width and y - height < y1 and y1 - h < y for x1, y1, w, h in self._taken)
 
     def instance(self, instance: Instance, colour: Colour) -> None:
         centre = np.array([instance.x, instance.y])

@@ -84,7 +84,7 @@ class Summary:
         yield f"frames {self.frames}, objects found: {found}; frames without any: {self.frames_without_objects}"
         if self.total_ms:
             t = self.to_dict()["total_ms"]
-            yield f"time per frame: median {t['median']:.1f} ms, 95 % within {t['p95']:.1f} ms, longest {t['max']:.1f} ms"
+            yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
         if self.frames_cut_short:
             yield f"{self.frames_cut_short} frames were cut short by recognizer.time_budget_ms"
         for error, count in self.errors.most_common(5):

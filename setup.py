@@ -11,17 +11,18 @@ SHARE = Path("share") / PACKAGE
 
 def shipped(*folders):
     """data_files entries that keep each folder's tree under share/artrec_ros."""
-    files = [Path(f) for folder in folders for f in sorted(glob(f"{folder}/**", recursive=True)) if os.path.isfile(f)]
-    return [(str(SHARE / parent), [str(f) for f in files if f.parent == parent]) for parent in {f.parent for f in files}]
+    found = (Path(f) for folder in folders for f in sorted(glob(f"{folder}/**", recursive=True)))
+    files = [f for f in found if f.is_file() and f.parent.name != "__pycache__"]
+    return [(str(SHARE / folder), [str(f) for f in files if f.parent == folder]) for folder in {f.parent for f in files}]
 
 
 def sourced_ros():
     """The prefix of a sourced ROS 2 whose rclpy fits this Python, or None."""
     python = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    libraries = (f"lib/{python}/site-packages", f"lib/{python}/dist-packages", f"local/lib/{python}/dist-packages")
     for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
-        for packages in (f"lib/{python}/site-packages", f"local/lib/{python}/dist-packages", f"lib/{python}/dist-packages"):
-            if (Path(prefix) / packages / "rclpy").is_dir():
-                return Path(prefix)
+        if any((Path(prefix) / library / "rclpy").is_dir() for library in libraries):
+            return Path(prefix)
     return None
 
 

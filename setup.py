@@ -13,7 +13,8 @@ def shipped(*folders):
     """data_files entries that keep each folder's tree under share/artrec_ros."""
     found = (Path(f) for folder in folders for f in sorted(glob(f"{folder}/**", recursive=True)))
     files = [f for f in found if f.is_file() and f.parent.name != "__pycache__"]
-    return [(str(SHARE / folder), [str(f) for f in files if f.parent == folder]) for folder in {f.parent for f in files}]
+    folders = sorted({f.parent for f in files})
+    return [(str(SHARE / folder), [str(f) for f in files if f.parent == folder]) for folder in folders]
 
 
 def sourced_ros():

@@ -1,0 +1,295 @@
+"""Whole frames of known truth."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scene import Placed, capsule, crane, crane_placed, disc, draw, flag, rectangle, render
+
+from artrec_ros.core.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.constraints import learn
+from artrec_ros.core.datatypes import Target
+from artrec_ros.core.errors import ConfigError, ImageError
+from artrec_ros.core.objects import Component, ObjectModel
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.segmentation import Segmenter
+
+SIZE = (420, 240)
+RED, BLUE = 3, 2
+
+
+def crane_examples(count=60):
+    rng = np.random.default_rng(7)
+    return [
+        crane_placed(0, 0, rng.uniform(-3, 3), rng.uniform(30, 80), tuple(rng.uniform(-0.5, 0.5, 2)), bool(n % 2))
+        for n in range(count)
+    ]
+
+
+CRANE = learn(crane(), crane_examples())
+
+
+def recognizer(*targets, **options):
+    targets = targets or (Target("crane", crane(), RED, CRANE),)
+    return Recognizer(targets, RecognizerConfig(**options), Segmenter(ImageConfig()))
+
+
+def agrees(detection, placed, place_px=2.0, angle=0.08):
+    """Every component of a detection lies on the truth's own, and none of the truth's is missing."""
+    if {(c.component, c.marker) for c in detection.components} != set(placed):
+        return False
+    for c in detection.components:
+        truth = placed[c.component, c.marker]
+        turned = np.angle(np.exp(1j * (c.theta - truth.theta)))
+        if np.hypot(c.x - truth.x, c.y - truth.y) > place_px or abs(turned) > angle:
+            return False
+        if abs(c.scale / truth.scale - 1) > 0.05:
+            return False
+    return True
+
+
+def test_several_cranes_in_one_image_flanks_told_apart():
+    rng = np.random.default_rng(3)
+    engine = recognizer()
+    for _ in range(3):
+        truths = [
+            crane_placed(
+                x, rng.uniform(90, 150), rng.uniform(-3, 3), 40, tuple(rng.uniform(-0.4, 0.4, 2)), bool(rng.integers(2))
+            )
+            for x in (90, 210, 330)
+        ]
+        result = engine.recognize(render(SIZE, crane(), truths, RED))
+        assert result.complete
+        assert len(result.detections) == 3
+        assert [d.id for d in result.detections] == [0, 1, 2]
+        for truth in truths:
+            assert sum(agrees(d, truth) for d in result.detections) == 1
+        for d in result.detections:
+            assert 0.7 < d.score <= 1
+            assert d.components[0].component == "base"
+            assert (d.image.x, d.image.scale) == (d.components[0].x, d.components[0].scale)
+
+
+def test_components_that_merge_into_one_blob():
+    swings = (0.35, -0.35)  # the bars cross, and one reaches the base
+    truth = crane_placed(200, 90, 0.1, 70, swings)
+    for key, place in list(truth.items()):
+        if key[0] == "fore":
+            truth[key] = place.moved(-0.12, -0.1, 0.0)
+    labels = render(SIZE, crane(), [truth], RED)
+    result = recognizer().recognize(labels)
+    assert len(result.detections) == 1
+    assert {c.component for c in result.detections[0].components} == {"base", "fore", "aft"}
+
+
+def test_a_missing_component_lowers_the_score_and_a_false_positive_changes_nothing():
+    engine = recognizer()
+    truth = crane_placed(150, 110, 0.2, 55)
+    whole = engine.recognize(render(SIZE, crane(), [truth], RED)).detections[0]
+    stray = {("fore", "bar"): Placed(340, 60, 1.0, 55)}
+    with_stray = engine.recognize(render(SIZE, crane(), [truth, stray], RED)).detections
+    assert len(with_stray) == 1 and agrees(with_stray[0], truth)
+    del truth["aft", "bar"]
+    less = engine.recognize(render(SIZE, crane(), [truth], RED)).detections
+    assert len(less) == 1 and agrees(less[0], truth)
+    assert less[0].score < whole.score
+
+
+def test_a_base_alone_is_rejected_with_the_constraint_that_fails():
+    engine = recognizer()
+    truth = crane_placed(150, 110, 0.2, 55)
+    lonely = {key: place for key, place in truth.items() if key[0] == "base"}
+    result = engine.recognize(render(SIZE, crane(), [lonely], RED))
+    assert result.detections == ()
+    assert "base" in result.rejected[0].reason and "fore or aft" in result.rejected[0].reason
+    far = {**lonely, ("fore", "bar"): truth["fore", "bar"].moved(1.2, 0.0, 0.0)}
+    result = engine.recognize(render(SIZE, crane(), [far], RED))
+    assert result.detections == ()
+    reason = next(r.reason for r in result.rejected if "outside" in r.reason)
+    assert "distance_m" in reason or "bearing_rad" in reason
+    alone = recognizer(min_components=1).recognize(render(SIZE, crane(), [lonely], RED))
+    assert len(alone.detections) == 1
+    assert alone.detections[0].score < 0.7
+
+
+def test_a_contested_component_goes_where_it_belongs():
+    rng = np.random.default_rng(0)
+    model = ObjectModel(
+        "pair", (Component("base", (flag(),), required=True), Component("bar", (rectangle("bar", 0.8, 0.16),)))
+    )
+    rows = [
+        {
+            ("base", "flag"): (base := Placed(0, 0, rng.uniform(-3, 3), 50)),
+            ("bar", "bar"): base.moved(rng.uniform(0.7, 2.2), 0, np.pi / 2),
+        }
+        for _ in range(40)
+    ]
+    engine = recognizer(Target("pair", model, RED, learn(model, rows)))
+    left = Placed(70, 120, 0.0, 45)
+    right = Placed(160, 120, 0.0, 45)
+    own = left.moved(0.9, 0, np.pi / 2)
+    also = right.moved(1.2, 0, np.pi / 2)
+    labels = render(
+        SIZE,
+        model,
+        [{("base", "flag"): left, ("bar", "bar"): own}, {("base", "flag"): right, ("bar", "bar"): also}],
+        RED,
+    )
+    result = engine.recognize(labels)
+    assert len(result.detections) == 2
+    bars = sorted(c.x for d in result.detections for c in d.components if c.component == "bar")
+    np.testing.assert_allclose(bars, [own.x, also.x], atol=1.5)
+    one_bar = render(SIZE, model, [{("base", "flag"): left, ("bar", "bar"): own}, {("base", "flag"): right}], RED)
+    result = engine.recognize(one_bar)
+    assert len(result.detections) == 1  # it cannot serve two
+
+
+def test_targets_of_one_label_share_no_pixels_and_colours_are_kept_apart():
+    truths = [crane_placed(110, 120, 0.3, 50), crane_placed(300, 110, -2.0, 50)]
+    labels = render(SIZE, crane(), truths[:1], RED) + render(SIZE, crane(), truths[1:], BLUE)
+    red, blue = Target("red", crane(), RED, CRANE), Target("blue", crane(), BLUE, CRANE)
+    result = recognizer(red, blue).recognize(labels)
+    assert {d.object: agrees(d, t) for d, t in zip(result.detections, truths, strict=True)} == {
+        "red": True,
+        "blue": True,
+    }
+    twin = dataclasses.replace(red, name="twin")
+    assert len(recognizer(red, twin).recognize(labels).detections) == 1
+
+
+def robots():
+    """Two squares that touch at a corner, each of its own class."""
+    square = rectangle("patch", 1.0, 1.0)
+    model = ObjectModel("robot", (Component("team", (square,), required=True), Component("accent", (square,), label=5)))
+    rng = np.random.default_rng(0)
+    rows = []
+    for _ in range(20):
+        team = Placed(0, 0, rng.uniform(-3, 3), 12)
+        rows.append({("team", "patch"): team, ("accent", "patch"): team.moved(1, 1, 0)})
+    return model, learn(model, rows)
+
+
+def test_tiny_squares_take_their_heading_from_each_other():
+    model, constraints = robots()
+    rng = np.random.default_rng(5)
+    truths = []
+    for x in (60, 140, 220, 300, 370):
+        team = Placed(x + rng.uniform(-9, 9), rng.uniform(40, 200), rng.uniform(-np.pi, np.pi), 12.5)
+        truths.append({("team", "patch"): team, ("accent", "patch"): team.moved(1, 1, 0)})
+    labels = render(SIZE, model, truths, RED)
+    result = recognizer(Target("robot", model, RED, constraints)).recognize(labels)
+    assert len(result.detections) == 5
+    for truth in truths:
+        assert sum(agrees(d, truth, 1.0, 0.2) for d in result.detections) == 1
+
+
+def test_double_pendulum_alike_links_are_told_apart_by_their_discs():
+    link, spot = capsule("link", 0.14, 1.0), disc("spot", 0.1)
+    model = ObjectModel(
+        "pendulum",
+        (
+            Component("lower", (link,), required=True),
+            Component("joint", (spot,), label=5),
+            Component("tip", (spot,), label=6),
+            Component("upper", (link,)),
+        ),
+    )
+    rng = np.random.default_rng(1)
+
+    def pendulum(x, y, upper, lower, scale):
+        pivot = Placed(x, y, upper, scale)
+        joint = pivot.moved(1, 0, lower - upper)
+        return {
+            ("upper", "link"): pivot.moved(0.5, 0, 0),
+            ("lower", "link"): joint.moved(0.5, 0, 0),
+            ("joint", "spot"): joint,
+            ("tip", "spot"): joint.moved(1, 0, 0),
+        }
+
+    rows = [pendulum(0, 0, a, a + rng.uniform(-2, 2), 80) for a in rng.uniform(-3, 3, 40)]
+    engine = recognizer(Target("pendulum", model, RED, learn(model, rows)))
+    for upper, bend in ((0.3, 1.0), (2.0, -0.6), (-2.5, 0.0), (1.0, 1.9)):
+        truth = pendulum(210, 120, upper, upper + bend, 55)
+        order = [("upper", "link"), ("lower", "link"), ("joint", "spot"), ("tip", "spot")]
+        result = engine.recognize(render(SIZE, model, [{k: truth[k] for k in order}], RED))
+        assert len(result.detections) == 1
+        found = {c.component: c for c in result.detections[0].components}
+        for name in ("upper", "lower"):
+            assert abs(np.angle(np.exp(1j * (found[name].theta - truth[name, "link"].theta)))) < 0.04
+        assert {"joint", "tip"} <= set(found)
+
+
+def test_a_single_component_object_needs_no_constraints():
+    model = ObjectModel("sign", (Component("sign", (flag(),), required=True),))
+    labels = np.zeros(SIZE[::-1], np.uint8)
+    truth = Placed(100, 100, 0.4, 50)
+    draw(labels, flag(), truth, RED)
+    result = recognizer(Target("sign", model, RED)).recognize(labels)
+    assert len(result.detections) == 1 and agrees(result.detections[0], {("sign", "flag"): truth})
+
+
+@pytest.mark.parametrize("profile", ["default", "paper"])
+def test_any_label_image_gives_a_result_in_time(profile):
+    rng = np.random.default_rng(0)
+    rows, columns = np.indices((240, 320))
+    engine = recognizer(profile=profile, time_budget_ms=150)
+    images = {
+        "noise": rng.integers(0, 8, (240, 320)), "two": rng.integers(2, 4, (240, 320)),
+        "full": np.full((240, 320), RED), "stripes": rows % 2 * RED, "checks": (rows + columns) % 2 * RED,
+        "one": np.full((1, 1), RED),
+        "row": np.full((1, 90), RED), "column": np.full((90, 1), RED), "empty": np.zeros((240, 320)),
+        "others": np.full((240, 320), 9), "rings": ((np.hypot(rows - 120, columns - 160) % 9) < 4) * RED,
+        "sixteen": rng.integers(0, 60000, (50, 60)).astype(np.uint16),
+    }  # fmt: skip
+    for name, image in images.items():
+        image = image if image.dtype == np.uint16 else image.astype(np.uint8)
+        result = engine.recognize(image)
+        assert result.size == image.shape[::-1], name
+        assert result.timing_ms["total"] < 1500, name  # far above the budget: machines differ
+        assert all(0 <= d.score <= 1 for d in result.detections), name
+
+
+def test_noise_invents_nothing_in_the_default_profile():
+    rng = np.random.default_rng(1)
+    for _ in range(3):
+        assert recognizer().recognize(rng.integers(0, 8, (160, 208)).astype(np.uint8)).detections == ()
+
+
+def test_timing_names_every_stage_and_labels_are_kept():
+    labels = render(SIZE, crane(), [crane_placed(150, 110, 0.2, 55)], RED)
+    result = recognizer().recognize(labels)
+    assert set(result.timing_ms) == {"segmentation", "blobs", "alignment", "grouping", "pose", "total"}
+    assert result.timing_ms["total"] >= result.timing_ms["alignment"] > 0
+    np.testing.assert_array_equal(result.labels, labels)
+
+
+def test_results_do_not_depend_on_what_came_before():
+    engine = recognizer()
+    labels = render(SIZE, crane(), [crane_placed(150, 110, 0.2, 55)], RED)
+    first = engine.recognize(labels)
+    engine.recognize(np.zeros((50, 50), np.uint8))
+    again = engine.recognize(labels)
+    assert again.detections == first.detections
+    assert again.rejected == first.rejected
+
+
+def test_what_does_not_fit_is_refused():
+    with pytest.raises(ImageError):
+        recognizer().recognize(np.zeros((10, 10, 3), np.uint8))
+    with pytest.raises(ConfigError, match="crane, crane"):
+        recognizer(Target("crane", crane(), 1), Target("crane", crane(), 2))
+    other = ObjectModel("other", (Component("base", (flag(),), required=True),))
+    with pytest.raises(ConfigError, match="fore/bar"):
+        recognizer(Target("other", other, 1, CRANE))
+
+
+def test_paper_profile_finds_what_is_plain_and_much_besides():
+    """Literally the published method: right poses are among its finds, and so are many others."""
+    truth = crane_placed(200, 120, 0.0, 60)
+    rows = [crane_placed(0, 0, 0.0, 60, (a, b)) for a in (-0.2, 0.2) for b in (-0.2, 0.2)]
+    labels = render(SIZE, crane(), [truth], RED)
+    paper = recognizer(Target("crane", crane(), RED, learn(crane(), rows)), profile="paper").recognize(labels)
+    assert any(np.hypot(d.image.x - 200, d.image.y - 120) < 5 for d in paper.detections)
+    for d in paper.detections:
+        names = [c.component for c in d.components]
+        assert "base" in names and len(set(names)) == len(names)

@@ -162,7 +162,7 @@ def _relevant(
     near = (~with_seeds.forbidden & (with_seeds.violation <= 0)).any(axis=0)
     if len(others):  # each seed's nearest miss, for the reason of its rejection
         miss = np.where(with_seeds.checked & ~with_seeds.forbidden, with_seeds.violation, np.inf)
-        near[miss.argmin(axis=1)] = True
+        near = near | np.isin(np.arange(len(others)), miss.argmin(axis=1))
     partners = others[near]
     partners = np.sort(partners[np.argsort(-all_.weight[partners], kind="stable")][:_MAX_PARTNERS])
     kept = np.concatenate([seeds, partners])

@@ -125,6 +125,12 @@ class RecognizerConfig:
     time_budget_ms: float = param(
         1000.0, "a frame's search ends here with what was found by then", unit="ms", low=1, high=600000
     )
+    # whole spatial objects
+    whole_object: bool = param(
+        True, "fit whole objects in space where markers have places and the camera is calibrated"
+    )
+    min_votes: float = param(100.0, "least votes of the label image for a whole object", low=0)
+    min_probability: float = param(0.5, "least probability of a whole object", low=0, high=1)
     # blobs and anchors
     min_blob_px: int = param(8, "blobs with fewer pixels are specks", unit="px^2", low=1, high=1000000)
     max_blobs: int = param(300, "at most so many blobs of a frame are looked at, the largest", low=1, high=10000)
@@ -158,6 +164,10 @@ class RecognizerConfig:
     refine_keep: int = param(24, "hypotheses a blob and shape that are refined", low=1, high=1000)
     refine_steps: int = param(6, "steps of robust least squares", low=1, high=50)
     max_refined_scale: float = param(1.4, "greatest factor by which refinement may change a scale", low=1, high=10)
+    max_slant_deg: float = param(
+        0.0, "markers may be turned out of the image plane by so much and be seen squeezed; 0: none is",
+        unit="deg", low=0, high=75,
+    )
     min_match: float = param(0.55, "least share of a shape's visible outline that must match", low=0, high=1)
     min_visible: float = param(0.6, "least share of a shape's outline inside the image", low=0, high=1)
     same_start: float = param(

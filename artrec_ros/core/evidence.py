@@ -2,7 +2,8 @@
 
 Every pixel votes with log P(label | piece) / P(label | something else), clipped on both sides so that
 no pixel can decide alone. Labels cluster, so a marker's colour just outside a marker speaks against
-its outline as strongly as its absence inside: that keeps a small model out of a large blob.
+its outline as strongly as another colour inside: that keeps a small model out of a large blob. Unknown
+pixels say little: shade and the seams between two colours make a third to a half of a real surface unknown.
 """
 
 from __future__ import annotations
@@ -17,9 +18,17 @@ OUTSIDE = 255  # the label of what lies beyond the image: says nothing
 OWNED = 254  # the label of pixels that an accepted object explains: says next to nothing
 UNKNOWN = 0
 
+# Votes in natural-log units per pixel: (the piece's own label, unknown, anything else).
+INSIDE = (4.0, -0.3, -3.5)
+RING = (-4.0, 0.0, 0.3)  # just outside of a marker whose surroundings are not declared
+RING_ON_BODY = (-4.0, 0.0, -1.5)
+RING_BODY_LABEL = 0.6
+BODY = (0.7, -0.2, -2.0)  # a third of a marker's: bodies are large, plain, and like other things
+BODY_MARKER_LABEL = -1.0
+
 
 class Roles:
-    """Tables of votes: (roles, 256) float32, natural-log units per pixel."""
+    """Tables of votes: (roles, 256) float32."""
 
     def __init__(self) -> None:
         self._rows: list[Array] = []
@@ -31,18 +40,22 @@ class Roles:
 
     def inside(self, label: int) -> int:
         """Role of a point on a marker of this class."""
-        return self._add(("inside", label, 0), {label: 4.0, UNKNOWN: -0.5, OWNED: -0.5}, -3.5)
+        return self._add(("inside", label, 0), {label: INSIDE[0], UNKNOWN: INSIDE[1], OWNED: INSIDE[1]}, INSIDE[2])
 
     def ring(self, label: int, body_label: int) -> int:
         """Role of a point just outside a marker's outline; `body_label` 0 where the body is not declared."""
-        votes = {label: -2.5, UNKNOWN: 0.3, OWNED: 0.0}
+        own, unknown, other = RING_ON_BODY if body_label else RING
+        votes = {UNKNOWN: unknown, OWNED: 0.0}
         if body_label:
-            votes[body_label] = 0.7
-        return self._add(("ring", label, body_label), votes, -1.0 if body_label else 0.3)
+            votes[body_label] = RING_BODY_LABEL
+        return self._add(("ring", label, body_label), {**votes, label: own}, other)
 
-    def body(self, label: int, marker_label: int) -> int:
-        """Role of a point on a body's face."""
-        return self._add(("body", label, marker_label), {label: 1.2, UNKNOWN: -0.25, OWNED: -0.2, marker_label: -1.0}, -1.3)
+    def body(self, body_label: int, marker_label: int) -> int:
+        """Role of a point on a body's face. A body of unknown colour (0) only hides: no vote."""
+        if not body_label:
+            return self._add(("body", 0, 0), {}, 0.0)
+        votes = {marker_label: BODY_MARKER_LABEL, UNKNOWN: BODY[1], OWNED: BODY[1], body_label: BODY[0]}
+        return self._add(("body", body_label, marker_label), votes, BODY[2])
 
     def _add(self, key: tuple[str, int, int], votes: dict[int, float], other: float) -> int:
         if key not in self._index:
@@ -56,47 +69,24 @@ class Roles:
 
 
 class LabelField:
-    """A frame's labels and, per class, the signed distance to its boundary."""
+    """A label image that answers for any pixel, the ones beyond its border included.
+
+    :param labels: (H, W) class numbers.
+    """
 
     def __init__(self, labels: NDArray[np.uint8]) -> None:
         self.labels = labels
-        self._padded = cv2.copyMakeBorder(labels, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE)
-        self._distance: dict[int, Array] = {}
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        return self.labels.shape  # type: ignore[return-value]
+        self._padded = cv2.copyMakeBorder(labels, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
 
     def at(self, pixels: Array) -> NDArray[np.uint8]:
         """Labels (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
-        height, width = self.shape
+        height, width = self.labels.shape
         x = np.clip(np.rint(pixels[..., 0]), -1, width).astype(np.int32) + 1
         y = np.clip(np.rint(pixels[..., 1]), -1, height).astype(np.int32) + 1
-        return self._padded.ravel()[y * (width + 2) + x]
+        return self._padded[y * (width + 2) + x]
 
-    def distance(self, label: int, pixels: Array) -> Array:
-        """(..., 3): signed distance to the class' boundary (negative inside), and its gradient (x, y)."""
-        if label not in self._distance:
-            self._distance[label] = _signed_distance(self.labels == label)
-        shape = pixels.shape[:-1]
-        flat = pixels.reshape(-1, 2)
-        columns = 1 << 14  # cv2.remap takes images up to 32767 wide
-        rows = -(-len(flat) // columns)
-        grid = np.full((rows * columns, 2), -1e3, np.float32)
-        grid[: len(flat)] = np.clip(flat, -1e3, 1e5)
-        maps = grid.reshape(rows, columns, 2)
-        out = cv2.remap(self._distance[label], maps, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(99, 0, 0))
-        return out.reshape(-1, 3)[: len(flat)].reshape(*shape, 3).astype(float)
-
-
-def _signed_distance(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """(H, W, 3) float32: signed distance in pixels and its gradient. Specks vanish by a 3x3 median first."""
-    m = cv2.medianBlur(mask.astype(np.uint8), 3)
-    if not m.any():
-        return np.dstack([np.full(m.shape, 99, np.float32), np.zeros((*m.shape, 2), np.float32)])
-    outside = cv2.distanceTransform(1 - m, cv2.DIST_L2, 5)
-    inside = cv2.distanceTransform(m, cv2.DIST_L2, 5)
-    # a pixel next to the boundary lies half a pixel from it
-    d = np.where(m > 0, 0.5 - inside, outside - 0.5).astype(np.float32)
-    smooth = cv2.GaussianBlur(d, (3, 3), 0.8)
-    return np.dstack([d, cv2.Sobel(smooth, cv2.CV_32F, 1, 0, scale=1 / 8), cv2.Sobel(smooth, cv2.CV_32F, 0, 1, scale=1 / 8)])
+    def without(self, mask: NDArray[np.bool_]) -> LabelField:
+        """The same image with the pixels of a mask owned by somebody."""
+        labels = self.labels.copy()
+        labels[mask] = OWNED
+        return LabelField(labels)

@@ -1,7 +1,7 @@
 """Least squares of a whole object's pose and joints on the contours of its markers.
 
-Batched Gauss-Newton with Levenberg damping. A contour point's residual is its signed distance to the
-boundary of its class (point to line); Tukey's weight forgets points whose boundary another part hides.
+Batched Gauss-Newton with Levenberg damping. A contour point's residual is its distance along its normal
+to the edge of its class there (point to line); a point with no edge in reach, hidden or merged, has no say.
 """
 
 from __future__ import annotations
@@ -11,14 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from .datatypes import Camera
-from .evidence import LabelField
+from .evidence import OUTSIDE, OWNED, UNKNOWN, LabelField
 from .kinematics import Frames
 from .projection import projection_jacobian
 from .spatial import LEAST_COSINE, Poses, SpatialModel
 from .transforms import Array, rotation_from_rotvec
 
-NORMALS_AGREE = 0.6  # cosine between the model's normal and the boundary's
+EDGE_VOTE = 1.0  # natural-log units a known label says for one side of an edge
+EDGE_VOTE_UNKNOWN = -0.1  # unlabelled pixels lie rather outside of a marker
 JOINT_SIGMA_RAD = 1.5  # a weak pull to the middle of a joint's range keeps unseen joints determined
+INFORMATION_REACH_PX = 3
 POINT_SIGMA_PX = 0.7  # labels place a boundary this well
 
 
@@ -40,59 +42,92 @@ def refine(
     camera: Camera,
     poses: Poses,
     use: np.ndarray,
-    gates_px: tuple[float, ...],
-    erosion_px: float,
+    reach_px: tuple[int, ...],
     free_joints: np.ndarray | None = None,
 ) -> Fit:
     """Fit poses to the labels' boundaries.
 
     :param use: (H, M) bool: which markers of `model.markers` to use under each hypothesis.
-    :param gates_px: Tukey's gate of each step.
-    :param erosion_px: how far the labels' boundary lies inside the true one.
+    :param reach_px: how far each step looks for edges.
     :param free_joints: (H, J) bool; None: all.
     """
     n_par = 6 + model.kinematics.n_joints
     rms, A = np.zeros(len(poses)), np.zeros((len(poses), n_par, n_par))
-    for gate in gates_px:
-        A, b, rms = _normal_equations(model, field, camera, poses, use, gate, erosion_px)
+    if not use.any():
+        return Fit(poses, rms, A)
+    for reach in reach_px:
+        A, b, rms = _normal_equations(model, field, camera, poses, use, reach)
         _hold(model, poses, A, b, free_joints)
         poses = _step(model, poses, A, b)
     return Fit(poses, rms, A)
 
 
+def information_of(model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray) -> Array:
+    """(H, 6+J, 6+J) information of poses as they are, from the contours of the markers in use.
+
+    Neighbouring contour points share their label noise, so the residuals' own spread sets the scale, not the count.
+    """
+    A, b, rms = _normal_equations(model, field, camera, poses, use, INFORMATION_REACH_PX)
+    _hold(model, poses, A, b, None)
+    sigma = np.maximum(rms, POINT_SIGMA_PX)
+    depth = np.maximum(poses.t[:, 2], 0.05)
+    prior = np.zeros(A.shape[1:])
+    prior[3:6, 3:6] = np.eye(3)  # a turn is known to a radian at worst
+    prior[:3, :3] = np.eye(3)
+    scale = np.ones((len(depth), A.shape[1], A.shape[1]))
+    scale[:, :3, :3] /= (0.5 * depth[:, None, None]) ** 2
+    return A / sigma[:, None, None] ** 2 + prior * scale
+
+
 def _normal_equations(
-    model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray, gate: float, erosion: float
+    model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray, reach: int
 ) -> tuple[Array, Array, Array]:
-    kin = model.kinematics
-    frames = kin.forward(poses.R, poses.t, poses.q)
+    frames = model.kinematics.forward(poses.R, poses.t, poses.q)
     which = np.flatnonzero(use.any(axis=0))
     patches = model.markers[which]
     cosine, _ = model.in_camera(frames, patches)
-    c = model.component[patches]
-    X = model.contour[which] @ frames.R[:, c].transpose(0, 1, 3, 2) + frames.t[:, c][:, :, None]  # (H, M, m, 3)
+    component = model.component[patches]
     pixels, normal = model.project_contours(camera, frames, which)
-    d = np.empty((*pixels.shape[:-1], 3))
-    for label in np.unique(model.label[patches]):
-        on = model.label[patches] == label
-        d[:, on] = field.distance(int(label), pixels[:, on])
-    gradient = d[..., 1:]
-    length = np.linalg.norm(gradient, axis=-1)
-    r = d[..., 0] - erosion  # the true outline lies `erosion` outside of the labels' boundary
-    agree = np.sum(gradient * normal, axis=-1) > NORMALS_AGREE * np.maximum(length, 1e-6)
-    ok = (use[:, which] & (cosine > LEAST_COSINE))[..., None] & agree & (np.abs(r) < gate) & (length > 0.2)
-    w = np.where(ok, (1 - (r / gate) ** 2) ** 2, 0.0)
-    direction = gradient / np.maximum(length, 1e-6)[..., None]
-    row = np.einsum("hmki,hmkij->hmkj", direction, projection_jacobian(camera, X))  # (H, M, m, 3): d residual / d X
-    J = np.concatenate([row, np.cross(X - poses.t[:, None, None], row)], axis=-1)  # v, omega about the object's origin
-    if kin.n_joints:
-        J = np.concatenate([J, _joint_columns(model, frames, X, row, c)], axis=-1)
-    n_h, n_par = len(poses), J.shape[-1]
-    J, w, r = J.reshape(n_h, -1, n_par), w.reshape(n_h, -1), r.reshape(n_h, -1)
+    edge, weight = find_edges(field, pixels, normal, model.label[patches], reach)
+    w = weight * (use[:, which] & (cosine > LEAST_COSINE))[..., None]  # (H, M, m)
+    X = model.place_contours(frames, which)
+    row = np.einsum("hmki,hmkij->hmkj", normal, projection_jacobian(camera, X))  # (H, M, m, 3): d residual / d X
+    columns = [row, np.cross(X - poses.t[:, None, None], row)]  # shift, and turn about the object's origin
+    J = np.concatenate([*columns, _joint_columns(model, frames, X, row, component)], axis=-1)
+    J, w, r = J.reshape(len(poses), -1, J.shape[-1]), w.reshape(len(poses), -1), -edge.reshape(len(poses), -1)
     Jw = J * w[..., None]
-    A = Jw.transpose(0, 2, 1) @ J
-    b = np.einsum("hkp,hk->hp", Jw, r)
     rms = np.sqrt(np.sum(w * r**2, axis=1) / np.maximum(w.sum(axis=1), 1e-9))
-    return A, b, rms
+    return Jw.transpose(0, 2, 1) @ J, np.einsum("hkp,hk->hp", Jw, r), rms
+
+
+def find_edges(field: LabelField, pixels: Array, normal: Array, labels: np.ndarray, reach: int) -> tuple[Array, Array]:
+    """Where the boundary of a class crosses a contour's normals.
+
+    Along each normal the labels up to `reach` pixels in and out are explained by every place of the boundary;
+    the edge is the mean of these places under their likelihood, so it comes to lie in the middle of a seam of
+    unknown pixels between two classes.
+
+    :param pixels, normal: (H, M, m, 2) contour points and outward unit normals; `labels` (M,) their classes.
+    :return: signed distance of the edge along the normal, and its weight (inverse variance; 0: no edge), (H, M, m).
+    """
+    steps = np.arange(-reach, reach + 1)
+    seen = field.at(pixels[..., None, :] + steps[:, None] * normal[..., None, :])  # (H, M, m, 2D+1)
+    marker = seen == labels[:, None, None]
+    v = np.where(marker, EDGE_VOTE, -EDGE_VOTE)
+    v[(seen == UNKNOWN) | (seen == OUTSIDE) | (seen == OWNED)] = EDGE_VOTE_UNKNOWN
+    # sum of inside votes before the boundary minus those behind it (outside votes are their opposite)
+    c = np.cumsum(v, axis=-1)
+    likelihood = np.concatenate([np.zeros_like(c[..., :1]), 2 * c], axis=-1) - c[..., -1:]  # (..., 2D+2)
+    places = np.arange(-reach, reach + 2) - 0.5
+    likelihood = likelihood - 0.5 * (places / (0.6 * reach)) ** 2
+    p = np.exp(likelihood - likelihood.max(axis=-1, keepdims=True))
+    p /= p.sum(axis=-1, keepdims=True)
+    mean = p @ places
+    variance = p @ places**2 - mean**2
+    ends = p[..., 0] + p[..., -1]
+    inner, outer = marker[..., :reach].any(axis=-1), ~marker[..., reach:].all(axis=-1)
+    ok = (ends < 0.3) & inner & outer
+    return mean, np.where(ok, 1.0 / (1.0 + variance), 0.0)
 
 
 def _joint_columns(model: SpatialModel, frames: Frames, X: Array, row: Array, component: np.ndarray) -> Array:
@@ -104,7 +139,9 @@ def _joint_columns(model: SpatialModel, frames: Frames, X: Array, row: Array, co
             continue
         axis = frames.axis[:, j, None, None]
         arm = X[:, on] - frames.origin[:, j, None, None]
-        velocity = np.cross(np.broadcast_to(axis, arm.shape), arm) if kin.revolute[j] else np.broadcast_to(axis, arm.shape)
+        velocity = (
+            np.cross(np.broadcast_to(axis, arm.shape), arm) if kin.revolute[j] else np.broadcast_to(axis, arm.shape)
+        )
         out[..., j][:, on] = np.sum(row[:, on] * velocity, axis=-1)
     return out
 
@@ -127,7 +164,10 @@ def _step(model: SpatialModel, poses: Poses, A: Array, b: Array) -> Poses:
     n_par = A.shape[1]
     depth = np.maximum(poses.t[:, 2], 0.05)
     # damping in each parameter's own unit: 5 % of the range, 0.15 rad
-    scale = np.concatenate([np.repeat(1 / (0.05 * depth)[:, None] ** 2, 3, axis=1), np.full((len(depth), n_par - 6 + 3), 1 / 0.15**2)], axis=1)
+    scale = np.concatenate(
+        [np.repeat(1 / (0.05 * depth)[:, None] ** 2, 3, axis=1), np.full((len(depth), n_par - 6 + 3), 1 / 0.15**2)],
+        axis=1,
+    )
     damped = A + np.eye(n_par) * (scale * POINT_SIGMA_PX**2 + 1e-9)[:, None, :]
     x = -np.linalg.solve(damped, b[..., None])[..., 0]
     limit = np.concatenate([np.repeat(0.15 * depth[:, None], 3, axis=1), np.full((len(depth), n_par - 3), 0.3)], axis=1)
@@ -135,4 +175,3 @@ def _step(model: SpatialModel, poses: Poses, A: Array, b: Array) -> Poses:
     R = rotation_from_rotvec(x[:, 3:6]) @ poses.R
     q = np.clip(poses.q + x[:, 6:], kin.lower, kin.upper)
     return Poses(R, poses.t + x[:, :3], q)
-

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .datatypes import Camera
 from .evidence import LabelField, Roles
@@ -14,14 +15,15 @@ from .projection import project
 from .surface import Patch, patches_of
 from .transforms import Array
 
-RING_PX = 1.75  # outside of the segmenter's own blur
+RING_PX = 1.25  # outside of the seam that a segmenter leaves between two colours
 RING_WIDTH_PX = 1.5  # what a ring point stands for across the contour
+SURFACE = 1 - 5e-3  # share of the way to a point beyond which a box no longer hides it: the point lies on its own box
 LEAST_COSINE = 0.12  # a patch seen flatter than this shows nothing
 
 
 @dataclass(frozen=True)
 class Poses:
-    """H hypotheses: object in the camera (H, 3, 3), (H, 3), joints (H, J) and the marker each came from (H,)."""
+    """H hypotheses: the object's pose in the camera R (H, 3, 3), t (H, 3), and its joints q (H, J)."""
 
     R: Array
     t: Array
@@ -30,8 +32,8 @@ class Poses:
     def __len__(self) -> int:
         return len(self.R)
 
-    def __getitem__(self, index: object) -> Poses:
-        return Poses(self.R[index], self.t[index], self.q[index])  # type: ignore[index]
+    def __getitem__(self, index: NDArray | list[int]) -> Poses:
+        return Poses(self.R[index], self.t[index], self.q[index])
 
     @classmethod
     def concatenate(cls, parts: list[Poses]) -> Poses:
@@ -40,7 +42,7 @@ class Poses:
 
 @dataclass(frozen=True)
 class PatchScores:
-    """Per hypothesis and patch (H, P): summed votes, pixels seen, and share of seen pixels that carry the patch's label."""
+    """Per hypothesis and patch (H, P): summed votes, pixels seen, and the share of them with the patch's label."""
 
     votes: Array
     area_px: Array
@@ -77,11 +79,14 @@ class SpatialModel:
         self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
         self.contour_normal = np.array([self.patches[i].contour_normal for i in self.markers])  # (M, m, 3)
         self.perimeter = np.array([_perimeter(self.patches[i]) for i in self.markers])
-        self.ring_role = np.array([self.roles.ring(self.patches[i].label, bodies[self.component[i]]) for i in self.markers])
+        self.ring_role = np.array(
+            [self.roles.ring(self.patches[i].label, bodies[self.component[i]]) for i in self.markers]
+        )
         self.table = self.roles.table
-        # an undeclared body says nothing about labels, it only hides
-        for i in np.flatnonzero(~self.is_marker & (self.label == 0)):
-            self.table[self.point_role[self.point_patch == i][0]] = 0.0
+        root = model.components.index(model.required)
+        self.extent = float(
+            np.linalg.norm(self.points[self.component[self.point_patch] == root], axis=1).max()
+        )  # metres
 
     def in_camera(self, frames: Frames, patches: np.ndarray) -> tuple[Array, Array]:
         """Cosine of the viewing angle (H, P) of patches, and their depth (H, P)."""
@@ -99,7 +104,9 @@ class SpatialModel:
             out[:, on] = points[on] @ frames.R[:, c].transpose(0, 2, 1) + frames.t[:, c, None]
         return out
 
-    def score(self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, *, occlusion: bool) -> PatchScores:
+    def score(
+        self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, *, occlusion: bool
+    ) -> PatchScores:
         """What the labels say of each of `patches` (indices) under each hypothesis."""
         chosen = np.isin(self.point_patch, patches)
         patch_of = np.searchsorted(patches, self.point_patch[chosen])
@@ -118,7 +125,9 @@ class SpatialModel:
         inside = np.add.reduceat(votes, starts, axis=1) / count
         visible = np.add.reduceat(seen.astype(float), starts, axis=1) / count
         agree = np.add.reduceat((labels == self.label[patches][patch_of]) & seen, starts, axis=1, dtype=float)
-        total = inside * area_px + self._ring_votes(field, camera, frames, patches, cosine, depth) * (visible > 0.5) * shown
+        total = (
+            inside * area_px + self._ring_votes(field, camera, frames, patches, cosine, depth) * (visible > 0.5) * shown
+        )
         return PatchScores(total, area_px * visible, agree / np.maximum(visible * count, 1.0))
 
     def _ring_votes(
@@ -134,34 +143,44 @@ class SpatialModel:
         f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
         column = np.searchsorted(patches, self.markers[which])
         squeeze = (1 + np.clip(cosine[:, column], 0, 1)) / 2
-        out[:, column] = votes * self.perimeter[which] * squeeze * f / np.maximum(depth[:, column], 0.02) * RING_WIDTH_PX
+        out[:, column] = (
+            votes * self.perimeter[which] * squeeze * f / np.maximum(depth[:, column], 0.02) * RING_WIDTH_PX
+        )
         return out
 
     def project_contours(self, camera: Camera, frames: Frames, which: np.ndarray) -> tuple[Array, Array]:
         """Contours of markers `which` in the image: pixels (H, M, m, 2) and outward unit normals (H, M, m, 2)."""
-        c = self.component[self.markers[which]]
-        R, t = frames.R[:, c], frames.t[:, c]
-        X = self.contour[which] @ R.transpose(0, 1, 3, 2) + t[:, :, None]
+        R = frames.R[:, self.component[self.markers[which]]]
+        X = self.place_contours(frames, which)
         step = 1e-3 * np.maximum(X[..., 2:3], 1e-3)
         Y = X + step * (self.contour_normal[which] @ R.transpose(0, 1, 3, 2))
         pixels = project(camera, X)
         normal = project(camera, Y) - pixels
         return pixels, normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
 
+    def place_contours(self, frames: Frames, which: np.ndarray) -> Array:
+        """(H, M, m, 3) camera coordinates of the contours of markers `which`."""
+        c = self.component[self.markers[which]]
+        return self.contour[which] @ frames.R[:, c].transpose(0, 1, 3, 2) + frames.t[:, c][:, :, None]
+
     def hidden(self, frames: Frames, X: Array) -> np.ndarray:
         """(H, n) bool: which points (H, n, 3) a body's box of the same object hides from the camera (slab test)."""
         out = np.zeros(X.shape[:2], bool)
+        axes = [np.ascontiguousarray(X[..., i], np.float32) for i in range(3)]  # one array an axis: no short reductions
         for c, component in enumerate(self.model.components):
             for box in component.bodies:
                 R = frames.R[:, c] @ box.T_component_box.rotation  # (H, 3, 3)
                 t = (frames.R[:, c] @ box.T_component_box.position) + frames.t[:, c]
-                eye = -np.einsum("hji,hj->hi", R, t)[:, None]  # camera centre in the box's frame
-                ray = X @ R  # (H, n, 3)
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    a, b = (-box.size / 2 - eye) / ray, (box.size / 2 - eye) / ray
-                enter = np.minimum(a, b).max(axis=-1)
-                leave = np.maximum(a, b).min(axis=-1)
-                out |= (enter < leave) & (enter < 1 - 5e-3) & (leave > 0)
+                eye = -np.einsum("hji,hj->hi", R, t)  # camera centre in the box's frame
+                enter, leave = np.float32(0.0), np.float32(SURFACE)
+                for i in range(3):
+                    column = R[:, :, i].astype(np.float32)
+                    ray = sum(axes[j] * column[:, j, None] for j in range(3))
+                    ray = np.where(np.abs(ray) < 1e-9, np.float32(1e-9), ray)
+                    a = ((-box.size[i] / 2 - eye[:, i]).astype(np.float32)[:, None]) / ray
+                    b = ((box.size[i] / 2 - eye[:, i]).astype(np.float32)[:, None]) / ray
+                    enter, leave = np.maximum(enter, np.minimum(a, b)), np.minimum(leave, np.maximum(a, b))
+                out |= enter < leave
         return out
 
 

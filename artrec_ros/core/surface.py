@@ -58,7 +58,10 @@ def sample_polygon(outline: Array, n: int) -> Array:
     x, y = outline.T
     area = abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
     step = np.sqrt(area / n)
-    grids = [np.arange(a + (b - a) % step / 2, b, step) if b - a > step else [(a + b) / 2] for a, b in zip(low, high)]
+    grids = [
+        np.arange(a + (b - a) % step / 2, b, step) if b - a > step else [(a + b) / 2]
+        for a, b in zip(low, high, strict=True)
+    ]
     lattice = np.stack(np.meshgrid(*grids), axis=-1).reshape(-1, 2)
     keep = contains(outline, lattice)
     return lattice[keep] if keep.any() else outline.mean(axis=0)[None]

@@ -39,20 +39,6 @@ class View:
     perimeter: float
 
 
-@dataclass(frozen=True)
-class Guesses:
-    """Poses of markers in the camera: rotation (H, 3, 3), position of the marker's centroid (H, 3), marker index (H,)."""
-
-    R: Array
-    t: Array
-    marker: np.ndarray
-    blob: np.ndarray
-    score: Array
-
-    def __len__(self) -> int:
-        return len(self.R)
-
-
 def view_bank(marker: Marker) -> list[View]:
     """The marker face on, and turned by TURNS_RAD across N_DIRECTIONS image directions."""
     turns = [(0.0, 0.0)]
@@ -67,6 +53,9 @@ def _view(marker: Marker, turn: float, direction: float) -> View:
     axis = np.array([np.cos(direction), np.sin(direction)])
     squeeze = np.eye(2) + (np.cos(turn) - 1) * np.outer(axis, axis)
     outline = marker.image_outline @ squeeze
+    x, y = outline.T
+    if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:  # run round as blobs' contours do
+        outline = outline[::-1]
     inside = sample_polygon(outline, SCORE_POINTS)
     pick = np.linspace(0, len(inside) - 1, SCORE_POINTS).astype(int)
     contour, normal = sample_contour(outline, SCORE_POINTS)
@@ -123,7 +112,9 @@ def _moment_alignments(view: View, contour: Array, area_px: float) -> Array:
     return T
 
 
-def score_view(view: View, T: Array, field: LabelField, inside_votes: Array, ring_votes: Array, ring_px: float) -> Array:
+def score_view(
+    view: View, T: Array, field: LabelField, inside_votes: Array, ring_votes: Array, ring_px: float
+) -> Array:
     """(H,) summed votes of pixels on the outline's inside and in a ring just outside of it."""
     out = np.empty(len(T))
     for start in range(0, len(T), CHUNK):
@@ -138,7 +129,7 @@ def score_view(view: View, T: Array, field: LabelField, inside_votes: Array, rin
 
 
 def lift(view: View, T: Array, camera: Camera) -> tuple[Array, Array]:
-    """Both 6-DoF poses of each similarity (the two flips): rotations (2H, 3, 3) and centroids (2H, 3)."""
+    """The 6-DoF poses of each similarity (two flips where it is turned): rotations (nH, 3, 3), centroids (nH, 3)."""
     rays = normalise(camera, T[:, :2])  # (H, 2)
     depth = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]) / T[:, 3]
     t = depth[:, None] * np.pad(rays, ((0, 0), (0, 1)), constant_values=1.0)
@@ -146,5 +137,6 @@ def lift(view: View, T: Array, camera: Camera) -> tuple[Array, Array]:
     roll = rotation_from_rotvec(T[:, 2:3] * np.array([0.0, 0.0, 1.0]))  # (H, 3, 3)
     # the flat image plane of the weak perspective stands across the viewing ray, not across the optical axis
     tilt = rotation_from_rotvec(np.stack([-rays[:, 1], rays[:, 0], np.zeros(len(rays))], axis=-1))
-    flips = [tilt @ roll @ rotation_from_rotvec(sign * view.turn * across) @ FACING for sign in (1, -1)]
-    return np.concatenate(flips), np.concatenate([t, t])
+    signs = (1, -1) if view.turn else (1,)
+    flips = [tilt @ roll @ rotation_from_rotvec(sign * view.turn * across) @ FACING for sign in signs]
+    return np.concatenate(flips), np.concatenate([t] * len(signs))

@@ -1,204 +1,178 @@
 """Find whole spatial objects: pose and joints at once, judged by every pixel of their markers and bodies.
 
-The paper's phase 1 gives poses of the required component, its phase 2 the other components; here a
-component must sit where its joint can carry it, which is a curve in place of a box. What is found is
-refined on all contours together, and judged with the parts of the object that hide each other.
+The paper's phase 1 finds the required component, phase 2 the others. Here the required component's pose in
+space comes first, and another component must sit where its joint can carry it: a curve in place of a box.
+What is found is refined on all contours together, and judged with the parts that hide each other.
 """
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
+from .blobs import Blob
 from .datatypes import Camera, Target
+from .deadline import Deadline
 from .evidence import LabelField
-from .posefit import Fit, refine
+from .guesses import Guesser, best_distinct, pose_cells
+from .local_search import climb
+from .posefit import refine
+from .projection import project
 from .spatial import PatchScores, Poses, SpatialModel
 from .transforms import Array
-from .views import Guesses, View, align_view, blob_couples, lift, score_view, view_bank
 
-GUESSES_PER_BLOB = 48
 JOINT_STEP_RAD = 0.15
-COARSE_GATES_PX = (8.0, 6.0, 4.0, 3.0)
-FINE_GATES_PX = (4.0, 3.0, 2.5, 2.0, 2.0)
-RING = 1.75
-LEAST_AREA_PX = 14.0
+COARSE_REACH_PX = (8, 6, 4, 3)
+FINE_REACH_PX = (4, 3, 3, 2, 2)
+SEAM_PX = 0.5  # blobs end this far inside of their markers: the unknown seam between two colours
+ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 6, 3  # hypotheses a blob that pass each stage
+CLIMBS = ((10, 5, 1.5), (5, 6, 1.0), (3, 14, 0.7))  # hypotheses a place, rounds, first step
+HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
+MIRROR = np.diag([1.0, 1.0, -1.0])
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """One whole-object hypothesis with what the labels say of it.
+class Candidates:
+    """Whole-object hypotheses of one target and their votes (H,), best first."""
 
-    :param votes: total votes; :param component_votes, component_area: (C,) of each component's markers.
-    """
-
-    poses: Poses  # of one
-    votes: float
-    component_votes: Array
-    component_area: Array
-    component_agree: Array
-    body_votes: float
-    body_area: float
-    information: Array
+    poses: Poses
+    votes: Array
 
 
 class WholeObjectFinder:
     """Hypotheses of one target in a frame."""
 
-    def __init__(self, target: Target, erosion_px: float) -> None:
+    def __init__(self, target: Target) -> None:
         self.target = target
-        self.model = SpatialModel(target.model, target.label)
-        self.erosion_px = erosion_px
+        self.surface = SpatialModel(target.model, target.label)
         required = target.model.required
         self.root = target.model.components.index(required)
-        self.banks: list[list[View]] = [view_bank(m) for m in required.markers]
         self.root_label = target.label if required.label is None else required.label
+        self._guesser = Guesser(target.model, self.surface, self.root_label)
 
-    # -- step 1: guesses of the required component's pose -------------------------------------------------
+    def find(
+        self, field: LabelField, camera: Camera, blobs: list[Blob], deadline: Deadline, least: float
+    ) -> Candidates:
+        """Candidates around every blob of the required component's class.
 
-    def guess(self, field: LabelField, camera: Camera, contours: list[Array], areas: list[float]) -> Guesses:
-        roles, required = self.model.roles, self.target.model.required
-        table = self.model.table
-        inside = table[roles.inside(self.root_label)]
-        ring = table[roles.ring(self.root_label, required.body_label or 0)]
-        parts: list[Guesses] = []
-        for b, (contour, area) in enumerate(zip(contours, areas, strict=True)):
-            tolerances = (1.0, 2.0) if area < 2000 else (1.5, 0.03 * float(np.sqrt(area)))
-            couples = blob_couples(contour, tolerances)
-            found = []
-            for m, bank in enumerate(self.banks):
-                for view in bank:
-                    T = align_view(view, couples, contour, area, LEAST_AREA_PX)
-                    if not len(T):
-                        continue
-                    s = score_view(view, T, field, inside, ring, RING)
-                    best = np.argsort(-s)[:12]
-                    R, t = lift(view, T[best], camera)
-                    found.append((R, t, np.full(len(R), m), np.tile(s[best], 2)))
-            if not found:
+        :param least: candidates with fewer votes are not carried on.
+        """
+        guesses = self._guesser.guess(field, camera, blobs, SEAM_PX)
+        poses, blob = self._fit_root(field, camera, guesses.poses, guesses.blob)
+        poses = self._search_joints(field, camera, poses)
+        poses, votes, blob = self._keep(poses, self.votes(field, camera, poses, occlusion=False), blob, JOINT_KEEP)
+        poses, blob = self._with_flips(poses, votes, blob)
+        poses, votes = self._fit_all(field, camera, poses)
+        poses, votes, _ = self._keep(poses, votes, np.tile(blob, 2), FIT_KEEP)
+        poses, votes = poses[votes > 0], votes[votes > 0]
+        for count, rounds, spread in CLIMBS:
+            if deadline.expired:
+                break
+            keep = self._best_per_place(camera, poses, votes, count)
+            value = lambda p: self.votes(field, camera, p, occlusion=True)  # noqa: E731
+            poses, votes = climb(value, self.surface.kinematics, camera, poses[keep], votes[keep], rounds, spread)
+        keep = np.argsort(-votes, kind="stable")
+        keep = keep[votes[keep] > least]
+        return Candidates(poses[keep], votes[keep])
+
+    def judge(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> PatchScores:
+        """What the labels say of every patch under each hypothesis."""
+        frames = self.surface.kinematics.forward(poses.R, poses.t, poses.q)
+        return self.surface.score(field, camera, frames, np.arange(len(self.surface.patches)), occlusion=occlusion)
+
+    def votes(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> Array:
+        """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
+        scores = self.judge(field, camera, poses, occlusion=occlusion)
+        surface = self.surface
+        total = np.zeros(len(poses))
+        for c in range(len(self.target.model.components)):
+            on = surface.component == c
+            votes = scores.votes[:, on].sum(axis=1)
+            hidden = -HIDDEN_COST * scores.area_px[:, on & surface.is_marker].sum(axis=1)
+            total += votes if c == self.root else np.maximum(votes, hidden)
+        return total
+
+    def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
+        """(H,) bool: whose required component would cover that of `one` in the image."""
+        f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
+        radius = 0.6 * f * self.surface.extent / np.maximum(np.maximum(poses.t[:, 2], one.t[:, 2]), 1e-6)
+        apart = np.linalg.norm(project(camera, poses.t) - project(camera, one.t), axis=1)
+        return (apart < radius) | (apart == 0)
+
+    def _fit_root(self, field: LabelField, camera: Camera, poses: Poses, blob: np.ndarray) -> tuple[Poses, np.ndarray]:
+        """Guesses and their fits to the required component's contours, the best of each blob by its markers."""
+        surface = self.surface
+        use = np.tile(surface.component[surface.markers] == self.root, (len(poses), 1))
+        pinned = np.zeros(poses.q.shape, bool)
+        fitted = refine(surface, field, camera, poses, use, COARSE_REACH_PX, pinned).poses
+        poses, blob = Poses.concatenate([poses, fitted]), np.tile(blob, 2)
+        frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+        patches = np.flatnonzero((surface.component == self.root) & surface.is_marker)
+        votes = surface.score(field, camera, frames, patches, occlusion=False).votes.sum(axis=1)
+        poses, _, blob = self._keep(poses, votes, blob, ROOT_KEEP)
+        return poses, blob
+
+    def _search_joints(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
+        """Each joint in its parents' order: the angle at which the labels like its component best."""
+        kin, surface = self.surface.kinematics, self.surface
+        for c, j in enumerate(kin.joint_of):
+            if j < 0:
                 continue
-            R, t, m, s = (np.concatenate(x) for x in zip(*found, strict=True))
-            keep = np.argsort(-s, kind="stable")[: GUESSES_PER_BLOB * 2]
-            parts.append(Guesses(R[keep], t[keep], m[keep], np.full(len(keep), b), s[keep]))
-        if not parts:
-            return Guesses(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0, int), np.zeros(0, int), np.zeros(0))
-        return Guesses(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("R", "t", "marker", "blob", "score")))
-
-    def to_poses(self, g: Guesses) -> Poses:
-        """The object's pose of which a marker's pose is known, joints in the middle of their ranges."""
-        kin = self.model.kinematics
-        R, t = np.empty_like(g.R), np.empty_like(g.t)
-        for m, marker in enumerate(self.target.model.required.markers):
-            T = marker.T_component_marker
-            assert T is not None
-            on = g.marker == m
-            R[on] = g.R[on] @ T.rotation.T
-            centroid = T.rotation[:, :2] @ marker.centroid + T.position
-            t[on] = g.t[on] - R[on] @ centroid
-        q = np.tile((kin.lower + kin.upper) / 2, (len(g), 1))
-        return Poses(R, t, q)
-
-    # -- step 2: joints ----------------------------------------------------------------------------------
-
-    def search_joints(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
-        """Each joint in its parents' order: the angle whose component the labels like best."""
-        kin, model = self.model.kinematics, self.model
-        for component in self.target.model.joint_components:
-            c = self.target.model.components.index(component)
-            j = kin.joint_of[c]
             n = max(3, int(np.ceil((kin.upper[j] - kin.lower[j]) / JOINT_STEP_RAD)) + 1)
             grid = np.linspace(kin.lower[j], kin.upper[j], n)
             q = np.repeat(poses.q, n, axis=0)
             q[:, j] = np.tile(grid, len(poses))
             frames = kin.forward(np.repeat(poses.R, n, axis=0), np.repeat(poses.t, n, axis=0), q)
-            patches = np.flatnonzero(model.component == c)
-            votes = model.score(field, camera, frames, patches, occlusion=False).votes.sum(axis=1).reshape(-1, n)
-            best = poses.q.copy()
-            best[:, j] = grid[votes.argmax(axis=1)]
-            poses = replace(poses, q=best)
+            scores = surface.score(field, camera, frames, np.flatnonzero(surface.component == c), occlusion=False)
+            q = poses.q.copy()
+            q[:, j] = grid[scores.votes.sum(axis=1).reshape(-1, n).argmax(axis=1)]
+            poses = replace(poses, q=q)
         return poses
 
-    # -- step 3: judgement -------------------------------------------------------------------------------
+    def _with_flips(self, poses: Poses, votes: Array, blob: np.ndarray) -> tuple[Poses, np.ndarray]:
+        """Add to the best of each blob its siblings: a flat marker's mirrored turn looks almost the same."""
+        best = best_distinct(poses, votes, blob, FLIP_KEEP)
+        p, extra, groups = poses[best], [poses], [blob]
+        for marker in self.target.model.required.markers:
+            T = marker.T_component_marker
+            assert T is not None  # the model is spatial
+            centroid = T.rotation[:, :2] @ marker.centroid + T.position
+            R_marker, centre = p.R @ T.rotation, p.R @ centroid + p.t
+            facing = np.sum(R_marker[..., 2] * centre, axis=1) < 0
+            R = (MIRROR @ R_marker @ MIRROR) @ T.rotation.T
+            extra.append(Poses(R, centre - R @ centroid, p.q)[facing])
+            groups.append(blob[best][facing])
+        return Poses.concatenate(extra), np.concatenate(groups)
 
-    def judge(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> PatchScores:
-        frames = self.model.kinematics.forward(poses.R, poses.t, poses.q)
-        return self.model.score(field, camera, frames, np.arange(len(self.model.patches)), occlusion=occlusion)
-
-    def total(self, scores: PatchScores) -> Array:
-        """(H,) votes of an object: markers that speak against themselves count as hidden, at a price."""
-        model = self.model
-        out = np.zeros(len(scores.votes))
-        for c in range(len(self.target.model.components)):
-            on = model.component == c
-            v = scores.votes[:, on].sum(axis=1)
-            out += v if c == self.root else np.maximum(v, -0.5 * scores.area_px[:, on & model.is_marker].sum(axis=1))
-        return out
-
-    def used_markers(self, scores: PatchScores) -> np.ndarray:
-        """(H, M) markers that the labels support: those that the contours are fitted to."""
-        m = self.model.markers
-        ok = (scores.votes[:, m] > 0) & (scores.area_px[:, m] > 8) & (scores.agree[:, m] > 0.4)
-        return ok
-
-    def find(self, field: LabelField, camera: Camera, contours: list[Array], areas: list[float], log: dict | None = None) -> tuple[Poses, Array, PatchScores, Fit | None]:
-        clock = time.perf_counter
-        marks = [clock()]
-        g = self.guess(field, camera, contours, areas)
-        marks.append(clock())
-        if not len(g):
-            return Poses(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 0))), np.zeros(0), None, None  # type: ignore
-        poses = self.to_poses(g)
-        root_markers = self.model.component[self.model.markers] == self.root
-        use = np.tile(root_markers, (len(poses), 1))
-        fit = refine(self.model, field, camera, poses, use, COARSE_GATES_PX, self.erosion_px, np.zeros((len(poses), self.model.kinematics.n_joints), bool))
-        poses = Poses.concatenate([poses, fit.poses])
-        blob = np.tile(g.blob, 2)
-        marks.append(clock())
-        frames = self.model.kinematics.forward(poses.R, poses.t, poses.q)
-        root_patches = np.flatnonzero(self.model.component == self.root)
-        s = self.model.score(field, camera, frames, root_patches, occlusion=False).votes.sum(axis=1)
-        keep = _best_per_group(s, blob, 40)
-        poses, blob = poses[keep], blob[keep]
-        marks.append(clock())
-        poses = self.search_joints(field, camera, poses)
-        total = self.total(self.judge(field, camera, poses, occlusion=False))
-        keep = _best_per_group(total, blob, 14)
-        poses, blob = poses[keep], blob[keep]
-        marks.append(clock())
-        for _ in range(2):
-            scores = self.judge(field, camera, poses, occlusion=True)
-            fit = refine(self.model, field, camera, poses, self.used_markers(scores), FINE_GATES_PX, self.erosion_px)
-            both = Poses.concatenate([poses, fit.poses])
-            total = self.total(self.judge(field, camera, both, occlusion=True)).reshape(2, -1)
-            poses = both[np.arange(len(poses)) + len(poses) * total.argmax(axis=0)]
+    def _fit_all(self, field: LabelField, camera: Camera, poses: Poses) -> tuple[Poses, Array]:
+        """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
         scores = self.judge(field, camera, poses, occlusion=True)
-        total = self.total(scores)
-        marks.append(clock())
-        if log is not None:
-            log["ms"] = [round(1e3 * d, 1) for d in np.diff(marks)]
-            log["n"] = [len(g), len(poses)]
-        return poses, total, scores, fit
+        fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX).poses
+        both = Poses.concatenate([poses, fitted])
+        return both, self.votes(field, camera, both, occlusion=True)
 
+    def supported(self, scores: PatchScores) -> np.ndarray:
+        """(H, M) markers that the labels support."""
+        m = self.surface.markers
+        return (scores.votes[:, m] > 0) & (scores.area_px[:, m] > 8) & (scores.agree[:, m] > 0.4)
 
-def _best_per_group(score: Array, group: np.ndarray, n: int) -> np.ndarray:
-    """Indices of the `n` best of each group, best first."""
-    order = np.lexsort((-score, group))
-    rank = np.arange(len(order)) - np.searchsorted(group[order], group[order])
-    keep = order[rank < n]
-    return keep[np.argsort(-score[keep], kind="stable")]
+    def _keep(self, poses: Poses, votes: Array, blob: np.ndarray, n: int) -> tuple[Poses, Array, np.ndarray]:
+        keep = best_distinct(poses, votes, blob, n)
+        return poses[keep], votes[keep], blob[keep]
 
-
-def blobs_of(labels: np.ndarray, label: int, least_px: int = 6) -> tuple[list[Array], list[float]]:
-    mask = (labels == label).astype(np.uint8)
-    mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    out, areas = [], []
-    for c in contours:
-        a = cv2.contourArea(c) + len(c) / 2 + 1
-        if a >= least_px:
-            out.append(c[::-1, 0].astype(float))
-            areas.append(float(a))
-    return out, areas
+    def _best_per_place(self, camera: Camera, poses: Poses, votes: Array, n: int) -> np.ndarray:
+        """Indices of the `n` best distinct hypotheses at each place of the image: several blobs lead to one object."""
+        cells = [tuple(c) for c in pose_cells(poses)]
+        place = np.full(len(poses), -1)
+        kept: list[set[tuple[int, ...]]] = []  # at each place
+        keep: list[int] = []
+        for i in np.argsort(-votes, kind="stable"):
+            if place[i] < 0:
+                place[(place < 0) & self.same_place(camera, poses, poses[[int(i)]])] = len(kept)
+                kept.append(set())
+            seen = kept[place[i]]
+            if len(seen) < n and cells[i] not in seen:
+                seen.add(cells[i])
+                keep.append(int(i))
+        return np.array(keep, int)

@@ -1,0 +1,87 @@
+"""Which claims are objects: a probability from what the labels confirm, and a reason where it is too low."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .config import RecognizerConfig
+from .ownership import Claim
+from .transforms import Array
+
+# Logistic weights: constant, other components seen (at most two), their votes, the body's mean vote, all votes.
+_WEIGHTS = (-2.6, 3.0, 0.3, 2.5, 0.3)
+_COMPONENT_VOTES = 30.0  # about eight pixels of a marker
+_OBJECT_VOTES = 300.0
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What is confirmed of a claim.
+
+    :param shown: per component the index into the surface's patches of the marker that shows it, -1 where none does.
+    :param marker_votes: (C,) votes of each component's markers.
+    """
+
+    claim: Claim
+    shown: tuple[int, ...]
+    marker_votes: Array
+
+    @property
+    def others(self) -> list[int]:
+        """Confirmed components besides the required one."""
+        return [c for c, patch in enumerate(self.shown) if patch >= 0 and c != self.claim.finder.root]
+
+    @cached_property
+    def probability(self) -> float:
+        """That the claim is an object, 0 to 1."""
+        surface, scores = self.claim.finder.surface, self.claim.scores
+        other_votes = float(np.clip(self.marker_votes[self.others], 0, None).sum()) if self.others else 0.0
+        body_px = float(scores.area_px[0, ~surface.is_marker].sum())
+        body = float(scores.votes[0, ~surface.is_marker].sum()) / max(body_px, 1.0)
+        single = len(surface.model.components) == 1  # nothing else could confirm it
+        features = (
+            1.0,
+            2.0 if single else min(len(self.others), 2),
+            np.log1p(other_votes / _COMPONENT_VOTES),
+            body,
+            np.log(max(self.claim.votes, 1.0) / _OBJECT_VOTES),
+        )
+        return float(1 / (1 + np.exp(-np.dot(_WEIGHTS, features))))
+
+    def reason(self, config: RecognizerConfig) -> str | None:
+        """Why the claim is no object; None where it is one."""
+        names = [c.name for c in self.claim.finder.surface.model.components]
+        if self.claim.votes < config.min_votes:
+            return f"{self.claim.votes:.0f} votes of the labels, {config.min_votes:.0f} are wanted"
+        if self.probability >= config.min_probability:
+            return None
+        seen = [names[c] for c in self.others]
+        missing = max(
+            (c for c in range(len(names)) if c not in self.others and c != self.claim.finder.root),
+            key=lambda c: self.marker_votes[c],
+            default=None,
+        )
+        text = f"probability {self.probability:.2f} is below {config.min_probability:g}: "
+        text += f"confirmed {', '.join(seen)}" if seen else "no other component confirmed"
+        if missing is not None:
+            text += f"; nearest to it {names[missing]} with {self.marker_votes[missing]:.0f} votes"
+        return text
+
+
+def verdict_of(claim: Claim) -> Verdict:
+    """Which components the labels confirm, and by which marker."""
+    surface, scores = claim.finder.surface, claim.scores
+    components = range(len(surface.model.components))
+    supported = np.zeros(len(surface.patches), bool)
+    supported[surface.markers] = claim.finder.supported(scores)[0]
+    votes = np.zeros(len(components))
+    shown = []
+    for c in components:
+        mine = np.flatnonzero((surface.component == c) & surface.is_marker)
+        votes[c] = scores.votes[0, mine].sum()
+        best = int(mine[np.argmax(scores.area_px[0, mine] * (supported[mine] + 1e-3))])
+        shown.append(best if supported[best] or c == claim.finder.root else -1)
+    return Verdict(claim, tuple(shown), votes)

@@ -1,0 +1,80 @@
+"""Recognition in the image plane: rigid alignment of contours, then grouping by learned constraints."""
+
+from __future__ import annotations
+
+from .alignment import ContourMap
+from .blobs import Blob
+from .candidates import ShapeOf, candidates_of
+from .config import RecognizerConfig
+from .datatypes import Detection, Rejection, Target
+from .deadline import Deadline
+from .grouping import GroupSearch
+from .matching import Matches, find_matches
+from .paper import align_literally, group_literally
+from .report import detections_of, rejections_of
+from .shapes import Shape
+from .solution import solve
+
+
+class FlatStage:
+    """Finds targets by similarities of the image plane: the paper's two phases, in either profile."""
+
+    def __init__(self, targets: tuple[Target, ...], config: RecognizerConfig, blank: tuple[int, ...]) -> None:
+        """:param blank: ignored rectangles x,y,width,height,..."""
+        self._targets = targets
+        self._config = config
+        self._blank = blank
+        self._shapes, self._shape_of = _distinct_shapes(targets)
+        self._wanted = {
+            (self._shape_of[n][c.name, m.name], target.label if c.label is None else c.label)
+            for n, target in enumerate(targets)
+            for c in target.model.components
+            for m in c.markers
+        }
+
+    def align(self, blobs: tuple[Blob, ...], size: tuple[int, int], deadline: Deadline) -> Matches:
+        """Where markers' outlines lie on blobs' contours (paper, steps 1 to 5)."""
+        if not blobs:
+            return Matches.none(self._shapes)
+        if self._config.profile == "paper":
+            return align_literally(blobs, size, self._shapes, self._wanted, self._config, deadline)
+        cmap = ContourMap.build(blobs, size)
+        return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, deadline, self._blank)
+
+    def group(self, matches: Matches, deadline: Deadline) -> tuple[tuple[Detection, ...], tuple[Rejection, ...], bool]:
+        """Objects, what was turned down and why, and whether the choice is exact (paper, steps 6 to 8)."""
+        if not len(matches):
+            return (), (), True
+        if self._config.profile == "paper":
+            groups = [
+                g
+                for target, shape_of in zip(self._targets, self._shape_of, strict=True)
+                for g in group_literally(target, shape_of, matches, self._config, deadline)
+            ]
+            return detections_of(groups, matches, self._targets), (), True
+        searches = [
+            GroupSearch(candidates_of(target, shape_of, matches, self._config), matches, self._config, deadline)
+            for target, shape_of in zip(self._targets, self._shape_of, strict=True)
+        ]
+        solution = solve(searches, matches, self._config, deadline)
+        detections = detections_of(solution.accepted, matches, self._targets)
+        return detections, rejections_of(solution, searches, matches, self._config), solution.exact
+
+
+def _distinct_shapes(targets: tuple[Target, ...]) -> tuple[list[Shape], list[ShapeOf]]:
+    """Each outline once, however many components and targets show it, and which one each marker has."""
+    shapes: list[Shape] = []
+    number: dict[bytes, int] = {}
+    shape_of: list[ShapeOf] = []
+    for target in targets:
+        mine: ShapeOf = {}
+        for component in target.model.components:
+            for marker in component.markers:
+                shape = Shape.from_marker(marker)
+                key = shape.key()
+                if key not in number:
+                    number[key] = len(shapes)
+                    shapes.append(shape)
+                mine[component.name, marker.name] = number[key]
+        shape_of.append(mine)
+    return shapes, shape_of

@@ -1,0 +1,61 @@
+"""Random local search of a pose and joints on the votes themselves: they see bodies, and what hides what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .datatypes import Camera
+from .kinematics import Kinematics
+from .spatial import Poses
+from .transforms import Array, rotation_from_rotvec
+
+TRIES = 24  # a hypothesis and round
+STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT = 1.5, 0.03, 0.12, 0.15
+SHRINK = 0.75  # after a round without success
+
+
+def climb(
+    votes_of: Callable[[Poses], Array],
+    kinematics: Kinematics,
+    camera: Camera,
+    poses: Poses,
+    votes: Array,
+    rounds: int,
+    spread: float,
+    seed: int = 0,
+) -> tuple[Poses, Array]:
+    """Move each hypothesis to better ones nearby: (1+TRIES) evolution with a step that shrinks on failure.
+
+    :param votes_of: the value of hypotheses, (H,).
+    :param spread: first step, in units of STEP_PX and the like.
+    :return: hypotheses no worse than before, and their votes.
+    """
+    rng = np.random.default_rng(seed)  # the same image gives the same answer
+    n = len(poses)
+    if not n:
+        return poses, votes
+    step = np.full(n, spread)
+    for _ in range(rounds):
+        tried = _perturbed(rng, kinematics, camera, poses, step)
+        found = votes_of(tried).reshape(n, TRIES)
+        best = found.argmax(axis=1)
+        better = found[np.arange(n), best] > votes
+        pick = np.where(better, n + np.arange(n) * TRIES + best, np.arange(n))
+        votes = np.where(better, found[np.arange(n), best], votes)
+        poses = Poses.concatenate([poses, tried])[pick]
+        step = np.where(better, step, step * SHRINK)
+    return poses, votes
+
+
+def _perturbed(rng: np.random.Generator, kin: Kinematics, camera: Camera, poses: Poses, step: Array) -> Poses:
+    n, dimensions = len(poses), 6 + kin.n_joints
+    z = rng.standard_normal((n, TRIES, dimensions)) * (rng.random((n, TRIES, dimensions)) < 0.5) * step[:, None, None]
+    f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
+    depth = poses.t[:, None, 2:]
+    across = z[..., :3] * np.array([STEP_PX, STEP_PX, 0.0]) / f * depth
+    t = poses.t[:, None] * (1 + STEP_DEPTH * z[..., 2:3]) + across  # along the ray, and across it
+    R = rotation_from_rotvec(STEP_RAD * z[..., 3:6]) @ poses.R[:, None]
+    q = np.clip(poses.q[:, None] + STEP_JOINT * z[..., 6:], kin.lower, kin.upper)
+    return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), q.reshape(n * TRIES, -1))

@@ -1,0 +1,112 @@
+"""Recognition of spatial objects in one frame: candidates of all targets, their pixels shared out, verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .acceptance import Verdict, verdict_of
+from .blobs import Blob
+from .config import RecognizerConfig
+from .datatypes import Camera, Detection, ImagePose, Instance, Rejection, Target
+from .deadline import Deadline
+from .evidence import LabelField
+from .ownership import Claim, share_out
+from .posefit import information_of
+from .projection import project
+from .transforms import Array, Pose
+from .whole_object import WholeObjectFinder
+
+
+class SpatialStage:
+    """Finds the targets whose markers have places in space, in images of a calibrated camera."""
+
+    def __init__(self, targets: Sequence[Target], config: RecognizerConfig) -> None:
+        self._finders = [WholeObjectFinder(t) for t in targets]
+        self._config = config
+
+    def recognize(
+        self, labels: np.ndarray, blobs: Sequence[Blob], camera: Camera, deadline: Deadline
+    ) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
+        """Detections by target and score, and what was turned down, with reasons."""
+        field = LabelField(labels)
+        least = self._config.min_votes
+        found = []
+        for finder in self._finders:
+            mine = [b for b in blobs if b.label == finder.root_label]
+            found.append((finder, finder.find(field, camera, mine, deadline, least)))
+        verdicts = [verdict_of(claim) for claim in share_out(found, field, camera, least, self._accepts)]
+        detections: list[Detection] = []
+        rejected: list[Rejection] = []
+        for finder in self._finders:
+            mine_v = [v for v in verdicts if v.claim.finder is finder]
+            accepted = sorted((v for v in mine_v if v.reason(self._config) is None), key=lambda v: -v.probability)
+            detections += [_detection(v, n, camera, field) for n, v in enumerate(accepted)]
+            rejected += [_rejection(v, camera, v.reason(self._config)) for v in mine_v if v not in accepted]
+        return tuple(detections), tuple(rejected)
+
+    def _accepts(self, claim: Claim) -> bool:
+        return verdict_of(claim).reason(self._config) is None
+
+
+def _rejection(verdict: Verdict, camera: Camera, reason: str | None) -> Rejection:
+    x, y = project(camera, verdict.claim.poses.t)[0]
+    return Rejection(verdict.claim.finder.target.name, reason or "", verdict.probability, float(x), float(y))
+
+
+def _detection(verdict: Verdict, number: int, camera: Camera, field: LabelField) -> Detection:
+    claim = verdict.claim
+    finder, poses = claim.finder, claim.poses
+    model = finder.target.model
+    parts = tuple(_instance(verdict, c, camera) for c, patch in enumerate(verdict.shown) if patch >= 0)
+    root = next(p for p in parts if p.component == model.required.name)
+    joints = {c.name: float(poses.q[0, j]) for j, c in enumerate(model.joint_components)}
+    used = finder.supported(claim.scores)
+    information = information_of(finder.surface, field, camera, poses, used)[0]
+    return Detection(
+        finder.target.name,
+        number,
+        verdict.probability,
+        ImagePose(root.x, root.y, root.theta, root.scale),
+        parts,
+        Pose(poses.R[0], poses.t[0]),
+        joints,
+        np.linalg.inv(information)[:6, :6],
+    )
+
+
+def _instance(verdict: Verdict, c: int, camera: Camera) -> Instance:
+    """A component as the image shows it: where part of its marker is hidden, x, y are the visible part's centre."""
+    claim = verdict.claim
+    surface, poses = claim.finder.surface, claim.poses
+    patch = surface.patches[verdict.shown[c]]
+    marker = patch.marker
+    assert marker is not None and marker.T_component_marker is not None  # shown markers of a spatial model
+    T = marker.T_component_marker
+    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+
+    def to_image(flat: Array) -> Array:
+        points = T.apply(np.pad(flat, ((0, 0), (0, 1))))
+        return project(camera, points @ frames.R[0, c].T + frames.t[0, c])
+
+    inside = patch.inside @ frames.R[:, c].transpose(0, 2, 1) + frames.t[:, c, None]
+    pixels, seen = project(camera, inside)[0], ~surface.hidden(frames, inside)[0]
+    height, width = claim.shape
+    seen &= (pixels > -0.5).all(axis=1) & (pixels[:, 0] < width - 0.5) & (pixels[:, 1] < height - 0.5)
+    centre = pixels[seen].mean(axis=0) if seen.any() else to_image(marker.centroid[None])[0]
+    tail, head = to_image(np.array([marker.tail, marker.head]))
+    outline = to_image(marker.outline)
+    axis = head - tail
+    f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
+    index = int(verdict.shown[c])
+    return Instance(
+        surface.model.components[c].name,
+        marker.name,
+        float(np.clip(claim.scores.agree[0, index], 0, 1)),
+        float(centre[0]),
+        float(centre[1]),
+        float(np.arctan2(axis[1], axis[0])),
+        float(f / max(float(frames.t[0, c, 2]), 1e-6)),
+        outline,
+    )

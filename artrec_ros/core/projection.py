@@ -44,6 +44,8 @@ def projection_jacobian(camera: Camera, X: Array) -> Array:
 
 def normalise(camera: Camera, pixels: Array) -> Array:
     """(n, 2) undistorted normalised coordinates (x/z, y/z) of (n, 2) pixels."""
+    if not len(pixels):
+        return np.zeros((0, 2))
     points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
     distortion = camera.distortion if camera.distortion.any() else None
     return cv2.undistortPoints(points, camera.matrix.copy(), distortion).reshape(-1, 2)

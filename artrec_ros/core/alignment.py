@@ -6,6 +6,7 @@ a complex pair (t, z): p -> t + z p, with pixels x + iy, z = k exp(i theta).
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import cv2
@@ -106,9 +107,17 @@ def tolerance_px(area_px: np.ndarray | float, config: RecognizerConfig) -> np.nd
     return np.clip(config.tolerance_share * np.sqrt(area_px), 1.0, max(1.0, config.tolerance_px))
 
 
+Array1 = NDArray[np.float64]
+
+
 @dataclass(frozen=True)
 class Placements:
-    """A batch of placed shapes: (H,) arrays. `blob` is the blob a placement came from."""
+    """A batch of placed shapes: (H,) arrays; a shape's point p lies at t + z p + w conj(p).
+
+    :param blob: the blob a placement came from; slot: its class' slot in the `ContourMap`.
+    :param w: 0 for a similarity. A marker that is turned out of the image plane is seen squeezed: an affinity
+        with singular values |z| + |w| and |z| - |w|, the first of them the scale.
+    """
 
     t: np.ndarray
     z: np.ndarray
@@ -116,25 +125,45 @@ class Placements:
     blob: NDArray[np.int32]
     slot: NDArray[np.int32]
     score: Array1
+    w: np.ndarray
 
     def __len__(self) -> int:
         return len(self.t)
 
     def take(self, index: np.ndarray) -> Placements:
-        return Placements(*(getattr(self, f)[index] for f in ("t", "z", "shape", "blob", "slot", "score")))
+        return Placements(*(getattr(self, f)[index] for f in self.__dataclass_fields__))
 
-    def with_score(self, score: Array1) -> Placements:
-        return Placements(self.t, self.z, self.shape, self.blob, self.slot, score)
+    def replace(self, **arrays: np.ndarray) -> Placements:
+        return dataclasses.replace(self, **arrays)
+
+    @property
+    def scale(self) -> Array1:
+        """(H,) pixels per metre along the direction that no turn out of the plane shortens."""
+        return np.abs(self.z) + np.abs(self.w)
+
+    def area_px(self, shapes: list[Shape]) -> Array1:
+        return np.array([s.area_m2 for s in shapes])[self.shape] * (np.abs(self.z) ** 2 - np.abs(self.w) ** 2)
+
+    def where(self, points: np.ndarray) -> np.ndarray:
+        """(H, m) image points of (H, m) or (m,) shape points, complex."""
+        return self.t[:, None] + self.z[:, None] * points + self.w[:, None] * np.conj(points)
+
+    def turned(self, normals: np.ndarray) -> np.ndarray:
+        """(H, m) unit normals in the image of (H, m) shape normals: by the inverse transpose."""
+        n = self.z[:, None] * normals - self.w[:, None] * np.conj(normals)
+        return n / np.maximum(np.abs(n), 1e-12)
+
+    @classmethod
+    def similarities(
+        cls, t: np.ndarray, z: np.ndarray, shape: NDArray[np.int32], blob: NDArray[np.int32], slot: NDArray[np.int32]
+    ) -> Placements:
+        return cls(t, z, shape, blob, slot, np.zeros(len(t)), np.zeros(len(t), complex))
 
     @classmethod
     def concatenate(cls, parts: list[Placements]) -> Placements:
-        if not parts:
-            none = np.zeros(0, np.int32)
-            return cls(np.zeros(0, complex), np.zeros(0, complex), none, none, none, np.zeros(0))
-        return cls(*(np.concatenate([getattr(p, f) for p in parts]) for f in cls.__dataclass_fields__))
-
-
-Array1 = NDArray[np.float64]
+        none = np.zeros(0, np.int32)
+        empty = cls.similarities(np.zeros(0, complex), np.zeros(0, complex), none, none, none)
+        return cls(*(np.concatenate([getattr(p, f) for p in [empty, *parts]]) for f in cls.__dataclass_fields__))
 
 
 def matched_share(
@@ -159,8 +188,11 @@ def matched_share(
                 return share
             part = mine[start : start + _CHUNK]
             d = cmap.distances(placed.t[part], placed.z[part], placed.slot[part], points)
-            area = shape.area_m2 * np.abs(placed.z[part]) ** 2
-            tol = tolerance_px(area, config) if tolerance is None else np.full(len(part), tolerance)
+            tol = (
+                tolerance_px(placed.take(part).area_px(shapes), config)
+                if tolerance is None
+                else np.full(len(part), tolerance)
+            )
             share[part] = np.count_nonzero(d <= (tol * _STEPS_PER_PX)[:, None], axis=1) / len(points)
     return share
 
@@ -189,13 +221,11 @@ def evidence(
         return Evidence(np.zeros(0), np.zeros(0), np.zeros(0), [])
     points = np.stack([s.points for s in shapes])[placed.shape]  # (K, m)
     normals = np.stack([s.normals for s in shapes])[placed.shape]
-    where = placed.t[:, None] + placed.z[:, None] * points
+    where = placed.where(points)
     index = cmap.nearest_index(where, placed.slot)
     off = np.abs(where - cmap.points[index])
-    turned = normals * (placed.z / np.abs(placed.z))[:, None]
-    agree = np.real(np.conj(turned) * cmap.normals[index]) >= _NORMAL_AGREEMENT
-    area = np.array([s.area_m2 for s in shapes])[placed.shape] * np.abs(placed.z) ** 2
-    tol = tolerance_px(area, config)[:, None]
+    agree = np.real(np.conj(placed.turned(normals)) * cmap.normals[index]) >= _NORMAL_AGREEMENT
+    tol = tolerance_px(placed.area_px(shapes), config)[:, None]
     matched = agree & (off <= tol)
     seen = _in_view(where, cmap.image_size, blank)
     count = np.maximum(seen.sum(axis=1), 1)

@@ -83,10 +83,10 @@ def candidates_of(target: Target, shape_of: ShapeOf, matches: Matches, config: R
         for m, marker in enumerate(component.markers):
             shape = shape_of[component.name, marker.name]
             for n in np.flatnonzero((matches.placed.shape == shape) & (matches.labels == label)):
-                z = matches.placed.z[n]
-                order = matches.shapes[shape].symmetry.order(abs(z), config.symmetry_px)
+                k = float(matches.placed.scale[n])
+                order = matches.shapes[shape].symmetry.order(k, config.symmetry_px)
                 turns = 2 * np.pi * np.arange(max(order, 1)) / max(order, 1)
-                theta = float(np.angle(z)) + marker.axis_angle
+                theta = matches.axis_direction(int(n), marker.axis_angle)
                 rows += [(c, m, int(n), theta + float(turn), order != ANY_ANGLE) for turn in turns]
     table = np.array(rows, float).reshape(-1, 5)
     match = table[:, 2].astype(np.int64)
@@ -101,7 +101,7 @@ def _poses(
     matches: Matches, match: NDArray[np.int64], theta: Array, directed: NDArray[np.bool_], config: RecognizerConfig
 ) -> Poses:
     """Noise: a contour's place, and what a flat rigid model leaves out (lens, slant, tolerance of make)."""
-    t, scale = matches.placed.t[match], np.abs(matches.placed.z[match])
+    t, scale = matches.placed.t[match], matches.placed.scale[match]
     radius_px = np.array([s.rms_radius_m for s in matches.shapes])[matches.placed.shape[match]] * scale
     place = np.hypot(config.contour_noise_px, config.model_noise * radius_px)
     relative = place / np.maximum(radius_px, 1e-9)

@@ -165,8 +165,11 @@ class RecognizerConfig:
     refine_steps: int = param(6, "steps of robust least squares", low=1, high=50)
     max_refined_scale: float = param(1.4, "greatest factor by which refinement may change a scale", low=1, high=10)
     max_slant_deg: float = param(
-        0.0, "markers may be turned out of the image plane by so much and be seen squeezed; 0: none is",
-        unit="deg", low=0, high=75,
+        0.0,
+        "markers may be turned out of the image plane by so much and be seen squeezed; 0: none is",
+        unit="deg",
+        low=0,
+        high=75,
     )
     min_match: float = param(0.55, "least share of a shape's visible outline that must match", low=0, high=1)
     min_visible: float = param(0.6, "least share of a shape's outline inside the image", low=0, high=1)

@@ -64,13 +64,8 @@ def propose(
             keep = _plausible(z, shapes[s], np.array([b.area_px for b in mine])[owner], config)
             n = int(np.count_nonzero(keep))
             parts.append(
-                Placements(
-                    t[keep],
-                    z[keep],
-                    np.full(n, s, np.int32),
-                    numbers[owner[keep]],
-                    np.full(n, slot, np.int32),
-                    np.zeros(n),
+                Placements.similarities(
+                    t[keep], z[keep], np.full(n, s, np.int32), numbers[owner[keep]], np.full(n, slot, np.int32)
                 )
             )
     return Placements.concatenate(parts)

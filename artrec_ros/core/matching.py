@@ -13,9 +13,10 @@ from .config import RecognizerConfig
 from .deadline import Deadline
 from .hypotheses import propose
 from .overlap import overlap_matrix
-from .refinement import ranks_in_group, refine, suppress
+from .refinement import ranks_in_group, refine, refine_slanted, suppress
 from .shapes import Shape
 
+_SLANT_GAIN = 0.05
 _LOOKING = 0.5  # of the time may go into the first pass, the rest is for what it found
 
 
@@ -44,6 +45,11 @@ class Matches:
     @cached_property
     def perimeter_px(self) -> Array1:
         return np.array([s.perimeter_m for s in self.shapes])[self.placed.shape] * np.abs(self.placed.z)
+
+    def axis_direction(self, n: int, axis_angle: float) -> float:
+        """Direction in the image, radians, of an axis that has `axis_angle` in the shape."""
+        axis = np.exp(1j * axis_angle)
+        return float(np.angle(self.placed.z[n] * axis + self.placed.w[n] * np.conj(axis)))
 
     def take(self, index: np.ndarray) -> Matches:
         found = self.evidence
@@ -105,6 +111,14 @@ def find_matches(
     quota = np.clip(size[placed.blob] // 8, 4, config.refine_keep)
     placed = placed.take(suppress(placed, _group(placed, shapes), shapes, quota, config, config.same_start, deadline))
     placed = refine(cmap, shapes, placed, config, deadline)
+    if config.max_slant_deg > 0:
+        slanted = refine_slanted(cmap, shapes, placed, config, deadline)
+        flat_share, share = (evidence(cmap, shapes, p, config, blank).share for p in (placed, slanted))
+        # Two more unknowns fit anything a little better: they have to earn it.
+        better = share > flat_share + _SLANT_GAIN
+        placed = placed.replace(
+            **{f: np.where(better, getattr(slanted, f), getattr(placed, f)) for f in ("t", "z", "w")}
+        )
     return accept(cmap, shapes, placed, config, blank)
 
 
@@ -113,13 +127,16 @@ def accept(
 ) -> Matches:
     """Those that match well enough, the best of each place, at most `max_instances` a shape and class."""
     found = evidence(cmap, shapes, placed, config, blank)
-    area = np.array([s.area_m2 for s in shapes])[placed.shape] * np.abs(placed.z) ** 2
-    good = (found.share >= config.min_match) & (found.visible >= config.min_visible) & (area >= config.min_blob_px)
+    good = (
+        (found.share >= config.min_match)
+        & (found.visible >= config.min_visible)
+        & (placed.area_px(shapes) >= config.min_blob_px)
+    )
     if config.max_scale > 0:
-        good &= np.abs(placed.z) <= config.max_scale
-    good &= np.abs(placed.z) >= config.min_scale
+        good &= placed.scale <= config.max_scale
+    good &= placed.scale >= config.min_scale
     label_of_slot = np.array(sorted(cmap.slots, key=lambda label: cmap.slots[label]))
-    matches = Matches(shapes, placed.with_score(found.score), label_of_slot[placed.slot], found, cmap)
+    matches = Matches(shapes, placed.replace(score=found.score), label_of_slot[placed.slot], found, cmap)
     matches = matches.take(np.flatnonzero(good))
     everywhere = matches.placed.slot.astype(np.int64) * len(shapes) + matches.placed.shape
     quota = np.full(len(matches), config.max_instances)
@@ -132,7 +149,7 @@ def _group(placed: Placements, shapes: list[Shape]) -> np.ndarray:
 
 def _best(placed: Placements, score: Array1, least: float, keep: int, shapes: list[Shape]) -> Placements:
     enough = np.flatnonzero(score >= least)
-    placed = placed.take(enough).with_score(score[enough])
+    placed = placed.take(enough).replace(score=score[enough])
     if not len(placed):
         return placed
     return placed.take(np.flatnonzero(ranks_in_group(_group(placed, shapes), placed.score) < keep))

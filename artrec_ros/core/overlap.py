@@ -35,12 +35,17 @@ def overlap_matrix(shapes: list[Shape], placed: Placements, labels: np.ndarray) 
     count = len(placed)
     rasters = {int(s): _Raster(shapes[s]) for s in np.unique(placed.shape)}
     inside = np.zeros((count, count))  # inside[i, j]: share of i that lies in j
-    reach = np.array([np.abs(s.outline @ np.array([1, 1j])).max() for s in shapes])[placed.shape] * np.abs(placed.z)
+    reach = np.array([np.abs(s.outline @ np.array([1, 1j])).max() for s in shapes])[placed.shape] * placed.scale
     for j in range(count):
         near = (labels == labels[j]) & (np.abs(placed.t - placed.t[j]) < reach + reach[j])
         raster = rasters[int(placed.shape[j])]
         for s in rasters:
             mine = np.flatnonzero(near & (placed.shape == s))
-            where = placed.t[mine, None] + placed.z[mine, None] * shapes[s].inside[None]
-            inside[mine, j] = raster.holds((where - placed.t[j]) / placed.z[j]).mean(axis=1)
+            where = placed.take(mine).where(shapes[s].inside) - placed.t[j]
+            inside[mine, j] = raster.holds(_undo(where, placed.z[j], placed.w[j])).mean(axis=1)
     return np.maximum(inside, inside.T)
+
+
+def _undo(offset: np.ndarray, z: complex, w: complex) -> np.ndarray:
+    """The points p with z p + w conj(p) = offset."""
+    return (np.conj(z) * offset - w * np.conj(offset)) / (abs(z) ** 2 - abs(w) ** 2)

@@ -50,10 +50,10 @@ def align_literally(
             share = matched_share(cmap, shapes, placed, config, deadline, 1, config.paper_tolerance_px)
             index = np.flatnonzero(share > config.paper_match)
             # The first in the order of the couples stands, however good the later ones are.
-            placed = placed.take(index).with_score(-np.arange(len(index), dtype=float))
+            placed = placed.take(index).replace(score=-np.arange(len(index), dtype=float))
             one, most = np.zeros(len(placed), int), np.full(len(placed), config.max_instances)
             kept = suppress(placed, one, shapes, most, config, config.same_start, deadline)
-            placed = placed.take(kept).with_score(share[index][kept])
+            placed = placed.take(kept).replace(score=share[index][kept])
             labels = np.full(len(placed), blob.label)
             found.append(Matches(shapes, placed, labels, evidence(cmap, shapes, placed, config)))
     return _first(concatenate_matches(shapes, found), config.max_instances)
@@ -71,7 +71,8 @@ def _all_couples(anchors: np.ndarray, shape: Shape, s: int, blob: int) -> Placem
     z = ((p2 - p1)[:, None] / (q2 - q1)[None]).ravel()
     t = (p1[:, None] - z.reshape(len(p1), len(q1)) * q1[None]).ravel()
     n = len(z)
-    return Placements(t, z, np.full(n, s, np.int32), np.full(n, blob, np.int32), np.zeros(n, np.int32), np.zeros(n))
+    slot = np.zeros(n, np.int32)
+    return Placements.similarities(t, z, np.full(n, s, np.int32), np.full(n, blob, np.int32), slot)
 
 
 def group_literally(

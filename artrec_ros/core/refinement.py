@@ -75,11 +75,12 @@ def _suppress_group(
     while len(block) and len(kept) < quota:
         best = int(block[0])
         kept.append(best)
-        k = abs(placed.z[best])
+        k = float(placed.scale[best])
         order = shape.symmetry.order(k, symmetry_px)
         d = pose_distance_px(
             placed.t[block], placed.z[block], placed.t[best], placed.z[best], shape.rms_radius_m, order
         )
+        d = np.hypot(d, shape.rms_radius_m * (np.abs(placed.w[block]) - abs(placed.w[best])))
         block = block[d > max(1.0, same_place * shape.rms_radius_m * k)]
     return kept
 
@@ -89,53 +90,73 @@ def refine(
 ) -> Placements:
     """All placements moved onto the contours in batches: Tukey-weighted point-to-line least squares.
 
-    A similarity is linear in (z, t), so each step is one exact 4x4 solve per placement. Those whose scale
-    runs away by more than `max_refined_scale` keep their hypothesis, as do those the deadline leaves.
+    A similarity is linear in (z, t), an affinity in (z, t, w), so each step is one exact solve per placement.
+    Those whose scale runs away by more than `max_refined_scale` keep their hypothesis, as do those the deadline
+    leaves. With `max_slant_deg`, affinities follow; a caller chooses between the two by their evidence.
     """
     parts = []
     for start in range(0, len(placed), _BATCH):
         part = placed.take(np.arange(start, min(start + _BATCH, len(placed))))
-        parts.append(part if deadline.expired else _refine_batch(cmap, shapes, part, config))
+        parts.append(part if deadline.expired else _Batch(cmap, shapes, part).refined(config, False))
     return Placements.concatenate(parts)
 
 
-def _refine_batch(cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig) -> Placements:
-    radius = np.array([s.rms_radius_m for s in shapes])[placed.shape]  # (K,)
-    points = np.stack([s.points[::_POINT_STEP] for s in shapes])[placed.shape] / radius[:, None]  # unit rms radius
-    normals = np.stack([s.normals[::_POINT_STEP] for s in shapes])[placed.shape]
-    t, z = placed.t.copy(), placed.z * radius  # z in pixels: all four columns are of one size
-    for gate in np.geomspace(*_GATES_PX, config.refine_steps):
-        limit = np.minimum(gate, np.maximum(1.5, 0.5 * np.abs(z)))
-        dt, dz = _step(cmap, placed.slot, points, normals, t, z, limit)
-        t, z = t + dt, z + dz
-    ratio = np.abs(z) / np.abs(placed.z * radius)
-    tame = np.isfinite(t) & (ratio < config.max_refined_scale) & (ratio > 1 / config.max_refined_scale)
-    moved = np.where(tame, t, placed.t), np.where(tame, z / radius, placed.z)
-    return Placements(*moved, placed.shape, placed.blob, placed.slot, placed.score)
+def refine_slanted(
+    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, deadline: Deadline
+) -> Placements:
+    """The same with affinities, as far as a turn of `max_slant_deg` out of the image plane squeezes a marker."""
+    parts = []
+    for start in range(0, len(placed), _BATCH):
+        part = placed.take(np.arange(start, min(start + _BATCH, len(placed))))
+        parts.append(part if deadline.expired else _Batch(cmap, shapes, part).refined(config, True))
+    return Placements.concatenate(parts)
 
 
-def _step(
-    cmap: ContourMap,
-    slot: np.ndarray,
-    points: np.ndarray,
-    normals: np.ndarray,
-    t: np.ndarray,
-    z: np.ndarray,
-    gate: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    where = t[:, None] + z[:, None] * points  # (K, m)
-    index = cmap.nearest_index(where, slot)
-    n = cmap.normals[index]
-    off = where - cmap.points[index]
-    residual = np.real(np.conj(n) * off)
-    turned = normals * (z / np.maximum(np.abs(z), 1e-12))[:, None]
-    use = (np.real(np.conj(turned) * n) >= _NORMAL_AGREEMENT) & (np.abs(off) < 2 * gate[:, None])
-    weight = np.where(use, np.clip(1 - (residual / gate[:, None]) ** 2, 0, None) ** 2, 0.0)
-    along = np.conj(n) * points
-    # d residual / d (Re z, Im z, x, y)
-    J = np.stack([along.real, -along.imag, n.real, n.imag], axis=-1)  # (K, m, 4)
-    A = np.einsum("kmi,kmj->kij", J * weight[..., None], J)
-    A += (_DAMPING * points.shape[1]) * np.eye(4)
-    b = -np.einsum("kmi,km->ki", J, weight * residual)
-    d = np.linalg.solve(A, b[..., None])[..., 0]
-    return d[:, 2] + 1j * d[:, 3], d[:, 0] + 1j * d[:, 1]
+class _Batch:
+    """Placements refined together. Shapes are scaled to unit rms radius, so z and w are in pixels like t."""
+
+    def __init__(self, cmap: ContourMap, shapes: list[Shape], placed: Placements) -> None:
+        self._cmap, self._placed = cmap, placed
+        self._radius = np.array([s.rms_radius_m for s in shapes])[placed.shape]  # (K,)
+        self._points = np.stack([s.points[::_POINT_STEP] for s in shapes])[placed.shape] / self._radius[:, None]
+        self._normals = np.stack([s.normals[::_POINT_STEP] for s in shapes])[placed.shape]
+
+    def refined(self, config: RecognizerConfig, slanted: bool) -> Placements:
+        start = self._placed.replace(z=self._placed.z * self._radius, w=self._placed.w * self._radius)
+        now = start
+        cosine = np.cos(np.radians(config.max_slant_deg))
+        for gate in np.geomspace(*_GATES_PX, config.refine_steps):
+            limit = np.minimum(gate, np.maximum(1.5, 0.5 * np.abs(now.z)))
+            dt, dz, dw = self._step(now, limit, slanted)
+            w = now.w + dw
+            longest = np.abs(now.z + dz) * (1 - cosine) / (1 + cosine)
+            w *= np.minimum(1.0, longest / np.maximum(np.abs(w), 1e-12))
+            now = now.replace(t=now.t + dt, z=now.z + dz, w=w)
+        ratio = now.scale / start.scale
+        tame = np.isfinite(now.t) & (ratio < config.max_refined_scale) & (ratio > 1 / config.max_refined_scale)
+        t, z, w = (np.where(tame, getattr(now, f), getattr(start, f)) for f in ("t", "z", "w"))
+        return self._placed.replace(t=t, z=z / self._radius, w=w / self._radius)
+
+    def _step(self, now: Placements, gate: np.ndarray, slanted: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Changes of (t, z, w): one step of iteratively reweighted least squares."""
+        where = now.where(self._points)  # (K, m)
+        index = self._cmap.nearest_index(where, now.slot)
+        n = self._cmap.normals[index]
+        off = where - self._cmap.points[index]
+        residual = np.real(np.conj(n) * off)
+        agree = np.real(np.conj(now.turned(self._normals)) * n) >= _NORMAL_AGREEMENT
+        use = agree & (np.abs(off) < 2 * gate[:, None])
+        weight = np.where(use, np.clip(1 - (residual / gate[:, None]) ** 2, 0, None) ** 2, 0.0)
+        along = np.conj(n) * self._points
+        # d residual / d (x, y, Re z, Im z)
+        columns = [n.real, n.imag, along.real, -along.imag]
+        if slanted:
+            across = np.conj(n) * np.conj(self._points)
+            columns += [across.real, -across.imag]  # d residual / d (Re w, Im w)
+        J = np.stack(columns, axis=-1)  # (K, m, 4 or 6)
+        A = np.einsum("kmi,kmj->kij", J * weight[..., None], J)
+        A += (_DAMPING * J.shape[1]) * np.eye(J.shape[2])
+        b = -np.einsum("kmi,km->ki", J, weight * residual)
+        d = np.linalg.solve(A, b[..., None])[..., 0]
+        dw = d[:, 4] + 1j * d[:, 5] if slanted else np.zeros(len(d), complex)
+        return d[:, 0] + 1j * d[:, 1], d[:, 2] + 1j * d[:, 3], dw

@@ -11,7 +11,7 @@ from .datatypes import Detection, ImagePose, Instance, Rejection, Target
 from .grouping import Group, GroupSearch
 from .matching import Matches
 from .solution import Solution
-from .transforms import apply_similarity, wrap_angle
+from .transforms import wrap_angle
 
 _MAX_REJECTIONS = 20  # a frame; the strongest
 
@@ -20,9 +20,9 @@ def instance_of(candidates: Candidates, n: int, matches: Matches) -> Instance:
     """A candidate as users see it."""
     component, marker = candidates.key(n)
     pose, match = candidates.poses, int(candidates.match[n])
-    z, t = matches.placed.z[match], matches.placed.t[match]
-    outline = matches.shapes[matches.placed.shape[match]].outline
-    contour = apply_similarity(np.array([[t.real, t.imag, np.angle(z), np.abs(z)]]), outline)[0]
+    outline = matches.shapes[matches.placed.shape[match]].outline @ np.array([1, 1j])
+    where = matches.placed.take(np.array([match])).where(outline)[0]
+    contour = np.stack([where.real, where.imag], axis=1)
     return Instance(
         component,
         marker,

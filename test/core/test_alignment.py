@@ -7,6 +7,7 @@ from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.config import RecognizerConfig
 from artrec_ros.core.deadline import Deadline
 from artrec_ros.core.matching import find_matches
+from artrec_ros.core.objects import Marker
 from artrec_ros.core.refinement import pose_distance_px, ranks_in_group, refine, suppress
 from artrec_ros.core.shapes import Shape
 
@@ -25,16 +26,9 @@ def find(labels, markers, config=CONFIG, wanted=None, blank=()):
     return find_matches(blobs, cmap, shapes, wanted or {(s, 1) for s in range(len(shapes))}, config, Deadline(), blank)
 
 
-def place(t, z, shape=0, slot=0):
-    n = len(t)
-    return Placements(
-        np.asarray(t, complex),
-        np.asarray(z, complex),
-        np.full(n, shape, np.int32),
-        np.zeros(n, np.int32),
-        np.full(n, slot, np.int32),
-        np.zeros(n),
-    )
+def place(t, z):
+    none = np.zeros(len(t), np.int32)
+    return Placements.similarities(np.asarray(t, complex), np.asarray(z, complex), none, none, none)
 
 
 def best_at(matches, truth, marker, shape=0):
@@ -187,6 +181,35 @@ def test_refinement_leaves_hypotheses_far_from_any_contour():
     np.testing.assert_allclose(np.abs(refined.z), 30)
 
 
+def squeezed(marker, theta, cosine, direction):
+    """The marker turned by theta in the image and then squeezed by `cosine` along a direction."""
+    z = marker.image_outline @ np.array([1, 1j]) * np.exp(1j * (theta - marker.axis_angle - direction))
+    z = (z.real * cosine + 1j * z.imag) * np.exp(1j * direction)
+    return Marker("squeezed", np.stack([z.real, -z.imag], axis=1), np.zeros(2), np.array([1.0, 0.0]))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_markers_turned_out_of_the_plane_are_found_with_their_true_scale(seed):
+    rng = np.random.default_rng(seed)
+    theta, direction = rng.uniform(-3, 3, 2)
+    labels, slant = blank_labels(), np.radians(40)
+    draw(labels, squeezed(flag(), theta, np.cos(slant), direction), Placed(100, 90, 0.0, 50), 1)
+    shapes = [flag(), flag(mirrored=True)]
+    flat, slanted = (find(labels, shapes, RecognizerConfig(max_slant_deg=deg)) for deg in (0.0, 55.0))
+    best = int(np.argmax(slanted.placed.score))
+    assert slanted.placed.shape[best] == 0
+    assert slanted.placed.scale[best] == pytest.approx(50, rel=0.02)
+    assert slanted.evidence.share[best] > 0.95 > flat.evidence.share.max()
+
+
+def test_slant_is_bounded():
+    labels = blank_labels()
+    draw(labels, squeezed(flag(), 0.3, np.cos(np.radians(60)), 0.9), Placed(100, 90, 0.0, 60), 1)
+    placed = find(labels, [flag()], RecognizerConfig(max_slant_deg=30, min_match=0.3)).placed
+    squeeze = (np.abs(placed.z) - np.abs(placed.w)) / placed.scale
+    assert squeeze.min() >= np.cos(np.radians(30)) - 1e-9
+
+
 @pytest.mark.parametrize("order", [1, 2, 4])
 def test_pose_distance_is_the_rms_over_the_outline(order):
     marker = {1: flag(), 2: rectangle("bar", 1.0, 0.4), 4: rectangle("square", 1.0, 1.0)}[order]
@@ -202,7 +225,7 @@ def test_pose_distance_is_the_rms_over_the_outline(order):
 
 def test_suppression_keeps_the_best_of_a_place_modulo_symmetry():
     shapes = [Shape.from_marker(rectangle("bar", 1.0, 0.4))]
-    placed = place([0, 1, 0, 100], [50, 50, -50, 50]).with_score(np.array([0.5, 0.9, 0.7, 0.1]))
+    placed = place([0, 1, 0, 100], [50, 50, -50, 50]).replace(score=np.array([0.5, 0.9, 0.7, 0.1]))
     kept = suppress(placed, np.zeros(4, int), shapes, np.full(4, 9), CONFIG, 0.12, Deadline())
     assert kept.tolist() == [1, 3]
     assert suppress(placed, np.zeros(4, int), shapes, np.full(4, 1), CONFIG, 0.12, Deadline()).tolist() == [1]

@@ -77,10 +77,8 @@ def test_overlap_is_the_share_of_the_smaller_area(turn):
     shapes = [Shape.from_marker(rectangle("square", 1.0, 1.0)), Shape.from_marker(rectangle("bar", 1.0, 0.25))]
     u = np.exp(1j * turn)
     t = 50 + 50j + u * np.array([0, 20, 0, 100, 10])
-    placed = Placements(
-        t, np.array([40, 40, 20, 40, 40]) * u, np.array([0, 0, 0, 0, 1], np.int32), np.zeros(5, np.int32),
-        np.zeros(5, np.int32), np.zeros(5),
-    )  # fmt: skip
+    z, none = np.array([40, 40, 20, 40, 40]) * u, np.zeros(5, np.int32)
+    placed = Placements.similarities(t, z, np.array([0, 0, 0, 0, 1], np.int32), none, none)
     overlap = overlap_matrix(shapes, placed, np.array([1, 1, 1, 1, 1]))
     np.testing.assert_allclose(overlap, overlap.T)
     assert overlap[0, 1] == pytest.approx(0.5, abs=0.06)  # half a square aside

@@ -34,6 +34,8 @@ class FlatStage:
 
     def align(self, blobs: tuple[Blob, ...], size: tuple[int, int], deadline: Deadline) -> Matches:
         """Where markers' outlines lie on blobs' contours (paper, steps 1 to 5)."""
+        labels = {label for _, label in self._wanted}
+        blobs = tuple(b for b in blobs if b.label in labels)
         if not blobs:
             return Matches.none(self._shapes)
         if self._config.profile == "paper":

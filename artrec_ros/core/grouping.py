@@ -27,7 +27,7 @@ class Group:
 
     :param members: candidates' numbers, the required component's first.
     :param matches: the instances they stand for.
-    :param weight: contour explained, pixels, less what violated constraints cost.
+    :param weight: contour explained, pixels, less what violated constraints and missing components cost.
     :param satisfied, checked: pairs.
     """
 
@@ -46,7 +46,7 @@ class Group:
 
 
 class GroupSearch:
-    """The search for one target's groups in one frame."""
+    """The search for one target's groups in one frame. `exact` turns False where its node limit cuts it short."""
 
     def __init__(self, candidates: Candidates, matches: Matches, config: RecognizerConfig, deadline: Deadline) -> None:
         self._config = config
@@ -56,13 +56,17 @@ class GroupSearch:
         self._required = components.index(candidates.target.model.required)
         self._perimeter_m = least_perimeters_m(candidates)
         self.seeds, self.candidates, self.table = _relevant(candidates, self._required, matches, config)
+        self._pair_cost = _pair_costs(self.candidates, self.table)
+        self.exact = True
 
     def best_groups(self, seed: int, banned: frozenset[int] = frozenset()) -> list[Group]:
         """The heaviest groups around a seed, at most `groups_per_seed`; instances in `banned` are left out."""
         options = self._options(seed, banned)
         order = sorted(options, key=lambda c: len(options[c]))
-        weight = self.candidates.weight
-        rest = np.cumsum([0.0] + [weight[options[c][0]] for c in reversed(order)])[::-1]  # bound of what is to come
+        # A missing component costs: one whole object goes before two halves that explain the same contour.
+        absent = self._config.missing_cost * float(self.candidates.poses.scale[seed]) * self._perimeter_m  # (N,) px
+        gain = self.candidates.weight + absent[self.candidates.component]
+        rest = np.cumsum([0.0] + [gain[options[c][0]] for c in reversed(order)])[::-1]  # bound of what is to come
         found: list[tuple[float, int, Group]] = []
         nodes = 0
 
@@ -70,6 +74,7 @@ class GroupSearch:
             nonlocal nodes
             nodes += 1
             if nodes > self._config.search_nodes or (nodes % 256 == 0 and self._deadline.expired):
+                self.exact = False
                 return
             if len(found) == self._config.groups_per_seed and value + rest[depth] <= found[0][0]:
                 return
@@ -77,12 +82,12 @@ class GroupSearch:
                 self._keep(found, nodes, members, value)
                 return
             for option in options[order[depth]]:
-                cost = self._cost(option, members)
-                if cost is not None:
-                    grow(depth + 1, [*members, option], value + weight[option] - cost)
+                cost = float(self._pair_cost[option, members].sum())
+                if cost < np.inf:
+                    grow(depth + 1, [*members, option], value + gain[option] - cost)
             grow(depth + 1, members, value)
 
-        grow(0, [seed], float(weight[seed]))
+        grow(0, [seed], float(gain[seed] - absent.sum()))
         return [group for _, _, group in sorted(found, key=lambda f: -f[0])]
 
     def _options(self, seed: int, banned: frozenset[int]) -> dict[int, list[int]]:
@@ -95,15 +100,6 @@ class GroupSearch:
             if component != self._required and len(mine):
                 options[component] = [int(n) for n in mine[np.argsort(-c.weight[mine], kind="stable")][:_MAX_OPTIONS]]
         return options
-
-    def _cost(self, option: int, members: list[int]) -> float | None:
-        """What adding a candidate costs in violated constraints; None where it cannot be added."""
-        table, weight = self.table, self.candidates.weight
-        if table.forbidden[option, members].any():
-            return None
-        violation = table.violation[option, members]
-        share = np.interp(violation, (0.0, _FAR_OUT), _DISAGREEMENT) * (violation > 0)
-        return float(np.sum(share * np.minimum(weight[option], weight[members])))
 
     def _keep(self, found: list[tuple[float, int, Group]], number: int, members: list[int], value: float) -> None:
         group = self._group(members, value)
@@ -130,14 +126,15 @@ class GroupSearch:
         found = 0.5 + 0.5 * len(members) / self._count
         score = float(np.mean(self.candidates.score[members])) * share * found
         matches = tuple(int(m) for m in self.candidates.match[members])
-        weight = max(value - self._missing_px(members), _LEAST_WEIGHT * value)
+        weight = max(value, _LEAST_WEIGHT * float(self.candidates.weight[members].sum()))
         return Group(self.candidates, tuple(members), matches, weight, score, satisfied, pairs)
 
-    def _missing_px(self, members: list[int]) -> float:
-        """Cost of components not found: one whole object goes before two halves that explain the same contour."""
-        scale = float(self.candidates.poses.scale[members[0]])
-        missing = np.delete(self._perimeter_m, self.candidates.component[members])
-        return self._config.missing_cost * scale * float(missing.sum())
+
+def _pair_costs(candidates: Candidates, table: PairTable) -> Array:
+    """(n, n) what two members' violated constraint costs, pixels; infinite where they cannot be together."""
+    lighter = np.minimum(candidates.weight[:, None], candidates.weight[None])
+    share = np.interp(table.violation, (0.0, _FAR_OUT), _DISAGREEMENT) * (table.violation > 0)
+    return np.where(table.forbidden, np.inf, share * lighter)
 
 
 def least_perimeters_m(candidates: Candidates) -> Array:

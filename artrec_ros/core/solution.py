@@ -41,7 +41,8 @@ def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfi
     accepted = [pool[g] for g in chosen]
     accepted, unexplained = _explained_enough(accepted, matches, config)
     lost = [g for g in pool if not any(g.seed == a.seed for a in accepted)]
-    return Solution(accepted, [*unexplained, *lost], exact and not deadline.hit)
+    exact &= all(search.exact for search in searches) and not deadline.hit
+    return Solution(accepted, [*unexplained, *lost], exact)
 
 
 def _without_contested(

@@ -76,14 +76,14 @@ class LabelField:
 
     def __init__(self, labels: NDArray[np.uint8]) -> None:
         self.labels = labels
-        self._padded = cv2.copyMakeBorder(labels, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
+        self.padded = cv2.copyMakeBorder(labels, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
 
     def at(self, pixels: Array) -> NDArray[np.uint8]:
         """Labels (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
         height, width = self.labels.shape
         x = np.clip(np.rint(pixels[..., 0]), -1, width).astype(np.int32) + 1
         y = np.clip(np.rint(pixels[..., 1]), -1, height).astype(np.int32) + 1
-        return self._padded[y * (width + 2) + x]
+        return self.padded[y * (width + 2) + x]
 
     def without(self, mask: NDArray[np.bool_]) -> LabelField:
         """The same image with the pixels of a mask owned by somebody."""

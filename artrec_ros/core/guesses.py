@@ -57,22 +57,25 @@ class Guesser:
         area = blob.area_px + seam_px * len(contour)
         tolerances = (1.0, 2.0) if area < 2000 else (1.5, 0.03 * float(np.sqrt(area)))
         couples = blob_couples(contour, tolerances)
-        poses, votes = [self._to_object(0, np.zeros((0, 3, 3)), np.zeros((0, 3)))], [np.zeros(0)]
-        for m, bank in enumerate(self._banks):
-            R, t, v = [np.zeros((0, 3, 3))], [np.zeros((0, 3))], [np.zeros(0)]
-            for view in bank:
-                T = align_view(view, couples, contour, area, LEAST_AREA_PX)
-                s = score_view(view, T, field, self._inside_votes, self._ring_votes, RING_PX)
-                best = np.argsort(-s, kind="stable")[:VIEW_KEEP]
-                rotation, centroid = lift(view, T[best], camera)
-                R.append(rotation)
-                t.append(centroid)
-                v.append(np.tile(s[best], len(rotation) // max(len(best), 1)))
-            found, score = self._to_object(m, np.concatenate(R), np.concatenate(t)), np.concatenate(v)
-            keep = best_distinct(found, score, np.zeros(len(found), int), BLOB_KEEP)
-            poses.append(found[keep])
-            votes.append(score[keep])
-        return Poses.concatenate(poses), np.concatenate(votes)
+        parts = [self._of_marker(m, field, camera, couples, contour, area) for m in range(len(self._markers))]
+        return Poses.concatenate([p for p, _ in parts]), np.concatenate([v for _, v in parts])
+
+    def _of_marker(
+        self, m: int, field: LabelField, camera: Camera, couples: tuple[Array, Array], contour: Array, area: float
+    ) -> tuple[Poses, Array]:
+        similarities, votes, turns = [], [], []
+        for view in self._banks[m]:
+            T = align_view(view, couples, contour, area, LEAST_AREA_PX)
+            s = score_view(view, T, field, self._inside_votes, self._ring_votes, RING_PX)
+            best = np.argsort(-s, kind="stable")[:VIEW_KEEP]
+            similarities.append(T[best])
+            votes.append(s[best])
+            turns.append(np.tile([view.turn, view.direction], (len(best), 1)))
+        s, turn = np.concatenate(votes), np.concatenate(turns)
+        R, t = lift(turn[:, 0], turn[:, 1], np.concatenate(similarities), camera)
+        found, score = self._to_object(m, R, t), np.tile(s, 2)
+        keep = best_distinct(found, score, np.zeros(len(found), int), BLOB_KEEP)
+        return found[keep], score[keep]
 
     def _to_object(self, marker: int, R: Array, t: Array) -> Poses:
         """The object's pose of which a marker's rotation and centroid are known, joints mid-range."""

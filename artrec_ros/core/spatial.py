@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .datatypes import Camera
 from .evidence import LabelField, Roles
+from .kernels import COMPILED, empty_scores, score_patches
 from .kinematics import Frames, Kinematics
 from .objects import ObjectModel
 from .projection import project
@@ -83,6 +84,14 @@ class SpatialModel:
             [self.roles.ring(self.patches[i].label, bodies[self.component[i]]) for i in self.markers]
         )
         self.table = self.roles.table
+        self._starts = np.concatenate([[0], np.cumsum(self.count)])
+        self._marker_of = np.full(len(self.patches), -1)
+        self._marker_of[self.markers] = np.arange(len(self.markers))
+        boxes = [(c, box) for c, component in enumerate(model.components) for box in component.bodies]
+        self._box_component = np.array([c for c, _ in boxes], int)
+        self._box_R = np.array([b.T_component_box.rotation for _, b in boxes]).reshape(-1, 3, 3)
+        self._box_t = np.array([b.T_component_box.position for _, b in boxes]).reshape(-1, 3)
+        self._half = np.array([b.size / 2 for _, b in boxes]).reshape(-1, 3)
         root = model.components.index(model.required)
         self.extent = float(
             np.linalg.norm(self.points[self.component[self.point_patch] == root], axis=1).max()
@@ -107,7 +116,29 @@ class SpatialModel:
     def score(
         self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, *, occlusion: bool
     ) -> PatchScores:
-        """What the labels say of each of `patches` (indices) under each hypothesis."""
+        """What the labels say of each of `patches` (ascending indices) under each hypothesis."""
+        if COMPILED:
+            return self._score_compiled(field, camera, frames, patches, occlusion)
+        return self._score_arrays(field, camera, frames, patches, occlusion)
+
+    def _score_compiled(
+        self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, occlusion: bool
+    ) -> PatchScores:
+        height, width = field.labels.shape
+        distortion = np.pad(camera.distortion, (0, max(0, 8 - len(camera.distortion))))[:8]
+        out = PatchScores(*empty_scores(len(frames.R), len(patches)))
+        score_patches(
+            frames.R, frames.t, patches, self._starts, self.points, self.point_role, self.component, self.normal,
+            self.centre, self.area, self.label, self._marker_of, self.contour, self.contour_normal, self.ring_role,
+            self.perimeter, self.table, field.padded, width, height, camera.matrix, distortion,
+            bool(distortion.any()), *self._boxes_in_camera(frames), self._half, occlusion,
+            LEAST_COSINE, RING_PX, RING_WIDTH_PX, SURFACE, out.votes, out.area_px, out.agree,
+        )  # fmt: skip
+        return out
+
+    def _score_arrays(
+        self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, occlusion: bool
+    ) -> PatchScores:
         chosen = np.isin(self.point_patch, patches)
         patch_of = np.searchsorted(patches, self.point_patch[chosen])
         starts = np.flatnonzero(np.diff(patch_of, prepend=-1))
@@ -128,7 +159,7 @@ class SpatialModel:
         total = (
             inside * area_px + self._ring_votes(field, camera, frames, patches, cosine, depth) * (visible > 0.5) * shown
         )
-        return PatchScores(total, area_px * visible, agree / np.maximum(visible * count, 1.0))
+        return PatchScores(total, area_px * visible, shown * agree / np.maximum(visible * count, 1.0))
 
     def _ring_votes(
         self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, cosine: Array, depth: Array
@@ -166,22 +197,24 @@ class SpatialModel:
     def hidden(self, frames: Frames, X: Array) -> np.ndarray:
         """(H, n) bool: which points (H, n, 3) a body's box of the same object hides from the camera (slab test)."""
         out = np.zeros(X.shape[:2], bool)
-        axes = [np.ascontiguousarray(X[..., i], np.float32) for i in range(3)]  # one array an axis: no short reductions
-        for c, component in enumerate(self.model.components):
-            for box in component.bodies:
-                R = frames.R[:, c] @ box.T_component_box.rotation  # (H, 3, 3)
-                t = (frames.R[:, c] @ box.T_component_box.position) + frames.t[:, c]
-                eye = -np.einsum("hji,hj->hi", R, t)  # camera centre in the box's frame
-                enter, leave = np.float32(0.0), np.float32(SURFACE)
-                for i in range(3):
-                    column = R[:, :, i].astype(np.float32)
-                    ray = sum(axes[j] * column[:, j, None] for j in range(3))
-                    ray = np.where(np.abs(ray) < 1e-9, np.float32(1e-9), ray)
-                    a = ((-box.size[i] / 2 - eye[:, i]).astype(np.float32)[:, None]) / ray
-                    b = ((box.size[i] / 2 - eye[:, i]).astype(np.float32)[:, None]) / ray
-                    enter, leave = np.maximum(enter, np.minimum(a, b)), np.minimum(leave, np.maximum(a, b))
-                out |= enter < leave
+        R, eye = self._boxes_in_camera(frames)
+        axes = [np.ascontiguousarray(X[..., i]) for i in range(3)]  # one array an axis: no short reductions
+        for b, half in enumerate(self._half):
+            enter, leave = np.float64(0.0), np.float64(SURFACE)
+            for i in range(3):
+                ray = sum(axes[j] * R[:, b, j, i, None] for j in range(3))
+                ray = np.where(np.abs(ray) < 1e-9, 1e-9, ray)
+                near, far = (-half[i] - eye[:, b, i, None]) / ray, (half[i] - eye[:, b, i, None]) / ray
+                enter, leave = np.maximum(enter, np.minimum(near, far)), np.minimum(leave, np.maximum(near, far))
+            out |= enter < leave
         return out
+
+    def _boxes_in_camera(self, frames: Frames) -> tuple[Array, Array]:
+        """Rotations of all boxes (H, B, 3, 3), and the camera's centre in their frames (H, B, 3)."""
+        R_component = frames.R[:, self._box_component]
+        R = R_component @ self._box_R
+        t = np.einsum("hbij,bj->hbi", R_component, self._box_t) + frames.t[:, self._box_component]
+        return R, -np.einsum("hbji,hbj->hbi", R, t)
 
 
 def _perimeter(patch: Patch) -> float:

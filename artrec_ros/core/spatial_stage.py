@@ -25,6 +25,8 @@ class SpatialStage:
     def __init__(self, targets: Sequence[Target], config: RecognizerConfig) -> None:
         self._finders = [WholeObjectFinder(t) for t in targets]
         self._config = config
+        for finder in self._finders:
+            finder.warm_up()
 
     def recognize(
         self, labels: np.ndarray, blobs: Sequence[Blob], camera: Camera, deadline: Deadline

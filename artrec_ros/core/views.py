@@ -128,15 +128,19 @@ def score_view(
     return out
 
 
-def lift(view: View, T: Array, camera: Camera) -> tuple[Array, Array]:
-    """The 6-DoF poses of each similarity (two flips where it is turned): rotations (nH, 3, 3), centroids (nH, 3)."""
+def lift(turn: Array, direction: Array, T: Array, camera: Camera) -> tuple[Array, Array]:
+    """Both 6-DoF poses (the two flips) of similarities of views.
+
+    :param turn, direction: (H,) of the views; T: (H, 4).
+    :return: marker rotations (2H, 3, 3) and centroids (2H, 3), first all of one flip.
+    """
     rays = normalise(camera, T[:, :2])  # (H, 2)
     depth = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]) / T[:, 3]
-    t = depth[:, None] * np.pad(rays, ((0, 0), (0, 1)), constant_values=1.0)
-    across = np.array([-np.sin(view.direction), np.cos(view.direction), 0.0])
-    roll = rotation_from_rotvec(T[:, 2:3] * np.array([0.0, 0.0, 1.0]))  # (H, 3, 3)
+    t = depth[:, None] * np.column_stack([rays, np.ones(len(rays))])
+    zero = np.zeros(len(T))
+    across = np.column_stack([-np.sin(direction), np.cos(direction), zero])
+    roll = rotation_from_rotvec(np.column_stack([zero, zero, T[:, 2]]))  # (H, 3, 3)
     # the flat image plane of the weak perspective stands across the viewing ray, not across the optical axis
-    tilt = rotation_from_rotvec(np.stack([-rays[:, 1], rays[:, 0], np.zeros(len(rays))], axis=-1))
-    signs = (1, -1) if view.turn else (1,)
-    flips = [tilt @ roll @ rotation_from_rotvec(sign * view.turn * across) @ FACING for sign in signs]
-    return np.concatenate(flips), np.concatenate([t] * len(signs))
+    tilt = rotation_from_rotvec(np.column_stack([-rays[:, 1], rays[:, 0], zero]))
+    flips = [tilt @ roll @ rotation_from_rotvec(sign * turn[:, None] * across) @ FACING for sign in (1, -1)]
+    return np.concatenate(flips), np.concatenate([t, t])

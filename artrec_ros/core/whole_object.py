@@ -51,6 +51,12 @@ class WholeObjectFinder:
         self.root_label = target.label if required.label is None else required.label
         self._guesser = Guesser(target.model, self.surface, self.root_label)
 
+    def warm_up(self) -> None:
+        """Have compiled code ready before the first image."""
+        camera = Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (8, 8))
+        one = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), np.zeros((1, self.surface.kinematics.n_joints)))
+        self.judge(LabelField(np.zeros((8, 8), np.uint8)), camera, one, occlusion=True)
+
     def find(
         self, field: LabelField, camera: Camera, blobs: list[Blob], deadline: Deadline, least: float
     ) -> Candidates:

@@ -117,7 +117,7 @@ class ObjectConfig:
 
 @dataclass(frozen=True)
 class RecognizerConfig:
-    """The recogniser's parameters. Each stage's owner adds its own here."""
+    """The recogniser's parameters, in the order of its stages."""
 
     profile: str = param(
         "default", "default, or paper: the published method with its values", choices=("default", "paper")
@@ -216,6 +216,11 @@ class RecognizerConfig:
 
     def __post_init__(self) -> None:
         validate(self)
+        for name in ("anchor_tolerances_px", "couple_spans"):
+            if not getattr(self, name):
+                raise ConfigError(f"{name}: none is given; one or more are needed")
+        if 0 < self.max_scale < self.min_scale:
+            raise ConfigError(f"max_scale: {self.max_scale} px/m is below min_scale {self.min_scale}; 0 means any")
 
 
 @dataclass(frozen=True)

@@ -283,6 +283,21 @@ def test_what_does_not_fit_is_refused():
         recognizer(Target("other", other, 1, CRANE))
 
 
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"anchor_tolerances_px": ()}, "anchor_tolerances_px"),
+        ({"couple_spans": ()}, "couple_spans"),
+        ({"min_scale": 50, "max_scale": 40}, "max_scale"),
+        ({"min_match": 1.5}, "min_match"),
+        ({"profile": "fast"}, "profile"),
+    ],
+)
+def test_parameters_that_make_no_sense_are_refused(options, named):
+    with pytest.raises(ConfigError, match=named):
+        RecognizerConfig(**options)
+
+
 def test_paper_profile_finds_what_is_plain_and_much_besides():
     """Literally the published method: right poses are among its finds, and so are many others."""
     truth = crane_placed(200, 120, 0.0, 60)

@@ -200,6 +200,9 @@ class RecognizerConfig:
         low=0,
         high=1,
     )
+    min_alone_match: float = param(
+        0.8, "the same for an object that no constraint between components supports", low=0, high=1
+    )
     min_satisfied: float = param(0.8, "least share of the constraints that could be checked and hold", low=0, high=1)
     min_components: int = param(2, "least components found (no more than the object has)", low=1, high=100)
     max_overlap: float = param(0.3, "two objects may share this much of an instance's area", low=0, high=1)

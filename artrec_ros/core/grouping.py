@@ -119,7 +119,8 @@ class GroupSearch:
         pairs, satisfied = int(checked.sum()) // 2, int(good.sum()) // 2
         if len(members) < min(config.min_components, self._count) or satisfied < config.min_satisfied * pairs:
             return None
-        if np.mean(self.candidates.share[members]) < config.min_group_match:
+        least = config.min_group_match if satisfied else config.min_alone_match
+        if np.mean(self.candidates.share[members]) < least:
             return None
         share = satisfied / pairs if pairs else 1.0
         # A missing component may be hidden; it halves the trust at most.

@@ -228,6 +228,19 @@ def test_a_single_component_object_needs_no_constraints():
     assert len(result.detections) == 1 and agrees(result.detections[0], {("sign", "flag"): truth})
 
 
+def test_an_object_that_nothing_supports_must_match_well():
+    model = ObjectModel("sign", (Component("sign", (flag(),), required=True),))
+    labels = np.zeros(SIZE[::-1], np.uint8)
+    draw(labels, flag(), Placed(120, 100, 0.0, 90), RED)
+    labels[:, 140:] = 0  # a quarter of its outline is hidden
+    strict, lenient = (
+        recognizer(Target("sign", model, RED), min_alone_match=share).recognize(labels).detections
+        for share in (0.9, 0.6)
+    )
+    assert len(strict) == 0
+    assert len(lenient) == 1
+
+
 @pytest.mark.parametrize("profile", ["default", "paper"])
 def test_any_label_image_gives_a_result_in_time(profile):
     rng = np.random.default_rng(0)

@@ -120,6 +120,7 @@ def test_what_the_image_cuts_off_is_not_held_against_a_shape():
     assert share > 0.9
     n = int(np.argmax(matches.placed.score))
     assert 0.6 < matches.evidence.visible[n] < 0.95
+    assert matches.evidence.score[n] > 0.85
 
 
 def test_blanked_rectangles_hide_like_the_border():
@@ -143,6 +144,16 @@ def test_all_points_of_a_true_pose_match_and_none_of_a_far_one():
     assert share[1] < 0.5
     assert share[2] == 0
     assert evidence(cmap, shapes, placed, CONFIG).share[0] > 0.98
+
+
+def test_the_gap_between_two_blobs_is_no_shape():
+    labels = blank_labels()
+    labels[40:140, 40:90] = labels[40:140, 110:160] = 1
+    shapes = [Shape.from_marker(rectangle("bar", 1.0, 0.2))]
+    cmap = ContourMap.build(find_blobs(labels, {1}, CONFIG), SIZE)
+    gap = place([99.5 + 89.5j], [100j])  # its long sides run along the blobs' edges, from outside
+    assert matched_share(cmap, shapes, gap, CONFIG, Deadline(), 1)[0] > 0.8
+    assert evidence(cmap, shapes, gap, CONFIG).share[0] < 0.1
 
 
 def test_each_class_has_contours_of_its_own():
@@ -169,6 +180,19 @@ def test_refinement_pulls_disturbed_poses_back():
     assert np.median(np.abs(refined.t - (90 + 90j))) < 0.15
     assert np.median(np.abs(np.angle(refined.z / z))) < 0.006
     assert np.median(np.abs(np.abs(refined.z / z) - 1)) < 0.01
+
+
+def test_refinement_that_changes_the_scale_too_much_is_undone():
+    labels = blank_labels()
+    draw(labels, flag(), Placed(90, 90, 0.0, 60), 1)
+    cmap = ContourMap.build(find_blobs(labels, {1}, CONFIG), SIZE)
+    start = place([91 + 90j], [56.0])
+    free, bound = (
+        refine(cmap, [Shape.from_marker(flag())], start, RecognizerConfig(max_refined_scale=m), Deadline())
+        for m in (1.4, 1.01)
+    )
+    assert abs(free.z[0]) == pytest.approx(60, rel=0.01)
+    assert bound.z[0] == pytest.approx(56) and bound.t[0] == 91 + 90j
 
 
 def test_refinement_leaves_hypotheses_far_from_any_contour():

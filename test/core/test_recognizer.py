@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scene import Placed, capsule, crane, crane_placed, disc, draw, flag, rectangle, render
+from scene import Placed, capsule, crane, crane_placed, disc, draw, flag, polygon, rectangle, render
 
 from artrec_ros.core.config import ImageConfig, RecognizerConfig
 from artrec_ros.core.constraints import learn
@@ -241,6 +241,26 @@ def test_an_object_that_nothing_supports_must_match_well():
     assert len(lenient) == 1
 
 
+def test_a_blob_that_stays_unexplained_refutes_what_was_found_in_it():
+    bar = rectangle("bar", 1.0, 0.2)
+    model = ObjectModel("stick", (Component("stick", (bar,), required=True),))
+    labels = np.zeros(SIZE[::-1], np.uint8)
+    draw(labels, bar, Placed(90, 120, 0.0, 80), RED)
+    angle = np.linspace(0, 2 * np.pi, 80, endpoint=False)
+    radius = np.where(np.arange(80) % 4 < 2, 1.0, 0.6)
+    star = polygon("star", *zip(radius * np.cos(angle), radius * np.sin(angle), strict=True))
+    draw(labels, star, Placed(230, 120, 0.0, 105), RED)
+    counts = [
+        len(
+            recognizer(Target("stick", model, RED), min_explained=share, min_alone_match=0.6)
+            .recognize(labels)
+            .detections
+        )
+        for share in (0.0, 0.5)
+    ]
+    assert counts == [1, 0]
+
+
 @pytest.mark.parametrize("profile", ["default", "paper"])
 def test_any_label_image_gives_a_result_in_time(profile):
     rng = np.random.default_rng(0)
@@ -318,6 +338,8 @@ def test_paper_profile_finds_what_is_plain_and_much_besides():
     labels = render(SIZE, crane(), [truth], RED)
     paper = recognizer(Target("crane", crane(), RED, learn(crane(), rows)), profile="paper").recognize(labels)
     assert any(np.hypot(d.image.x - 200, d.image.y - 120) < 5 for d in paper.detections)
+    strict = recognizer(Target("crane", crane(), RED, learn(crane(), rows)), profile="paper", paper_match=0.97)
+    assert len(strict.recognize(labels).detections) < len(paper.detections)
     for d in paper.detections:
         names = [c.component for c in d.components]
         assert "base" in names and len(set(names)) == len(names)

@@ -123,7 +123,7 @@ class RecognizerConfig:
         "default", "default, or paper: the published method with its values", choices=("default", "paper")
     )
     time_budget_ms: float = param(
-        1000.0, "a frame's search ends here with what was found by then", unit="ms", low=1, high=600000
+        5000.0, "a frame's search ends here with what was found by then", unit="ms", low=1, high=600000
     )
     # whole spatial objects
     whole_object: bool = param(

@@ -20,11 +20,14 @@ UNKNOWN = 0
 
 # Votes in natural-log units per pixel: (the piece's own label, unknown, anything else).
 INSIDE = (4.0, -0.3, -3.5)
+RIM = (2.0, -1.2, -1.5)  # just inside of a marker's outline: what keeps a model from outgrowing its blob
 RING = (-4.0, 0.0, 0.3)  # just outside of a marker whose surroundings are not declared
 RING_ON_BODY = (-4.0, 0.0, -1.5)
 RING_BODY_LABEL = 0.6
 BODY = (0.7, -0.2, -2.0)  # a third of a marker's: bodies are large, plain, and like other things
 BODY_MARKER_LABEL = -1.0
+SEAM_REACH_PX = 4.0
+SEAM_SHARE = 0.2  # of a class' border must have another known class in reach
 
 
 class Roles:
@@ -41,6 +44,10 @@ class Roles:
     def inside(self, label: int) -> int:
         """Role of a point on a marker of this class."""
         return self._add(("inside", label, 0), {label: INSIDE[0], UNKNOWN: INSIDE[1], OWNED: INSIDE[1]}, INSIDE[2])
+
+    def rim(self, label: int) -> int:
+        """Role of a point just inside a marker's outline."""
+        return self._add(("rim", label, 0), {label: RIM[0], UNKNOWN: RIM[1], OWNED: 0.0}, RIM[2])
 
     def ring(self, label: int, body_label: int) -> int:
         """Role of a point just outside a marker's outline; `body_label` 0 where the body is not declared."""
@@ -76,6 +83,7 @@ class LabelField:
 
     def __init__(self, labels: NDArray[np.uint8]) -> None:
         self.labels = labels
+        self._seams: dict[int, float] = {}
         self.padded = cv2.copyMakeBorder(labels, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
 
     def at(self, pixels: Array) -> NDArray[np.uint8]:
@@ -85,8 +93,25 @@ class LabelField:
         y = np.clip(np.rint(pixels[..., 1]), -1, height).astype(np.int32) + 1
         return self.padded[y * (width + 2) + x]
 
+    def seam_px(self, label: int) -> float:
+        """Half the width of the seam of unknown pixels that the segmenter leaves around a class; 0 without one.
+
+        Measured where another known class follows within SEAM_REACH_PX of the class' border.
+        """
+        if label not in self._seams:
+            mask = (self.labels == label).astype(np.uint8)
+            border = (mask > 0) & (cv2.erode(mask, np.ones((3, 3), np.uint8), borderValue=1) == 0)
+            other = (mask > 0) | (self.labels == UNKNOWN) | (self.labels == OWNED)
+            gap = cv2.distanceTransform(other.astype(np.uint8), cv2.DIST_L2, 3)[border] - 1.0
+            near = gap[gap < SEAM_REACH_PX]
+            enough = len(near) > SEAM_SHARE * len(gap)
+            self._seams[label] = float(np.median(near)) / 2 if enough else 0.0
+        return self._seams[label]
+
     def without(self, mask: NDArray[np.bool_]) -> LabelField:
         """The same image with the pixels of a mask owned by somebody."""
         labels = self.labels.copy()
         labels[mask] = OWNED
-        return LabelField(labels)
+        rest = LabelField(labels)
+        rest._seams = self._seams  # the segmenter's, not the objects'
+        return rest

@@ -82,7 +82,7 @@ def _is_hidden(x: float, y: float, z: float, box_R: Any, eye: Any, half: Any, su
 @_jit
 def score_patches(
     R: Any, t: Any, patches: Any, starts: Any, points: Any, roles: Any, component: Any, normal: Any, centre: Any,
-    area: Any, label: Any, marker_of: Any, contour: Any, contour_normal: Any, ring_role: Any, perimeter: Any,
+    area: Any, label: Any, marker_of: Any, contour: Any, contour_normal: Any, ring_role: Any, rim_role: Any, perimeter: Any,
     table: Any, padded: Any, width: int, height: int, K: Any, d: Any, bent: bool,
     box_R: Any, eye: Any, half: Any, occlusion: bool,
     least_cosine: float, ring_px: float, ring_width_px: float, surface: float,
@@ -131,8 +131,9 @@ def score_patches(
                     u0, v0 = _project(x, y, z, K, d, bent)
                     u1, v1 = _project(x + s * gx, y + s * gy, z + s * gz, K, d, bent)
                     length = max(math.sqrt((u1 - u0) ** 2 + (v1 - v0) ** 2), 1e-12)
-                    pixel = _pixel(u0 + ring_px * (u1 - u0) / length, v0 + ring_px * (v1 - v0) / length, width, height)
-                    ring += table[ring_role[k], padded[pixel]]
+                    du, dv = ring_px * (u1 - u0) / length, ring_px * (v1 - v0) / length
+                    ring += table[ring_role[k], padded[_pixel(u0 + du, v0 + dv, width, height)]]
+                    ring += table[rim_role[k], padded[_pixel(u0 - du, v0 - dv, width, height)]]
                 squeeze = (1 + min(cosine, 1.0)) / 2
                 value += ring / contour.shape[1] * perimeter[k] * squeeze * f / mz * ring_width_px
             votes[h, column] = value

@@ -18,7 +18,7 @@ from .spatial import LEAST_COSINE, Poses, SpatialModel
 from .transforms import Array, rotation_from_rotvec
 
 EDGE_VOTE = 1.0  # natural-log units a known label says for one side of an edge
-EDGE_VOTE_UNKNOWN = -0.1  # unlabelled pixels lie rather outside of a marker
+EDGE_VOTE_SEAM = -0.1
 JOINT_SIGMA_RAD = 1.5  # a weak pull to the middle of a joint's range keeps unseen joints determined
 INFORMATION_REACH_PX = 3
 POINT_SIGMA_PX = 0.7  # labels place a boundary this well
@@ -105,7 +105,7 @@ def find_edges(field: LabelField, pixels: Array, normal: Array, labels: np.ndarr
 
     Along each normal the labels up to `reach` pixels in and out are explained by every place of the boundary;
     the edge is the mean of these places under their likelihood, so it comes to lie in the middle of a seam of
-    unknown pixels between two classes.
+    unknown pixels between two classes. Where only unknown pixels follow, half the usual seam is added.
 
     :param pixels, normal: (H, M, m, 2) contour points and outward unit normals; `labels` (M,) their classes.
     :return: signed distance of the edge along the normal, and its weight (inverse variance; 0: no edge), (H, M, m).
@@ -113,8 +113,10 @@ def find_edges(field: LabelField, pixels: Array, normal: Array, labels: np.ndarr
     steps = np.arange(-reach, reach + 1)
     seen = field.at(pixels[..., None, :] + steps[:, None] * normal[..., None, :])  # (H, M, m, 2D+1)
     marker = seen == labels[:, None, None]
-    v = np.where(marker, EDGE_VOTE, -EDGE_VOTE)
-    v[(seen == UNKNOWN) | (seen == OUTSIDE) | (seen == OWNED)] = EDGE_VOTE_UNKNOWN
+    unknown = (seen == UNKNOWN) | (seen == OUTSIDE) | (seen == OWNED)
+    # Unknown pixels between two known classes are a seam; where nothing known follows they are what lies outside.
+    seam = unknown & (np.cumsum((~unknown & ~marker)[..., ::-1], axis=-1)[..., ::-1] > 0)
+    v = np.where(marker, EDGE_VOTE, np.where(seam, EDGE_VOTE_SEAM, -EDGE_VOTE))
     # sum of inside votes before the boundary minus those behind it (outside votes are their opposite)
     c = np.cumsum(v, axis=-1)
     likelihood = np.concatenate([np.zeros_like(c[..., :1]), 2 * c], axis=-1) - c[..., -1:]  # (..., 2D+2)
@@ -123,7 +125,10 @@ def find_edges(field: LabelField, pixels: Array, normal: Array, labels: np.ndarr
     p = np.exp(likelihood - likelihood.max(axis=-1, keepdims=True))
     p /= p.sum(axis=-1, keepdims=True)
     mean = p @ places
-    variance = p @ places**2 - mean**2
+    ends_unknown = unknown[..., reach + 1 :].any(axis=-1) & ~seam.any(axis=-1)
+    seams = np.array([field.seam_px(int(label)) for label in labels])
+    mean = mean + ends_unknown * seams[:, None]
+    variance = p @ places**2 - (p @ places) ** 2
     ends = p[..., 0] + p[..., -1]
     inner, outer = marker[..., :reach].any(axis=-1), ~marker[..., reach:].all(axis=-1)
     ok = (ends < 0.3) & inner & outer

@@ -16,7 +16,7 @@ from .projection import project
 from .surface import Patch, patches_of
 from .transforms import Array
 
-RING_PX = 1.25  # outside of the seam that a segmenter leaves between two colours
+RING_PX = 1.25  # outside and inside of the seam that a segmenter leaves between two colours
 RING_WIDTH_PX = 1.5  # what a ring point stands for across the contour
 SURFACE = 1 - 5e-3  # share of the way to a point beyond which a box no longer hides it: the point lies on its own box
 LEAST_COSINE = 0.12  # a patch seen flatter than this shows nothing
@@ -83,6 +83,7 @@ class SpatialModel:
         self.ring_role = np.array(
             [self.roles.ring(self.patches[i].label, bodies[self.component[i]]) for i in self.markers]
         )
+        self.rim_role = np.array([self.roles.rim(self.patches[i].label) for i in self.markers])
         self.table = self.roles.table
         self._starts = np.concatenate([[0], np.cumsum(self.count)])
         self._marker_of = np.full(len(self.patches), -1)
@@ -129,7 +130,7 @@ class SpatialModel:
         out = PatchScores(*empty_scores(len(frames.R), len(patches)))
         score_patches(
             frames.R, frames.t, patches, self._starts, self.points, self.point_role, self.component, self.normal,
-            self.centre, self.area, self.label, self._marker_of, self.contour, self.contour_normal, self.ring_role,
+            self.centre, self.area, self.label, self._marker_of, self.contour, self.contour_normal, self.ring_role, self.rim_role,
             self.perimeter, self.table, field.padded, width, height, camera.matrix, distortion,
             bool(distortion.any()), *self._boxes_in_camera(frames), self._half, occlusion,
             LEAST_COSINE, RING_PX, RING_WIDTH_PX, SURFACE, out.votes, out.area_px, out.agree,
@@ -157,11 +158,11 @@ class SpatialModel:
         visible = np.add.reduceat(seen.astype(float), starts, axis=1) / count
         agree = np.add.reduceat((labels == self.label[patches][patch_of]) & seen, starts, axis=1, dtype=float)
         total = (
-            inside * area_px + self._ring_votes(field, camera, frames, patches, cosine, depth) * (visible > 0.5) * shown
+            inside * area_px + self._edge_votes(field, camera, frames, patches, cosine, depth) * (visible > 0.5) * shown
         )
         return PatchScores(total, area_px * visible, shown * agree / np.maximum(visible * count, 1.0))
 
-    def _ring_votes(
+    def _edge_votes(
         self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, cosine: Array, depth: Array
     ) -> Array:
         out = np.zeros((len(frames.R), len(patches)))
@@ -170,12 +171,18 @@ class SpatialModel:
             return out
         pixels, normal = self.project_contours(camera, frames, which)
         labels = field.at(pixels + RING_PX * normal)
-        votes = self.table[self.ring_role[which][:, None], labels].mean(axis=2)
+        inner = field.at(pixels - RING_PX * normal)
+        votes = self.table[self.ring_role[which][:, None], labels] + self.table[self.rim_role[which][:, None], inner]
         f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
         column = np.searchsorted(patches, self.markers[which])
         squeeze = (1 + np.clip(cosine[:, column], 0, 1)) / 2
         out[:, column] = (
-            votes * self.perimeter[which] * squeeze * f / np.maximum(depth[:, column], 0.02) * RING_WIDTH_PX
+            votes.mean(axis=2)
+            * self.perimeter[which]
+            * squeeze
+            * f
+            / np.maximum(depth[:, column], 0.02)
+            * RING_WIDTH_PX
         )
         return out
 

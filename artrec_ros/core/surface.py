@@ -53,18 +53,21 @@ def patches_of(model: ObjectModel, label: int) -> list[Patch]:
 
 
 def sample_polygon(outline: Array, n: int) -> Array:
-    """About `n` points of a regular lattice inside a polygon, at least one. (n, 2) -> (k, 2)."""
+    """(n, 2) evenly spread points inside a polygon (m, 2).
+
+    A low-discrepancy sequence, not a lattice: a lattice keeps off the border by half its step, and so would not
+    notice that a model outgrows its blob.
+    """
     low, high = outline.min(axis=0), outline.max(axis=0)
-    x, y = outline.T
-    area = abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
-    step = np.sqrt(area / n)
-    grids = [
-        np.arange(a + (b - a) % step / 2, b, step) if b - a > step else [(a + b) / 2]
-        for a, b in zip(low, high, strict=True)
-    ]
-    lattice = np.stack(np.meshgrid(*grids), axis=-1).reshape(-1, 2)
-    keep = contains(outline, lattice)
-    return lattice[keep] if keep.any() else outline.mean(axis=0)[None]
+    found = np.zeros((0, 2))
+    draw = 4 * n
+    while len(found) < n:
+        # Roberts' R2 sequence: steps of the plastic number's inverse powers
+        unit = (0.5 + np.arange(1, draw + 1)[:, None] * (0.7548776662466927, 0.5698402909980532)) % 1
+        points = low + unit * (high - low)
+        found = points[contains(outline, points)]
+        draw *= 2
+    return found[:n]
 
 
 def contains(outline: Array, points: Array) -> np.ndarray:

@@ -57,10 +57,9 @@ def _view(marker: Marker, turn: float, direction: float) -> View:
     if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:  # run round as blobs' contours do
         outline = outline[::-1]
     inside = sample_polygon(outline, SCORE_POINTS)
-    pick = np.linspace(0, len(inside) - 1, SCORE_POINTS).astype(int)
     contour, normal = sample_contour(outline, SCORE_POINTS)
     perimeter = float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())
-    return View(turn, direction, outline, inside[pick], contour, normal, marker.area * np.cos(turn), perimeter)
+    return View(turn, direction, outline, inside, contour, normal, marker.area * np.cos(turn), perimeter)
 
 
 def anchors_of(outline: Array) -> Array:

@@ -25,7 +25,6 @@ from .transforms import Array
 JOINT_STEP_RAD = 0.15
 COARSE_REACH_PX = (8, 6, 4, 3)
 FINE_REACH_PX = (4, 3, 3, 2, 2)
-SEAM_PX = 0.5  # blobs end this far inside of their markers: the unknown seam between two colours
 ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 6, 3  # hypotheses a blob that pass each stage
 CLIMBS = ((10, 5, 1.5), (5, 6, 1.0), (3, 14, 0.7))  # hypotheses a place, rounds, first step
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
@@ -64,7 +63,7 @@ class WholeObjectFinder:
 
         :param least: candidates with fewer votes are not carried on.
         """
-        guesses = self._guesser.guess(field, camera, blobs, SEAM_PX)
+        guesses = self._guesser.guess(field, camera, blobs, field.seam_px(self.root_label))
         poses, blob = self._fit_root(field, camera, guesses.poses, guesses.blob)
         poses = self._search_joints(field, camera, poses)
         poses, votes, blob = self._keep(poses, self.votes(field, camera, poses, occlusion=False), blob, JOINT_KEEP)
@@ -78,6 +77,7 @@ class WholeObjectFinder:
             keep = self._best_per_place(camera, poses, votes, count)
             value = lambda p: self.votes(field, camera, p, occlusion=True)  # noqa: E731
             poses, votes = climb(value, self.surface.kinematics, camera, poses[keep], votes[keep], rounds, spread)
+            poses, votes = self._fit_all(field, camera, poses)
         keep = np.argsort(-votes, kind="stable")
         keep = keep[votes[keep] > least]
         return Candidates(poses[keep], votes[keep])

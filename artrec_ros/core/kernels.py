@@ -82,8 +82,8 @@ def _is_hidden(x: float, y: float, z: float, box_R: Any, eye: Any, half: Any, su
 @_jit
 def score_patches(
     R: Any, t: Any, patches: Any, starts: Any, points: Any, roles: Any, component: Any, normal: Any, centre: Any,
-    area: Any, label: Any, marker_of: Any, contour: Any, contour_normal: Any, ring_role: Any, rim_role: Any, perimeter: Any,
-    table: Any, padded: Any, width: int, height: int, K: Any, d: Any, bent: bool,
+    area: Any, label: Any, marker_of: Any, contour: Any, contour_normal: Any, ring_role: Any, rim_role: Any,
+    perimeter: Any, table: Any, padded: Any, width: int, height: int, K: Any, d: Any, bent: bool,
     box_R: Any, eye: Any, half: Any, occlusion: bool,
     least_cosine: float, ring_px: float, ring_width_px: float, surface: float,
     votes: Any, area_px: Any, agree: Any,

@@ -130,8 +130,8 @@ class SpatialModel:
         out = PatchScores(*empty_scores(len(frames.R), len(patches)))
         score_patches(
             frames.R, frames.t, patches, self._starts, self.points, self.point_role, self.component, self.normal,
-            self.centre, self.area, self.label, self._marker_of, self.contour, self.contour_normal, self.ring_role, self.rim_role,
-            self.perimeter, self.table, field.padded, width, height, camera.matrix, distortion,
+            self.centre, self.area, self.label, self._marker_of, self.contour, self.contour_normal, self.ring_role,
+            self.rim_role, self.perimeter, self.table, field.padded, width, height, camera.matrix, distortion,
             bool(distortion.any()), *self._boxes_in_camera(frames), self._half, occlusion,
             LEAST_COSINE, RING_PX, RING_WIDTH_PX, SURFACE, out.votes, out.area_px, out.agree,
         )  # fmt: skip

@@ -1,4 +1,7 @@
-"""Imports point one way: node and tools on top, then io, then core; core needs numpy, cv2 and Python alone."""
+"""Imports point one way: node and tools on top, then io, then core; core needs numpy, cv2 and Python alone.
+
+core/kernels.py alone may use numba, where it is installed.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +61,8 @@ def test_imports_point_one_way(path: Path) -> None:
 @pytest.mark.parametrize("path", [p for p in MODULES if layer_of(p) == "core"], ids=name_of)
 def test_core_needs_numpy_and_opencv_alone(path: Path) -> None:
     foreign = {name[0] for name in imports(path)} - set(sys.stdlib_module_names)
-    assert foreign <= {"numpy", "cv2", "artrec_ros"}
+    optional = {"numba"} if path.name == "kernels.py" else set()
+    assert foreign <= {"numpy", "cv2", "artrec_ros", *optional}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
@@ -67,7 +71,7 @@ def test_ros_and_bags_each_have_one_place(path: Path) -> None:
     if layer_of(path) != "node":
         assert not used & ROS
     if "rosbags" in used:
-        assert layer_of(path) == "io"
+        assert name_of(path) in ("artrec_ros/io/bags.py", "artrec_ros/io/bag_writer.py")
 
 
 def test_everything_but_the_node_works_without_ros() -> None:

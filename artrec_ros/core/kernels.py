@@ -14,7 +14,7 @@ import numpy as np
 try:
     import numba
 except ImportError:  # the numpy twin does the work
-    numba = None  # type: ignore[assignment]
+    numba = None
 
 COMPILED = numba is not None
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from ..core.datatypes import Camera
 from ..core.errors import ConfigError
+from .files import load_value
 
 # distortion model -> the numbers of coefficients it may have; OpenCV orders them alike
 _MODELS = {"": (0, 4, 5, 8), "plumb_bob": (0, 4, 5), "rational_polynomial": (0, 5, 8)}
@@ -58,12 +58,7 @@ def load_camera(path: Path, frame_id: str = "") -> Camera:
 
     :raises ConfigError: naming file and key.
     """
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read: {error}") from error
-    except yaml.YAMLError as error:
-        raise ConfigError(f"{path}: not YAML: {' '.join(str(error).split())}") from error
+    content = load_value(path).raw
     if not isinstance(content, dict):
         raise ConfigError(f"{path}: a camera calibration with 'image_width', 'camera_matrix', ... is expected")
     width, height = (int(_numbers(path, content, key, 1)[0]) for key in ("image_width", "image_height"))

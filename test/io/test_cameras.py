@@ -58,7 +58,8 @@ def test_a_calibration_file(tmp_path):
         ("image_width: 640", "image_width: wide", "image_width: numbers"),
         ("240, 0, 0, 1]", "240, 0, 0]", "camera_matrix: 9 number"),
         ("plumb_bob", "fisheye", "'fisheye' is not supported"),
-        ("image_width: 640", "image_width: [", "not YAML"),
+        ("image_width: 640", "image_width: [", "line 4"),
+        ("image_height: 480", "image_height: 480\nimage_height: 240", "'image_height' is given twice"),
     ],
 )
 def test_errors_name_file_and_key(tmp_path, old, new, said):

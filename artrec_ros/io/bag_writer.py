@@ -1,4 +1,4 @@
-"""Writes rosbag2 bags of images, calibrations and poses, without ROS. Only io/bags.py knows rosbags besides."""
+"""Writes rosbag2 bags of images, calibrations and poses, without ROS. What reads them is io/bags.py."""
 
 from __future__ import annotations
 

@@ -1,0 +1,147 @@
+"""Small objects with places in space, and exact pictures of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from artrec_ros.core.datatypes import Camera, Target
+from artrec_ros.core.kinematics import Kinematics
+from artrec_ros.core.objects import Box, Component, Joint, Marker, ObjectModel
+from artrec_ros.core.spatial import Poses
+from artrec_ros.core.transforms import Pose, rotation_from_rotvec
+from artrec_ros.simulation.render import Renderer
+from artrec_ros.simulation.scene import PlacedObject, Scene
+from artrec_ros.simulation.sensor import majority_labels
+
+RED, BLUE, BODY, BACKGROUND = 3, 2, 5, 1
+
+# Marker frames (columns x right, y up, z out) on the sides of an object with x forward, y left, z up.
+RIGHT_SIDE = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], float)
+LEFT_SIDE = np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0]], float)
+FRONT = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]], float)
+SIDE_ON = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], float)  # an object's turn that shows the camera its right side
+
+BENT = (-0.28, 0.09, 0.001, -0.0008, -0.01)  # a wide lens, plumb_bob
+RATIONAL = (0.3, -0.05, 0.001, 0.0005, 0.01, 0.55, 0.02, 0.005)
+
+CAB = np.array([(-0.1, -0.04), (0.1, -0.04), (0.1, -0.01), (0.05, 0.04), (-0.02, 0.04), (-0.03, 0.0), (-0.1, 0.0)])
+GATE = np.array([(-0.05, -0.04), (0.05, -0.04), (0.05, -0.01), (0.01, 0.04), (-0.05, 0.04)])
+
+
+def camera_of(size=(320, 240), focal=300.0, distortion=()):
+    matrix = [[focal, 0, (size[0] - 1) / 2 + 3], [0, 1.02 * focal, (size[1] - 1) / 2 - 2], [0, 0, 1]]
+    return Camera(np.array(matrix), np.array(distortion, float), size)
+
+
+def marker(name, outline, rotation, position):
+    outline = np.array(outline, float)
+    tail, head = outline.min(axis=0), outline.max(axis=0)
+    return Marker(name, outline, tail, head, T_component_marker=Pose(rotation, np.array(position, float)))
+
+
+def rectangle(width, height, at=(0.0, 0.0)):
+    return np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * (width / 2, height / 2) + at
+
+
+def truck(bodies=True):
+    """A patch on each side and in front, and two legs of unlike lengths on either side."""
+    torso = Component(
+        "torso",
+        (
+            marker("right", CAB, RIGHT_SIDE, (0, -0.0605, 0)),
+            marker("left", CAB * (-1, 1), LEFT_SIDE, (0, 0.0605, 0)),
+            marker("front", GATE, FRONT, (0.1105, 0, 0)),
+        ),
+        required=True,
+        bodies=(Box(Pose.identity(), np.array([0.22, 0.12, 0.1])),) if bodies else (),
+        body_label=BODY if bodies else None,
+    )
+    legs = []
+    for name, x, length in (("fore", 0.075, 0.12), ("hind", -0.075, 0.09)):
+        strip = rectangle(0.026, length, (0, -0.02 - length / 2))
+        box = Box(Pose.from_xyz_rpy((0, 0, -0.02 - length / 2)), np.array([0.03, 0.14, length + 0.01]))
+        legs.append(
+            Component(
+                name,
+                (
+                    marker("outer_right", strip, RIGHT_SIDE, (0, -0.0705, 0)),
+                    marker("outer_left", strip, LEFT_SIDE, (0, 0.0705, 0)),
+                ),
+                joint=Joint("torso", Pose.from_xyz_rpy((x, 0, -0.04)), np.array([0.0, 1.0, 0.0]), -0.8, 0.8),
+                bodies=(box,) if bodies else (),
+                body_label=BODY if bodies else None,
+            )
+        )
+    return ObjectModel("truck", (torso, *legs))
+
+
+def sign():
+    """One component, one marker, nothing else."""
+    return ObjectModel("sign", (Component("plate", (marker("face", CAB, RIGHT_SIDE, (0, 0, 0)),), required=True),))
+
+
+def slide():
+    """A prismatic joint: a bar that moves along the plate's length."""
+    plate = Component("plate", (marker("face", CAB, RIGHT_SIDE, (0, -0.001, 0)),), required=True)
+    bar = Component(
+        "bar",
+        (marker("face", rectangle(0.04, 0.06), RIGHT_SIDE, (0, -0.001, 0)),),
+        joint=Joint("plate", Pose.from_xyz_rpy((0, 0, 0.09)), np.array([1.0, 0, 0]), -0.1, 0.1, "prismatic"),
+    )
+    return ObjectModel("slide", (plate, bar))
+
+
+def chain():
+    """Every kind of joint, one on another, none of them aligned."""
+    base = Component("base", (marker("face", CAB, RIGHT_SIDE, (0.01, -0.02, 0)),), required=True)
+    turn = Joint("base", Pose.from_xyz_rpy((0.1, 0.02, 0.03), (0.3, -0.2, 0.5)), np.array([0.0, 0.6, 0.8]), -1.0, 0.5)
+    push = Joint("arm", Pose.from_xyz_rpy((0.15, 0, 0), (0, 0.4, 0)), np.array([0.8, 0.0, 0.6]), 0.0, 0.1, "prismatic")
+    hold = Joint("rod", Pose.from_xyz_rpy((0.05, 0.01, 0), (1.0, 0, 0)), np.array([1.0, 0, 0]), 0, 0, "fixed")
+    spin = Joint("hand", Pose.from_xyz_rpy((0, 0, 0.06), (0, 1.2, 0.1)), np.array([1.0, 0, 0]), -2.0, 2.0)
+    strip = rectangle(0.08, 0.02, (0.05, 0))
+    joints = {"arm": turn, "rod": push, "hand": hold, "finger": spin}
+    parts = tuple(Component(n, (marker("face", strip, RIGHT_SIDE, (0, -0.01, 0)),), joint=j) for n, j in joints.items())
+    return ObjectModel("chain", (base, *parts))
+
+
+def pose(x=0.0, y=0.0, z=1.0, heading=0.0, tilt=0.0, model=None, joints: Mapping[str, float] | None = None) -> Poses:
+    """One hypothesis: side on, turned by `heading` about the vertical, then by `tilt` about the line of sight."""
+    R = rotation_from_rotvec([0.0, 0.0, tilt]) @ SIDE_ON @ rotation_from_rotvec([0.0, 0.0, heading])
+    names = [c.name for c in model.joint_components] if model else []
+    return Poses(R[None], np.array([[x, y, z]], float), np.array([[(joints or {}).get(n, 0.0) for n in names]]))
+
+
+def render(
+    camera: Camera, objects: Sequence[tuple[ObjectModel, Poses, int]], background: int = BACKGROUND
+) -> np.ndarray:
+    """(H, W) the class that fills most of each pixel; `objects` are (model, one hypothesis, label)."""
+    placed = []
+    for model, at, label in objects:
+        joints = {c.name: float(v) for c, v in zip(model.joint_components, at.q[0], strict=True)}
+        placed.append(PlacedObject(Target(model.name, model, label), Pose(at.R[0], at.t[0]), joints))
+    labels = majority_labels(Renderer(camera).render(Scene(tuple(placed), (), None)).sample_labels)
+    return np.where(labels == 0, background, labels).astype(np.uint8)
+
+
+def random_poses(rng: np.random.Generator, model: ObjectModel, n: int, depth=(0.8, 1.6)) -> Poses:
+    """Any turn, in front of the camera, joints within their limits."""
+    kin = Kinematics(model)
+    z = rng.uniform(*depth, n)
+    t = np.column_stack([rng.uniform(-0.3, 0.3, (n, 2)) * z[:, None], z])
+    q = rng.uniform(kin.lower, kin.upper, (n, kin.n_joints))
+    return Poses(rotation_from_rotvec(rng.normal(0, 1.5, (n, 3))), t, q)
+
+
+def jolted(rng: np.random.Generator, poses: Poses, n: int, shift: float, turn: float, bend: float) -> Poses:
+    """`n` neighbours of one hypothesis: shifted by a share of its depth, turned and bent by radians (sigmas)."""
+    depth = poses.t[0, 2]
+    R = rotation_from_rotvec(rng.normal(0, turn, (n, 3))) @ poses.R[0]
+    t = poses.t[0] + rng.normal(0, shift * depth, (n, 3)) * (1, 1, 2)
+    return Poses(R, t, poses.q[0] + rng.normal(0, bend, (n, poses.q.shape[1])))
+
+
+def turn_between(A, B) -> float:
+    """Angle between two rotations, radians."""
+    return float(np.arccos(np.clip((np.trace(np.asarray(A).T @ B) - 1) / 2, -1, 1)))

@@ -1,0 +1,250 @@
+"""Edges along normals, and poses that least squares brings to them."""
+
+import numpy as np
+import pytest
+from solids import (
+    BACKGROUND,
+    BENT,
+    BODY,
+    RED,
+    camera_of,
+    chain,
+    jolted,
+    pose,
+    render,
+    sign,
+    slide,
+    truck,
+    turn_between,
+)
+
+from artrec_ros.core.evidence import OWNED, UNKNOWN, LabelField
+from artrec_ros.core.posefit import find_edges, information_of, refine
+from artrec_ros.core.spatial import SpatialModel
+
+CAMERA = camera_of()
+REACH = (8, 6, 4, 3, 3, 2, 2)
+HEIGHT, WIDTH = 40, 60
+
+
+def half_plane(edge, seam=0, outer=BACKGROUND):
+    """RED left of x = edge - seam / 2, `outer` right of edge + seam / 2, unknown between; all at pixels' borders."""
+    x = np.tile(np.arange(WIDTH), (HEIGHT, 1))
+    return np.select([x < edge - seam / 2, x < edge + seam / 2], [RED, UNKNOWN], outer).astype(np.uint8)
+
+
+def edges(labels, points, normal, reach=5, label=RED):
+    pixels = np.array(points, float).reshape(1, 1, -1, 2)
+    normals = np.broadcast_to(np.array(normal, float), pixels.shape)
+    found, weight = find_edges(LabelField(labels), pixels, normals, np.array([label]), reach)
+    assert found.shape == weight.shape == pixels.shape[:-1]
+    return found[0, 0], weight[0, 0]
+
+
+@pytest.mark.parametrize("reach", [5, 8])
+@pytest.mark.parametrize("seam", [0, 2, 4])
+def test_an_edge_is_where_the_class_ends_or_amid_a_seam(seam, reach):
+    """Pixel 30 is the first beyond the edge, or as far to the right of the seam's middle: 29.5."""
+    offset = np.random.default_rng(0).uniform(-1, 1, 400)  # a contour's points fall anywhere between pixels
+    found, weight = edges(half_plane(30, seam), np.column_stack([29.5 - offset, np.full(400, 20)]), (1, 0), reach)
+    assert (weight > 0).all()
+    assert (found - offset).mean() == pytest.approx(0, abs=0.05 + 0.12 * seam)
+    assert np.abs(found - offset).max() < 0.6 + 0.25 * seam
+
+
+@pytest.mark.parametrize("offset", [-2.0, -0.7, 0.0, 1.3, 2.0])
+def test_edges_are_found_along_any_normal(offset):
+    y, x = np.mgrid[:200, :200]
+    labels = np.where(np.hypot(x - 100.2, y - 99.7) < 60, RED, BACKGROUND).astype(np.uint8)
+    angle = np.linspace(0, 2 * np.pi, 500, endpoint=False)
+    normal = np.column_stack([np.cos(angle), np.sin(angle)])
+    pixels = ((100.2, 99.7) + (60 + offset) * normal).reshape(1, 1, -1, 2)
+    found, weight = find_edges(LabelField(labels), pixels, normal.reshape(1, 1, -1, 2), np.array([RED]), 5)
+    assert (weight > 0).all()
+    assert found.mean() == pytest.approx(-offset, abs=0.15)
+    assert np.abs(found + offset).max() < 1.3
+
+
+def test_an_edge_seen_the_wrong_way_round_is_none():
+    _, weight = edges(half_plane(30), [(30, 20), (29, 20)], (-1, 0))
+    assert not weight.any()
+
+
+def test_where_no_edge_is_in_reach_there_is_no_say():
+    _, weight = edges(half_plane(30), [(15, 20), (45, 20), (22, 20), (37, 20), (-300, 20), (900, 900)], (1, 0))
+    assert not weight.any()
+    _, weight = edges(half_plane(30), [(29, 20)], (1, 0), label=7)
+    assert not weight.any()
+
+
+def test_a_speck_does_not_move_an_edge_far():
+    labels = half_plane(30)
+    labels[20, 26] = BACKGROUND
+    labels[20, 32] = UNKNOWN
+    found, weight = edges(labels, [(29, 20), (30, 20)], (1, 0))
+    np.testing.assert_allclose(found, [0.5, -0.5], atol=0.6)
+    assert weight.all()
+
+
+def test_half_the_usual_seam_is_added_where_only_unknown_follows():
+    """Elsewhere in the same image the class is followed by another one across a seam."""
+    labels = half_plane(30, 2)
+    labels[:10, 29:] = UNKNOWN  # red ends at 28.5, nothing known follows
+    assert LabelField(labels).seam_px(RED) == pytest.approx(1, abs=0.2)
+    found, _ = edges(labels, [(29, 5)], (1, 0))
+    assert found[0] == pytest.approx(0.5, abs=0.4)
+    alone, _ = edges(half_plane(29, 0, UNKNOWN), [(29, 5)], (1, 0))
+    assert alone[0] == pytest.approx(-0.5, abs=0.4)
+
+
+def scene(model, truth, camera=CAMERA):
+    surface = SpatialModel(model, RED)
+    field = LabelField(render(camera, [(model, truth, RED)]))
+    frames = surface.kinematics.forward(truth.R, truth.t, truth.q)
+    everything = np.arange(len(surface.patches))
+    scores = surface.score(field, camera, frames, everything, occlusion=True)
+    return surface, field, scores.agree[:, surface.markers] > 0.5
+
+
+SCENES = {
+    "sign": (sign(), pose(0.02, 0, 0.7, 0.5, 0.2)),
+    "truck": (truck(), pose(0, 0, 0.8, 0.4, 0.1, truck(), {"fore": 0.4, "hind": -0.3})),
+    "bare truck": (truck(bodies=False), pose(0, 0, 0.8, -0.5, 0.1, truck(), {"fore": -0.4, "hind": 0.2})),
+    "slide": (slide(), pose(0.05, 0, 0.7, 0.4, 0.3, slide(), {"bar": 0.06})),
+    "chain": (chain(), pose(-0.1, 0.03, 0.7, 0.2, 0, chain(), {"arm": 0.2, "rod": 0.05, "finger": 0.4})),
+}
+each_scene = pytest.mark.parametrize("name", SCENES)
+
+
+@each_scene
+@pytest.mark.parametrize("lens", [(), BENT], ids=len)
+def test_neighbours_come_to_the_truth(name, lens):
+    model, truth = SCENES[name]
+    camera = camera_of(distortion=lens)
+    surface, field, use = scene(model, truth, camera)
+    kin = surface.kinematics
+    starts = jolted(np.random.default_rng(0), truth, 24, 0.01, 0.06, 0.04)
+    starts.q[:] = np.clip(starts.q, kin.lower, kin.upper)
+    fit = refine(surface, field, camera, starts, np.tile(use, (24, 1)), REACH)
+    place = np.linalg.norm(fit.poses.t - truth.t, axis=1) / truth.t[0, 2]
+    turn = np.array([turn_between(R, truth.R[0]) for R in fit.poses.R])
+    assert np.median(place) < 0.02 and np.mean(place < 0.035) > 0.7
+    assert np.median(turn) < 0.08
+    moved = np.linalg.norm(starts.t - truth.t, axis=1) / truth.t[0, 2]
+    assert np.median(place) < 0.75 * np.median(moved)
+    if kin.n_joints:
+        bend = np.abs(fit.poses.q - truth.q)
+        assert np.median(bend, axis=0).max() < 0.15
+    assert np.median(fit.rms_px) < 0.8
+
+
+@each_scene
+def test_information_is_symmetric_positive_definite(name):
+    model, truth = SCENES[name]
+    surface, field, use = scene(model, truth)
+    n = 6 + surface.kinematics.n_joints
+    for used in (use, np.zeros_like(use)):  # the second: nothing is seen, the weak prior alone
+        A = information_of(surface, field, CAMERA, truth, used)
+        assert A.shape == (1, n, n)
+        np.testing.assert_allclose(A, A.transpose(0, 2, 1), rtol=1e-9)
+        assert np.linalg.eigvalsh(A[0]).min() > 0
+        covariance = np.linalg.inv(A[0])
+        assert (np.diag(covariance) > 0).all()
+    fit = refine(surface, field, CAMERA, truth, use, (3,))
+    np.testing.assert_allclose(fit.information, fit.information.transpose(0, 2, 1), atol=1e-6)
+    assert np.linalg.eigvalsh(fit.information[0]).min() > -1e-6
+
+
+def test_more_markers_say_more():
+    model, truth = SCENES["truck"]
+    surface, field, use = scene(model, truth)
+    one = use & (surface.component[surface.markers] == 0)
+    assert one.sum() < use.sum()
+    less, more = (information_of(surface, field, CAMERA, truth, u)[0] for u in (one, use))
+    spread = [np.trace(np.linalg.inv(A)[:3, :3]) for A in (less, more)]
+    assert spread[1] < spread[0]
+    # across the view a place is known better than along it
+    covariance = np.linalg.inv(more)
+    assert covariance[2, 2] > 2 * max(covariance[0, 0], covariance[1, 1])
+
+
+def test_errors_are_of_the_size_that_the_covariance_says():
+    model, _ = SCENES["truck"]
+    rng = np.random.default_rng(1)
+    shares = []
+    for _ in range(12):
+        truth = pose(*rng.uniform(-0.1, 0.1, 2), 0.8, rng.uniform(-0.6, 0.6), 0.1, model)
+        surface, field, use = scene(model, truth)
+        fit = refine(surface, field, CAMERA, truth, use, (4, 3, 3, 2, 2))
+        covariance = np.linalg.inv(information_of(surface, field, CAMERA, fit.poses, use)[0])
+        error = fit.poses.t[0] - truth.t[0]
+        shares.append(error @ np.linalg.solve(covariance[:3, :3], error))
+    assert 0.05 < np.median(shares) < 12  # of a chi-square with three degrees of freedom: 2.4
+
+
+def test_joints_that_are_held_do_not_move():
+    model, truth = SCENES["truck"]
+    surface, field, use = scene(model, truth)
+    starts = jolted(np.random.default_rng(2), truth, 5, 0.01, 0.05, 0.1)
+    free = np.tile([True, False], (5, 1))
+    fit = refine(surface, field, CAMERA, starts, np.tile(use, (5, 1)), REACH, free)
+    np.testing.assert_allclose(fit.poses.q[:, 1], starts.q[:, 1], atol=1e-4)
+    assert (np.abs(fit.poses.q[:, 0] - starts.q[:, 0]) > 1e-3).any()
+
+
+def test_joints_stay_within_their_limits():
+    model, _ = SCENES["truck"]
+    truth = pose(0, 0, 0.8, 0.3, 0, model, {"fore": 0.8, "hind": -0.8})
+    surface, field, use = scene(model, truth)
+    starts = jolted(np.random.default_rng(3), truth, 10, 0.01, 0.05, 0.3)
+    fit = refine(surface, field, CAMERA, starts, np.tile(use, (10, 1)), REACH)
+    assert (np.abs(fit.poses.q) <= 0.8 + 1e-9).all()
+
+
+def test_an_unseen_joint_stays_determined():
+    model, truth = SCENES["truck"]
+    surface, field, use = scene(model, truth)
+    torso = use & (surface.component[surface.markers] == 0)
+    fit = refine(surface, field, CAMERA, truth, torso, REACH)
+    assert np.isfinite(fit.poses.q).all()
+    assert np.linalg.norm(fit.poses.t - truth.t) < 0.03
+
+
+def test_without_markers_in_use_nothing_moves():
+    model, truth = SCENES["truck"]
+    surface, field, use = scene(model, truth)
+    fit = refine(surface, field, CAMERA, truth, np.zeros_like(use), REACH)
+    np.testing.assert_array_equal(fit.poses.t, truth.t)
+    assert not fit.information.any() and not fit.rms_px.any()
+
+
+def test_one_hypothesis_does_not_depend_on_the_others():
+    model, truth = SCENES["truck"]
+    surface, field, use = scene(model, truth)
+    starts = jolted(np.random.default_rng(4), truth, 4, 0.01, 0.05, 0.05)
+    together = refine(surface, field, CAMERA, starts, np.tile(use, (4, 1)), (4, 3)).poses
+    for h in range(4):
+        alone = refine(surface, field, CAMERA, starts[[h]], use, (4, 3)).poses
+        np.testing.assert_allclose(alone.t[0], together.t[h], atol=1e-9)
+        np.testing.assert_allclose(alone.R[0], together.R[h], atol=1e-9)
+
+
+@pytest.mark.parametrize("value", [UNKNOWN, BODY, RED, OWNED])
+def test_plain_images_leave_poses_finite_and_near(value):
+    model, truth = SCENES["truck"]
+    surface, _, use = scene(model, truth)
+    field = LabelField(np.full((240, 320), value, np.uint8))
+    fit = refine(surface, field, CAMERA, truth, use, REACH)
+    assert np.isfinite(fit.poses.t).all() and np.isfinite(fit.poses.R).all()
+    np.testing.assert_allclose(fit.poses.t, truth.t, atol=1e-9)
+
+
+def test_noise_and_poses_behind_the_camera_stay_finite():
+    model, truth = SCENES["truck"]
+    surface, _, use = scene(model, truth)
+    field = LabelField(np.random.default_rng(5).integers(0, 8, (240, 320), np.uint8))
+    starts = jolted(np.random.default_rng(6), truth, 8, 0.3, 1.0, 0.5)
+    starts.t[0, 2], starts.t[1, 2] = -0.5, 0.0
+    fit = refine(surface, field, CAMERA, starts, np.tile(np.ones_like(use), (8, 1)), REACH)
+    assert np.isfinite(fit.poses.t).all() and np.isfinite(fit.poses.q).all()
+    np.testing.assert_allclose(fit.poses.R @ fit.poses.R.transpose(0, 2, 1), np.tile(np.eye(3), (8, 1, 1)), atol=1e-6)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .blobs import Blob
 from .datatypes import Camera
+from .deadline import Deadline
 from .evidence import LabelField
 from .objects import ObjectModel
 from .spatial import RING_PX, Poses, SpatialModel
@@ -16,16 +19,19 @@ from .views import View, align_view, blob_couples, lift, score_view, view_bank
 
 VIEW_KEEP = 12  # alignments of a view with a blob that go on
 BLOB_KEEP = 48  # alignments of a marker with a blob that go on
+SMALL_PX = 200.0  # so small a blob tells little of its marker's shape, and a segmenter may have taken much of it
+GROWTH = (1.0, 1.2, 1.45)
 LEAST_AREA_PX = 14.0  # a marker smaller than this in the image decides nothing
 
 
 @dataclass(frozen=True)
 class Guesses:
-    """Object poses (H), the blob each came from (H,), and the votes for its marker (H,)."""
+    """Object poses (H), the blob each came from (H,), the votes for its marker (H,), whether the blob is small (H,)."""
 
     poses: Poses
     blob: np.ndarray
     votes: Array
+    small: NDArray[np.bool_]
 
 
 class Guesser:
@@ -33,35 +39,47 @@ class Guesser:
 
     def __init__(self, model: ObjectModel, surface: SpatialModel, root_label: int) -> None:
         self._surface = surface
+        self._root_label = root_label
         self._markers = model.required.markers
         self._banks: list[list[View]] = [view_bank(m) for m in self._markers]
         table = surface.table
         self._inside_votes = table[surface.roles.inside(root_label)]
         self._ring_votes = table[surface.roles.ring(root_label, model.required.body_label or 0)]
 
-    def guess(self, field: LabelField, camera: Camera, blobs: list[Blob], seam_px: float) -> Guesses:
-        """:param seam_px: how far a blob's contour lies inside of the marker's true outline."""
-        parts = [self._of_blob(field, camera, blob, seam_px) for blob in blobs]
-        counts = [len(p) for p, _ in parts]
-        none = np.zeros(0)
-        return Guesses(
-            Poses.concatenate([p for p, _ in parts])
-            if parts
-            else self._to_object(0, np.zeros((0, 3, 3)), none[:, None]),
-            np.repeat(np.arange(len(parts)), counts),
-            np.concatenate([v for _, v in parts]) if parts else none,
-        )
+    def guess(self, field: LabelField, camera: Camera, blobs: Sequence[Blob], deadline: Deadline) -> Guesses:
+        """Guesses from as many of the blobs, the largest first, as time allows."""
+        parts = [(self._to_object(0, np.zeros((0, 3, 3)), np.zeros((0, 3))), np.zeros(0))]
+        small = []
+        seam_px = field.seam_px(self._root_label)
+        for blob in sorted(blobs, key=lambda b: -b.area_px):
+            if deadline.expired:
+                break
+            small.append(blob.area_px < SMALL_PX)
+            parts.append(self._of_blob(field, camera, blob, seam_px))
+        number = np.repeat(np.arange(len(small)), [len(p) for p, _ in parts[1:]])
+        votes = np.concatenate([v for _, v in parts])
+        return Guesses(Poses.concatenate([p for p, _ in parts]), number, votes, np.array(small, bool)[number])
 
     def _of_blob(self, field: LabelField, camera: Camera, blob: Blob, seam_px: float) -> tuple[Poses, Array]:
         contour = blob.contour + seam_px * blob.normals
         area = blob.area_px + seam_px * len(contour)
         tolerances = (1.0, 2.0) if area < 2000 else (1.5, 0.03 * float(np.sqrt(area)))
         couples = blob_couples(contour, tolerances)
-        parts = [self._of_marker(m, field, camera, couples, contour, area) for m in range(len(self._markers))]
+        parts = [
+            self._of_marker(m, field, camera, couples, contour, area, blob.area_px < SMALL_PX)
+            for m in range(len(self._markers))
+        ]
         return Poses.concatenate([p for p, _ in parts]), np.concatenate([v for _, v in parts])
 
     def _of_marker(
-        self, m: int, field: LabelField, camera: Camera, couples: tuple[Array, Array], contour: Array, area: float
+        self,
+        m: int,
+        field: LabelField,
+        camera: Camera,
+        couples: tuple[Array, Array],
+        contour: Array,
+        area: float,
+        small: bool,
     ) -> tuple[Poses, Array]:
         similarities, votes, turns = [], [], []
         for view in self._banks[m]:
@@ -71,10 +89,13 @@ class Guesser:
             similarities.append(T[best])
             votes.append(s[best])
             turns.append(np.tile([view.turn, view.direction], (len(best), 1)))
-        s, turn = np.concatenate(votes), np.concatenate(turns)
-        R, t = lift(turn[:, 0], turn[:, 1], np.concatenate(similarities), camera)
-        found, score = self._to_object(m, R, t), np.tile(s, 2)
-        keep = best_distinct(found, score, np.zeros(len(found), int), BLOB_KEEP)
+        s, turn, T = np.concatenate(votes), np.concatenate(turns), np.concatenate(similarities)
+        grown = GROWTH if small else GROWTH[:1]
+        T = np.concatenate([T * (1, 1, 1, g) for g in grown])
+        turn = np.tile(turn, (len(grown), 1))
+        R, t = lift(turn[:, 0], turn[:, 1], T, camera)
+        found, score = self._to_object(m, R, t), np.tile(s, 2 * len(grown))
+        keep = best_distinct(found, score, np.zeros(len(found), int), BLOB_KEEP * len(grown))
         return found[keep], score[keep]
 
     def _to_object(self, marker: int, R: Array, t: Array) -> Poses:

@@ -13,7 +13,6 @@ from .datatypes import Camera
 from .evidence import LabelField
 from .projection import project
 from .spatial import PatchScores, Poses, SpatialModel
-from .transforms import Array
 from .whole_object import Candidates, WholeObjectFinder
 
 _CORNERS = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
@@ -54,50 +53,44 @@ def share_out(
     camera: Camera,
     least: float,
     accepts: Callable[[Claim], bool],
-) -> list[Claim]:
-    """Claims of all targets together, best first; each is judged without the pixels of the ones before it.
+) -> tuple[list[Claim], list[Claim]]:
+    """Accepted claims of all targets together, best first, and the best of the others at each place.
 
-    A claim that is not accepted takes no pixels from others, but no other claim of its own is made at its place.
+    The acceptable claim with the most votes takes its pixels; the others are judged again without them.
 
     :param least: claims with fewer votes are dropped.
     """
-    shape = field.labels.shape
-    claims: list[Claim] = []
-    alive = [(finder, c.poses, c.votes) for finder, c in found if len(c.poses)]
-    while alive:
-        finder, poses, votes = max(alive, key=lambda a: float(a[2].max()))
-        one = poses[[int(votes.argmax())]]
-        scores = finder.judge(field, camera, one, occlusion=True)
-        claim = Claim(finder, one, float(votes.max()), scores, (shape[0], shape[1]))
-        claims.append(claim)
-        if accepts(claim):
-            field = field.without(silhouette(finder.surface, camera, one, claim.shape))
-            alive = _judged_again(alive, field, camera, least)
-        else:
-            alive = _elsewhere(alive, finder, one, camera)
-    return claims
+    accepted: list[Claim] = []
+    alive = [claim for finder, c in found for claim in _claims(finder, c.poses, field, camera, least)]
+    while True:
+        best = max((c for c in alive if accepts(c)), key=lambda c: c.votes, default=None)
+        if best is None:
+            return accepted, _best_of_each_place(alive, camera)
+        accepted.append(best)
+        field = field.without(silhouette(best.finder.surface, camera, best.poses, best.shape))
+        rest = [(f, [c for c in alive if c.finder is f and c is not best]) for f, _ in found]
+        alive = [
+            claim
+            for finder, claims in rest
+            if claims
+            for claim in _claims(finder, Poses.concatenate([c.poses for c in claims]), field, camera, least)
+        ]
 
 
-def _elsewhere(
-    alive: list[tuple[WholeObjectFinder, Poses, Array]], finder: WholeObjectFinder, one: Poses, camera: Camera
-) -> list[tuple[WholeObjectFinder, Poses, Array]]:
-    """Without the finder's candidates at the place of `one`."""
-    out = []
-    for other, poses, votes in alive:
-        keep = np.ones(len(poses), bool)
-        if other is finder:
-            keep = ~finder.same_place(camera, poses, one)
-        if keep.any():
-            out.append((other, poses[keep], votes[keep]))
-    return out
+def _claims(finder: WholeObjectFinder, poses: Poses, field: LabelField, camera: Camera, least: float) -> list[Claim]:
+    """A claim for each hypothesis with votes enough."""
+    scores = finder.judge(field, camera, poses, occlusion=True)
+    votes = finder.total(scores)
+    shape = (field.labels.shape[0], field.labels.shape[1])
+    return [
+        Claim(finder, poses[[i]], float(votes[i]), scores[[i]], shape) for i in np.flatnonzero(votes > least).tolist()
+    ]
 
 
-def _judged_again(
-    alive: list[tuple[WholeObjectFinder, Poses, Array]], field: LabelField, camera: Camera, least: float
-) -> list[tuple[WholeObjectFinder, Poses, Array]]:
-    out = []
-    for finder, poses, _ in alive:
-        votes = finder.votes(field, camera, poses, occlusion=True)
-        if (votes > least).any():
-            out.append((finder, poses[votes > least], votes[votes > least]))
+def _best_of_each_place(claims: list[Claim], camera: Camera) -> list[Claim]:
+    out: list[Claim] = []
+    for claim in sorted(claims, key=lambda c: -c.votes):
+        near = (c for c in out if c.finder is claim.finder)
+        if not any(claim.finder.same_place(camera, claim.poses, c.poses)[0] for c in near):
+            out.append(claim)
     return out

@@ -49,6 +49,9 @@ class PatchScores:
     area_px: Array
     agree: Array
 
+    def __getitem__(self, index: NDArray | list[int]) -> PatchScores:
+        return PatchScores(self.votes[index], self.area_px[index], self.agree[index])
+
 
 class SpatialModel:
     """One target's surface as arrays."""

@@ -38,23 +38,20 @@ class SpatialStage:
         for finder in self._finders:
             mine = [b for b in blobs if b.label == finder.root_label]
             found.append((finder, finder.find(field, camera, mine, deadline, least)))
-        verdicts = [verdict_of(claim) for claim in share_out(found, field, camera, least, self._accepts)]
+        accepted, others = share_out(found, field, camera, least, self._accepts)
         detections: list[Detection] = []
-        rejected: list[Rejection] = []
         for finder in self._finders:
-            mine_v = [v for v in verdicts if v.claim.finder is finder]
-            accepted = sorted((v for v in mine_v if v.reason(self._config) is None), key=lambda v: -v.probability)
-            detections += [_detection(v, n, camera, field) for n, v in enumerate(accepted)]
-            rejected += [_rejection(v, camera, v.reason(self._config)) for v in mine_v if v not in accepted]
-        return tuple(detections), tuple(rejected)
+            mine_v = sorted((verdict_of(c) for c in accepted if c.finder is finder), key=lambda v: -v.probability)
+            detections += [_detection(v, n, camera, field) for n, v in enumerate(mine_v)]
+        return tuple(detections), tuple(self._rejection(verdict_of(c), camera) for c in others)
 
     def _accepts(self, claim: Claim) -> bool:
         return verdict_of(claim).reason(self._config) is None
 
-
-def _rejection(verdict: Verdict, camera: Camera, reason: str | None) -> Rejection:
-    x, y = project(camera, verdict.claim.poses.t)[0]
-    return Rejection(verdict.claim.finder.target.name, reason or "", verdict.probability, float(x), float(y))
+    def _rejection(self, verdict: Verdict, camera: Camera) -> Rejection:
+        x, y = project(camera, verdict.claim.poses.t)[0]
+        name, reason = verdict.claim.finder.target.name, verdict.reason(self._config) or "its pixels belong to another"
+        return Rejection(name, reason, verdict.probability, float(x), float(y))
 
 
 def _detection(verdict: Verdict, number: int, camera: Camera, field: LabelField) -> Detection:

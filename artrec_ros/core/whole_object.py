@@ -7,6 +7,7 @@ What is found is refined on all contours together, and judged with the parts tha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +26,9 @@ from .transforms import Array
 JOINT_STEP_RAD = 0.15
 COARSE_REACH_PX = (8, 6, 4, 3)
 FINE_REACH_PX = (4, 3, 3, 2, 2)
-ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 6, 3  # hypotheses a blob that pass each stage
+ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 8, 3  # hypotheses a blob that pass each stage
+SMALL_JOINT_KEEP = 36  # of a small blob: its shape tells least, the other components most
+GUESSING = 0.4  # of the time that is left may go into guesses
 CLIMBS = ((10, 5, 1.5), (5, 6, 1.0), (3, 14, 0.7))  # hypotheses a place, rounds, first step
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
 MIRROR = np.diag([1.0, 1.0, -1.0])
@@ -57,16 +60,20 @@ class WholeObjectFinder:
         self.judge(LabelField(np.zeros((8, 8), np.uint8)), camera, one, occlusion=True)
 
     def find(
-        self, field: LabelField, camera: Camera, blobs: list[Blob], deadline: Deadline, least: float
+        self, field: LabelField, camera: Camera, blobs: Sequence[Blob], deadline: Deadline, least: float
     ) -> Candidates:
         """Candidates around every blob of the required component's class.
 
         :param least: candidates with fewer votes are not carried on.
         """
-        guesses = self._guesser.guess(field, camera, blobs, field.seam_px(self.root_label))
-        poses, blob = self._fit_root(field, camera, guesses.poses, guesses.blob)
-        poses = self._search_joints(field, camera, poses)
-        poses, votes, blob = self._keep(poses, self.votes(field, camera, poses, occlusion=False), blob, JOINT_KEEP)
+        guesses = self._guesser.guess(field, camera, blobs, deadline.part(GUESSING))
+        large = ~guesses.small
+        parts = [
+            self._with_joints(field, camera, *self._fit_root(field, camera, guesses.poses[large], guesses.blob[large])),
+            self._with_joints(field, camera, guesses.poses[~large], guesses.blob[~large], SMALL_JOINT_KEEP),
+        ]
+        poses = Poses.concatenate([p for p, _, _ in parts])
+        votes, blob = (np.concatenate([p[i] for p in parts]) for i in (1, 2))
         poses, blob = self._with_flips(poses, votes, blob)
         poses, votes = self._fit_all(field, camera, poses)
         poses, votes, _ = self._keep(poses, votes, np.tile(blob, 2), FIT_KEEP)
@@ -89,9 +96,12 @@ class WholeObjectFinder:
 
     def votes(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> Array:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
-        scores = self.judge(field, camera, poses, occlusion=occlusion)
+        return self.total(self.judge(field, camera, poses, occlusion=occlusion))
+
+    def total(self, scores: PatchScores) -> Array:
+        """(H,) votes of whole objects from what is said of all their patches."""
         surface = self.surface
-        total = np.zeros(len(poses))
+        total = np.zeros(len(scores.votes))
         for c in range(len(self.target.model.components)):
             on = surface.component == c
             votes = scores.votes[:, on].sum(axis=1)
@@ -118,6 +128,13 @@ class WholeObjectFinder:
         votes = surface.score(field, camera, frames, patches, occlusion=False).votes.sum(axis=1)
         poses, _, blob = self._keep(poses, votes, blob, ROOT_KEEP)
         return poses, blob
+
+    def _with_joints(
+        self, field: LabelField, camera: Camera, poses: Poses, blob: np.ndarray, n: int = JOINT_KEEP
+    ) -> tuple[Poses, Array, np.ndarray]:
+        """Poses with their joints found, the `n` best of each blob, votes, blobs."""
+        poses = self._search_joints(field, camera, poses)
+        return self._keep(poses, self.votes(field, camera, poses, occlusion=False), blob, n)
 
     def _search_joints(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
         """Each joint in its parents' order: the angle at which the labels like its component best."""

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
 from .blobs import Blob
 from .datatypes import Camera
-from .deadline import Deadline
 from .evidence import LabelField
 from .objects import ObjectModel
 from .spatial import RING_PX, Poses, SpatialModel
@@ -22,16 +17,6 @@ BLOB_KEEP = 48  # alignments of a marker with a blob that go on
 SMALL_PX = 200.0  # so small a blob tells little of its marker's shape, and a segmenter may have taken much of it
 GROWTH = (1.0, 1.2, 1.45)
 LEAST_AREA_PX = 14.0  # a marker smaller than this in the image decides nothing
-
-
-@dataclass(frozen=True)
-class Guesses:
-    """Object poses (H), the blob each came from (H,), the votes for its marker (H,), whether the blob is small (H,)."""
-
-    poses: Poses
-    blob: np.ndarray
-    votes: Array
-    small: NDArray[np.bool_]
 
 
 class Guesser:
@@ -46,29 +31,15 @@ class Guesser:
         self._inside_votes = table[surface.roles.inside(root_label)]
         self._ring_votes = table[surface.roles.ring(root_label, model.required.body_label or 0)]
 
-    def guess(self, field: LabelField, camera: Camera, blobs: Sequence[Blob], deadline: Deadline) -> Guesses:
-        """Guesses from as many of the blobs, the largest first, as time allows."""
-        parts = [(self._to_object(0, np.zeros((0, 3, 3)), np.zeros((0, 3))), np.zeros(0))]
-        small = []
+    def guess(self, field: LabelField, camera: Camera, blob: Blob) -> tuple[Poses, Array]:
+        """Object poses from one blob, and the votes (H,) for the marker that each puts there."""
         seam_px = field.seam_px(self._root_label)
-        for blob in sorted(blobs, key=lambda b: -b.area_px):
-            if deadline.expired:
-                break
-            small.append(blob.area_px < SMALL_PX)
-            parts.append(self._of_blob(field, camera, blob, seam_px))
-        number = np.repeat(np.arange(len(small)), [len(p) for p, _ in parts[1:]])
-        votes = np.concatenate([v for _, v in parts])
-        return Guesses(Poses.concatenate([p for p, _ in parts]), number, votes, np.array(small, bool)[number])
-
-    def _of_blob(self, field: LabelField, camera: Camera, blob: Blob, seam_px: float) -> tuple[Poses, Array]:
         contour = blob.contour + seam_px * blob.normals
         area = blob.area_px + seam_px * len(contour)
         tolerances = (1.0, 2.0) if area < 2000 else (1.5, 0.03 * float(np.sqrt(area)))
         couples = blob_couples(contour, tolerances)
-        parts = [
-            self._of_marker(m, field, camera, couples, contour, area, blob.area_px < SMALL_PX)
-            for m in range(len(self._markers))
-        ]
+        small = is_small(blob)
+        parts = [self._of_marker(m, field, camera, couples, contour, area, small) for m in range(len(self._markers))]
         return Poses.concatenate([p for p, _ in parts]), np.concatenate([v for _, v in parts])
 
     def _of_marker(
@@ -108,6 +79,11 @@ class Guesser:
         return Poses(
             rotation, t.reshape(-1, 3) - rotation @ centroid, np.tile((kin.lower + kin.upper) / 2, (len(R), 1))
         )
+
+
+def is_small(blob: Blob) -> bool:
+    """Whether a blob's shape tells little of its marker."""
+    return blob.area_px < SMALL_PX
 
 
 def best_distinct(poses: Poses, score: Array, group: np.ndarray, n: int) -> np.ndarray:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .datatypes import Camera
+from .deadline import Deadline
 from .kinematics import Kinematics
 from .spatial import Poses
 from .transforms import Array, rotation_from_rotvec
@@ -24,11 +25,13 @@ def climb(
     votes: Array,
     rounds: int,
     spread: float,
+    deadline: Deadline | None = None,
     seed: int = 0,
 ) -> tuple[Poses, Array]:
     """Move each hypothesis to better ones nearby: (1+TRIES) evolution with a step that shrinks on failure.
 
     :param votes_of: the value of hypotheses, (H,).
+    :param deadline: ends the search between two rounds.
     :param spread: first step, in units of STEP_PX and the like.
     :return: hypotheses no worse than before, and their votes.
     """
@@ -38,6 +41,8 @@ def climb(
         return poses, votes
     step = np.full(n, spread)
     for _ in range(rounds):
+        if deadline is not None and deadline.expired:
+            break
         tried = _perturbed(rng, kinematics, camera, poses, step)
         found = votes_of(tried).reshape(n, TRIES)
         best = found.argmax(axis=1)

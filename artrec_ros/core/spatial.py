@@ -33,7 +33,7 @@ class Poses:
     def __len__(self) -> int:
         return len(self.R)
 
-    def __getitem__(self, index: NDArray | list[int]) -> Poses:
+    def __getitem__(self, index: NDArray | list[int] | slice) -> Poses:
         return Poses(self.R[index], self.t[index], self.q[index])
 
     @classmethod

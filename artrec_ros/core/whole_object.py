@@ -16,7 +16,7 @@ from .blobs import Blob
 from .datatypes import Camera, Target
 from .deadline import Deadline
 from .evidence import LabelField
-from .guesses import Guesser, best_distinct, pose_cells
+from .guesses import Guesser, best_distinct, is_small, pose_cells
 from .local_search import climb
 from .posefit import refine
 from .projection import project
@@ -28,7 +28,8 @@ COARSE_REACH_PX = (8, 6, 4, 3)
 FINE_REACH_PX = (4, 3, 3, 2, 2)
 ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 8, 3  # hypotheses a blob that pass each stage
 SMALL_JOINT_KEEP = 36  # of a small blob: its shape tells least, the other components most
-GUESSING = 0.4  # of the time that is left may go into guesses
+MOST_CANDIDATES, MOST_CLIMBERS = 800, 200  # in a frame, whatever it shows: what bounds memory and time
+PER_BLOB = 0.5  # of the time that is left may go into looking at blobs one by one
 CLIMBS = ((10, 5, 1.5), (5, 6, 1.0), (3, 14, 0.7))  # hypotheses a place, rounds, first step
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
 MIRROR = np.diag([1.0, 1.0, -1.0])
@@ -53,6 +54,27 @@ class WholeObjectFinder:
         self.root_label = target.label if required.label is None else required.label
         self._guesser = Guesser(target.model, self.surface, self.root_label)
 
+    def _of_blobs(
+        self, field: LabelField, camera: Camera, blobs: Sequence[Blob], deadline: Deadline
+    ) -> tuple[Poses, Array, np.ndarray]:
+        """Hypotheses with joints from as many blobs, the largest first, as time allows; votes; each one's blob."""
+        n_joints = self.surface.kinematics.n_joints
+        parts = [(Poses(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, n_joints))), np.zeros(0), np.zeros(0, int))]
+        for number, seed in enumerate(sorted(blobs, key=lambda b: -b.area_px)):
+            if deadline.expired:
+                break
+            poses, _ = self._guesser.guess(field, camera, seed)
+            keep = SMALL_JOINT_KEEP
+            if not is_small(seed):
+                poses, keep = self._fit_root(field, camera, poses), JOINT_KEEP
+            poses = self._search_joints(field, camera, poses)
+            votes = self.votes(field, camera, poses, occlusion=False)
+            parts.append(self._keep(poses, votes, np.full(len(poses), number), keep))
+        poses = Poses.concatenate([p for p, _, _ in parts])
+        votes, blob = (np.concatenate([p[i] for p in parts]) for i in (1, 2))
+        best = np.argsort(-votes, kind="stable")[:MOST_CANDIDATES]
+        return poses[best], votes[best], blob[best]
+
     def warm_up(self) -> None:
         """Have compiled code ready before the first image."""
         camera = Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (8, 8))
@@ -66,24 +88,19 @@ class WholeObjectFinder:
 
         :param least: candidates with fewer votes are not carried on.
         """
-        guesses = self._guesser.guess(field, camera, blobs, deadline.part(GUESSING))
-        large = ~guesses.small
-        parts = [
-            self._with_joints(field, camera, *self._fit_root(field, camera, guesses.poses[large], guesses.blob[large])),
-            self._with_joints(field, camera, guesses.poses[~large], guesses.blob[~large], SMALL_JOINT_KEEP),
-        ]
-        poses = Poses.concatenate([p for p, _, _ in parts])
-        votes, blob = (np.concatenate([p[i] for p in parts]) for i in (1, 2))
+        poses, votes, blob = self._of_blobs(field, camera, blobs, deadline.part(PER_BLOB))
         poses, blob = self._with_flips(poses, votes, blob)
         poses, votes = self._fit_all(field, camera, poses)
         poses, votes, _ = self._keep(poses, votes, np.tile(blob, 2), FIT_KEEP)
-        poses, votes = poses[votes > 0], votes[votes > 0]
+        poses, votes = poses[votes > 0][:MOST_CLIMBERS], votes[votes > 0][:MOST_CLIMBERS]
         for count, rounds, spread in CLIMBS:
             if deadline.expired:
                 break
             keep = self._best_per_place(camera, poses, votes, count)
             value = lambda p: self.votes(field, camera, p, occlusion=True)  # noqa: E731
-            poses, votes = climb(value, self.surface.kinematics, camera, poses[keep], votes[keep], rounds, spread)
+            poses, votes = climb(
+                value, self.surface.kinematics, camera, poses[keep], votes[keep], rounds, spread, deadline
+            )
             poses, votes = self._fit_all(field, camera, poses)
         keep = np.argsort(-votes, kind="stable")
         keep = keep[votes[keep] > least]
@@ -116,25 +133,17 @@ class WholeObjectFinder:
         apart = np.linalg.norm(project(camera, poses.t) - project(camera, one.t), axis=1)
         return (apart < radius) | (apart == 0)
 
-    def _fit_root(self, field: LabelField, camera: Camera, poses: Poses, blob: np.ndarray) -> tuple[Poses, np.ndarray]:
-        """Guesses and their fits to the required component's contours, the best of each blob by its markers."""
+    def _fit_root(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
+        """Of guesses and their fits to the required component's contours the best by its markers."""
         surface = self.surface
         use = np.tile(surface.component[surface.markers] == self.root, (len(poses), 1))
         pinned = np.zeros(poses.q.shape, bool)
         fitted = refine(surface, field, camera, poses, use, COARSE_REACH_PX, pinned).poses
-        poses, blob = Poses.concatenate([poses, fitted]), np.tile(blob, 2)
+        poses = Poses.concatenate([poses, fitted])
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
         patches = np.flatnonzero((surface.component == self.root) & surface.is_marker)
         votes = surface.score(field, camera, frames, patches, occlusion=False).votes.sum(axis=1)
-        poses, _, blob = self._keep(poses, votes, blob, ROOT_KEEP)
-        return poses, blob
-
-    def _with_joints(
-        self, field: LabelField, camera: Camera, poses: Poses, blob: np.ndarray, n: int = JOINT_KEEP
-    ) -> tuple[Poses, Array, np.ndarray]:
-        """Poses with their joints found, the `n` best of each blob, votes, blobs."""
-        poses = self._search_joints(field, camera, poses)
-        return self._keep(poses, self.votes(field, camera, poses, occlusion=False), blob, n)
+        return poses[best_distinct(poses, votes, np.zeros(len(poses), int), ROOT_KEEP)]
 
     def _search_joints(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
         """Each joint in its parents' order: the angle at which the labels like its component best."""

@@ -1,0 +1,139 @@
+"""Silhouettes, and pixels that go to one object only."""
+
+import cv2
+import numpy as np
+import pytest
+from solids import BACKGROUND, BENT, BLUE, RED, camera_of, chain, jolted, pose, render, sign, truck
+
+from artrec_ros.core.datatypes import Target
+from artrec_ros.core.evidence import LabelField
+from artrec_ros.core.ownership import share_out, silhouette
+from artrec_ros.core.spatial import Poses, SpatialModel
+from artrec_ros.core.whole_object import Candidates, WholeObjectFinder
+
+CAMERA = camera_of()
+TRUCK = truck()
+LEFT = pose(-0.25, 0, 1.0, 0.3, model=TRUCK)
+RIGHT = pose(0.25, 0.02, 1.1, -0.4, model=TRUCK, joints={"hind": 0.3})
+LEAST = 100.0
+
+
+def mask_of(model, at, camera=CAMERA, shape=(240, 320)):
+    return silhouette(SpatialModel(model, RED), camera, at, shape)
+
+
+def grown(mask, px):
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * px + 1, 2 * px + 1), np.uint8)).astype(bool)
+
+
+@pytest.mark.parametrize("lens", [(), BENT], ids=len)
+@pytest.mark.parametrize("heading", [0.4, 2.5, -1.2])
+def test_a_silhouette_covers_what_is_seen_of_an_object_and_little_else(heading, lens):
+    camera = camera_of(distortion=lens)
+    at = pose(0.02, 0, 0.9, heading, 0.2, TRUCK, {"fore": 0.5, "hind": -0.2})
+    shown = render(camera, [(TRUCK, at, RED)]) != BACKGROUND
+    mask = mask_of(TRUCK, at, camera)
+    assert mask.dtype == bool and mask.shape == (240, 320)
+    assert not (shown & ~grown(mask, 1)).any()
+    assert not (mask & ~grown(shown, 2)).any()
+
+
+def test_a_silhouette_without_bodies_is_the_markers_hulls_from_either_side():
+    mask = mask_of(sign(), pose(0, 0, 0.8))
+    shown = render(CAMERA, [(sign(), pose(0, 0, 0.8), RED)]) == RED
+    assert not (shown & ~grown(mask, 1)).any()
+    assert mask.sum() < 1.4 * shown.sum()
+    assert mask_of(sign(), pose(0, 0, 0.8, np.pi)).sum() == pytest.approx(mask.sum(), rel=0.02)
+
+
+def test_silhouettes_beyond_the_border_are_cut_and_those_out_of_view_are_empty():
+    assert 0 < mask_of(TRUCK, pose(-0.55, 0, 1.0, model=TRUCK)).sum() < 0.8 * mask_of(TRUCK, LEFT).sum()
+    assert not mask_of(TRUCK, pose(5.0, 0, 1.0, model=TRUCK)).any()
+    close = mask_of(TRUCK, pose(0, 0, 0.08, model=TRUCK))  # partly behind the camera
+    assert close.mean() > 0.5
+
+
+def candidates(finder, field, poses):
+    votes = finder.votes(field, CAMERA, poses, occlusion=True)
+    order = np.argsort(-votes, kind="stable")
+    return Candidates(poses[order], votes[order])
+
+
+def image_of_two():
+    return LabelField(render(CAMERA, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)]))
+
+
+def crowd(seed=0, n=6):
+    rng = np.random.default_rng(seed)
+    return Poses.concatenate([LEFT, jolted(rng, LEFT, n, 0.01, 0.1, 0.1), RIGHT, jolted(rng, RIGHT, n, 0.01, 0.1, 0.1)])
+
+
+def everything(claim):
+    return True
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
+    field = image_of_two()
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    accepted, _ = share_out([(finder, candidates(finder, field, crowd(seed)))], field, CAMERA, LEAST, everything)
+    assert len(accepted) == 2
+    for truth in (LEFT, RIGHT):
+        assert sum(np.linalg.norm(c.poses.t - truth.t) < 0.05 for c in accepted) == 1
+
+
+def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns():
+    """Two objects, one half in front of the other."""
+    near, far = pose(0.05, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK)
+    field = LabelField(render(CAMERA, [(TRUCK, near, RED), (TRUCK, far, RED)]))
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    poses = Poses.concatenate([near, far])
+    accepted, _ = share_out([(finder, candidates(finder, field, poses))], field, CAMERA, LEAST, everything)
+    assert len(accepted) == 2
+    before = [c.votes for c in accepted]
+    assert before == sorted(before, reverse=True)
+    left = field
+    for claim in accepted:
+        expected = finder.judge(left, CAMERA, claim.poses, occlusion=True)
+        np.testing.assert_allclose(claim.scores.votes, expected.votes, rtol=1e-6, atol=1e-6)
+        assert claim.votes == pytest.approx(float(finder.votes(left, CAMERA, claim.poses, occlusion=True)[0]))
+        left = left.without(silhouette(finder.surface, CAMERA, claim.poses, claim.shape))
+    alone = finder.votes(field, CAMERA, accepted[1].poses, occlusion=True)[0]
+    assert accepted[1].votes < alone  # what they share went to the first
+
+
+def test_targets_compete_for_pixels():
+    field = image_of_two()
+    finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
+    found = [(f, candidates(f, field, crowd())) for f in finders]
+    accepted, _ = share_out(found, field, CAMERA, LEAST, everything)
+    assert len(accepted) == 2
+    blue = WholeObjectFinder(Target("blue", TRUCK, BLUE))
+    accepted, _ = share_out([(blue, candidates(blue, field, crowd()))], field, CAMERA, LEAST, everything)
+    assert accepted == []
+
+
+def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
+    field = image_of_two()
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    found = [(finder, candidates(finder, field, crowd()))]
+    accepted, others = share_out(found, field, CAMERA, LEAST, lambda claim: False)
+    assert accepted == [] and len(others) == 2
+    left_only = lambda claim: claim.poses.t[0, 0] < 0  # noqa: E731
+    accepted, others = share_out(found, field, CAMERA, LEAST, left_only)
+    assert len(accepted) == 1 and len(others) == 1
+    assert accepted[0].poses.t[0, 0] < 0 < others[0].poses.t[0, 0]
+    whole = finder.votes(field, CAMERA, others[0].poses, occlusion=True)[0]
+    assert others[0].votes == pytest.approx(float(whole))
+
+
+def test_nothing_found_gives_nothing():
+    field = image_of_two()
+    finder = WholeObjectFinder(Target("chain", chain(), RED))
+    none = Candidates(pose(model=chain())[np.zeros(0, int)], np.zeros(0))
+    for found in ([], [(finder, none)]):
+        accepted, others = share_out(found, field, CAMERA, LEAST, everything)
+        assert list(accepted) == list(others) == []
+    far_off = candidates(finder, field, pose(5.0, model=chain()))
+    accepted, others = share_out([(finder, far_off)], field, CAMERA, LEAST, everything)
+    assert list(accepted) == list(others) == []

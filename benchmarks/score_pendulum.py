@@ -8,13 +8,12 @@ both directions are within 2 degrees.
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 from pathlib import Path
 from statistics import median
 
 from annotate_pendulum import EVERY, point, read_truth
+from replayed import folder_and_objects
 
 RIGHT_DEG = 2.0
 
@@ -48,13 +47,8 @@ def report(title: str, errors: dict[str, dict[str, float]], pendulums: dict[str,
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("detections", type=Path)
-    args = parser.parse_args()
-    lines = [json.loads(line) for line in args.detections.read_text(encoding="utf-8").splitlines()]
-    frames = {Path(line["frame"]).name: line.get("objects", []) for line in lines}
-    rows = {Path(row["file"]).name: row for row in read_truth(args.folder)}
+    folder, frames = folder_and_objects(str(__doc__))
+    rows = {Path(row["file"]).name: row for row in read_truth(folder)}
     errors = {name: frame_errors(row, next(iter(frames.get(name, [])), None)) for name, row in rows.items()}
     pendulums = {name: len(frames.get(name, [])) for name in rows}
     trained = list(rows)[::EVERY]

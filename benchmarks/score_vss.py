@@ -8,13 +8,10 @@ A robot is found when a detection of its team has the team's patch and the accen
 
 from __future__ import annotations
 
-import argparse
-import json
-from pathlib import Path
-
 import cv2
 import numpy as np
 from annotate_vss import EVERY
+from replayed import folder_and_objects
 from shipped import image_config
 from vss_patches import Patch, Robot, frame_paths, measure
 
@@ -56,16 +53,11 @@ def report(title: str, counts: dict[str, tuple[int, int, int]]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("detections", type=Path)
-    args = parser.parse_args()
-    lines = [json.loads(line) for line in args.detections.read_text(encoding="utf-8").splitlines()]
-    frames = {Path(line["frame"]).name: line.get("objects", []) for line in lines}
+    folder, frames = folder_and_objects(str(__doc__))
     config = image_config("vss")
     counts = {
         path.name: frame_counts(measure(cv2.imread(str(path)), config), frames.get(path.name, []))
-        for path in frame_paths(args.folder)
+        for path in frame_paths(folder)
     }
     trained = list(counts)[::EVERY]
     report("not trained on", {n: c for n, c in counts.items() if n not in trained})

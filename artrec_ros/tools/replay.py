@@ -6,10 +6,8 @@ import argparse
 import json
 import signal
 import sys
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -26,6 +24,7 @@ from ..io.parameters import load_parameters
 from ..io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord
 from ..io.sources import Frame, SourceOptions, Sources, open_sources
 from ..io.video import VideoWriter
+from .summary import Summary
 
 PARAMETERS_FILE, VIDEO_FILE, FRAMES_FOLDER = "parameters.yaml", "video.mp4", "frames"
 
@@ -34,64 +33,6 @@ class Recognises(Protocol):
     """What the replay needs of a recogniser."""
 
     def recognize(self, image: Any, camera: Camera | None = None) -> FrameResult: ...
-
-
-@dataclass
-class Summary:
-    """What a replay counted; grows frame by frame."""
-
-    frames: int = 0
-    objects: Counter[str] = field(default_factory=Counter)
-    frames_without_objects: int = 0
-    frames_cut_short: int = 0
-    errors: Counter[str] = field(default_factory=Counter)
-    total_ms: list[float] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
-    interrupted: bool = False
-
-    def add(self, record: FrameRecord) -> None:
-        self.frames += 1
-        if record.error is not None:
-            self.errors[record.error] += 1
-            return
-        self.objects.update(d.object for d in record.detections)
-        self.frames_without_objects += not record.detections
-        self.frames_cut_short += not record.complete
-        self.total_ms.append(record.timing_ms.get("total", 0.0))
-
-    def to_dict(self) -> dict[str, Any]:
-        times = np.array(self.total_ms or [0.0])
-        return {
-            "frames": self.frames,
-            "frames_with_error": self.errors.total(),
-            "errors": dict(self.errors.most_common(20)),
-            "frames_without_objects": self.frames_without_objects,
-            "frames_cut_short_by_time_budget": self.frames_cut_short,
-            "objects": dict(sorted(self.objects.items())),
-            "total_ms": {
-                "mean": round(float(times.mean()), 3),
-                "median": round(float(np.median(times)), 3),
-                "p95": round(float(np.percentile(times, 95)), 3),
-                "max": round(float(times.max()), 3),
-            },
-            "problems": self.problems,
-            "interrupted": self.interrupted,
-        }
-
-    def lines(self) -> Iterator[str]:
-        """What the user is told at the end."""
-        found = ", ".join(f"{n} {name}" for name, n in sorted(self.objects.items())) or "none"
-        yield f"frames {self.frames}, objects found: {found}; frames without any: {self.frames_without_objects}"
-        if self.total_ms:
-            t = self.to_dict()["total_ms"]
-            yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
-        if self.frames_cut_short:
-            yield f"{self.frames_cut_short} frames were cut short by recognizer.time_budget_ms"
-        for error, count in self.errors.most_common(5):
-            yield f"{count} frame(s) could not be used: {error}"
-        if len(self.errors) > 5:
-            yield f"and {len(self.errors) - 5} more kinds of errors, see {DETECTIONS_FILE}"
-        yield from self.problems
 
 
 class ResultFolder:

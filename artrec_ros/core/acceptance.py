@@ -15,6 +15,7 @@ from .transforms import Array
 _WEIGHTS = (-2.6, 3.0, 0.3, 2.5, 0.3)
 _COMPONENT_VOTES = 30.0  # about eight pixels of a marker
 _OBJECT_VOTES = 300.0
+_POOR_FIT, _GOOD_FIT = 2.0, 3.5  # votes per pixel of a marker: another blob's, and its own
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,15 +42,22 @@ class Verdict:
         other_votes = float(np.clip(self.marker_votes[self.others], 0, None).sum()) if self.others else 0.0
         body_px = float(scores.area_px[0, ~surface.is_marker].sum())
         body = float(scores.votes[0, ~surface.is_marker].sum()) / max(body_px, 1.0)
-        single = len(surface.model.components) == 1  # nothing else could confirm it
+        confirmed = min(len(self.others), 2)
+        if len(surface.model.components) == 1:  # nothing else can confirm it but how well its own marker fits
+            confirmed = 2 * np.clip((self._votes_per_pixel() - _POOR_FIT) / (_GOOD_FIT - _POOR_FIT), 0, 1)
         features = (
             1.0,
-            2.0 if single else min(len(self.others), 2),
+            confirmed,
             np.log1p(other_votes / _COMPONENT_VOTES),
             body,
             np.log(max(self.claim.votes, 1.0) / _OBJECT_VOTES),
         )
         return float(1 / (1 + np.exp(-np.dot(_WEIGHTS, features))))
+
+    def _votes_per_pixel(self) -> float:
+        claim = self.claim
+        seen_px = float(claim.scores.area_px[0, claim.finder.surface.is_marker].sum())
+        return float(self.marker_votes.sum()) / max(seen_px, 1.0)
 
     def reason(self, config: RecognizerConfig) -> str | None:
         """Why the claim is no object; None where it is one."""

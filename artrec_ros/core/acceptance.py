@@ -15,6 +15,8 @@ from .transforms import Array
 _WEIGHTS = (-2.6, 3.0, 0.3, 2.5, 0.3)
 _COMPONENT_VOTES = 30.0  # about eight pixels of a marker
 _OBJECT_VOTES = 300.0
+_LEAST_PX = 8.0  # of a marker that could be recognised
+_LONE = 1.3  # other components that a perfectly fitting lone marker is worth
 _POOR_FIT, _GOOD_FIT = 2.0, 3.5  # votes per pixel of a marker: another blob's, and its own
 
 
@@ -43,8 +45,8 @@ class Verdict:
         body_px = float(scores.area_px[0, ~surface.is_marker].sum())
         body = float(scores.votes[0, ~surface.is_marker].sum()) / max(body_px, 1.0)
         confirmed = min(len(self.others), 2)
-        if len(surface.model.components) == 1:  # nothing else can confirm it but how well its own marker fits
-            confirmed = 2 * np.clip((self._votes_per_pixel() - _POOR_FIT) / (_GOOD_FIT - _POOR_FIT), 0, 1)
+        if not self._could_be_seen():  # nothing can confirm it but how well its own marker fits
+            confirmed = _LONE * np.clip((self._votes_per_pixel() - _POOR_FIT) / (_GOOD_FIT - _POOR_FIT), 0, 1)
         features = (
             1.0,
             confirmed,
@@ -53,6 +55,12 @@ class Verdict:
             np.log(max(self.claim.votes, 1.0) / _OBJECT_VOTES),
         )
         return float(1 / (1 + np.exp(-np.dot(_WEIGHTS, features))))
+
+    def _could_be_seen(self) -> bool:
+        """Whether the marker of any other component should be in view."""
+        surface = self.claim.finder.surface
+        others = surface.is_marker & (surface.component != self.claim.finder.root)
+        return bool((self.claim.scores.area_px[0, others] > _LEAST_PX).any())
 
     def _votes_per_pixel(self) -> float:
         claim = self.claim

@@ -45,7 +45,7 @@ def validate(config: Any, prefix: str = "") -> None:
 class ClassConfig:
     """One class of pixels, by its colours. Several classes may share one label."""
 
-    label: int = param(0, "class number its pixels get", low=1, high=255)
+    label: int = param(0, "class number its pixels get", low=1, high=253)
     rgb: tuple[int, ...] = param((), "palette images: the class' colours r,g,b,r,g,b,...", low=0, high=255)
     hue: tuple[float, ...] = param(
         (), "colour images: hue ranges from,to,from,to,...; a range may pass 360", unit="deg", low=0, high=360
@@ -112,7 +112,7 @@ class ObjectConfig:
 
     object_file: str = param("", "what the object is; a path relative to the parameter file, or package://PACKAGE/PATH")
     constraint_file: str = param("", "what was learned about it by artrec train; empty: nothing, poses in space only")
-    label: int = param(0, "class number of its pixels, where its components have none of their own", low=1, high=255)
+    label: int = param(0, "class number of its pixels, where its components have none of their own", low=1, high=253)
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ class LabelField:
             mask = (self.labels == label).astype(np.uint8)
             border = (mask > 0) & (cv2.erode(mask, np.ones((3, 3), np.uint8), borderValue=1) == 0)
             other = (mask > 0) | (self.labels == UNKNOWN) | (self.labels == OWNED)
-            gap = cv2.distanceTransform(other.astype(np.uint8), cv2.DIST_L2, 3)[border] - 1.0
+            gap = cv2.distanceTransform(other.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[border] - 1.0
             near = gap[gap < SEAM_REACH_PX]
             enough = len(near) > SEAM_SHARE * len(gap)
             self._seams[label] = float(np.median(near)) / 2 if enough else 0.0

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .objects import ObjectModel
+from .objects import Component, ObjectModel
 from .transforms import Array, rotation_from_rotvec
 
 
@@ -37,6 +37,17 @@ class Kinematics:
         self.lower = np.array([c.joint.lower for c in model.joint_components if c.joint], float)
         self.upper = np.array([c.joint.upper for c in model.joint_components if c.joint], float)
         self.revolute = np.array([c.joint.kind == "revolute" for c in model.joint_components if c.joint], bool)
+
+        # what a joint's step is measured in: a radian, or the size of what slides
+        self.unit = np.array(
+            [1.0 if c.joint.kind == "revolute" else _size(c) for c in model.joint_components if c.joint]
+        )
+
+    def bound(self, q: Array) -> Array:
+        """Joints (..., J) within their limits; one that turns without limit goes round."""
+        endless = self.revolute & (self.upper - self.lower >= 2 * np.pi - 1e-6)
+        turned = self.lower + (q - self.lower) % (2 * np.pi)
+        return np.where(endless, turned, np.clip(q, self.lower, self.upper))
 
     @property
     def n_joints(self) -> int:
@@ -79,3 +90,8 @@ class Kinematics:
                     tj = tj + out.axis[:, j] * q[:, j, None]
             out.R[:, c], out.t[:, c] = Rj, tj
         return out
+
+
+def _size(component: Component) -> float:
+    """Metres across the largest of a component's markers."""
+    return max(float(np.linalg.norm(np.ptp(m.outline, axis=0))) for m in component.markers)

@@ -39,7 +39,7 @@ def climb(
     n = len(poses)
     if not n:
         return poses, votes
-    step = np.full(n, spread)
+    step: Array = np.full(n, spread)
     for _ in range(rounds):
         if deadline is not None and deadline.expired:
             break
@@ -62,5 +62,5 @@ def _perturbed(rng: np.random.Generator, kin: Kinematics, camera: Camera, poses:
     across = z[..., :3] * np.array([STEP_PX, STEP_PX, 0.0]) / f * depth
     t = poses.t[:, None] * (1 + STEP_DEPTH * z[..., 2:3]) + across  # along the ray, and across it
     R = rotation_from_rotvec(STEP_RAD * z[..., 3:6]) @ poses.R[:, None]
-    q = np.clip(poses.q[:, None] + STEP_JOINT * z[..., 6:], kin.lower, kin.upper)
+    q = kin.bound(poses.q[:, None] + STEP_JOINT * kin.unit * z[..., 6:])
     return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), q.reshape(n * TRIES, -1))

@@ -52,18 +52,19 @@ def share_out(
     field: LabelField,
     camera: Camera,
     least: float,
-    accepts: Callable[[Claim], bool],
+    trust: Callable[[Claim], float],
 ) -> tuple[list[Claim], list[Claim]]:
     """Accepted claims of all targets together, best first, and the best of the others at each place.
 
-    The acceptable claim with the most votes takes its pixels; the others are judged again without them.
+    The claim with the most trusted votes takes its pixels; the others are judged again without them.
 
     :param least: claims with fewer votes are dropped.
+    :param trust: what a claim's votes count, 0 to 1; 0: it is not acceptable.
     """
     accepted: list[Claim] = []
     alive = [claim for finder, c in found for claim in _claims(finder, c.poses, field, camera, least)]
     while True:
-        best = max((c for c in alive if accepts(c)), key=lambda c: c.votes, default=None)
+        best = max((c for c in alive if trust(c)), key=lambda c: c.votes * trust(c), default=None)
         if best is None:
             return accepted, _best_of_each_place(alive, camera)
         accepted.append(best)

@@ -18,8 +18,8 @@ from .spatial import LEAST_COSINE, Poses, SpatialModel
 from .transforms import Array, rotation_from_rotvec
 
 EDGE_VOTE = 1.0  # natural-log units a known label says for one side of an edge
-EDGE_VOTE_SEAM = -0.1
-JOINT_SIGMA_RAD = 1.5  # a weak pull to the middle of a joint's range keeps unseen joints determined
+EDGE_VOTE_SEAM = -0.1  # nearly silent: the edge lies in a seam's middle, a tenth of a pixel to the marker's side
+JOINT_SIGMA = 1.5  # a weak pull to the middle of a joint's range keeps unseen joints determined
 INFORMATION_REACH_PX = 3
 POINT_SIGMA_PX = 0.7  # labels place a boundary this well
 
@@ -52,7 +52,8 @@ def refine(
     :param free_joints: (H, J) bool; None: all.
     """
     n_par = 6 + model.kinematics.n_joints
-    rms, A = np.zeros(len(poses)), np.zeros((len(poses), n_par, n_par))
+    rms: Array = np.zeros(len(poses))
+    A: Array = np.zeros((len(poses), n_par, n_par))
     if not use.any():
         return Fit(poses, rms, A)
     for reach in reach_px:
@@ -131,7 +132,10 @@ def find_edges(field: LabelField, pixels: Array, normal: Array, labels: np.ndarr
     variance = p @ places**2 - (p @ places) ** 2
     ends = p[..., 0] + p[..., -1]
     inner, outer = marker[..., :reach].any(axis=-1), ~marker[..., reach:].all(axis=-1)
-    ok = (ends < 0.3) & inner & outer
+    at_border = (
+        field.at(pixels + (mean + 1.2)[..., None] * normal) == OUTSIDE
+    )  # not the marker ends there but the image
+    ok = (ends < 0.3) & inner & outer & ~at_border
     return mean, np.where(ok, 1.0 / (1.0 + variance), 0.0)
 
 
@@ -156,7 +160,7 @@ def _hold(model: SpatialModel, poses: Poses, A: Array, b: Array, free: np.ndarra
     kin = model.kinematics
     middle = (kin.lower + kin.upper) / 2
     for j in range(kin.n_joints):
-        weight = (POINT_SIGMA_PX / JOINT_SIGMA_RAD) ** 2
+        weight = (POINT_SIGMA_PX / (JOINT_SIGMA * kin.unit[j])) ** 2
         A[:, 6 + j, 6 + j] += weight
         b[:, 6 + j] += weight * (poses.q[:, j] - middle[j])
         if free is not None:
@@ -168,15 +172,14 @@ def _step(model: SpatialModel, poses: Poses, A: Array, b: Array) -> Poses:
     kin = model.kinematics
     n_par = A.shape[1]
     depth = np.maximum(poses.t[:, 2], 0.05)
-    # damping in each parameter's own unit: 5 % of the range, 0.15 rad
-    scale = np.concatenate(
-        [np.repeat(1 / (0.05 * depth)[:, None] ** 2, 3, axis=1), np.full((len(depth), n_par - 6 + 3), 1 / 0.15**2)],
-        axis=1,
+    # each parameter's own unit: the range, a radian, a joint's unit
+    units = np.concatenate(
+        [depth[:, None] * np.ones(3), np.ones((len(depth), 3)), np.tile(kin.unit, (len(depth), 1))], 1
     )
-    damped = A + np.eye(n_par) * (scale * POINT_SIGMA_PX**2 + 1e-9)[:, None, :]
+    damping = units * ([0.05] * 3 + [0.15] * (n_par - 3))
+    damped = A + np.eye(n_par) * ((POINT_SIGMA_PX / damping) ** 2 + 1e-9)[:, None, :]
     x = -np.linalg.solve(damped, b[..., None])[..., 0]
-    limit = np.concatenate([np.repeat(0.15 * depth[:, None], 3, axis=1), np.full((len(depth), n_par - 3), 0.3)], axis=1)
+    limit = units * ([0.15] * 3 + [0.3] * (n_par - 3))
     x *= np.minimum(1.0, 1.0 / np.maximum(np.abs(x / limit).max(axis=1, keepdims=True), 1e-12))
     R = rotation_from_rotvec(x[:, 3:6]) @ poses.R
-    q = np.clip(poses.q + x[:, 6:], kin.lower, kin.upper)
-    return Poses(R, poses.t + x[:, :3], q)
+    return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:]))

@@ -97,9 +97,10 @@ class SpatialModel:
         self._box_t = np.array([b.T_component_box.position for _, b in boxes]).reshape(-1, 3)
         self._half = np.array([b.size / 2 for _, b in boxes]).reshape(-1, 3)
         root = model.components.index(model.required)
-        self.extent = float(
-            np.linalg.norm(self.points[self.component[self.point_patch] == root], axis=1).max()
-        )  # metres
+        mine = self.points[(self.component == root)[self.point_patch] & self.is_marker[self.point_patch]]
+        self.anchor = mine.mean(axis=0)  # amid the required component's markers, object frame
+        whole = self.points[(self.component == root)[self.point_patch]]
+        self.extent = float(np.linalg.norm(whole - self.anchor, axis=1).max())  # of the required component, metres
 
     def in_camera(self, frames: Frames, patches: np.ndarray) -> tuple[Array, Array]:
         """Cosine of the viewing angle (H, P) of patches, and their depth (H, P)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -38,15 +39,20 @@ class SpatialStage:
         for finder in self._finders:
             mine = [b for b in blobs if b.label == finder.root_label]
             found.append((finder, finder.find(field, camera, mine, deadline, least)))
-        accepted, others = share_out(found, field, camera, least, self._accepts)
+        accepted, others = share_out(found, field, camera, least, self._trust)
         detections: list[Detection] = []
         for finder in self._finders:
-            mine_v = sorted((verdict_of(c) for c in accepted if c.finder is finder), key=lambda v: -v.probability)
+            mine_c = [self._settled(c, field, camera) for c in accepted if c.finder is finder]
+            mine_v = sorted((verdict_of(c) for c in mine_c), key=lambda v: -v.probability)
             detections += [_detection(v, n, camera, field) for n, v in enumerate(mine_v)]
         return tuple(detections), tuple(self._rejection(verdict_of(c), camera) for c in others)
 
-    def _accepts(self, claim: Claim) -> bool:
-        return verdict_of(claim).reason(self._config) is None
+    def _settled(self, claim: Claim, field: LabelField, camera: Camera) -> Claim:
+        return replace(claim, poses=claim.finder.settled(field, camera, claim.poses, claim.scores))
+
+    def _trust(self, claim: Claim) -> float:
+        verdict = verdict_of(claim)
+        return verdict.probability if verdict.reason(self._config) is None else 0.0
 
     def _rejection(self, verdict: Verdict, camera: Camera) -> Rejection:
         x, y = project(camera, verdict.claim.poses.t)[0]
@@ -60,7 +66,10 @@ def _detection(verdict: Verdict, number: int, camera: Camera, field: LabelField)
     model = finder.target.model
     parts = tuple(_instance(verdict, c, camera) for c, patch in enumerate(verdict.shown) if patch >= 0)
     root = next(p for p in parts if p.component == model.required.name)
-    joints = {c.name: float(poses.q[0, j]) for j, c in enumerate(model.joint_components)}
+    kin = finder.surface.kinematics
+    seen = [c for c, patch in enumerate(verdict.shown) if patch >= 0]
+    told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component in view
+    joints = {c.name: float(poses.q[0, j]) for j, c in enumerate(model.joint_components) if told[j]}
     used = finder.supported(claim.scores)
     information = information_of(finder.surface, field, camera, poses, used)[0]
     return Detection(

@@ -23,7 +23,7 @@ from .projection import project
 from .spatial import PatchScores, Poses, SpatialModel
 from .transforms import Array
 
-JOINT_STEP_RAD = 0.15
+JOINT_STEP = 0.15  # of a joint's unit
 COARSE_REACH_PX = (8, 6, 4, 3)
 FINE_REACH_PX = (4, 3, 3, 2, 2)
 ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 8, 3  # hypotheses a blob that pass each stage
@@ -32,6 +32,7 @@ MOST_CANDIDATES, MOST_CLIMBERS = 800, 200  # in a frame, whatever it shows: what
 PER_BLOB = 0.5  # of the time that is left may go into looking at blobs one by one
 CLIMBS = ((10, 5, 1.5), (5, 6, 1.0), (3, 14, 0.7))  # hypotheses a place, rounds, first step
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
+SETTLED_VOTES = 0.85  # of a hypothesis' votes must be left after its last fit
 MIRROR = np.diag([1.0, 1.0, -1.0])
 
 
@@ -59,7 +60,8 @@ class WholeObjectFinder:
     ) -> tuple[Poses, Array, np.ndarray]:
         """Hypotheses with joints from as many blobs, the largest first, as time allows; votes; each one's blob."""
         n_joints = self.surface.kinematics.n_joints
-        parts = [(Poses(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, n_joints))), np.zeros(0), np.zeros(0, int))]
+        none = Poses(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, n_joints)))
+        parts: list[tuple[Poses, Array, np.ndarray]] = [(none, np.zeros(0), np.zeros(0, int))]
         for number, seed in enumerate(sorted(blobs, key=lambda b: -b.area_px)):
             if deadline.expired:
                 break
@@ -128,10 +130,11 @@ class WholeObjectFinder:
 
     def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
         """(H,) bool: whose required component would cover that of `one` in the image."""
+        there, here = (p.R @ self.surface.anchor + p.t for p in (poses, one))
         f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
-        radius = 0.6 * f * self.surface.extent / np.maximum(np.maximum(poses.t[:, 2], one.t[:, 2]), 1e-6)
-        apart = np.linalg.norm(project(camera, poses.t) - project(camera, one.t), axis=1)
-        return (apart < radius) | (apart == 0)
+        radius = 0.6 * f * self.surface.extent / np.maximum(np.maximum(there[:, 2], here[:, 2]), 1e-6)
+        apart = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
+        return (apart < radius) | (apart == 0)  # behind the camera all is at one place
 
     def _fit_root(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""
@@ -151,7 +154,7 @@ class WholeObjectFinder:
         for c, j in enumerate(kin.joint_of):
             if j < 0:
                 continue
-            n = max(3, int(np.ceil((kin.upper[j] - kin.lower[j]) / JOINT_STEP_RAD)) + 1)
+            n = max(3, int(np.ceil((kin.upper[j] - kin.lower[j]) / (JOINT_STEP * kin.unit[j]))) + 1)
             grid = np.linspace(kin.lower[j], kin.upper[j], n)
             q = np.repeat(poses.q, n, axis=0)
             q[:, j] = np.tile(grid, len(poses))
@@ -188,6 +191,12 @@ class WholeObjectFinder:
         """(H, M) markers that the labels support."""
         m = self.surface.markers
         return (scores.votes[:, m] > 0) & (scores.area_px[:, m] > 8) & (scores.agree[:, m] > 0.4)
+
+    def settled(self, field: LabelField, camera: Camera, poses: Poses, scores: PatchScores) -> Poses:
+        """One hypothesis at rest on its contours, which are finer than the votes, unless these fall far."""
+        fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX).poses
+        before, after = (self.votes(field, camera, p, occlusion=True)[0] for p in (poses, fitted))
+        return fitted if after > SETTLED_VOTES * before else poses
 
     def _keep(self, poses: Poses, votes: Array, blob: np.ndarray, n: int) -> tuple[Poses, Array, np.ndarray]:
         keep = best_distinct(poses, votes, blob, n)

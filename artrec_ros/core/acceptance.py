@@ -8,7 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from .config import RecognizerConfig
+from .evidence import INSIDE, RIM, RING
 from .ownership import Claim
+from .spatial import RING_WIDTH_PX
 from .transforms import Array
 
 # Logistic weights: constant, other components seen (at most two), their votes, the body's mean vote, all votes.
@@ -17,7 +19,7 @@ _COMPONENT_VOTES = 30.0  # about eight pixels of a marker
 _OBJECT_VOTES = 300.0
 _LEAST_PX = 8.0  # of a marker that could be recognised
 _LONE = 1.3  # other components that a perfectly fitting lone marker is worth
-_POOR_FIT, _GOOD_FIT = 2.0, 3.5  # votes per pixel of a marker: another blob's, and its own
+_GOOD_EDGE = 0.6  # of an outline that fits as well as labels allow
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +48,7 @@ class Verdict:
         body = float(scores.votes[0, ~surface.is_marker].sum()) / max(body_px, 1.0)
         confirmed = min(len(self.others), 2)
         if not self._could_be_seen():  # nothing can confirm it but how well its own marker fits
-            confirmed = _LONE * np.clip((self._votes_per_pixel() - _POOR_FIT) / (_GOOD_FIT - _POOR_FIT), 0, 1)
+            confirmed = _LONE * np.clip(self._edge_fit() / _GOOD_EDGE, 0, 1)
         features = (
             1.0,
             confirmed,
@@ -62,10 +64,15 @@ class Verdict:
         others = surface.is_marker & (surface.component != self.claim.finder.root)
         return bool((self.claim.scores.area_px[0, others] > _LEAST_PX).any())
 
-    def _votes_per_pixel(self) -> float:
-        claim = self.claim
-        seen_px = float(claim.scores.area_px[0, claim.finder.surface.is_marker].sum())
-        return float(self.marker_votes.sum()) / max(seen_px, 1.0)
+    def _edge_fit(self) -> float:
+        """How well the required marker's outline parts its class from others: 1 all around, 0 or less nowhere."""
+        finder, scores = self.claim.finder, self.claim.scores
+        shown = self.shown[finder.root]
+        area_px, marker = scores.area_px[0, shown], finder.surface.patches[shown].marker
+        assert marker is not None  # what shows a component is a marker
+        perimeter_px = marker.perimeter * np.sqrt(max(area_px, 1e-9) / marker.area)
+        inside = INSIDE[0] * scores.agree[0, shown] * area_px
+        return float((scores.votes[0, shown] - inside) / ((RIM[0] + RING[2]) * RING_WIDTH_PX * perimeter_px))
 
     def reason(self, config: RecognizerConfig) -> str | None:
         """Why the claim is no object; None where it is one."""
@@ -81,6 +88,8 @@ class Verdict:
             default=None,
         )
         text = f"probability {self.probability:.2f} is below {config.min_probability:g}: "
+        if not self._could_be_seen():
+            return text + f"its outline fits by {self._edge_fit():.2f}, and no other component should be in view"
         text += f"confirmed {', '.join(seen)}" if seen else "no other component confirmed"
         if missing is not None:
             text += f"; nearest to it {names[missing]} with {self.marker_votes[missing]:.0f} votes"

@@ -54,6 +54,11 @@ class Marker:
         return abs(self._signed_area)
 
     @cached_property
+    def perimeter(self) -> float:
+        """Metres."""
+        return float(np.linalg.norm(np.roll(self.outline, -1, axis=0) - self.outline, axis=1).sum())
+
+    @cached_property
     def centroid(self) -> Array:
         """(2,) centroid of the outline's area, marker frame."""
         x, y = self.outline.T

@@ -82,7 +82,7 @@ class SpatialModel:
         self.markers = np.flatnonzero(self.is_marker)
         self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
         self.contour_normal = np.array([self.patches[i].contour_normal for i in self.markers])  # (M, m, 3)
-        self.perimeter = np.array([_perimeter(self.patches[i]) for i in self.markers])
+        self.perimeter = np.array([p.marker.perimeter for p in self.patches if p.marker is not None])
         self.ring_role = np.array(
             [self.roles.ring(self.patches[i].label, bodies[self.component[i]]) for i in self.markers]
         )
@@ -226,9 +226,3 @@ class SpatialModel:
         R = R_component @ self._box_R
         t = np.einsum("hbij,bj->hbi", R_component, self._box_t) + frames.t[:, self._box_component]
         return R, -np.einsum("hbji,hbj->hbi", R, t)
-
-
-def _perimeter(patch: Patch) -> float:
-    assert patch.marker is not None
-    outline = patch.marker.outline
-    return float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())

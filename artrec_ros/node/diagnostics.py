@@ -99,9 +99,7 @@ class Diagnostics:
             return self._status("calibration", WARN, f"{state.calibration}; no metric poses", {})
         return self._status("calibration", OK, "calibrated", {})
 
-    def _recognition(
-        self, processed: int, objects: int, rate_hz: float, latencies: list[float]
-    ) -> DiagnosticStatus:
+    def _recognition(self, processed: int, objects: int, rate_hz: float, latencies: list[float]) -> DiagnosticStatus:
         text = "no image processed" if not processed else f"{objects} object(s) in {processed} image(s)"
         if processed and not objects:
             text = f"nothing found in {processed} image(s)"

@@ -102,8 +102,10 @@ def test_a_low_probability_is_named_with_what_was_confirmed_and_what_came_neares
 
 
 def test_an_object_of_one_component_needs_no_other():
-    verdict = verdict_of(claim({("plate", "face"): 500.0}, votes=1500.0, name="sign"))
+    verdict = verdict_of(claim({("plate", "face"): 2600.0}, votes=2600.0, name="sign"))
     assert verdict.reason(CONFIG) is None
+    blurred = verdict_of(claim({("plate", "face"): 1500.0}, votes=1500.0, name="sign"))  # inside right, outline wrong
+    assert "outline" in (blurred.reason(CONFIG) or "")
     assert "plate" not in (verdict.reason(RecognizerConfig(min_probability=1.0)) or "")
 
 

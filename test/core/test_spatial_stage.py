@@ -66,7 +66,9 @@ def assert_found(model, scene, result, **tolerances):
     assert [d.id for d in result.detections] == list(range(len(scene)))
     for d in result.detections:
         assert d.object == model.name and 0 <= d.score <= 1
-        assert set(d.joints) == {c.name for c in model.joint_components}
+        seen = {c.component for c in d.components}
+        moving = {c.name for c in model.joint_components}
+        assert seen & moving <= set(d.joints) <= moving  # joints of what is in view, and of what carries it
         np.testing.assert_allclose(d.pose.rotation @ d.pose.rotation.T, np.eye(3), atol=1e-6)
         np.testing.assert_allclose(d.pose_covariance, d.pose_covariance.T, atol=1e-12)
         assert np.linalg.eigvalsh(d.pose_covariance).min() > 0
@@ -129,7 +131,8 @@ def test_a_chain_of_joints():
 
 
 def test_an_object_of_one_component():
-    scene = [pose(-0.15, 0, 0.6, 0.4, 0.4), pose(0.15, 0.05, 0.6, -0.3, 2.4)]
+    # turned so far that a flat marker's mirrored turn shows: by 0.3 rad both look alike to half a pixel
+    scene = [pose(-0.15, 0, 0.6, 0.4, 0.4), pose(0.15, 0.05, 0.6, -0.5, 2.4)]
     assert_found(sign(), scene, found(sign(), scene), place=0.1, turn_deg=20)
 
 

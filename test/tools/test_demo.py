@@ -48,7 +48,8 @@ def test_most_excavators_are_found_and_few_invented(demo):
 def test_they_are_found_in_space(demo):
     lines = (demo / "replay/detections.jsonl").read_text().splitlines()
     found = [d for line in lines for d in json.loads(line)["objects"]]
-    assert found and all(d["pose"] and d["joints"] for d in found)
+    assert found and all(d["pose"] for d in found)
+    assert all(d["joints"] for d in found if len(d["components"]) > 1)  # the joints of what is in view
     metrics = json.loads((demo / "replay/metrics.json").read_text())["excavator"]
     assert metrics["position_error_median"] <= 0.03  # of the distance
     assert metrics["rotation_error_deg_median"] <= 6

@@ -15,7 +15,7 @@ CONFIG = RecognizerConfig()
 FINDERS = {m.name: WholeObjectFinder(Target(m.name, m, RED)) for m in (truck(), sign())}
 
 
-def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0):
+def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, per_px=3.0):
     """A claim on which the labels say what `seen` tells: (component, marker) -> pixels that support it."""
     finder = FINDERS[name]
     surface = finder.surface
@@ -26,7 +26,7 @@ def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0):
         if patch.marker is None:
             scores.area_px[0, i], scores.votes[0, i] = 100.0, 100.0 * body
         elif (px := seen.get((names[patch.component], patch.marker.name))) is not None:
-            scores.area_px[0, i], scores.votes[0, i], scores.agree[0, i] = px, 3.0 * px, agree
+            scores.area_px[0, i], scores.votes[0, i], scores.agree[0, i] = px, per_px * px, agree
         elif patch.marker.name in ("right", "outer_right"):  # it should be seen and is not
             scores.area_px[0, i], scores.votes[0, i] = 30.0, against
     return Claim(finder, pose(model=surface.model), votes, scores, (240, 320))
@@ -102,9 +102,9 @@ def test_a_low_probability_is_named_with_what_was_confirmed_and_what_came_neares
 
 
 def test_an_object_of_one_component_needs_no_other():
-    verdict = verdict_of(claim({("plate", "face"): 2600.0}, votes=2600.0, name="sign"))
+    verdict = verdict_of(claim({("plate", "face"): 500.0}, votes=2250.0, name="sign", per_px=4.5))
     assert verdict.reason(CONFIG) is None
-    blurred = verdict_of(claim({("plate", "face"): 1500.0}, votes=1500.0, name="sign"))  # inside right, outline wrong
+    blurred = verdict_of(claim({("plate", "face"): 500.0}, votes=1500.0, name="sign"))  # inside right, outline wrong
     assert "outline" in (blurred.reason(CONFIG) or "")
     assert "plate" not in (verdict.reason(RecognizerConfig(min_probability=1.0)) or "")
 

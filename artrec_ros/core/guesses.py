@@ -31,16 +31,17 @@ class Guesser:
         self._inside_votes = table[surface.roles.inside(root_label)]
         self._ring_votes = table[surface.roles.ring(root_label, model.required.body_label or 0)]
 
-    def guess(self, field: LabelField, camera: Camera, blob: Blob) -> tuple[Poses, Array]:
-        """Object poses from one blob, and the votes (H,) for the marker that each puts there."""
+    def guess(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:
+        """Object poses from one blob, the best of each marker by the votes for it."""
         seam_px = field.seam_px(self._root_label)
         contour = blob.contour + seam_px * blob.normals
         area = blob.area_px + seam_px * len(contour)
         tolerances = (1.0, 2.0) if area < 2000 else (1.5, 0.03 * float(np.sqrt(area)))
         couples = blob_couples(contour, tolerances)
         small = is_small(blob)
-        parts = [self._of_marker(m, field, camera, couples, contour, area, small) for m in range(len(self._markers))]
-        return Poses.concatenate([p for p, _ in parts]), np.concatenate([v for _, v in parts])
+        return Poses.concatenate(
+            [self._of_marker(m, field, camera, couples, contour, area, small) for m in range(len(self._markers))]
+        )
 
     def _of_marker(
         self,
@@ -51,7 +52,7 @@ class Guesser:
         contour: Array,
         area: float,
         small: bool,
-    ) -> tuple[Poses, Array]:
+    ) -> Poses:
         similarities, votes, turns = [], [], []
         for view in self._banks[m]:
             T = align_view(view, couples, contour, area, LEAST_AREA_PX)
@@ -66,8 +67,7 @@ class Guesser:
         turn = np.tile(turn, (len(grown), 1))
         R, t = lift(turn[:, 0], turn[:, 1], T, camera)
         found, score = self._to_object(m, R, t), np.tile(s, 2 * len(grown))
-        keep = best_distinct(found, score, np.zeros(len(found), int), BLOB_KEEP * len(grown))
-        return found[keep], score[keep]
+        return found[best_distinct(found, score, np.zeros(len(found), int), BLOB_KEEP * len(grown))]
 
     def _to_object(self, marker: int, R: Array, t: Array) -> Poses:
         """The object's pose of which a marker's rotation and centroid are known, joints mid-range."""

@@ -64,9 +64,10 @@ def share_out(
     accepted: list[Claim] = []
     alive = [claim for finder, c in found for claim in _claims(finder, c.poses, field, camera, least)]
     while True:
-        best = max((c for c in alive if trust(c)), key=lambda c: c.votes * trust(c), default=None)
-        if best is None:
+        trusted = [(weight, c) for c in alive if (weight := trust(c))]
+        if not trusted:
             return accepted, _best_of_each_place(alive, camera)
+        best = max(trusted, key=lambda t: t[0] * t[1].votes)[1]
         accepted.append(best)
         field = field.without(silhouette(best.finder.surface, camera, best.poses, best.shape))
         rest = [(f, [c for c in alive if c.finder is f and c is not best]) for f, _ in found]

@@ -65,7 +65,7 @@ class WholeObjectFinder:
         for number, seed in enumerate(sorted(blobs, key=lambda b: -b.area_px)):
             if deadline.expired:
                 break
-            poses, _ = self._guesser.guess(field, camera, seed)
+            poses = self._guesser.guess(field, camera, seed)
             keep = SMALL_JOINT_KEEP
             if not is_small(seed):
                 poses, keep = self._fit_root(field, camera, poses), JOINT_KEEP

@@ -1,0 +1,9 @@
+"""Every tunable value, once: default, unit, range and meaning. The node's parameters, the YAML
+reader and the tools' options derive from these dataclasses; nothing repeats a default."""
+
+from .image import ClassConfig, ImageConfig
+from .node import NodeConfig
+from .params import param, validate
+from .recognition import ObjectConfig, RecognizerConfig
+
+__all__ = ["ClassConfig", "ImageConfig", "NodeConfig", "ObjectConfig", "RecognizerConfig", "param", "validate"]

@@ -1,0 +1,26 @@
+"""What only the node needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .params import param, validate
+
+
+@dataclass(frozen=True)
+class NodeConfig:
+    """What only the node needs. Other readers of the same parameter file accept these keys and pass over them."""
+
+    image_transport: str = param("raw", "subscribe image (raw), or image/compressed", choices=("raw", "compressed"))
+    qos_reliability: str = param(
+        "auto",
+        "of the image subscription; auto: what the publishers offer",
+        choices=("auto", "reliable", "best_effort"),
+    )
+    config_dir: str = param("", "folder that relative paths start from; empty: the parameter file's own")
+    no_image_after_s: float = param(
+        2.0, "diagnostics complain when no image has come for so long", unit="s", low=0.1, high=3600
+    )
+
+    def __post_init__(self) -> None:
+        validate(self)

@@ -42,6 +42,7 @@ class SourceOptions:
     :param image_kind: what the images should hold: 'labels' (one channel), 'palette' or 'colour' (three).
     :param camera_info_topic: None: the one beside the image topic.
     :param camera: the calibration to use whatever the source says.
+    :param rectified: images are rectified: of a calibration in the source, P holds.
     :param start_offset_s, playback_duration_s: the part of each source to read, seconds.
     :param storage: 'mcap' or 'sqlite3': read only such files of a folder.
     :param rate_hz: of image folders, whose stamps are counted at this rate from 0, unless every file name
@@ -52,6 +53,7 @@ class SourceOptions:
     image_kind: str | None = None
     camera_info_topic: str | None = None
     camera: Camera | None = None
+    rectified: bool = False
     start_offset_s: float = 0.0
     playback_duration_s: float | None = None
     storage: str | None = None
@@ -132,7 +134,7 @@ class BagSource(Source):
 
     def _camera(self, message: RawMessage) -> Camera | None:
         try:
-            return camera_of(self._bag.parse(message))
+            return camera_of(self._bag.parse(message), self._options.rectified)
         except (ImageError, ConfigError) as error:
             self._report(f"{self._info_topic}: {error}: no metric poses")
             return None

@@ -39,13 +39,18 @@ def stamp_of(content: Any, log_ns: int) -> int:
     return (stamp.sec * 10**9 + stamp.nanosec) or log_ns
 
 
-def camera_of(info: Any) -> Camera:
-    """The camera of a CameraInfo message, whose fields ROS 1 spells in capitals. :raises ConfigError: if unfit."""
-    K, D = (info.k, info.d) if hasattr(info, "k") else (info.K, info.D)
+def camera_of(info: Any, rectified: bool = False) -> Camera:
+    """The camera of a CameraInfo message, whose fields ROS 1 spells in capitals.
+
+    :param rectified: the images beside it are: P holds for them.
+    :raises ConfigError: if it is unfit.
+    """
+    K, D, P = (info.k, info.d, info.p) if hasattr(info, "k") else (info.K, info.D, info.P)
     roi = info.roi
     return camera_from_info(
         info.width, info.height, K, D, info.distortion_model, info.header.frame_id,
         (info.binning_x, info.binning_y), (roi.x_offset, roi.y_offset, roi.width, roi.height),
+        P if rectified else None,
     )  # fmt: skip
 
 

@@ -68,3 +68,29 @@ def test_errors_name_file_and_key(tmp_path, old, new, said):
     with pytest.raises(ConfigError, match=said) as caught:
         load_camera(path)
     assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+
+
+P = [450.0, 0, 310, -45, 0, 450, 235, 0, 0, 0, 1, 0]
+
+
+def test_of_rectified_images_p_holds_without_distortion_whatever_the_lens():
+    camera = camera_from_info(640, 480, K, [0.1] * 4, "equidistant", binning=(2, 2), projection=P)
+    assert np.array_equal(camera.matrix, [[225, 0, 155], [0, 225, 117.5], [0, 0, 1]])
+    assert camera.distortion.size == 0 and camera.size == (320, 240)
+    with pytest.raises(ConfigError, match="not calibrated .P"):
+        camera_from_info(640, 480, K, [], "", projection=[0.0] * 12)
+
+
+def test_a_file_of_a_rectified_camera(tmp_path):
+    text = FILE.replace("rectification_matrix", f"projection_matrix: {{data: {P}}}\nrectification_matrix")
+    (tmp_path / "c.yaml").write_text(text)
+    assert load_camera(tmp_path / "c.yaml", rectified=True).matrix[0, 0] == 450
+    (tmp_path / "c.yaml").write_text(FILE)
+    with pytest.raises(ConfigError, match="projection_matrix: missing"):
+        load_camera(tmp_path / "c.yaml", rectified=True)
+
+
+@pytest.mark.parametrize("changes", [{"width": 0}, {"binning": (2**31, 1)}, {"matrix": [1e200, *K[1:]]}])
+def test_implausible_calibrations_are_refused(changes):
+    with pytest.raises(ConfigError):
+        camera_from_info(**{"width": 640, "height": 480, "matrix": K, "distortion": [], "model": "", **changes})

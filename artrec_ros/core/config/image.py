@@ -41,6 +41,9 @@ class ImageConfig:
         "what images hold: class numbers, a colour-coded label image, or a camera's raw colours",
         choices=("labels", "palette", "colour"),
     )
+    rectified: bool = param(
+        False, "images are rectified: the calibration's P holds for them, without distortion; else its K and D"
+    )
     blank: tuple[int, ...] = param(
         (), "rectangles to ignore: x,y,width,height,... in pixels (timestamps, windows)", unit="px", low=0
     )

@@ -18,6 +18,11 @@ class NodeConfig:
         choices=("auto", "reliable", "best_effort"),
     )
     config_dir: str = param("", "folder that relative paths start from; empty: the parameter file's own")
+    autostart: bool = param(True, "configure and activate at once; false: wait for a lifecycle manager")
+    publish_tf: bool = param(False, "send each object's frame to tf, where tf2_ros is installed")
+    marker_lifetime_s: float = param(
+        5.0, "RViz removes a marker that was not renewed for so long; 0: never", unit="s", low=0, high=3600
+    )
     no_image_after_s: float = param(
         2.0, "diagnostics complain when no image has come for so long", unit="s", low=0.1, high=3600
     )

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .config import RecognizerConfig
-from .constraints import ConstraintSet, PairConstraint, configuration
+from .constraints import ConstraintSet
 from .datatypes import Target
 from .matching import Matches
+from .pairs import PairConstraint, configuration, configuration_noise
 from .symmetry import ANY_ANGLE
 from .transforms import Array, wrap_angle
 
@@ -155,18 +156,7 @@ def _of_key(c: Candidates, key: tuple[str, str]) -> NDArray[np.int64]:
 def violations(p: PairConstraint, first: Poses, second: Poses, config: RecognizerConfig) -> dict[str, Array]:
     """Per dimension, by how much T_ij lies outside what is allowed beyond twice its noise; 0 inside."""
     T = configuration(first, second)
-    place_px = np.hypot(first.place_noise_px, second.place_noise_px)
-    place = place_px / np.sqrt(first.scale * second.scale)
-    offset = np.hypot(place, T["distance_m"] * first.theta_noise)
-    scale_noise = np.hypot(first.scale_noise, second.scale_noise)
-    noise = {
-        "distance_m": np.hypot(place, T["distance_m"] * scale_noise / 2),  # k is the geometric mean of two scales
-        "offset_x_m": offset,
-        "offset_y_m": offset,
-        "bearing_rad": np.hypot(first.theta_noise, place_px / np.maximum(T["distance_px"], 1e-6)),
-        "turn_rad": np.hypot(first.theta_noise, second.theta_noise),
-        "scale_ratio": T["scale_ratio"] * scale_noise,
-    }
+    noise = configuration_noise(first, second, T)
     return {d: np.maximum(interval.excess(T[d]) - 2 * noise[d], 0.0) for d, interval in p.allowed.items() if d in noise}
 
 

@@ -59,7 +59,7 @@ class FlatStage:
             for target, shape_of in zip(self._targets, self._shape_of, strict=True)
         ]
         solution = solve(searches, matches, self._config, deadline)
-        detections = detections_of(solution.accepted, matches, self._targets)
+        detections = detections_of(solution.accepted, matches, self._targets, as_annotated=True)
         return detections, rejections_of(solution, searches, matches, self._config), solution.exact
 
 

@@ -16,12 +16,13 @@ from .alignment import ContourMap, Placements, evidence, matched_share
 from .blobs import Blob, blob_anchors
 from .candidates import Candidates, ShapeOf, candidates_of
 from .config import RecognizerConfig
-from .constraints import ConstraintSet, configuration
+from .constraints import ConstraintSet
 from .datatypes import Target
 from .deadline import Deadline
 from .grouping import Group
 from .hypotheses import anchor_couples
 from .matching import Matches, concatenate_matches
+from .pairs import configuration
 from .refinement import ranks_in_group, suppress
 from .shapes import Shape
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from .axis_offsets import AxisOffset
 from .candidates import Candidates, violations
 from .config import RecognizerConfig
-from .constraints import ConstraintSet, configuration
+from .constraints import ConstraintSet
 from .datatypes import Detection, ImagePose, Instance, Rejection, Target
 from .grouping import Group, GroupSearch
 from .matching import Matches
+from .pairs import Key, configuration
 from .solution import Solution
 from .transforms import wrap_angle
 
@@ -35,18 +37,34 @@ def instance_of(candidates: Candidates, n: int, matches: Matches) -> Instance:
     )
 
 
-def detections_of(groups: list[Group], matches: Matches, targets: tuple[Target, ...]) -> tuple[Detection, ...]:
-    """Detections by target and score; ids count within a target."""
+def detections_of(
+    groups: list[Group], matches: Matches, targets: tuple[Target, ...], *, as_annotated: bool = False
+) -> tuple[Detection, ...]:
+    """Detections by target and score; ids count within a target.
+
+    :param as_annotated: directions of axes are those that annotations would have, where training learned the difference.
+    """
     detections = []
     for target in targets:
         mine = sorted((g for g in groups if g.candidates.target is target), key=lambda g: -g.score)
         for number, group in enumerate(mine):
             order = sorted(group.members, key=lambda n: int(group.candidates.component[n]))
             parts = tuple(instance_of(group.candidates, n, matches) for n in order)
-            base = instance_of(group.candidates, group.members[0], matches)
+            if as_annotated:
+                parts = tuple(_as_annotated(p, target) for p in parts)
+            base = next(p for p in parts if p.component == target.model.required.name)
             image = ImagePose(base.x, base.y, base.theta, base.scale)
             detections.append(Detection(target.name, number, group.score, image, parts))
     return tuple(detections)
+
+
+def _as_annotated(instance: Instance, target: Target) -> Instance:
+    learned = target.constraints
+    axes: dict[Key, AxisOffset] = {a.key: a for a in learned.axes} if isinstance(learned, ConstraintSet) else {}
+    axis = axes.get((instance.component, instance.marker))
+    if axis is None:
+        return instance
+    return axis.corrected(instance, target.model.component(instance.component).marker(instance.marker))
 
 
 def rejections_of(

@@ -29,12 +29,14 @@ class AnnotatedObject:
     """One annotation: an object in an image.
 
     :param points: keypoint name -> (2,) pixels, of the keypoints that are labelled.
+    :param size: the image's (width, height) in pixels, where the file tells it.
     """
 
     image: Path
     category: str
     place: str
     points: Mapping[str, Array]
+    size: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -100,8 +102,11 @@ def instance_from_axis(component: str, marker: Marker, tail_px: Array, head_px: 
     return Instance(component, marker.name, 1.0, float(centre.real), float(centre.imag), float(theta), float(abs(z)))
 
 
-def load_coco(paths: Iterable[str | Path]) -> Annotations:
-    """COCO keypoint files, one after another; crowds and categories without keypoints are passed over."""
+def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) -> Annotations:
+    """COCO keypoint files, one after another; crowds and categories without keypoints are passed over.
+
+    :param images_folder: where the images lie; without it, beside each file.
+    """
     categories: dict[str, tuple[str, ...]] = {}
     objects: list[AnnotatedObject] = []
     for path in map(Path, paths):
@@ -113,7 +118,7 @@ def load_coco(paths: Iterable[str | Path]) -> Annotations:
         for name, keypoints in own.values():
             if categories.setdefault(name, keypoints) != keypoints:
                 raise ConfigError(f"{path}: category '{name}': its keypoints differ from those of the files before it")
-        images = dict(_image(v) for v in top["images"].items())
+        images = dict(_image(v, images_folder or path.parent) for v in top["images"].items())
         known = {_entry(v, "id").integer() for v in top["categories"].items()}
         objects += [o for v in top["annotations"].items() if (o := _annotation(v, images, own, known)) is not None]
     return Annotations(categories, tuple(objects))
@@ -145,12 +150,18 @@ def _category(value: Value) -> tuple[int, tuple[str, tuple[str, ...]]]:
     return _entry(value, "id").integer(), (_entry(value, "name").text(), names)
 
 
-def _image(value: Value) -> tuple[int, Path]:
-    return _entry(value, "id").integer(), value.file.parent / _entry(value, "file_name").text()
+def _image(value: Value, folder: Path) -> tuple[int, tuple[Path, tuple[int, int] | None]]:
+    entries, size = value.entries(), None
+    if "width" in entries and "height" in entries:
+        size = (int(entries["width"].number(1)), int(entries["height"].number(1)))
+    return _entry(value, "id").integer(), (folder / _entry(value, "file_name").text(), size)
 
 
 def _annotation(
-    value: Value, images: Mapping[int, Path], categories: Mapping[int, tuple[str, tuple[str, ...]]], known: set[int]
+    value: Value,
+    images: Mapping[int, tuple[Path, tuple[int, int] | None]],
+    categories: Mapping[int, tuple[str, tuple[str, ...]]],
+    known: set[int],
 ) -> AnnotatedObject | None:
     category, image = _entry(value, "category_id"), _entry(value, "image_id")
     if category.integer() not in known:
@@ -161,7 +172,8 @@ def _annotation(
         return None
     name, keypoints = categories[category.raw]
     points = _points(_entry(value, "keypoints"), keypoints)
-    return AnnotatedObject(images[image.raw], name, f"{value.file}: {value.key}", points)
+    path, size = images[image.raw]
+    return AnnotatedObject(path, name, f"{value.file}: {value.key}", points, size)
 
 
 def _points(value: Value, names: Sequence[str]) -> dict[str, Array]:

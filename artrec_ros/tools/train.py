@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
-from ..core.constraints import ConstraintSet, Example, Key, PairConstraint, learn
+from ..core.constraints import ConstraintSet
 from ..core.errors import ConfigError
 from ..core.intervals import Interval, examples_for_coverage, expected_coverage, margin_for_coverage
+from ..core.learning import Example, learn
 from ..core.objects import ObjectModel
+from ..core.pairs import Key, PairConstraint
 from ..io.annotations import Annotations, load_coco
 from ..io.constraints import save_constraints
 from ..io.objects import load_object

@@ -2,9 +2,11 @@ import numpy as np
 import pytest
 from scene import Placed, capsule, crane, crane_placed, disc, flag, rectangle
 
-from artrec_ros.core.constraints import ConstraintSet, configuration, learn
+from artrec_ros.core.constraints import ConstraintSet
 from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.learning import learn
 from artrec_ros.core.objects import Component, ObjectModel
+from artrec_ros.core.pairs import configuration
 
 
 def examples(count=40, seed=0):

@@ -7,13 +7,15 @@ from scene import Placed, flag, rectangle
 from artrec_ros.core.alignment import Evidence, Placements
 from artrec_ros.core.candidates import candidates_of
 from artrec_ros.core.config import RecognizerConfig
-from artrec_ros.core.constraints import ConstraintSet, PairConstraint, learn
+from artrec_ros.core.constraints import ConstraintSet
 from artrec_ros.core.datatypes import Target
 from artrec_ros.core.deadline import Deadline
 from artrec_ros.core.grouping import GroupSearch
 from artrec_ros.core.intervals import Interval
+from artrec_ros.core.learning import learn
 from artrec_ros.core.matching import Matches
 from artrec_ros.core.objects import Component, ObjectModel
+from artrec_ros.core.pairs import PairConstraint
 from artrec_ros.core.report import rejections_of
 from artrec_ros.core.shapes import Shape
 from artrec_ros.core.solution import solve

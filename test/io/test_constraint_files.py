@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import yaml
 
-from artrec_ros.core.constraints import ConstraintSet, learn
+from artrec_ros.core.constraints import ConstraintSet
+from artrec_ros.core.learning import learn
 from artrec_ros.core.datatypes import Instance
 from artrec_ros.core.errors import ConfigError
 from artrec_ros.core.objects import Component, Marker, ObjectModel

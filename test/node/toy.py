@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from artrec_ros.core.constraints import learn
+from artrec_ros.core.learning import learn
 from artrec_ros.core.datatypes import Camera, Instance
 from artrec_ros.core.objects import Marker, ObjectModel
 from artrec_ros.io.constraints import save_constraints

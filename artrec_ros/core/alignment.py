@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .blobs import Blob
 from .config import RecognizerConfig
 from .deadline import Deadline
-from .shapes import Shape
+from .shapes import SAMPLES, Shape
 
 _MARGIN_PX = 16
 _STEPS_PER_PX = 15.0  # of the quantised distance: 255 stands for 17 px and more
@@ -88,6 +88,23 @@ class ContourMap:
         x = np.clip(np.rint(where.real - self.origin[0]), 0, self.nearest.shape[1] - 1).astype(np.intp)
         y = np.clip(np.rint(where.imag - self.origin[1]), 0, self.height - 1).astype(np.intp)
         return np.take(self.nearest, (y + (slot * self.height)[:, None]) * self.nearest.shape[1] + x)
+
+    def stretches(self, index: NDArray[np.int32], longest: int) -> NDArray[np.int32]:
+        """Indices, ascending, of contour points and of all that lie between one and the next on the same contour,
+        where these are no more than `longest` points apart.
+
+        :param index: (m,) contour points in the order of the contour; -1 for none.
+        """
+        here = index[index >= 0]
+        after = np.roll(index, -1)[index >= 0]
+        blob = self.blob[here]
+        first, end = np.searchsorted(self.blob[:-1], blob), np.searchsorted(self.blob[:-1], blob, side="right")
+        count = np.where((after >= 0) & (self.blob[after] == blob), (after - here) % np.maximum(end - first, 1), 0)
+        steps = np.arange(longest)  # 0 is the point itself
+        points = here[:, None] + steps
+        points = np.where(points >= end[:, None], points - (end - first)[:, None], points)
+        use = steps <= np.where(count <= longest, count, 0)[:, None]
+        return np.unique(points[use]).astype(np.int32)
 
 
 def _nearest_contour(
@@ -204,13 +221,25 @@ class Evidence:
     :param share: share of the outline that could be seen and is matched, normals agreeing.
     :param score: the same, with a point worth less the farther off it is (half at the tolerance).
     :param visible: share of the outline inside the image and outside ignored rectangles.
-    :param explained: per placement, indices of the contour points it explains.
+    :param matched: (K, m) index of the contour point that each of the outline's points matches; -1: none.
     """
 
     share: Array1
     score: Array1
     visible: Array1
-    explained: list[NDArray[np.int32]]
+    matched: NDArray[np.int32]
+
+    def take(self, index: np.ndarray) -> Evidence:
+        return Evidence(*(getattr(self, f)[index] for f in self.__dataclass_fields__))
+
+    @classmethod
+    def concatenate(cls, parts: list[Evidence]) -> Evidence:
+        parts = [cls.none(), *parts]
+        return cls(*(np.concatenate([getattr(p, f) for p in parts]) for f in cls.__dataclass_fields__))
+
+    @classmethod
+    def none(cls) -> Evidence:
+        return cls(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, SAMPLES), np.int32))
 
 
 def evidence(
@@ -218,7 +247,7 @@ def evidence(
 ) -> Evidence:
     """Exact evidence for a few placements: sub-pixel distances and normals at every point."""
     if not len(placed):
-        return Evidence(np.zeros(0), np.zeros(0), np.zeros(0), [])
+        return Evidence.none()
     points = np.stack([s.points for s in shapes])[placed.shape]  # (K, m)
     normals = np.stack([s.normals for s in shapes])[placed.shape]
     where = placed.where(points)
@@ -230,8 +259,8 @@ def evidence(
     seen = _in_view(where, cmap.image_size, blank)
     count = np.maximum(seen.sum(axis=1), 1)
     worth = np.where(matched & seen, 1 - 0.5 * (off / tol) ** 2, 0.0)
-    explained = [np.unique(i[m]) for i, m in zip(index, matched, strict=True)]
-    return Evidence((matched & seen).sum(axis=1) / count, worth.sum(axis=1) / count, seen.mean(axis=1), explained)
+    share = (matched & seen).sum(axis=1) / count
+    return Evidence(share, worth.sum(axis=1) / count, seen.mean(axis=1), np.where(matched, index, -1))
 
 
 def _in_view(where: np.ndarray, size: tuple[int, int], blank: tuple[int, ...]) -> NDArray[np.bool_]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .alignment import Array1, ContourMap, Evidence, Placements, evidence, matched_share
 from .blobs import Blob
@@ -51,33 +52,28 @@ class Matches:
         axis = np.exp(1j * axis_angle)
         return float(np.angle(self.placed.z[n] * axis + self.placed.w[n] * np.conj(axis)))
 
+    def explained(self, n: int) -> NDArray[np.int32]:
+        """Contour points that an instance explains: those it matches, and those that lie between two such."""
+        if self.cmap is None:
+            raise ValueError("matches of several contour maps explain no points of one")
+        between_px = float(self.perimeter_px[n]) / self.evidence.matched.shape[1]
+        return self.cmap.stretches(self.evidence.matched[n], int(np.ceil(1.5 * between_px)) + 1)
+
     def take(self, index: np.ndarray) -> Matches:
-        found = self.evidence
         return Matches(
-            self.shapes,
-            self.placed.take(index),
-            self.labels[index],
-            Evidence(found.share[index], found.score[index], found.visible[index], [found.explained[i] for i in index]),
-            self.cmap,
+            self.shapes, self.placed.take(index), self.labels[index], self.evidence.take(index), self.cmap
         )
 
     @classmethod
     def none(cls, shapes: list[Shape]) -> Matches:
-        empty = Placements.concatenate([])
-        zero = np.zeros(0)
-        return cls(shapes, empty, np.zeros(0, int), Evidence(zero, zero, zero, []))
+        return cls(shapes, Placements.concatenate([]), np.zeros(0, int), Evidence.none())
 
 
 def concatenate_matches(shapes: list[Shape], parts: list[Matches]) -> Matches:
     """Matches of several blobs as one list."""
     if not parts:
         return Matches.none(shapes)
-    found = Evidence(
-        np.concatenate([p.evidence.share for p in parts]),
-        np.concatenate([p.evidence.score for p in parts]),
-        np.concatenate([p.evidence.visible for p in parts]),
-        [e for p in parts for e in p.evidence.explained],
-    )
+    found = Evidence.concatenate([p.evidence for p in parts])
     placed = Placements.concatenate([p.placed for p in parts])
     return Matches(shapes, placed, np.concatenate([p.labels for p in parts]), found)
 

@@ -84,13 +84,13 @@ def _explained_enough(
         return accepted, []
     blob_of_point = matches.cmap.blob
     length = np.bincount(blob_of_point[:-1], minlength=blob_of_point.max(initial=0) + 1)
-    points = [matches.evidence.explained[m] for g in accepted for m in g.matches]
-    explained = np.unique(np.concatenate(points)) if points else np.zeros(0, int)
+    points = {m: matches.explained(m) for g in accepted for m in g.matches}
+    explained = np.unique(np.concatenate(list(points.values()))) if points else np.zeros(0, int)
     share = np.bincount(blob_of_point[explained], minlength=len(length)) / np.maximum(length, 1)
     kept: list[Group] = []
     dropped: list[Group] = []
     for group in accepted:
-        own = np.concatenate([blob_of_point[matches.evidence.explained[m]] for m in group.matches])
+        own = np.concatenate([blob_of_point[points[m]] for m in group.matches])
         # by where the group's evidence lies, so that a corner of a neighbour's blob does not count
         enough = not len(own) or float(share[own].mean()) >= config.min_explained
         (kept if enough else dropped).append(group)

@@ -22,7 +22,7 @@ def blank_labels():
 def find(labels, markers, config=CONFIG, wanted=None, blank=()):
     shapes = [Shape.from_marker(m) for m in markers]
     blobs = find_blobs(labels, {1, 2}, config, blank)
-    cmap = ContourMap.build(blobs, SIZE)
+    cmap = ContourMap.build(blobs, labels.shape[::-1])
     return find_matches(blobs, cmap, shapes, wanted or {(s, 1) for s in range(len(shapes))}, config, Deadline(), blank)
 
 
@@ -258,3 +258,23 @@ def test_suppression_keeps_the_best_of_a_place_modulo_symmetry():
 def test_ranks_within_groups():
     assert ranks_in_group(np.array([1, 0, 1, 0, 1]), np.array([3.0, 1, 5, 2, 5])).tolist() == [2, 1, 0, 0, 1]
     assert ranks_in_group(np.zeros(0), np.zeros(0)).tolist() == []
+
+
+@pytest.mark.parametrize("scale", [30, 300])
+def test_a_found_shape_explains_its_whole_contour_however_large_it_is(scale):
+    labels = np.zeros((600, 800), np.uint8)
+    draw(labels, flag(), Placed(400, 300, 0.4, scale), 1)
+    matches = find(labels, [flag()])
+    assert len(matches.explained(0)) > 0.95 * (len(matches.cmap.points) - 1)
+
+
+def test_what_lies_between_points_that_match_is_explained_unless_it_is_long():
+    labels = np.zeros((60, 90), np.uint8)
+    labels[10:30, 10:50] = labels[40:50, 10:50] = 3
+    blobs = find_blobs(labels, [3], CONFIG)
+    cmap = ContourMap.build(blobs, labels.shape[::-1])
+    count, both = len(blobs[0].pixels), len(cmap.points) - 1
+    assert cmap.stretches(np.array([3, 7, -1, 9, 30]), 5).tolist() == [3, 4, 5, 6, 7, 9, 30]
+    assert cmap.stretches(np.array([count - 2, 1]), 5).tolist() == [0, 1, count - 2, count - 1]  # round the end
+    assert cmap.stretches(np.array([count - 1, count]), 5).tolist() == [count - 1, count]  # not into another blob
+    assert cmap.stretches(np.arange(both), 5).tolist() == list(range(both))

@@ -17,7 +17,7 @@ from artrec_ros.core.matching import Matches
 from artrec_ros.core.objects import Component, ObjectModel
 from artrec_ros.core.pairs import PairConstraint
 from artrec_ros.core.report import rejections_of
-from artrec_ros.core.shapes import Shape
+from artrec_ros.core.shapes import SAMPLES, Shape
 from artrec_ros.core.solution import solve
 
 FLAG, BAR = flag(), rectangle("bar", 0.8, 0.16)
@@ -42,8 +42,9 @@ def found(*instances):
     none = np.zeros(len(t), np.int32)
     share = np.array([s for _, _, s in instances])
     placed = Placements.similarities(t, z, np.array([s for s, _, _ in instances], np.int32), none, none)
+    matched = np.full((len(t), SAMPLES), -1, np.int32)
     return Matches(
-        SHAPES, placed.replace(score=share), np.ones(len(t), int), Evidence(share, share, share, [none] * len(t))
+        SHAPES, placed.replace(score=share), np.ones(len(t), int), Evidence(share, share, share, matched)
     )
 
 

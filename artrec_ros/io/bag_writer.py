@@ -1,8 +1,8 @@
-"""Writes rosbag2 bags of images, calibrations and poses, without ROS. What reads them is io/bags.py."""
+"""Writes rosbag2 bags of images, calibrations, poses and any `Message`, without ROS. What reads them is io/bags.py."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -10,15 +10,21 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from rosbags.interfaces import Nodetype
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from ..core.datatypes import Camera
 from ..core.errors import SourceError
 from ..core.transforms import Pose
+from .messages import Message, header, pose_array
 
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
 _JPEG_QUALITY = 90
+_PLAIN = {"string": str, "bool": bool, "float32": float, "float64": float} | {
+    f"{sign}int{bits}": int for sign in ("u", "") for bits in (8, 16, 32, 64)
+}
+_DEFAULTS = {"geometry_msgs/msg/Quaternion": {"w": 1.0}}  # what ROS fills in that is not zero
 
 
 class BagWriter:
@@ -49,30 +55,46 @@ class BagWriter:
     ) -> None:
         self._writer.close()
 
-    def write_image(self, topic: str, stamp_ns: int, frame_id: str, image: NDArray[np.uint8]) -> None:
-        """sensor_msgs/Image: (H, W) as mono8, (H, W, 3) as bgr8."""
+    def write(self, topic: str, stamp_ns: int, message: Message) -> None:
+        """Any message of ROS 2's common_interfaces, recorded at `stamp_ns`."""
+        data = self._store.serialize_cdr(self._made(message.type, message.fields), message.type)
+        self.write_raw(topic, stamp_ns, message.type, data)
+
+    def write_raw(self, topic: str, stamp_ns: int, msgtype: str, data: bytes | memoryview) -> None:
+        """A message that is serialised already, as ROS 2 does (CDR)."""
+        if topic not in self._connections:
+            self._connections[topic] = self._writer.add_connection(topic, msgtype, typestore=self._store)
+        self._writer.write(self._connections[topic], stamp_ns, data)
+
+    def write_image(self, topic: str, stamp_ns: int, frame_id: str, image: NDArray[Any]) -> None:
+        """sensor_msgs/Image: (H, W) uint8 as mono8, uint16 as mono16, (H, W, 3) as bgr8."""
         height, width = image.shape[:2]
+        encoding = "bgr8" if image.ndim == 3 else "mono16" if image.dtype == np.uint16 else "mono8"
         fields = {
+            "header": header(stamp_ns, frame_id),
             "height": height,
             "width": width,
-            "encoding": "mono8" if image.ndim == 2 else "bgr8",
+            "encoding": encoding,
             "is_bigendian": 0,
-            "step": image.size // height,
-            "data": np.ascontiguousarray(image).reshape(-1),
+            "step": image.nbytes // height,
+            "data": np.ascontiguousarray(image).reshape(-1).view(np.uint8),
         }
-        self._write(topic, stamp_ns, "sensor_msgs/msg/Image", header=self._header(stamp_ns, frame_id), **fields)
+        self.write(topic, stamp_ns, Message("sensor_msgs/msg/Image", fields))
 
     def write_jpeg(self, topic: str, stamp_ns: int, frame_id: str, image: NDArray[np.uint8]) -> None:
         """sensor_msgs/CompressedImage of a (H, W, 3) BGR image."""
         _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-        header = self._header(stamp_ns, frame_id)
-        kind = "sensor_msgs/msg/CompressedImage"
-        self._write(topic, stamp_ns, kind, header=header, format="bgr8; jpeg compressed bgr8", data=data.reshape(-1))
+        fields = {
+            "header": header(stamp_ns, frame_id),
+            "format": "bgr8; jpeg compressed bgr8",
+            "data": data.reshape(-1),
+        }
+        self.write(topic, stamp_ns, Message("sensor_msgs/msg/CompressedImage", fields))
 
     def write_camera(self, topic: str, stamp_ns: int, camera: Camera) -> None:
         """sensor_msgs/CameraInfo of an unrectified camera."""
-        roi = self._new("sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
         fields = {
+            "header": header(stamp_ns, camera.frame_id),
             "width": camera.size[0],
             "height": camera.size[1],
             "distortion_model": "rational_polynomial" if camera.distortion.size > 5 else "plumb_bob",
@@ -80,33 +102,27 @@ class BagWriter:
             "k": camera.matrix.reshape(-1),
             "r": np.eye(3).reshape(-1),
             "p": np.column_stack([camera.matrix, np.zeros(3)]).reshape(-1),
-            "binning_x": 0,
-            "binning_y": 0,
-            "roi": roi,
         }
-        header = self._header(stamp_ns, camera.frame_id)
-        self._write(topic, stamp_ns, "sensor_msgs/msg/CameraInfo", header=header, **fields)
+        self.write(topic, stamp_ns, Message("sensor_msgs/msg/CameraInfo", fields))
 
     def write_poses(self, topic: str, stamp_ns: int, frame_id: str, poses: Sequence[Pose]) -> None:
         """geometry_msgs/PoseArray."""
-        messages = []
-        for pose in poses:
-            x, y, z, w = map(float, pose.quaternion)
-            position = self._new("geometry_msgs/msg/Point", **dict(zip("xyz", map(float, pose.position), strict=True)))
-            orientation = self._new("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
-            messages.append(self._new("geometry_msgs/msg/Pose", position=position, orientation=orientation))
-        header = self._header(stamp_ns, frame_id)
-        self._write(topic, stamp_ns, "geometry_msgs/msg/PoseArray", header=header, poses=messages)
+        self.write(topic, stamp_ns, pose_array(poses, header(stamp_ns, frame_id)))
 
-    def _new(self, msgtype: str, **fields: Any) -> Any:
-        return self._store.types[msgtype](**fields)
+    def _made(self, msgtype: str, fields: Mapping[str, Any]) -> Any:
+        """The message as rosbags has it; fields that are not given are zero, empty or false."""
+        content = {name: self._value(kind, fields.get(name)) for name, kind in self._store.fielddefs[msgtype][1]}
+        return self._store.types[msgtype](**content)
 
-    def _header(self, stamp_ns: int, frame_id: str) -> Any:
-        stamp = self._new("builtin_interfaces/msg/Time", sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
-        return self._new("std_msgs/msg/Header", stamp=stamp, frame_id=frame_id)
-
-    def _write(self, topic: str, stamp_ns: int, msgtype: str, **fields: Any) -> None:
-        if topic not in self._connections:
-            self._connections[topic] = self._writer.add_connection(topic, msgtype, typestore=self._store)
-        data = self._store.serialize_cdr(self._new(msgtype, **fields), msgtype)
-        self._writer.write(self._connections[topic], stamp_ns, data)
+    def _value(self, kind: Any, value: Any) -> Any:
+        """`value` as a field of this kind: (node type, type's name, or (its item's kind, size))."""
+        node, content = kind
+        if node == Nodetype.NAME:
+            return self._made(content, value.fields if value is not None else _DEFAULTS.get(content, {}))
+        if node == Nodetype.BASE:
+            return _PLAIN[content[0]]() if value is None else value
+        item, size = content
+        if item[0] == Nodetype.NAME or item[1][0] == "string":
+            return [self._value(item, v) for v in value or []]
+        dtype = np.dtype(item[1][0])
+        return np.zeros(size, dtype) if value is None else np.asarray(value, dtype)

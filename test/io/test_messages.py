@@ -1,0 +1,86 @@
+"""Messages of a bag are those of the node, field by field."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+
+from artrec_ros.core.datatypes import Detection, ImagePose, Instance, Target
+from artrec_ros.core.transforms import Pose
+from artrec_ros.io import messages
+from artrec_ros.io.bag_writer import BagWriter
+from artrec_ros.io.marker_messages import MarkerScene
+from artrec_ros.io.messages import Message
+from artrec_ros.io.objects import load_object
+
+STAMP = 1_700_000_000_123_456_789
+TOY = """
+format: artrec_object/1
+name: toy
+markers:
+  hull: {outline: [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05]], axis: [[-0.1, 0], [0.1, 0]]}
+components:
+  body: {required: true, markers: {hull: {pose: {xyz: [0, 0, 0], rpy: [0, 0, 0]}}}}
+"""
+
+
+def detection(number: int, score: float, sigma: float | None = None) -> Detection:
+    parts = (Instance("body", "hull", 1.0, 0, 0, 0, 1),)
+    pose = Pose.from_xyz_rpy((0.25, -0.5, 2), (0.1, 0.2, 0.3))
+    covariance = None if sigma is None else np.eye(6, dtype=np.float32) * sigma
+    return Detection("toy", number, score, ImagePose(1, 2, 3, 4), parts, pose, {"arm": np.float32(0.25)}, covariance)
+
+
+@pytest.fixture
+def scene(tmp_path) -> MarkerScene:
+    (tmp_path / "toy.yaml").write_text(TOY)
+    return MarkerScene([Target("toy", load_object(tmp_path / "toy.yaml", {}), 3)])
+
+
+def everything(scene: MarkerScene) -> list[Message]:
+    """All that is said of two frames: the second one's markers delete the first one's."""
+    found = [detection(0, 0.5, 0.5), detection(1, 0.75)]
+    header = messages.header(STAMP, "eye")
+    said = [make(found, header) for make in (messages.detected_poses, messages.robots, messages.joint_states)]
+    best = messages.best_pose(found, header)
+    assert best is not None
+    shown = [scene.update(d, "eye", lambda frame: messages.header(STAMP, frame)) for d in (found, found[:1])]
+    return [*said, best, *shown]
+
+
+def read(path) -> dict[str, object]:
+    with AnyReader([path]) as reader:
+        return {c.topic: reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()}
+
+
+def test_fields_come_back_and_the_others_are_ros_defaults(tmp_path, scene):
+    with BagWriter(tmp_path / "bag") as bag:
+        for i, message in enumerate(everything(scene)):
+            bag.write(f"/t{i}", STAMP, message)
+    _, robots, joints, best, markers, later = read(tmp_path / "bag").values()
+    assert robots.joint_names == ["toy_0", "toy_1"] and robots.transforms[1].translation.y == -0.5
+    assert joints.name == ["toy_0/arm", "toy_1/arm"] and list(joints.position) == [0.25, 0.25]
+    assert joints.velocity.size == 0
+    assert best.pose.covariance[7] == 0.5 and best.header.stamp.nanosec == STAMP % 10**9
+    assert {m.ns for m in markers.markers} == {"toy/frame", "toy/name", "toy/outline"}
+    gone = [m for m in later.markers if m.action == 2]
+    assert len(gone) == 3 and all(m.id == 1 and m.pose.orientation.w == 1.0 for m in gone)
+
+
+def test_a_pose_without_covariance_is_no_best_pose():
+    assert messages.best_pose([detection(0, 0.9)], None) is None
+
+
+def test_the_node_sends_the_same(tmp_path, scene):
+    serialization = pytest.importorskip("rclpy.serialization", reason="no ROS 2 (rclpy) here")
+    from artrec_ros.node.conversions import to_ros
+
+    with BagWriter(tmp_path / "bag") as bag:
+        for i, message in enumerate(said := everything(scene)):
+            bag.write(f"/t{i}", STAMP, message)
+    with AnyReader([tmp_path / "bag"]) as reader:
+        recorded = {c.topic: bytes(raw) for c, _, raw in reader.messages()}
+    for message, data in zip(said, recorded.values(), strict=True):
+        sent = to_ros(message)
+        assert serialization.deserialize_message(data, type(sent)) == sent

@@ -110,7 +110,7 @@ def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) ->
     categories: dict[str, tuple[str, ...]] = {}
     objects: list[AnnotatedObject] = []
     for path in map(Path, paths):
-        top = _read_json(path).entries()
+        top = read_json(path).entries()
         for key in ("images", "annotations", "categories"):
             if key not in top:
                 raise ConfigError(f"{path}: {key}: this key is missing; a COCO keypoint file is wanted")
@@ -124,7 +124,8 @@ def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) ->
     return Annotations(categories, tuple(objects))
 
 
-def _read_json(path: Path) -> Value:
+def read_json(path: Path) -> Value:
+    """A JSON file as a `Value`."""
     try:
         return Value(path, "", json.loads(read_text(path)))
     except json.JSONDecodeError as error:

@@ -17,7 +17,7 @@ from .images import IMAGE_SUFFIXES, Image, read_image
 from .recovery import RawMessage
 from .topics import Report, camera_info_topic, camera_of, choose_topic, decode_message, listed, stamp_of
 
-_STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds
+STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class FolderSource(Source):
         if not files:
             bags, images = ", ".join(BAG_SUFFIXES), ", ".join(IMAGE_SUFFIXES)
             raise SourceError(f"{folder}: neither a bag ({bags}) nor images ({images})")
-        named = all(p.stem.isdecimal() and len(p.stem) >= _STAMP_DIGITS for p in files)
+        named = all(p.stem.isdecimal() and len(p.stem) >= STAMP_DIGITS for p in files)
         stamps = [int(p.stem) if named else round(i * 1e9 / options.rate_hz) for i, p in enumerate(files)]
         start_ns, stop_ns = options.span_ns(stamps[0])
         self._files = [

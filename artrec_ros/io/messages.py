@@ -50,6 +50,12 @@ def pose_message(pose: Pose) -> Message:
     return Message("geometry_msgs/msg/Pose", {"position": xyz(pose.position), "orientation": quaternion(pose)})
 
 
+def transform_message(pose: Pose) -> Message:
+    """geometry_msgs/Transform."""
+    fields = {"translation": xyz(pose.position, "Vector3"), "rotation": quaternion(pose)}
+    return Message("geometry_msgs/msg/Transform", fields)
+
+
 def pose_array(poses: Sequence[Pose], header: Any) -> Message:
     return Message("geometry_msgs/msg/PoseArray", {"header": header, "poses": [pose_message(p) for p in poses]})
 
@@ -62,10 +68,7 @@ def detected_poses(detections: Sequence[Detection], header: Any) -> Message:
 def robots(detections: Sequence[Detection], header: Any) -> Message:
     """MultiDOFJointState: the same poses with names, in one message."""
     posed = [(instance_name(d), d.pose) for d in detections if d.pose is not None]
-    transforms = [
-        Message("geometry_msgs/msg/Transform", {"translation": xyz(p.position, "Vector3"), "rotation": quaternion(p)})
-        for _, p in posed
-    ]
+    transforms = [transform_message(p) for _, p in posed]
     fields = {"header": header, "joint_names": [name for name, _ in posed], "transforms": transforms}
     return Message("sensor_msgs/msg/MultiDOFJointState", fields)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,11 +16,10 @@ from ..core.datatypes import Target
 from ..core.errors import ConfigError
 from ..core.recognizer import Recognizer
 from ..core.segmentation import Segmenter
-from .constraints import load_constraints
 from .files import Value, load_value, nearest
-from .objects import load_object
 from .shared_files import resolve_path
 from .specs import Spec, all_specs, specs_of
+from .targets import load_target, same_labels, with_absolute_paths
 
 _SECTION = "ros__parameters"
 _WILDCARDS = ("/**", "/*", "**", "*")
@@ -34,11 +33,13 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 class Setup:
     """All that a recogniser is made of.
 
+    :param objects: what `targets` were read from, file names absolute.
     :param resolved: every parameter by its flat name, defaults included, file names absolute. Empty lists are
         left out: ROS cannot tell their type, and each is its parameter's default.
     """
 
     targets: tuple[Target, ...]
+    objects: dict[str, ObjectConfig]
     image: ImageConfig
     recognizer: RecognizerConfig
     node: NodeConfig
@@ -47,6 +48,13 @@ class Setup:
     def build(self) -> Recognizer:
         """The recogniser with these parameters."""
         return Recognizer(self.targets, self.recognizer, Segmenter(self.image))
+
+    def changed(self, changes: Mapping[str, Any]) -> Setup:
+        """The set-up with some values changed. Files are read again only for objects that the changes concern.
+
+        :raises ConfigError: the values as a whole are not valid.
+        """
+        return setup_from_flat({**self.resolved, **changes}, Path(), previous=self)
 
     def to_yaml(self) -> str:
         """A parameter file that gives this set-up again, from wherever it lies."""
@@ -101,11 +109,21 @@ def _flatten(section: Value) -> dict[str, Value]:
     return flat
 
 
-def setup_from_flat(flat: Mapping[str, Any], base_dir: Path, source: str | Path = "parameters") -> Setup:
+def setup_from_flat(
+    flat: Mapping[str, Any],
+    base_dir: Path,
+    source: str | Path = "parameters",
+    *,
+    warn: Callable[[str], None] | None = None,
+    previous: Setup | None = None,
+) -> Setup:
     """A set-up from flat parameter values, as a ROS node holds them.
 
     :param base_dir: where relative file names start.
     :param source: what errors name as the values' file.
+    :param warn: called with a line for each unknown parameter; without it an unknown one is an error.
+    :param previous: its targets are taken over where nothing changed that they are read from.
+    :raises ConfigError: a value, or a file that it names, is not valid.
     """
     values = {key: Value(Path(source), key, _plain(raw)) for key, raw in flat.items()}
     objects = _read_names(values, "objects", _RESERVED)
@@ -113,16 +131,33 @@ def setup_from_flat(flat: Mapping[str, Any], base_dir: Path, source: str | Path 
         raise ConfigError(f"{source}: objects: this key is missing; it lists the objects to look for, such as [red]")
     classes = _read_names(values, "image.classes", [f.name for f in dataclasses.fields(ImageConfig)])
     specs = all_specs(objects, classes)
-    for key, value in values.items():
-        if key not in specs and key not in _ROS_OWN and not key.startswith(_ROS_OWN_PREFIX):
-            raise value.error(f"unknown parameter{_hint(key, specs)}")
+    values = _known(values, specs, warn)
     image = _read_image(values, classes, str(source))
     recognizer = _read_config(RecognizerConfig, "recognizer.", values, str(source))
     node = _read_config(NodeConfig, "", values, str(source))
     configs = {name: _read_object(name, values, base_dir, str(source)) for name in objects}
-    targets = tuple(_load_target(name, config, image, values) for name, config in configs.items())
+    kept = {}
+    if previous is not None and same_labels(previous.image, image):
+        kept = {t.name: t for t in previous.targets if configs.get(t.name) == previous.objects[t.name]}
+    targets = tuple(kept.get(name) or load_target(name, config, image, values) for name, config in configs.items())
     resolved = _resolve(specs, values, {f"{n}.{k}": v for n, c in configs.items() for k, v in vars(c).items()})
-    return Setup(targets, image, recognizer, node, resolved)
+    return Setup(targets, configs, image, recognizer, node, resolved)
+
+
+def _known(
+    values: Mapping[str, Value], specs: Mapping[str, Spec], warn: Callable[[str], None] | None
+) -> dict[str, Value]:
+    """The values of parameters that there are; each other one is told to `warn`, or raised."""
+    known = {}
+    for key, value in values.items():
+        if key in specs or key in _ROS_OWN or key.startswith(_ROS_OWN_PREFIX):
+            known[key] = value
+            continue
+        error = value.error(f"unknown parameter{hint(key, specs)}")
+        if warn is None:
+            raise error
+        warn(f"{error}; it is ignored")
+    return known
 
 
 def _plain(raw: Any) -> Any:
@@ -130,8 +165,8 @@ def _plain(raw: Any) -> Any:
     return raw if isinstance(raw, (str, bytes, dict)) or not hasattr(raw, "__iter__") else list(raw)
 
 
-def _hint(key: str, specs: Mapping[str, Spec]) -> str:
-    """The nearest known name, and the names beside it rather than all of them."""
+def hint(key: str, specs: Mapping[str, Spec]) -> str:
+    """For an unknown parameter: the nearest known name, and the names beside it rather than all of them."""
     group = key.rpartition(".")[0]
     beside = [name for name in specs if name.rpartition(".")[0] == group]
     return nearest(key, beside or specs)
@@ -176,32 +211,10 @@ def _require(values: Mapping[str, Value], key: str, source: str) -> None:
 
 
 def _read_object(name: str, values: Mapping[str, Value], base_dir: Path, source: str) -> ObjectConfig:
-    """An object's parameters with absolute file names."""
     for key in ("object_file", "label"):
         _require(values, f"{name}.{key}", source)
     config: ObjectConfig = _read_config(ObjectConfig, f"{name}.", values, source)
-    paths: dict[str, Any] = {}
-    for key in ("object_file", "constraint_file"):
-        given = getattr(config, key)
-        if not given and key == "constraint_file":
-            continue
-        try:
-            paths[key] = str(resolve_path(given, base_dir))
-        except ConfigError as error:
-            raise values[f"{name}.{key}"].error(str(error)) from None
-        if not Path(paths[key]).is_file():
-            raise values[f"{name}.{key}"].error(f"there is no file {paths[key]}")
-    return dataclasses.replace(config, **paths)
-
-
-def _load_target(name: str, config: ObjectConfig, image: ImageConfig, values: Mapping[str, Value]) -> Target:
-    labels = {class_name: c.label for class_name, c in image.classes.items()}
-    if image.kind != "labels" and config.label not in labels.values():
-        known = ", ".join(f"{label} ({class_name})" for class_name, label in labels.items())
-        raise values[f"{name}.label"].error(f"{config.label} is no label of image.classes (known: {known})")
-    model = load_object(config.object_file, labels)
-    constraints = load_constraints(config.constraint_file, model) if config.constraint_file else None
-    return Target(name, model, config.label, constraints)
+    return with_absolute_paths(config, name, values, base_dir)
 
 
 def _resolve(specs: Mapping[str, Spec], values: Mapping[str, Value], paths: Mapping[str, Any]) -> dict[str, Any]:

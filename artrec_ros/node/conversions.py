@@ -55,7 +55,7 @@ def image_to_msg(picture: NDArray[np.uint8], header: Header) -> Image:
 
 def to_ros(message: Message) -> Any:
     """A message of `io/messages.py` as the ROS message of that type."""
-    return _message_class(message.type)(**{name: _ros_value(value) for name, value in message.fields.items()})
+    return message_class(message.type)(**{name: _ros_value(value) for name, value in message.fields.items()})
 
 
 def _ros_value(value: Any) -> Any:
@@ -65,17 +65,10 @@ def _ros_value(value: Any) -> Any:
 
 
 @cache
-def _message_class(msgtype: str) -> Any:
+def message_class(msgtype: str) -> Any:
+    """The class of a message type such as sensor_msgs/msg/Image."""
     package, _, name = msgtype.split("/")
     return getattr(importlib.import_module(f"{package}.msg"), name)
-
-
-def pose_to_transform(pose: Pose) -> Transform:
-    msg = pose_to_msg(pose)
-    transform = Transform(rotation=msg.orientation)
-    t, p = transform.translation, msg.position
-    t.x, t.y, t.z = p.x, p.y, p.z
-    return transform
 
 
 def pose_array(detections: Sequence[Detection], header: Header) -> PoseArray:

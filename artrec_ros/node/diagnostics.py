@@ -2,78 +2,97 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass, field
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
+from .pipeline import FrameReport
+
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
 @dataclass
 class Counters:
-    """Since the node began: `processed` + `failed` images were received."""
+    """Since the node began: `processed` + `failed` images were looked at."""
 
     processed: int = 0
     failed: int = 0
     objects: int = 0
+    incomplete: int = 0
     last_error: str = ""
     last_image_s: float | None = None
-    latencies_ms: list[float] = field(default_factory=list)  # of the current period, receive to publish
+    header_problem: str = ""  # of the last image
+    reports: list[FrameReport] = field(default_factory=list)  # of the current period
 
 
 @dataclass(frozen=True)
 class InputState:
-    """What is known of the inputs at the moment of a report."""
+    """What is known of the inputs at the moment of a report.
+
+    :param dropped: images that a newer one replaced before they were looked at. :param lost: that never arrived.
+    :param calibration: empty: calibrated; else why not.
+    :param active: the node's lifecycle state lets it work.
+    """
 
     topic: str
-    publishers: int
-    incompatible: str
-    dropped: int
-    calibration: str  # empty: calibrated; else why not
+    publishers: int = 0
+    incompatible: str = ""
+    dropped: int = 0
+    lost: int = 0
+    calibration: str = ""
+    active: bool = True
 
 
 class Diagnostics:
-    """Makes a report of what happened since the last one. Times are a steady clock's seconds."""
+    """Makes a report of what happened since the last one. Times are a steady clock's seconds.
 
-    def __init__(self, node_name: str, no_image_after_s: float, now_s: float) -> None:
+    Images are counted by one thread and reported by another.
+    """
+
+    def __init__(self, node_name: str, now_s: float) -> None:
         self.counters = Counters()
+        self._lock = threading.Lock()
         self._name = node_name
-        self._no_image_after_s = no_image_after_s
-        self._last_s, self._last = now_s, (0, 0, 0)
+        self._last_s, self._last = now_s, (0, 0)
 
-    def image_processed(self, now_s: float, latency_ms: float, n_objects: int) -> None:
-        c = self.counters
-        c.processed += 1
-        c.objects += n_objects
-        c.last_image_s = now_s
-        c.latencies_ms.append(latency_ms)
+    def image_processed(self, now_s: float, report: FrameReport) -> None:
+        with self._lock:
+            c = self.counters
+            c.processed += 1
+            c.objects += report.n_objects
+            c.incomplete += not report.complete
+            c.last_image_s, c.header_problem = now_s, report.header_problem
+            c.reports.append(report)
 
     def image_failed(self, now_s: float, error: str) -> None:
-        c = self.counters
-        c.failed += 1
-        c.last_image_s, c.last_error = now_s, error
+        with self._lock:
+            c = self.counters
+            c.failed += 1
+            c.last_image_s, c.last_error = now_s, error
 
-    def report(self, state: InputState, now_s: float, header: Header) -> DiagnosticArray:
+    def report(self, state: InputState, no_image_after_s: float, now_s: float, header: Header) -> DiagnosticArray:
         """Three statuses: input, calibration, recognition."""
-        c, period = self.counters, max(now_s - self._last_s, 1e-3)
-        processed, failed, objects = (
-            new - old for new, old in zip((c.processed, c.failed, c.objects), self._last, strict=True)
-        )
-        latencies, c.latencies_ms = c.latencies_ms, []
-        self._last_s, self._last = now_s, (c.processed, c.failed, c.objects)
-        statuses = [
-            self._input(state, now_s, (processed + failed) / period, failed),
-            self._calibration(state),
-            self._recognition(processed, objects, processed / period, latencies),
-        ]
+        with self._lock:
+            c, period = self.counters, max(now_s - self._last_s, 1e-3)
+            processed, failed = c.processed - self._last[0], c.failed - self._last[1]
+            reports, c.reports = c.reports, []
+            self._last_s, self._last = now_s, (c.processed, c.failed)
+            silent = c.last_image_s is None or now_s - c.last_image_s > no_image_after_s
+            statuses = [
+                self._input(state, silent, (processed + failed) / period, failed),
+                self._calibration(state),
+                self._recognition(reports, processed / period),
+            ]
         return DiagnosticArray(header=header, status=statuses)
 
-    def _input(self, state: InputState, now_s: float, rate_hz: float, failed: int) -> DiagnosticStatus:
+    def _input(self, state: InputState, silent: bool, rate_hz: float, failed: int) -> DiagnosticStatus:
         c = self.counters
-        silent = c.last_image_s is None or now_s - c.last_image_s > self._no_image_after_s
-        if silent and not state.publishers:
+        if not state.active:
+            level, text = OK, "not active: the lifecycle manager has not activated this node"
+        elif silent and not state.publishers:
             level, text = WARN, f"no images: nobody publishes {state.topic}"
         elif silent and state.incompatible:
             level, text = ERROR, f"QoS mismatch on {state.topic}: {state.incompatible}"
@@ -81,6 +100,8 @@ class Diagnostics:
             level, text = WARN, f"no images: {state.publishers} publisher(s) of {state.topic} send none"
         elif failed:
             level, text = ERROR, f"{failed} image(s) could not be used: {c.last_error}"
+        elif c.header_problem:
+            level, text = WARN, c.header_problem
         else:
             level, text = OK, f"{rate_hz:.1f} images/s"
         values = {
@@ -90,6 +111,7 @@ class Diagnostics:
             "processed": c.processed,
             "failed": c.failed,
             "dropped": state.dropped,
+            "lost": state.lost,
             "last_error": c.last_error,
         }
         return self._status("input", level, text, values)
@@ -99,15 +121,24 @@ class Diagnostics:
             return self._status("calibration", WARN, f"{state.calibration}; no metric poses", {})
         return self._status("calibration", OK, "calibrated", {})
 
-    def _recognition(self, processed: int, objects: int, rate_hz: float, latencies: list[float]) -> DiagnosticStatus:
-        text = "no image processed" if not processed else f"{objects} object(s) in {processed} image(s)"
-        if processed and not objects:
-            text = f"nothing found in {processed} image(s)"
-        values = {"rate_hz": f"{rate_hz:.2f}", "objects": self.counters.objects}
-        if latencies:
-            values["latency_median_ms"] = f"{np.median(latencies):.1f}"
-            values["latency_max_ms"] = f"{max(latencies):.1f}"
-        return self._status("recognition", OK, text, values)
+    def _recognition(self, reports: list[FrameReport], rate_hz: float) -> DiagnosticStatus:
+        objects, cut_off = sum(r.n_objects for r in reports), sum(not r.complete for r in reports)
+        level, text = OK, f"{objects} object(s) in {len(reports)} image(s)"
+        if not reports:
+            text = "no image processed"
+        elif not objects:
+            text = f"nothing found in {len(reports)} image(s)"
+        if cut_off:
+            level, text = WARN, f"{text}; recognizer.time_budget_ms ended the search in {cut_off}"
+        c = self.counters
+        values: dict[str, object] = {"rate_hz": f"{rate_hz:.2f}", "objects": c.objects, "incomplete": c.incomplete}
+        if reports:
+            latency, recognition = np.array([(r.latency_ms, r.recognition_ms) for r in reports]).T
+            values["latency_median_ms"] = f"{np.median(latency):.2f}"
+            values["latency_max_ms"] = f"{latency.max():.2f}"
+            values["recognition_median_ms"] = f"{np.median(recognition):.2f}"
+            values["added_median_ms"] = f"{np.median(latency - recognition):.2f}"
+        return self._status("recognition", level, text, values)
 
     def _status(self, part: str, level: bytes, text: str, values: dict[str, object]) -> DiagnosticStatus:
         pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]

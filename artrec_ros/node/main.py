@@ -13,6 +13,8 @@ _HELP = """Recognises articulated objects in images: subscribes image and camera
 example: artrec_node --ros-args --params-file config/aibo.yaml -r image:=/camera/segmentation
 """
 
+_SWITCH_S = 5e-4  # an image that comes in must not wait 5 ms, Python's default, for the thread that recognises
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM.
@@ -35,17 +37,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
         return 2
     parser.parse_args(own)
+    sys.setswitchinterval(_SWITCH_S)
+    node = None
     try:
         rclpy.init(args=["artrec_node", *arguments])
         from .node import RecognizerNode
 
-        rclpy.spin(RecognizerNode(arguments))
+        node = RecognizerNode(arguments)
+        node.autostart()
+        rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
     except (ArtrecError, RuntimeError) as error:  # rclpy raises RuntimeErrors for bad arguments and parameter files
         print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
         return 1
     finally:
+        if node is not None:
+            node.destroy_node()
         rclpy.try_shutdown()
     return 0
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from rclpy.duration import Duration
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
@@ -27,4 +28,8 @@ class MarkerScene:
         def header_of(frame_id: str) -> Header:
             return Header(stamp=header.stamp, frame_id=frame_id)
 
-        return to_ros(self._scene.update(detections, header.frame_id, header_of))
+        scene: MarkerArray = to_ros(self._scene.update(detections, header.frame_id, header_of))
+        lifetime = Duration(seconds=lifetime_s).to_msg()
+        for marker in scene.markers:
+            marker.lifetime = lifetime
+        return scene

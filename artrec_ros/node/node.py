@@ -8,117 +8,169 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import cv2
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
-from rclpy.qos import qos_profile_sensor_data
-from sensor_msgs.msg import CameraInfo, Image
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from std_msgs.msg import Header
 
-from ..core.datatypes import Camera, FrameResult
-from ..core.drawing import draw_result
 from ..core.errors import ArtrecError, ConfigError
+from ..io import node_topics as topics
 from ..io.parameters import Setup
-from . import conversions
+from .calibration import Calibrations
+from .conversions import message_class
 from .diagnostics import Diagnostics, InputState
-from .image_input import ImageInput
+from .inputs import Inputs
 from .parameters import LiveParameters, initial_setup
-from .publishers import ObjectPublishers
+from .pipeline import FrameReport, Pipeline, one_line
+from .publishers import Publishers
+from .tf import transform_sender
 
 _FOLLOW_PERIOD_S = 0.25
 _REPORT_PERIOD_S = 1.0
 
 
-class RecognizerNode(Node):
+class RecognizerNode(LifecycleNode):
     """Recognises the objects that its parameters name in every image that it receives.
 
+    A lifecycle node: configuring reads the files and makes the publishers, activating subscribes. Diagnostics come in
+    every state. Several can share a process and an executor: each receives in the executor's thread and recognises
+    in one of its own.
+
     :param arguments: the command line's: they tell where the parameter file is.
+    :param ros: of rclpy's Node, such as namespace or cli_args.
     :raises ConfigError: the parameters, or files that they name, are not valid.
     """
 
-    def __init__(self, arguments: Sequence[str] = ()) -> None:
-        super().__init__("artrec_node")
-        setup = initial_setup(self, arguments)
-        self._recognizer = setup.build()
-        self._camera: Camera | None = None
-        self._uncalibrated = "no camera_info received"
-        self._live_parameters = LiveParameters(self, setup, self._prepare)
-        self._outputs = ObjectPublishers(self, setup.targets)
-        self._names = [t.name for t in setup.targets]
-        self._overlay = self.create_publisher(Image, "debug/image", 1)
-        self._diagnostics_out = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._diagnostics = Diagnostics(self.get_fully_qualified_name(), setup.node.no_image_after_s, time.monotonic())
-        self._info_subscription = self.create_subscription(
-            CameraInfo, "camera_info", self._on_camera_info, qos_profile_sensor_data
-        )
-        self._input = ImageInput(self, setup.node, self._on_image)
+    def __init__(self, arguments: Sequence[str] = (), name: str = "artrec_node", **ros: Any) -> None:
+        super().__init__(name, **ros)
+        self._calibrations = Calibrations()
+        self._outputs: Publishers | None = None
+        self._pipeline: Pipeline | None = None
+        self._inputs: Inputs | None = None
+        self._problem = ""
+        self._live = LiveParameters(self, initial_setup(self, arguments), self._prepare)
+        self._diagnostics = Diagnostics(self.get_fully_qualified_name(), time.monotonic())
+        of = topics.DIAGNOSTICS
+        self._diagnostics_out = self.create_publisher(message_class(of.type), of.name, of.depth)
         steady = Clock(clock_type=ClockType.STEADY_TIME)  # a stopped simulation is something to report
-        self.create_timer(_FOLLOW_PERIOD_S, self._input.follow_publishers, clock=steady)
+        self.create_timer(_FOLLOW_PERIOD_S, self._follow_publishers, clock=steady)
         self.create_timer(_REPORT_PERIOD_S, self._report, clock=steady)
-        self.get_logger().info(f"looking for {', '.join(self._names)} in {self._input.topic}")
+
+    def autostart(self) -> None:
+        """Configure and activate, unless the parameter `autostart` leaves that to a lifecycle manager.
+
+        :raises ConfigError: the parameters do not fit together.
+        """
+        if not self._live.setup.node.autostart:
+            self.get_logger().info("waiting for a lifecycle manager to configure and activate")
+        elif self.trigger_configure() != TransitionCallbackReturn.SUCCESS:
+            raise ConfigError(self._problem)
+        else:
+            self.trigger_activate()
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Read the files and make the publishers."""
+        try:
+            setup = self._live.read_again()
+            tf = transform_sender(self) if setup.node.publish_tf else None
+            self._outputs = Publishers(self, setup.targets, tf)
+            self._pipeline = Pipeline(setup, self._calibrations, self._outputs)
+        except ArtrecError as error:
+            self._problem = one_line(error)
+            self.get_logger().error(self._problem)
+            self._release()
+            return TransitionCallbackReturn.FAILURE
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Subscribe."""
+        setup = self._live.setup
+        self._inputs = Inputs(self, setup.node, self._calibrations.receive, self._on_image)
+        names = ", ".join(t.name for t in setup.targets)
+        self.get_logger().info(f"looking for {names} in {self._inputs.image.topic}")
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Subscribe to nothing, and show no more markers."""
+        self._stop()
+        if self._outputs is not None:
+            self._outputs.clear()
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Give up publishers and models."""
+        self._release()
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """The same, from any state."""
+        self._release()
+        return super().on_shutdown(state)
+
+    def destroy_node(self) -> None:
+        """Also ends the thread that recognises."""
+        self._stop()
+        super().destroy_node()
+
+    def _stop(self) -> None:
+        if self._inputs is not None:
+            self._inputs.close()
+            self._inputs = None
+
+    def _release(self) -> None:
+        if self._pipeline is not None:
+            self._pipeline.close()
+        self._stop()
+        if self._outputs is not None:
+            self._outputs.close()
+        self._pipeline = self._outputs = None
 
     def _prepare(self, setup: Setup) -> Callable[[], None]:
         """Build what changed parameters lead to, before they are taken."""
         recognizer = setup.build()
 
         def take() -> None:
-            self._recognizer = recognizer
+            if self._pipeline is not None:
+                self._pipeline.use(setup, recognizer)
 
         return take
 
-    def _on_camera_info(self, msg: CameraInfo) -> None:
-        try:
-            self._camera, self._uncalibrated = conversions.camera_from_msg(msg), ""
-        except ConfigError as error:
-            self._camera, self._uncalibrated = None, str(error)
-
     def _on_image(self, msg: Any, received_ns: int) -> None:
+        """In the thread of the newest image."""
+        pipeline = self._pipeline
         try:
-            n_objects = self._process(msg)
+            report = pipeline.process(msg, received_ns) if pipeline is not None else None
         except (ArtrecError, cv2.error) as error:
-            self._skip(" ".join(str(error).split()))
+            self._skip(one_line(error))
         except Exception as error:  # a fault of this package: it costs one image, not the node
-            self._skip(f"internal error: {error!r}")
-            self.get_logger().error(traceback.format_exc(), throttle_duration_sec=30.0)
+            if self.context.ok():  # else it is the end: nothing can be published any more
+                self._skip(f"internal error: {one_line(error)}")
+                self.get_logger().error(traceback.format_exc(), throttle_duration_sec=30.0)
         else:
-            latency_ms = (time.time_ns() - received_ns) * 1e-6
-            self._diagnostics.image_processed(time.monotonic(), latency_ms, n_objects)
+            if report is not None:
+                self.account(report)
 
-    def _process(self, msg: Any) -> int:
-        """Recognise and publish; how many objects there were."""
-        image = conversions.image_from_msg(msg)
-        camera = self._camera_for(image.shape)
-        result = self._recognizer.recognize(image, camera)
-        self._outputs.publish(result.detections, msg.header)
-        self._publish_overlay(image, result, camera, msg.header)
-        return len(result.detections)
+    def account(self, report: FrameReport) -> None:
+        """Count an image whose results were published."""
+        self._diagnostics.image_processed(time.monotonic(), report)
+        if self._calibrations.problem:
+            self.get_logger().warning(
+                f"metric poses are withheld: {self._calibrations.problem}", throttle_duration_sec=10.0
+            )
 
     def _skip(self, reason: str) -> None:
         self._diagnostics.image_failed(time.monotonic(), reason)
         self.get_logger().warning(f"image skipped: {reason}", throttle_duration_sec=5.0)
 
-    def _camera_for(self, shape: tuple[int, ...]) -> Camera | None:
-        """The camera where it fits the image; None, with a warning, where metric poses must be withheld."""
-        size = (shape[1], shape[0])
-        if self._camera is not None and self._camera.size != size:
-            w, h = self._camera.size
-            self._camera, self._uncalibrated = None, f"camera_info is for {w}x{h} images, these are {size[0]}x{size[1]}"
-        if self._camera is None:
-            self.get_logger().warning(f"metric poses are withheld: {self._uncalibrated}", throttle_duration_sec=10.0)
-        return self._camera
-
-    def _publish_overlay(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
-        if self._overlay.get_subscription_count():
-            picture = draw_result(image, result, self._names, camera)
-            self._overlay.publish(conversions.image_to_msg(picture, header))
+    def _follow_publishers(self) -> None:
+        if self._inputs is not None:
+            self._inputs.follow()
 
     def _report(self) -> None:
-        state = InputState(
-            self._input.topic,
-            self._input.publishers(),
-            self._input.incompatible,
-            self._input.dropped,
-            self._uncalibrated,
-        )
+        inputs, problem = self._inputs, self._calibrations.problem
+        state = InputState("", calibration=problem, active=False)
+        if inputs is not None:
+            image = inputs.image
+            state = InputState(image.topic, image.publishers, image.incompatible, inputs.dropped, image.lost, problem)
         header = Header(stamp=self.get_clock().now().to_msg())
-        self._diagnostics_out.publish(self._diagnostics.report(state, time.monotonic(), header))
+        silence_s = self._live.setup.node.no_image_after_s
+        self._diagnostics_out.publish(self._diagnostics.report(state, silence_s, time.monotonic(), header))

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..core.errors import ArtrecError
-from ..io.parameters import Setup, setup_from_flat
+from ..io.parameters import Setup, hint, setup_from_flat
 from ..io.shared_files import SCHEME
 from ..io.specs import Spec, all_specs
 
@@ -23,6 +23,7 @@ _ARRAYS = {
     str: Parameter.Type.STRING_ARRAY,
 }
 _LIVE = ("image.", "recognizer.")
+_LIVE_NAMES = ("marker_lifetime_s", "no_image_after_s")
 _FIXED = ("image.classes",)  # it decides which other parameters there are
 
 
@@ -54,13 +55,14 @@ def base_directory(overrides: Mapping[str, Any], files: Sequence[Path]) -> Path:
 
 
 def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
-    """The set-up that the node was started with.
+    """The set-up that the node was started with. Unknown parameters are warned about: a file may serve several nodes.
 
-    :raises ConfigError: a value, or a file that it names, is not valid, or a parameter is unknown.
+    :raises ConfigError: a value, or a file that it names, is not valid.
     """
     overrides, files = read_overrides(node), parameter_files(argv)
     source = ", ".join(str(f) for f in files) or "parameters"
-    return setup_from_flat(overrides, base_directory(overrides, files), source)
+    warn = node.get_logger().warning
+    return setup_from_flat(overrides, base_directory(overrides, files), source, warn=warn)
 
 
 class LiveParameters:
@@ -73,7 +75,7 @@ class LiveParameters:
 
     def __init__(self, node: Node, setup: Setup, on_change: Callable[[Setup], Callable[[], None]]) -> None:
         objects, classes = setup.resolved["objects"], setup.resolved.get("image.classes", [])
-        self._specs = all_specs(objects, classes)
+        self._node, self._specs = node, all_specs(objects, classes)
         self._setup = setup
         self._on_change = on_change
         self._commit: Callable[[], None] | None = None
@@ -83,7 +85,23 @@ class LiveParameters:
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._take)
 
+    @property
+    def setup(self) -> Setup:
+        """The set-up that the parameters stand for now."""
+        return self._setup
+
+    def read_again(self) -> Setup:
+        """The same with all files read anew.
+
+        :raises ConfigError: one of them is not valid any more.
+        """
+        self._setup = setup_from_flat(self._setup.resolved, Path())
+        return self._setup
+
     def _to_declared_types(self, parameters: list[Parameter]) -> list[Parameter]:
+        for name in (p.name for p in parameters if not self._node.has_parameter(p.name)):
+            # rclpy will refuse it, without saying what it might have been
+            self._node.get_logger().warning(f"{name}: unknown parameter{hint(name, self._specs)}")
         return [coerce(self._specs[p.name], p) if p.name in self._specs else p for p in parameters]
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
@@ -95,7 +113,7 @@ class LiveParameters:
         if deleted:
             return SetParametersResult(successful=False, reason=f"{deleted[0]}: cannot be deleted, only changed")
         try:
-            setup = setup_from_flat({**self._setup.resolved, **ours}, Path())
+            setup = self._setup.changed(ours)
             act = self._on_change(setup)
         except ArtrecError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -127,7 +145,7 @@ def coerce(spec: Spec, parameter: Parameter) -> Parameter:
 
 def is_live(name: str) -> bool:
     """Whether a parameter may be changed while the node runs."""
-    return name.startswith(_LIVE) and name not in _FIXED
+    return name in _LIVE_NAMES or (name.startswith(_LIVE) and name not in _FIXED)
 
 
 def describe(spec: Spec) -> ParameterDescriptor:

@@ -1,42 +1,65 @@
-"""The topics of each object, and the markers of all."""
+"""All that the node publishes about images."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
-from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from rclpy.node import Node
-from sensor_msgs.msg import JointState, MultiDOFJointState
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header
-from visualization_msgs.msg import MarkerArray
 
 from ..core.datatypes import Detection, Target
-from .conversions import best_pose, joint_states, pose_array, robots
+from ..io import node_topics as topics
+from ..io.node_topics import NodeTopic
+from .conversions import best_pose, joint_states, message_class, pose_array, robots
 from .markers import MarkerScene
+from .tf import TransformSender
 
-_DEPTH = 10
+_MAKERS = {topics.POSES: pose_array, topics.ROBOTS: robots, topics.JOINTS: joint_states, topics.POSE: best_pose}
 
 
-class ObjectPublishers:
-    """Publishes one frame's detections, each message with the image's header."""
+class Publishers:
+    """Publishes what was found in one image, each message with the image's header.
 
-    def __init__(self, node: Node, targets: Sequence[Target]) -> None:
-        names = [t.name for t in targets]
-        self._poses = {n: node.create_publisher(PoseArray, f"{n}/poses", _DEPTH) for n in names}
-        self._robots = {n: node.create_publisher(MultiDOFJointState, f"{n}/robots", _DEPTH) for n in names}
-        self._joints = {n: node.create_publisher(JointState, f"{n}/joint_states", _DEPTH) for n in names}
-        self._best = {n: node.create_publisher(PoseWithCovarianceStamped, f"{n}/pose", _DEPTH) for n in names}
-        self._markers = node.create_publisher(MarkerArray, "markers", _DEPTH)
+    :param tf: None: nothing is sent to tf.
+    """
+
+    def __init__(self, node: Node, targets: Sequence[Target], tf: TransformSender | None = None) -> None:
+        def publisher(topic: NodeTopic, name: str = "") -> Any:
+            return node.create_publisher(message_class(topic.type), topic.of(name), topic.depth)
+
+        self._node, self._tf = node, tf
+        self._of_objects = [
+            (t.name, make, publisher(topic, t.name)) for t in targets for topic, make in _MAKERS.items()
+        ]
+        self._markers = publisher(topics.MARKERS)
+        self._overlay = publisher(topics.OVERLAY)
         self._scene = MarkerScene(targets)
 
-    def publish(self, detections: Sequence[Detection], header: Header) -> None:
+    @property
+    def overlay_is_wanted(self) -> bool:
+        return bool(self._overlay.get_subscription_count())
+
+    def publish(self, detections: Sequence[Detection], header: Header, marker_lifetime_s: float = 0.0) -> None:
         """`poses`, `robots` and `joint_states` for every image, empty too; `pose` only where one is known."""
-        for name in self._poses:
-            own = [d for d in detections if d.object == name]
-            self._poses[name].publish(pose_array(own, header))
-            self._robots[name].publish(robots(own, header))
-            self._joints[name].publish(joint_states(own, header))
-            best = best_pose(own, header)
-            if best is not None:
-                self._best[name].publish(best)
-        self._markers.publish(self._scene.update(detections, header))
+        for name, make, publisher in self._of_objects:
+            msg = make([d for d in detections if d.object == name], header)
+            if msg is not None:
+                publisher.publish(msg)
+        markers = self._scene.update(detections, header, marker_lifetime_s)
+        if markers.markers:
+            self._markers.publish(markers)
+        if self._tf is not None:
+            self._tf.send(detections, header)
+
+    def publish_overlay(self, picture: Image) -> None:
+        self._overlay.publish(picture)
+
+    def clear(self) -> None:
+        """Delete all markers that are shown."""
+        self._markers.publish(self._scene.update([], Header(stamp=self._node.get_clock().now().to_msg())))
+
+    def close(self) -> None:
+        for publisher in [p for _, _, p in self._of_objects] + [self._markers, self._overlay]:
+            self._node.destroy_publisher(publisher)

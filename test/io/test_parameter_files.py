@@ -200,3 +200,22 @@ def test_a_setup_builds_its_recognizer(folder: Path) -> None:
 def test_shipped_parameter_files_load(name: str) -> None:
     setup = load_parameters(ROOT / "config" / f"{name}.yaml")
     assert setup.targets and all(t.constraints is not None for t in setup.targets)
+
+
+def test_a_changed_number_reads_no_file_again(folder: Path) -> None:
+    setup = setup_from_flat(FLAT, folder)
+    Path(setup.resolved["red.object_file"]).unlink()
+    changed = setup.changed({"recognizer.time_budget_ms": 50.0})
+    assert changed.recognizer.time_budget_ms == 50
+    assert all(new is old for new, old in zip(changed.targets, setup.targets, strict=True))
+    with pytest.raises(ConfigError, match="there is no file"):
+        setup.changed({"red.label": 9})
+
+
+def test_unknown_parameters_are_told_where_somebody_listens(folder: Path) -> None:
+    told: list[str] = []
+    setup = setup_from_flat({**FLAT, "recognizer.profil": "paper", "exposure": 3}, folder, "node.yaml", warn=told.append)
+    assert setup.recognizer.profile == "default"
+    assert len(told) == 2 and all(line.startswith("node.yaml: ") for line in told)
+    assert "recognizer.profil" in told[0] and "did you mean 'recognizer.profile'?" in told[0]
+    assert "exposure" in told[1]

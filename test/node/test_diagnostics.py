@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import Header
 
 from artrec_ros.node.diagnostics import Diagnostics, InputState
+from artrec_ros.node.pipeline import FrameReport
 
 FINE = InputState(topic="/image", publishers=1, incompatible="", dropped=0, calibration="")
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -17,11 +18,15 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 
 @pytest.fixture
 def diagnostics() -> Diagnostics:
-    return Diagnostics("/artrec_node", no_image_after_s=2.0, now_s=100.0)
+    return Diagnostics("/artrec_node", now_s=100.0)
+
+
+def frame(latency_ms: float, n_objects: int, *, complete: bool = True, problem: str = "") -> FrameReport:
+    return FrameReport(n_objects, latency_ms, latency_ms - 1, complete, problem)
 
 
 def report(diagnostics: Diagnostics, now_s: float, **state: object) -> dict[str, DiagnosticStatus]:
-    message = diagnostics.report(dataclasses.replace(FINE, **state), now_s, Header())
+    message = diagnostics.report(dataclasses.replace(FINE, **state), 2.0, now_s, Header())
     return {s.name.rpartition(": ")[2]: s for s in message.status}
 
 
@@ -37,7 +42,7 @@ def test_each_trouble_has_a_text_of_its_own(diagnostics: Diagnostics) -> None:
     ]
     diagnostics.image_failed(104, "encoding 'x'")
     silent.append(report(diagnostics, 104)["input"])
-    diagnostics.image_processed(105, 5.0, 0)
+    diagnostics.image_processed(105, frame(5.0, 0))
     nothing = report(diagnostics, 105, calibration="not calibrated")
     assert [s.level for s in silent] == [WARN, WARN, ERROR, ERROR]
     assert nothing["input"].level == OK and nothing["calibration"].level == WARN
@@ -49,10 +54,11 @@ def test_each_trouble_has_a_text_of_its_own(diagnostics: Diagnostics) -> None:
 
 def test_rates_and_latencies_are_of_the_last_period(diagnostics: Diagnostics) -> None:
     for i in range(30):
-        diagnostics.image_processed(100 + i / 15, float(i), 2)
+        diagnostics.image_processed(100 + i / 15, frame(float(i), 2))
     first = report(diagnostics, 102)
     assert values(first["input"])["rate_hz"] == "15.00"
-    assert values(first["recognition"])["latency_median_ms"] == "14.5"
+    assert values(first["recognition"])["latency_median_ms"] == "14.50"
+    assert values(first["recognition"])["added_median_ms"] == "1.00"
     assert "60 object(s)" in first["recognition"].message
     second = report(diagnostics, 103)
     assert values(second["input"])["rate_hz"] == "0.00"
@@ -61,12 +67,25 @@ def test_rates_and_latencies_are_of_the_last_period(diagnostics: Diagnostics) ->
 
 
 def test_silence_is_told_after_its_time_only(diagnostics: Diagnostics) -> None:
-    diagnostics.image_processed(100.5, 1.0, 1)
+    diagnostics.image_processed(100.5, frame(1.0, 1))
     assert report(diagnostics, 101)["input"].level == OK
     assert report(diagnostics, 102.4)["input"].level == OK
     assert report(diagnostics, 102.6)["input"].level == WARN
 
 
 def test_an_old_mismatch_is_no_error_while_images_come(diagnostics: Diagnostics) -> None:
-    diagnostics.image_processed(101, 1.0, 1)
+    diagnostics.image_processed(101, frame(1.0, 1))
     assert report(diagnostics, 101, incompatible="reliability differs")["input"].level == OK
+
+
+def test_losses_cut_off_searches_and_poor_headers_are_told(diagnostics: Diagnostics) -> None:
+    diagnostics.image_processed(101, frame(5.0, 1, complete=False, problem="images bear no frame_id"))
+    told = report(diagnostics, 101, dropped=3, lost=4)
+    assert (values(told["input"])["dropped"], values(told["input"])["lost"]) == ("3", "4")
+    assert told["input"].level == WARN and "frame_id" in told["input"].message
+    assert told["recognition"].level == WARN and "time_budget_ms" in told["recognition"].message
+
+
+def test_an_inactive_node_complains_of_nothing(diagnostics: Diagnostics) -> None:
+    status = report(diagnostics, 200, active=False, publishers=0)["input"]
+    assert status.level == OK and "not active" in status.message

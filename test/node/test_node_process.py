@@ -29,7 +29,6 @@ def test_signals_stop_it_cleanly(number: signal.Signals, parameter_file: Path, t
 @pytest.mark.parametrize(
     ("arguments", "code", "reason"),
     [
-        (["-p", "recognizer.profil:=paper"], 1, "did you mean 'recognizer.profile'?"),
         (["-p", "toy.object_file:=nowhere.yaml"], 1, "nowhere.yaml"),
         (["-p", "recognizer.min_match:=7.0"], 1, "recognizer.min_match"),
         (["--params-file", "nowhere.yaml"], 2, "nowhere.yaml"),
@@ -42,6 +41,13 @@ def test_bad_parameters_are_one_line(
         assert process.wait() == code
         assert reason in process.output
         assert len(process.output.splitlines()) == 1, process.output
+
+
+def test_unknown_parameters_are_told_with_the_nearest_known_one(parameter_file: Path, tmp_path: Path) -> None:
+    with NodeProcess(*ros(parameter_file, "-p", "recognizer.profil:=paper"), log=tmp_path / "log") as process:
+        process.wait_for_output(STARTED)
+        (line,) = [line for line in process.output.splitlines() if "WARN" in line]
+        assert "recognizer.profil" in line and "did you mean 'recognizer.profile'?" in line
 
 
 def test_compressed_images_beside_a_remapped_topic(parameter_file: Path, picture: np.ndarray, tmp_path: Path) -> None:

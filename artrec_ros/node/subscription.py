@@ -1,0 +1,94 @@
+"""A subscription whose quality of service follows its publishers, and that counts what got lost on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+RELIABILITY = {"reliable": ReliabilityPolicy.RELIABLE, "best_effort": ReliabilityPolicy.BEST_EFFORT}
+
+
+class FollowingSubscription:
+    """Hands each message to `receive(message, received_ns)`; received_ns is the system clock's.
+
+    :param reliability: 'auto': as the publishers offer; else 'reliable' or 'best_effort'.
+    :ivar lost: messages that were sent and never handed on, by the publisher's numbering (with one publisher only).
+    :ivar incompatible: what publishers offer that does not fit; empty where all fits.
+    :ivar publishers: how many there are on the topic, compatible or not; as of the last `follow`.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        message_type: type,
+        topic: str,
+        receive: Callable[[Any, int], None],
+        *,
+        depth: int = 1,
+        reliability: str = "auto",
+    ) -> None:
+        self._node, self._type, self._receive = node, message_type, receive
+        self.topic = node.resolve_topic_name(topic)
+        self._asked = reliability
+        self.lost, self.incompatible, self.publishers = 0, "", 0
+        self._depth = depth
+        self._last_number: int | None = None
+        self._known: frozenset[bytes] = frozenset()
+        self._qos = (RELIABILITY.get(reliability, ReliabilityPolicy.BEST_EFFORT), DurabilityPolicy.VOLATILE)
+        self._subscription = self._subscribe()
+
+    def close(self) -> None:
+        self._node.destroy_subscription(self._subscription)
+
+    def follow(self) -> None:
+        """Look at the publishers, and subscribe anew where they offer another quality than is asked for.
+
+        A best-effort subscription hears every publisher but loses large messages; a reliable one hears none that is
+        best-effort; only a transient-local one gets what was sent before it began. So the stronger quality is right
+        where all publishers offer it.
+        """
+        offered = self._node.get_publishers_info_by_topic(self.topic)
+        self.publishers = len(offered)
+        present = frozenset(bytes(p.endpoint_gid) for p in offered)
+        if present != self._known:  # a new publisher numbers from its own beginning
+            self._known, self._last_number = present, None
+        if not offered or self._asked != "auto":
+            return
+        reliable = all(p.qos_profile.reliability == ReliabilityPolicy.RELIABLE for p in offered)
+        latched = all(p.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for p in offered)
+        qos = (
+            ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+            DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        )
+        if qos != self._qos:
+            self._qos = qos
+            self.close()
+            self._subscription = self._subscribe()
+            names = " and ".join(policy.name.lower() for policy in qos)
+            self._node.get_logger().info(f"{self.topic}: subscribed {names}, as its publishers offer")
+
+    def _subscribe(self) -> Any:
+        self._last_number, self.incompatible = None, ""
+        events = SubscriptionEventCallbacks(incompatible_qos=self._on_incompatible)
+        reliability, durability = self._qos
+        qos = QoSProfile(depth=self._depth, reliability=reliability, durability=durability)
+        return self._node.create_subscription(self._type, self.topic, self._on_message, qos, event_callbacks=events)
+
+    def _on_message(self, msg: Any, info: dict[str, Any]) -> None:
+        number = info.get("publication_sequence_number")
+        if number is not None and self._last_number is not None and self.publishers == 1:
+            self.lost += max(0, int(number) - self._last_number - 1)
+        self._last_number = None if number is None else int(number)
+        self._receive(msg, int(info["received_timestamp"]))
+
+    def _on_incompatible(self, event: Any) -> None:
+        policy = getattr(event.last_policy_kind, "name", str(event.last_policy_kind)).lower()
+        self.incompatible = f"a publisher offers another {policy} than is asked for"
+        self._node.get_logger().warning(
+            f"{self.topic}: {self.incompatible}; its messages cannot be received. Set qos_reliability: auto",
+            throttle_duration_sec=10.0,
+        )

@@ -1,0 +1,50 @@
+"""Objects as tf frames, where tf2_ros is installed. Nothing else of the package needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
+from std_msgs.msg import Header
+
+from ..core.datatypes import Detection
+from ..io.messages import instance_name, transform_message
+from .conversions import to_ros
+
+
+class TransformSender:
+    """Sends each object's frame as a child of its image's frame.
+
+    tf knows no namespaces, so a node's namespace goes before its frames' names: left/red_0.
+    """
+
+    def __init__(self, node: Node, broadcaster: Any) -> None:
+        """:param broadcaster: tf2_ros.TransformBroadcaster, or what can send as it does."""
+        self._broadcaster = broadcaster
+        namespace = node.get_namespace().strip("/")
+        self._prefix = f"{namespace}/" if namespace else ""
+
+    def send(self, detections: Sequence[Detection], header: Header) -> None:
+        transforms = [
+            TransformStamped(
+                header=header,
+                child_frame_id=self._prefix + instance_name(d),
+                transform=to_ros(transform_message(d.pose)),
+            )
+            for d in detections
+            if d.pose is not None
+        ]
+        if transforms and header.frame_id:  # tf refuses frames without a parent
+            self._broadcaster.sendTransform(transforms)
+
+
+def transform_sender(node: Node) -> TransformSender | None:
+    """What sends to tf; None, with a warning, where tf2_ros is missing."""
+    try:
+        from tf2_ros import TransformBroadcaster
+    except ImportError as error:
+        node.get_logger().warning(f"publish_tf: nothing is sent to tf ({error}); install tf2_ros")
+        return None
+    return TransformSender(node, TransformBroadcaster(node))

@@ -84,12 +84,12 @@ def learn_axis_offset(key: Key, marker: Marker, fitted_rad: ArrayLike, annotated
     (shift_y cos theta - shift_x sin theta) / length + turn.
     """
     theta = np.asarray(fitted_rad, float)
-    error = wrap_angle(np.asarray(annotated_rad, float) - theta)
+    error: Array = wrap_angle(np.asarray(annotated_rad, float) - theta)
     if len(theta) < _LEAST_EXAMPLES:
         return None
     length_m = float(np.linalg.norm(marker.head - marker.tail))
-    shift = np.column_stack([-np.sin(theta), np.cos(theta)]) / length_m
-    turn = np.ones((len(theta), 1))
+    shift: Array = np.column_stack([-np.sin(theta), np.cos(theta)]) / length_m
+    turn: Array = np.ones((len(theta), 1))
     best, criterion = None, _criterion(error, 0)
     for terms in ((turn,), (shift,), (shift, turn)):
         matrix = np.hstack(terms)
@@ -111,11 +111,11 @@ def robust_least_squares(matrix: Array, values: Array) -> Array:
 
     :param matrix: (n, k); values: (n,). :return: (k,).
     """
-    weight = np.ones(len(values))
-    found = np.zeros(matrix.shape[1])
+    weight: Array = np.ones(len(values))
+    found: Array = np.zeros(matrix.shape[1])
     for _ in range(_STEPS):
-        root = np.sqrt(weight)
-        found = np.linalg.lstsq(matrix * root[:, None], values * root, rcond=None)[0]
+        root: Array = np.sqrt(weight)
+        found = np.asarray(np.linalg.lstsq(matrix * root[:, None], values * root, rcond=None)[0], float)
         weight = _huber_weights(values - matrix @ found)
     return found
 

@@ -49,8 +49,8 @@ class PairConstraint:
         """The farthest that the two centroids may lie apart."""
         if "distance_m" in self.allowed:
             return max(0.0, self.allowed["distance_m"].high)
-        offsets = [i for d, i in self.allowed.items() if d.endswith("_m")]
-        return float(np.hypot(*(max(abs(i.low), abs(i.high)) for i in offsets))) if len(offsets) == 2 else 0.0
+        offsets = [i for d, i in self.allowed.items() if d.startswith("offset_")]
+        return float(np.linalg.norm([max(abs(i.low), abs(i.high)) for i in offsets]))
 
     def chance(self, reach_m: float) -> float:
         """The background model: share of markers that satisfy the constraint though they have nothing to do with

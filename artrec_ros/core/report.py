@@ -42,7 +42,7 @@ def detections_of(
 ) -> tuple[Detection, ...]:
     """Detections by target and score; ids count within a target.
 
-    :param as_annotated: directions of axes are those that annotations would have, where training learned the difference.
+    :param as_annotated: directions of axes are those that annotations would have, where training knows how.
     """
     detections = []
     for target in targets:

@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 import argparse
-import math
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from itertools import combinations
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..core.class_learning import learn_class
+from ..core.classes import ConfigurationClass
 from ..core.constraints import ConstraintSet
+from ..core.datatypes import Camera
 from ..core.errors import ConfigError
-from ..core.intervals import Interval, examples_for_coverage, expected_coverage, margin_for_coverage
 from ..core.learning import Example, learn
 from ..core.objects import ObjectModel
-from ..core.pairs import Key, PairConstraint
 from ..io.annotations import Annotations, load_coco
+from ..io.cameras import load_camera
 from ..io.constraints import save_constraints
 from ..io.objects import load_object
+from .annotated_joints import JointFitter
+from .measured import load_setup, measure_axes
+from .train_report import report
 
 _LEAST_EXAMPLES = 2
-_UNITS = {"_m": ("m", 1.0), "_rad": ("deg", 180 / math.pi), "_px": ("px", 1.0)}
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -32,17 +33,31 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="COCO keypoints named COMPONENT/MARKER.tail and COMPONENT/MARKER.head",
     )  # fmt: skip
     parser.add_argument(
-        "--category", nargs="+", action="extend", default=[], metavar="NAME", help="annotations to use (default: all)"
-    )
+        "--category", nargs="+", action="extend", default=[], metavar="NAME",
+        help="annotations to use (default: all). Two or more become classes of configurations, each with constraints "
+        "of its own, that recognised objects are told apart by",
+    )  # fmt: skip
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="CONSTRAINTS.yaml", help="file to write")
     parser.add_argument(
         "--coverage", type=float, default=0.95, metavar="SHARE",
-        help="share of new examples that each pair's box shall hold, 0 (the bare box) to 0.999 (default %(default)s)",
+        help="share of new examples that each pair's box, and each class's region, shall hold: 0 (the bare box) to "
+        "0.999 (default %(default)s)",
     )  # fmt: skip
     parser.add_argument(
         "--max-scale-ratio", type=float, default=2.0, metavar="RATIO",
         help="leave out markers whose scale is below their object's largest by more than this: they are seen too "
         "obliquely to be found by their shape (default %(default)s: 60 degrees)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--params-file", type=Path, metavar="NODE.yaml",
+        help="run the recogniser over the annotated images as this parameter file says, and learn how annotated axes "
+        "differ from fitted outlines",
+    )  # fmt: skip
+    parser.add_argument("--images", type=Path, metavar="DIR", help="where the images lie (default: beside each file)")
+    parser.add_argument(
+        "--camera-info", type=Path, metavar="FILE",
+        help="calibration of the annotated images; without it the focal length is found from the examples, where "
+        "classes of an object in space need it",
     )  # fmt: skip
 
 
@@ -53,11 +68,22 @@ def run(args: argparse.Namespace) -> int:
     if not args.max_scale_ratio >= 1:
         raise ConfigError(f"--max-scale-ratio: {args.max_scale_ratio} is below 1")
     model = load_object(args.object)
-    annotations = load_coco(args.annotations).of(args.category)
+    setup = load_setup(args.params_file) if args.params_file else None
+    camera = load_camera(args.camera_info) if args.camera_info else None
+    annotations = load_coco(args.annotations, args.images).of(args.category)
     training = train(model, annotations, args.coverage, args.max_scale_ratio)
     constraints = training.constraints
+    lines = []
+    names = tuple(dict.fromkeys(args.category))
+    if len(names) > 1:
+        classes, more = train_classes(model, annotations, names, args.coverage, args.max_scale_ratio, camera)
+        constraints, lines = replace(constraints, classes=classes), more
+    if setup is not None:
+        measured = measure_axes(setup, model, constraints, annotations)
+        constraints = replace(constraints, axes=measured.axes)
+        lines.append(f"The recogniser found {measured.found} of {measured.annotated} annotated objects.")
     save_constraints(args.output, constraints)
-    print("\n".join(report(model, training.examples, constraints)))
+    print("\n".join([*report(model, training.examples, constraints), *lines]))
     if half := annotations.half_labelled():
         print(f"{half} markers have only one end of their axis labelled and were left out.")
     if training.oblique:
@@ -82,10 +108,7 @@ def train(model: ObjectModel, annotations: Annotations, coverage: float, max_sca
     :param max_scale_ratio: markers of smaller scale than their object's largest by more than this are left out.
     """
     everything = [e for e in annotations.examples(model) if e]
-    examples: list[Example] = []
-    for e in everything:
-        least = max(i.scale for i in e.values()) / max_scale_ratio
-        examples.append({key: i for key, i in e.items() if i.scale >= least})
+    examples = [without_oblique(e, max_scale_ratio) for e in everything]
     constraints = learn(model, examples, coverage, _LEAST_EXAMPLES)
     if not constraints.pairs and len(model.components) > 1:
         raise ConfigError(
@@ -95,67 +118,36 @@ def train(model: ObjectModel, annotations: Annotations, coverage: float, max_sca
     return Training(constraints, examples, sum(map(len, everything)) - sum(map(len, examples)))
 
 
-@dataclass(frozen=True)
-class Wanting:
-    """A pair of components' markers whose bare box covers less than is aimed for."""
-
-    first: Key
-    second: Key
-    examples: int
-    more: int
+def without_oblique(example: Example, max_scale_ratio: float) -> Example:
+    """The example without the markers that are seen too obliquely."""
+    least = max((i.scale for i in example.values()), default=0.0) / max_scale_ratio
+    return {key: i for key, i in example.items() if i.scale >= least}
 
 
-def wanting(model: ObjectModel, examples: Iterable[Example], constraints: ConstraintSet) -> Iterator[Wanting]:
-    """Pairs that want more examples: seen together at all, and too seldom for the coverage without a margin."""
-    seen = Counter(pair for e in examples for pair in combinations([k for k in _keys(model) if k in e], 2))
-    learned = {frozenset((p.first, p.second)): p for p in constraints.pairs}
-    for (first, second), count in seen.items():
-        if first[0] == second[0]:
-            continue
-        pair = learned.get(frozenset((first, second)))
-        dimensions = len(pair.allowed) if pair else 4
-        needed = examples_for_coverage(constraints.coverage ** (1 / dimensions))
-        if count < needed:
-            yield Wanting(first, second, count, needed - count)
+def train_classes(
+    model: ObjectModel,
+    annotations: Annotations,
+    names: Sequence[str],
+    coverage: float,
+    max_scale_ratio: float,
+    camera: Camera | None = None,
+) -> tuple[tuple[ConfigurationClass, ...], list[str]]:
+    """A class of configurations per category, and lines that tell how its joints were found.
 
-
-def report(model: ObjectModel, examples: Sequence[Example], constraints: ConstraintSet) -> Iterator[str]:
-    """The lines that `artrec train` prints: a table of pairs, then what more examples would help."""
-    more = {frozenset((w.first, w.second)): w for w in wanting(model, examples, constraints)}
-    yield f"{len(examples)} examples of '{model.name}'. Box: what was seen. Covers: share of new examples expected"
-    yield "inside that box, and inside the box with its margin, which is what the recogniser checks."
-    width = max((len(_name(p)) for p in constraints.pairs), default=4)
-    yield f"{'pair':{width}}  examples  covers         box"
-    for p in constraints.pairs:
-        box = "  ".join(_side(name, interval) for name, interval in p.seen.items() if name in p.allowed)
-        widened = max(p.coverage_seen, _reached(p, constraints.coverage))
-        yield f"{_name(p):{width}}  {p.examples:8d}  {p.coverage_seen:4.2f} -> {widened:4.2f}   {box}"
-    if more:
-        yield f"{len(more)} pairs want more examples before the bare box covers {constraints.coverage:g}; till then the"
-        yield "margin must do:"
-        for w in sorted(more.values(), key=lambda w: -w.more):
-            yield f"  {'/'.join(w.first)} - {'/'.join(w.second)}: {w.more} more ({w.examples} seen)"
-
-
-def _reached(pair: PairConstraint, aimed: float) -> float:
-    """The coverage of the widened box; the margin is bounded, so that few examples may not reach what is aimed."""
-    n = len(pair.allowed)
-    return expected_coverage(pair.examples, margin_for_coverage(pair.examples, aimed ** (1 / n))) ** n
-
-
-def _keys(model: ObjectModel) -> list[Key]:
-    return [(c.name, m.name) for c in model.components for m in c.markers]
-
-
-def _name(pair: PairConstraint) -> str:
-    return f"{'/'.join(pair.first)} - {'/'.join(pair.second)}"
-
-
-def _side(name: str, interval: Interval) -> str:
-    """One side of a box: `distance 0.053..0.121 m`."""
-    stem, (unit, factor) = next(
-        ((name.removesuffix(s), u) for s, u in _UNITS.items() if name.endswith(s)), (name, ("", 1.0))
-    )
-    digits = 1 if unit in ("deg", "px") else 3
-    ends = f"{interval.low * factor:.{digits}f}..{interval.high * factor:.{digits}f}"
-    return f"{stem.replace('_', ' ')} {ends} {unit}".rstrip()
+    :raises ConfigError: a category shows no pair of components together.
+    """
+    fitter = JointFitter.of(model, annotations.objects, camera)
+    classes, lines = [], []
+    for name in names:
+        own = annotations.of([name])
+        examples = [without_oblique(e, max_scale_ratio) for e in own.examples(model) if e]
+        joints = fitter.joints(own.objects) if fitter else []
+        learned = learn_class(name, model, examples, joints, coverage)
+        if not learned.pairs and not learned.joints:
+            raise ConfigError(f"category '{name}': no pair of components is seen together in {_LEAST_EXAMPLES} or more")
+        if fitter:
+            lines.append(f"class '{name}': joints found in {len(joints)} of {len(own.objects)} examples")
+        classes.append(learned)
+    if fitter:
+        lines.append(fitter.summary())
+    return tuple(classes), lines

@@ -7,9 +7,9 @@ import pytest
 from scene import Placed, capsule, crane, crane_placed, disc, draw, flag, polygon, rectangle, render
 
 from artrec_ros.core.config import ImageConfig, RecognizerConfig
-from artrec_ros.core.learning import learn
 from artrec_ros.core.datatypes import Target
 from artrec_ros.core.errors import ConfigError, ImageError
+from artrec_ros.core.learning import learn
 from artrec_ros.core.objects import Component, ObjectModel
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.segmentation import Segmenter

@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 from artrec_ros.core.constraints import ConstraintSet
-from artrec_ros.core.learning import learn
 from artrec_ros.core.datatypes import Instance
 from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.learning import learn
 from artrec_ros.core.objects import Component, Marker, ObjectModel
 from artrec_ros.io.constraints import load_constraints, save_constraints
 

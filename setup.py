@@ -70,7 +70,8 @@ setup(
         *ros_requirements(),
     ],
     extras_require={
-        "test": ["hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "types-PyYAML", "types-tqdm"],
+        "model": ["svgelements>=1.9"],  # 0.8 MB, nothing else comes with it: artrec model reads SVG drawings
+        "test": ["hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "svgelements>=1.9", "types-PyYAML", "types-tqdm"],
     },
     entry_points={
         "console_scripts": [

@@ -11,7 +11,7 @@ from ..core.errors import ConfigError
 from ..core.objects import Box, Component, Joint, Marker, ObjectModel
 from ..core.transforms import Array, Pose
 from .files import Value, load_yaml, nearest
-from .outlines import crossing_edges, disc_outline, folded_corner, silhouette_outline
+from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
 from .urdf import link_boxes
 
 FORMAT = "artrec_object/1"
@@ -95,20 +95,12 @@ def _read_shape(entry: Value) -> tuple[Array, Array, Array, float | None]:
         outline = disc_outline(radius)
     else:
         outline = _read_silhouette(shape)
-    tail, head = _read_axis(given["axis"]) if "axis" in given else _default_axis(outline)
+    tail, head = _read_axis(given["axis"]) if "axis" in given else default_axis(outline)
     return outline, tail, head, radius
 
 
 def _rectangle(width_m: float, height_m: float) -> Array:
     return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array([width_m, height_m]) / 2
-
-
-def _default_axis(outline: Array) -> tuple[Array, Array]:
-    """The middle line of the bounding box along its longer side, left to right or bottom to top."""
-    low, high = outline.min(axis=0), outline.max(axis=0)
-    middle, half = (low + high) / 2, (high - low) / 2
-    along = half * ((1, 0) if half[0] >= half[1] else (0, 1))
-    return middle - along, middle + along
 
 
 def _read_axis(value: Value) -> tuple[Array, Array]:

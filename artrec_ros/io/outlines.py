@@ -65,6 +65,14 @@ def disc_outline(radius_m: float) -> Array:
     return radius_m * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
+def default_axis(outline: Array) -> tuple[Array, Array]:
+    """The middle line of the bounding box along its longer side, left to right or bottom to top."""
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    middle, half = (low + high) / 2, (high - low) / 2
+    along = half * ((1, 0) if half[0] >= half[1] else (0, 1))
+    return middle - along, middle + along
+
+
 def silhouette_outline(path: Path, width_m: float) -> Array:
     """(n, 2) outline of the largest shape in an image: x right, y up, origin at the centre of its bounding box.
 
@@ -72,7 +80,7 @@ def silhouette_outline(path: Path, width_m: float) -> Array:
 
     :param width_m: width of the shape's bounding box, metres.
     """
-    contour = _subpixel_contour(_shape_level(path), path)
+    contour = subpixel_contour(_shape_level(path), path)
     low, high = contour.min(axis=0), contour.max(axis=0)
     return (contour - (low + high) / 2) * (1, -1) * (width_m / (high[0] - low[0]))
 
@@ -98,7 +106,7 @@ def _shape_level(path: Path) -> Array:
     return np.clip(distance / foreground, 0, 1)
 
 
-def _subpixel_contour(level: Array, path: Path) -> Array:
+def subpixel_contour(level: Array, path: Path) -> Array:
     """(n, 2) line where the blurred `level` is one half, around the largest region; pixels, centres at integers."""
     pad = 4  # a shape may touch the image's border
     level = np.pad(level, pad).astype(np.float32)

@@ -110,7 +110,7 @@ def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig,
 
 def _extent(model: ObjectModel) -> _Extent:
     """With every joint in the middle of its range."""
-    corners = np.concatenate([s.corners for s in object_surfaces(model, 1, _joints_at(model, 0.0))])
+    corners = np.concatenate([s.corners for s in object_surfaces(model, 1, joints_at(model, 0.0))])
     return _Extent(float(np.linalg.norm(corners, axis=1).max()), float(-corners[:, 2].min()))
 
 
@@ -189,7 +189,7 @@ def _place(
 ) -> PlacedObject:
     """The object at that position with a random heading, a little tilt and random joints."""
     at = rng.uniform(-config.joint_range, config.joint_range, len(target.model.joint_components))
-    joints = _joints_at(target.model, at)
+    joints = joints_at(target.model, at)
     wanted = rng.random() < config.facing
     for _ in range(_HEADINGS):
         heading = rotation_from_rotvec([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
@@ -205,7 +205,7 @@ def _turns_to_camera(placed: PlacedObject) -> bool:
     return any(s.facing > _FACING for s in placed.surfaces() if s.owner is not None and s.owner[0] == required)
 
 
-def _joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
+def joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
     """Joint values: `where` is -1 at the lower limit, 0 in the middle, 1 at the upper one; one for all or one each."""
     joints = [(c.name, c.joint) for c in model.joint_components if c.joint is not None]
     shares = np.broadcast_to(np.asarray(where, float), len(joints))

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from ..core.errors import ArtrecError
+from .examples import HelpFormatter, epilog
 
 DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -18,6 +19,7 @@ COMMANDS = {
     "replay": "run the recogniser over bags or folders of images",
     "evaluate": "score a replay against the truth",
     "simulate": "render scenes with known truth",
+    "model": "make an object file from pictures, a drawing or a URDF, and check it",
 }
 
 
@@ -63,7 +65,9 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
         if command == called:
             module = importlib.import_module(f"{__package__}.{command}")
             module.add_parser(subparsers)
-            subparsers.choices[command].set_defaults(run=module.run)
+            chosen = subparsers.choices[command]
+            chosen.formatter_class, chosen.epilog = HelpFormatter, epilog(command, chosen.epilog)
+            chosen.set_defaults(run=module.run)
             # --debug is as good behind the command as before it
             subparsers.choices[command].add_argument(
                 "--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS

@@ -1,0 +1,162 @@
+"""Markers from an SVG drawing: each filled shape is a marker, each named group a component. Needs svgelements."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ..core.errors import ConfigError
+from ..core.objects import Marker
+from ..core.transforms import Array
+from .files import read_text
+from .marker_shapes import LooseMarker, marker_of, safe_name
+
+_PPI = 96.0  # CSS: user units to the inch; a drawing with a physical width is scaled to it
+_METRES = 0.0254 / _PPI
+_CURVE_STEPS = 48
+_PHYSICAL = re.compile(r"\s*[\d.eE+-]+\s*(mm|cm|in|pt|pc|q)\s*", re.IGNORECASE)
+_LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
+_AXIS = ".axis"
+_ROUND = 0.01  # radii of a circle that was stretched by more than this share are those of an ellipse
+
+
+def svg_markers(path: Path, width_m: float | None = None) -> list[LooseMarker]:
+    """The filled shapes of a drawing, in its order; strokes, text and holes are passed over.
+
+    A shape is named by its label (Inkscape's) or id, its component by those of the group that holds it, else by the
+    shape itself. A line named NAME.axis is the axis of the shape NAME, from tail to head.
+
+    :param width_m: width of the whole drawing; needed where the drawing does not tell it in mm, cm, in or pt.
+    :raises ConfigError: no svgelements, no SVG, no size, no filled shape.
+    """
+    elements = _import()
+    scale = _scale(path, width_m)
+    try:
+        drawing = elements.SVG.parse(str(path), reify=True, ppi=_PPI)
+    except Exception as error:  # svgelements raises whatever odd attributes lead to
+        raise ConfigError(f"{path}: cannot be read as a drawing: {type(error).__name__}: {error}") from None
+    shapes = list(_shapes(elements, drawing, ""))
+    axes = {n.removesuffix(_AXIS): _points(elements, s, n, path)[0] for _, n, s in shapes if n.endswith(_AXIS)}
+    markers = []
+    for group, name, shape in shapes:
+        if name.endswith(_AXIS) or not _is_filled(shape):
+            continue
+        outline = max(_points(elements, shape, name, path), key=_area)
+        if len(outline) < 3 or _area(outline) == 0:
+            continue
+        radius = _radius(elements, shape)
+        markers.append(_marker(path, group, name, outline, axes.get(name), radius, scale))
+    if not markers:
+        raise ConfigError(f"{path}: no filled shape; a marker is a path, rectangle, circle or polygon with a fill")
+    return markers
+
+
+def _import() -> Any:
+    try:
+        import svgelements
+    except ImportError:
+        raise ConfigError("SVG drawings need svgelements: pip install 'artrec_ros[model]'") from None
+    return svgelements
+
+
+def _scale(path: Path, width_m: float | None) -> float:
+    """Metres to one of svgelements' units."""
+    try:
+        root = ElementTree.fromstring(read_text(path).encode())
+    except ElementTree.ParseError as error:
+        raise ConfigError(f"{path}: is no valid SVG (XML): {error}") from None
+    if not root.tag.endswith("svg"):
+        raise ConfigError(f"{path}: is no SVG: its root is '{root.tag}'")
+    width = root.get("width", "")
+    if width_m is None:
+        if not _PHYSICAL.fullmatch(width):
+            raise ConfigError(f"{path}: its width '{width}' has no unit; draw in mm, or give --width in metres")
+        return _METRES
+    shown = _import().Length(width or "100%").value(ppi=_PPI, relative_length=_viewbox_width(root, path))
+    return width_m / float(shown)
+
+
+def _viewbox_width(root: ElementTree.Element, path: Path) -> float:
+    try:
+        return float(re.split(r"[\s,]+", root.get("viewBox", "").strip())[2])
+    except (IndexError, ValueError):
+        raise ConfigError(f"{path}: has neither a width nor a viewBox: its size is not known") from None
+
+
+def _shapes(elements: Any, group: Any, name: str) -> Iterator[tuple[str, str, Any]]:
+    """(name of the group, own name, shape) in drawing order."""
+    for number, element in enumerate(group):
+        own = _name(element)
+        if isinstance(element, elements.Group):
+            yield from _shapes(elements, element, own or name)
+        elif isinstance(element, elements.Shape):
+            yield name, own or f"{name or 'shape'}_{number + 1}", element
+
+
+def _name(element: Any) -> str:
+    own = element.values.get("attributes") or {}
+    name = own.get(_LABEL) or own.get("id") or ""
+    stem, axis = name.removesuffix(_AXIS), name.endswith(_AXIS)
+    return safe_name(stem) + (_AXIS if axis else "") if stem else ""
+
+
+def _is_filled(shape: Any) -> bool:
+    return shape.fill is not None and shape.fill.value is not None and shape.values.get("display") != "none"
+
+
+def _points(elements: Any, shape: Any, name: str, path: Path) -> list[Array]:
+    """The outline of each part, (n, 2) in drawing units, y down; curves in straight pieces."""
+    outlines = []
+    for part in abs(elements.Path(shape)).as_subpaths():
+        points: list[Any] = []
+        for segment in elements.Path(part):
+            if isinstance(segment, (elements.Move, elements.Line, elements.Close)):
+                steps = [1.0]
+            else:
+                steps = list(np.arange(1, _CURVE_STEPS + 1) / _CURVE_STEPS)
+            points += [segment.point(t) for t in steps if segment.end is not None]
+        outline = np.array([[p.x, p.y] for p in points], float).reshape(-1, 2)
+        if not np.isfinite(outline).all():
+            raise ConfigError(f"{path}: shape '{name}' holds coordinates that are not finite")
+        outlines.append(_without_repeats(outline))
+    return outlines or [np.zeros((0, 2))]
+
+
+def _without_repeats(outline: Array) -> Array:
+    if len(outline) < 3:
+        return outline
+    size = np.ptp(outline, axis=0).max()
+    step = np.linalg.norm(outline - np.roll(outline, 1, axis=0), axis=1)
+    return outline[step > 1e-6 * size]
+
+
+def _area(outline: Array) -> float:
+    x, y = outline.T
+    return float(abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2)
+
+
+def _radius(elements: Any, shape: Any) -> float | None:
+    """In drawing units, of a circle that is still one."""
+    if not isinstance(shape, (elements.Circle, elements.Ellipse)):
+        return None
+    rx, ry = float(shape.implicit_rx), float(shape.implicit_ry)
+    return rx if abs(rx - ry) <= _ROUND * max(rx, ry) else None
+
+
+def _marker(
+    path: Path, group: str, name: str, outline: Array, axis: Array | None, radius: float | None, scale: float
+) -> LooseMarker:
+    if axis is not None and len(axis) != 2:
+        raise ConfigError(f"{path}: '{name}{_AXIS}' must be one straight line from tail to head")
+    centre = (outline.min(axis=0) + outline.max(axis=0)) / 2
+    to_marker = scale * np.array([1, -1])
+    ends = None if axis is None else (axis - centre) * to_marker
+    shape: Marker = marker_of(
+        name, (outline - centre) * to_marker, f"{path}: shape '{name}'", ends, radius and radius * scale
+    )
+    return LooseMarker(group or name, shape)

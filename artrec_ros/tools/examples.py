@@ -1,0 +1,61 @@
+"""An example or two of each command, for its help."""
+
+from __future__ import annotations
+
+import argparse
+import textwrap
+
+EXAMPLES = {
+    "train": (
+        "artrec train --object lamp.yaml --annotations photos/annotations.json -o lamp_constraints.yaml",
+        "artrec train --object lamp.yaml --from-joints -o lamp_constraints.yaml",
+    ),
+    "replay": (
+        "artrec replay recorded_bag --params-file lamp_params.yaml -o result",
+        "artrec replay images/ --params-file lamp_params.yaml --camera-info camera.yaml --images none -o result",
+    ),
+    "evaluate": ("artrec evaluate result --truth simulated/truth.jsonl",),
+    "simulate": (
+        "artrec simulate lamp.yaml --frames 60 --objects 1 2 --size 0.3 0.8 -o simulated",
+        "artrec simulate --params-file lamp_params.yaml --sequence 60 --camera-info camera.yaml -o simulated",
+    ),
+    "model": (
+        "artrec model stickers.svg -o lamp.yaml",
+        "artrec model foot.jpg arm.jpg --width 0.08 0.13 --name lamp -o lamp.yaml",
+        "artrec model lamp.urdf --markers stickers.yaml -o lamp.yaml --sheet check.png",
+        "artrec model lamp.yaml --sheet check.png --distance 1.5 --camera-info camera.yaml",
+    ),
+    "inspect": (
+        "artrec inspect recorded_bag",
+        "artrec inspect lamp_params.yaml recorded_bag camera.yaml photos/annotations.json",
+    ),
+}
+
+
+class HelpFormatter(argparse.HelpFormatter):
+    """Wraps text as argparse does, but leaves examples, lines that begin with two spaces, as they are."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        paragraphs: list[str] = []
+        for verbatim, lines in _blocks(text):
+            joined = "\n".join(lines) if verbatim else " ".join(" ".join(lines).split())
+            paragraphs.append(joined if verbatim else textwrap.fill(joined, width))
+        return "\n".join(paragraphs)
+
+
+def _blocks(text: str) -> list[tuple[bool, list[str]]]:
+    blocks: list[tuple[bool, list[str]]] = []
+    for line in text.splitlines():
+        verbatim = line.startswith("  artrec ") or not line.strip()
+        if not blocks or blocks[-1][0] != verbatim:
+            blocks.append((verbatim, []))
+        blocks[-1][1].append(line)
+    return blocks
+
+
+def epilog(command: str, before: str | None) -> str:
+    """What stands below a command's options: the command's own text, then its examples."""
+    examples = EXAMPLES.get(command, ())
+    title = "example:" if len(examples) == 1 else "examples:"
+    lines = [] if before is None else [before, ""]
+    return "\n".join([*lines, title, *(f"  {e}" for e in examples)]) if examples else (before or "")

@@ -1,0 +1,158 @@
+"""`artrec model`: an object file from pictures, a drawing or a URDF; a sheet to check it by; what will be ambiguous."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+
+from ..core.ambiguity import Ambiguities, find_ambiguities
+from ..core.datatypes import Camera, Target
+from ..core.errors import ConfigError
+from ..core.objects import ObjectModel
+from ..io.images import IMAGE_SUFFIXES
+from ..io.marker_images import image_marker
+from ..io.marker_shapes import LooseMarker, object_of, safe_name
+from ..io.object_writer import save_object
+from ..io.objects import load_object
+from ..io.svg import svg_markers
+from ..io.urdf_model import object_from_urdf
+from ..simulation.sheet import MarkerCell, model_sheet
+from .camera_options import add_camera, camera_of
+from .model_report import advice, focal_px, shape_rows, summary, table
+
+_YAML, _URDF, _SVG = (".yaml", ".yml"), (".urdf", ".xml"), (".svg",)
+_SHOWN_LABEL = 2  # the colour of markers on the sheet whose components name no class
+
+
+def add_parser(subparsers: Any) -> None:
+    p = subparsers.add_parser(
+        "model",
+        help="make an object file from pictures, a drawing or a URDF, and check it",
+        description="Makes an object file, or reads one; says from which distance its markers can be told and what "
+        "will be ambiguous; draws a sheet to check it by. SOURCE is an object file (.yaml), a drawing (.svg: each "
+        "filled shape is a marker, each named group a component), pictures (photos or label images of one marker each, "
+        "taken straight from in front), or a URDF (.urdf) with --markers.",
+    )
+    p.add_argument("sources", nargs="+", type=Path, metavar="SOURCE", help="object file, drawing, pictures or URDF")
+    p.add_argument("-o", "--output", type=Path, metavar="OBJECT.yaml", help="object file to write")
+    p.add_argument("--overwrite", action="store_true", help="replace OBJECT.yaml if it is there already")
+    p.add_argument("--name", help="name of the object (default: the file's, the robot's)")
+    p.add_argument(
+        "--width", type=float, nargs="+", metavar="M",
+        help="pictures: width of each marker's bounding box, metres; drawing: width of the whole drawing",
+    )  # fmt: skip
+    p.add_argument("--marker-label", type=int, metavar="N", help="label images: class of the marker")
+    p.add_argument(
+        "--markers", type=Path, metavar="OBJECT.yaml",
+        help="URDF: an object file whose components are named after links, each marker with its pose on the link",
+    )  # fmt: skip
+    p.add_argument("--body-label", type=int, metavar="N", help="URDF: class of the bodies' pixels, where they have one")
+    p.add_argument("--sheet", type=Path, metavar="FILE.png", help="draw the markers, and the object from all sides")
+    p.add_argument("--label", type=int, default=_SHOWN_LABEL, metavar="N", help="sheet: the object's class, for colour")
+    p.add_argument("--distance", type=float, metavar="M", help="warn of markers that cannot be told so far off")
+    add_camera(p, (640, 480))
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Makes or reads the object, prints what is known of it, writes what was asked for."""
+    camera = camera_of(args)
+    _check(args)
+    model, notes = _model_of(args)
+    found = find_ambiguities(model)
+    print(summary(model))
+    print(
+        f"With a camera of {camera.size[0]} x {camera.size[1]} pixels and a focal length of {focal_px(camera):.0f} px, "
+        "markers seen straight on; turned by 60 degrees, half as far:"
+    )
+    for line in [*table(found, camera), *(f"note: {n}" for n in notes), *advice(found, camera, args.distance)]:
+        print(line)
+    if args.output:
+        save_object(args.output, model, _comments(args.sources))
+        print(f"Wrote {args.output}; docs/object_file.md has every key.")
+    if args.sheet:
+        _write_sheet(args.sheet, found, camera, args.label)
+        print(f"Drew {args.sheet}")
+    return 0
+
+
+def _check(args: argparse.Namespace) -> None:
+    for flag, value in (
+        ("--label", args.label),
+        ("--marker-label", args.marker_label),
+        ("--body-label", args.body_label),
+    ):
+        if value is not None and not 0 <= value <= 253:
+            raise ConfigError(f"{flag}: {value} is not within 0 .. 253")
+    if args.distance is not None and not args.distance > 0:
+        raise ConfigError(f"--distance: {args.distance} must be greater than 0 m")
+    if any(not 0 < w < 100 for w in args.width or ()):
+        raise ConfigError(f"--width: {args.width} must be metres, greater than 0 and below 100")
+    if args.output and args.output.exists() and not args.overwrite:
+        raise ConfigError(f"{args.output}: is there already; --overwrite replaces it")
+    if args.sheet and args.sheet.suffix.lower() not in (".png", ".jpg", ".jpeg"):
+        raise ConfigError(f"--sheet: '{args.sheet}' must end in .png or .jpg")
+
+
+def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
+    """The object, and notes on how it was made."""
+    sources: list[Path] = args.sources
+    kinds = {_kind(s) for s in sources}
+    if len(kinds) > 1 or (len(sources) > 1 and kinds != {"picture"}):
+        raise ConfigError(f"SOURCE: {len(sources)} given; several pictures, or one object file, drawing or URDF")
+    kind, first = kinds.pop(), sources[0]
+    if (kind == "urdf") != (args.markers is not None):
+        raise ConfigError(
+            "a URDF and --markers go together: the URDF tells how links move, --markers what sits on them"
+        )
+    if kind == "object":
+        return load_object(first), ()
+    if kind == "urdf":
+        made = object_from_urdf(first, load_object(args.markers), args.name, args.body_label)
+        return made.model, made.notes
+    name = safe_name(args.name or (args.output or first).stem)
+    if kind == "drawing":
+        if args.width and len(args.width) != 1:
+            raise ConfigError(f"--width: {len(args.width)} given; a drawing has one")
+        return object_of(name, svg_markers(first, args.width[0] if args.width else None)), ()
+    return object_of(name, _pictures(sources, args.width, args.marker_label)), ()
+
+
+def _kind(source: Path) -> str:
+    suffix = source.suffix.lower()
+    kinds = {"object": _YAML, "urdf": _URDF, "drawing": _SVG, "picture": IMAGE_SUFFIXES}
+    for kind, suffixes in kinds.items():
+        if suffix in suffixes:
+            return kind
+    known = ", ".join(s for suffixes in kinds.values() for s in suffixes)
+    raise ConfigError(f"{source}: '{suffix}' is no kind of file that an object can be made from (known: {known})")
+
+
+def _pictures(sources: Sequence[Path], widths: Sequence[float] | None, label: int | None) -> list[LooseMarker]:
+    if not widths or len(widths) not in (1, len(sources)):
+        given = len(widths or ())
+        raise ConfigError(f"--width: {given} given for {len(sources)} picture(s); one for all, or one each, metres")
+    each = list(widths) * len(sources) if len(widths) == 1 else widths
+    return [image_marker(source, width, label) for source, width in zip(sources, each, strict=True)]
+
+
+def _comments(sources: Sequence[Path]) -> tuple[str, ...]:
+    names = ", ".join(s.name for s in sources)
+    return (f"Made by `artrec model` from {names}. Lengths in metres, angles in radians.",)
+
+
+def _write_sheet(path: Path, found: Ambiguities, camera: Camera, label: int) -> None:
+    model = found.model
+    cells = []
+    for row in shape_rows(found, camera):
+        component = model.component(row.keys[0][0])
+        shown = label if component.label is None else component.label
+        notes = f"found to {row.found_m:.2f} m, told to {row.told_m:.2f} m"
+        cells.append(MarkerCell(component.marker(row.keys[0][1]), shown, row.names, notes))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not cv2.imwrite(str(path), model_sheet(Target(model.name, model, label), cells)):
+        raise ConfigError(f"{path}: cannot be written")

@@ -1,0 +1,142 @@
+import argparse
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from artrec_ros.core.ambiguity import find_ambiguities
+from artrec_ros.core.datatypes import Target
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.io.objects import load_object
+from artrec_ros.simulation.sheet import MarkerCell, model_sheet
+from artrec_ros.simulation.simulator import pinhole_camera
+from artrec_ros.tools import model
+from artrec_ros.tools.model_report import advice, shape_rows
+
+OBJECTS = Path(__file__).parents[2] / "config" / "objects"
+QUADRUPED = OBJECTS / "quadruped.yaml"
+
+TOY = """
+format: artrec_object/1
+name: toy
+markers:
+  bar: {rectangle: {width: 0.1, height: 0.02}}
+  flag:
+    outline: [[-0.05, -0.02], [0.05, -0.02], [0.05, 0.0], [-0.01, 0.0], [-0.01, 0.03], [-0.05, 0.03]]
+    axis: [[0, 0], [1, 0]]
+components:
+  base: {required: true, markers: {bar: {pose: {xyz: [0, 0, 0]}}}, body: {boxes: [{size: [0.2, 0.2, 0.1]}]}}
+  arm: {label: 5, markers: {flag: {pose: {}}}, body: {label: 5, boxes: [{xyz: [0, 0, -1], size: [1, 1, 1]}]}}
+  lid: {markers: {bar: {pose: {xyz: [1, 0, 0]}}}}
+"""
+
+
+def run(*arguments):
+    parser = argparse.ArgumentParser()
+    model.add_parser(parser.add_subparsers())
+    args = parser.parse_args(["model", *map(str, arguments)])
+    return args.run(args)
+
+
+@pytest.fixture
+def toy(tmp_path):
+    (tmp_path / "toy.yaml").write_text(TOY)
+    return tmp_path / "toy.yaml"
+
+
+def test_distances_follow_from_the_cameras_focal_length():
+    found = find_ambiguities(load_object(QUADRUPED, {}))
+    near, far = (shape_rows(found, pinhole_camera((640, 480), angle)) for angle in (90, 53.130102))
+    assert [r.names for r in near][-1] == "front_left/leg and 5 more"
+    for a, b in zip(near, far, strict=True):
+        assert b.found_m == pytest.approx(2 * a.found_m, rel=1e-6)  # tan 45 = 2 tan 26.57
+        assert b.told_m == pytest.approx(2 * a.told_m, rel=1e-6) and a.told_m <= a.found_m
+    lateral = near[0]
+    assert math.sqrt(150 / 0.00803) == pytest.approx(320 / lateral.found_m, rel=0.1)  # some 80 cm2, 150 px
+
+
+def test_what_will_be_ambiguous_is_told(toy):
+    lines = advice(find_ambiguities(load_object(toy, {})), pinhole_camera((640, 480), 60), 4.0)
+    text = "\n".join(lines)
+    for expected in (
+        "warning: base/bar looks the same after a turn of 180 degrees, and all starts there",
+        "warning: base/bar lies within its component's body",
+        "warning: base/bar, lid/bar are the same shape: 'base', from which all starts",
+        "warning: the markers of 'arm' have the class of its body (5)",
+        "for 4 m make it",
+        "note: 'lid' has no joint",
+        "note: 'lid' has no body",
+    ):
+        assert expected in text, expected
+    assert [line.split(":")[0] for line in lines] == sorted((line.split(":")[0] for line in lines), reverse=True)
+
+
+def test_a_good_object_gives_no_warning_near_by_and_some_far_off():
+    found = find_ambiguities(load_object(OBJECTS / "excavator.yaml", {}))
+    camera = pinhole_camera((640, 480), 60)
+    assert not [line for line in advice(found, camera, 1.0) if line.startswith("warning")]
+    assert [line for line in advice(found, camera, 10.0) if line.startswith("warning")]
+
+
+def test_a_drawing_becomes_an_object_file(tmp_path, capsys):
+    pytest.importorskip("svgelements")
+    (tmp_path / "d.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="50mm" viewBox="0 0 100 50">'
+        '<g id="base"><path id="side" d="M 10 10 h 60 l 10 20 h -70 z"/></g></svg>'
+    )
+    assert run(tmp_path / "d.svg", "-o", tmp_path / "my-toy.yaml") == 0
+    made = load_object(tmp_path / "my-toy.yaml")
+    assert made.name == "my_toy" and made.required.name == "base"
+    assert "no pose" in capsys.readouterr().out
+    with pytest.raises(ConfigError, match="--overwrite"):
+        run(tmp_path / "d.svg", "-o", tmp_path / "my-toy.yaml")
+    assert run(tmp_path / "d.svg", "-o", tmp_path / "my-toy.yaml", "--overwrite") == 0
+
+
+def test_pictures_become_components(tmp_path):
+    for name in ("foot", "arm"):
+        image = np.zeros((60, 80), np.uint8)
+        cv2.rectangle(image, (20, 20), (50, 35), 2, -1)
+        cv2.imwrite(str(tmp_path / f"{name}.png"), image)
+    pictures = [tmp_path / "foot.png", tmp_path / "arm.png"]
+    assert run(*pictures, "--width", 0.1, 0.2, "--name", "lamp", "-o", tmp_path / "lamp.yaml") == 0
+    made = load_object(tmp_path / "lamp.yaml")
+    assert (made.name, [c.name for c in made.components]) == ("lamp", ["foot", "arm"])
+    assert [np.ptp(c.markers[0].outline[:, 0]) for c in made.components] == pytest.approx([0.1, 0.2], abs=1e-3)
+
+
+def test_the_sheet_shows_markers_and_the_object(tmp_path):
+    assert run(QUADRUPED, "--sheet", tmp_path / "new" / "sheet.png", "--label", 3) == 0
+    sheet = cv2.imread(str(tmp_path / "new" / "sheet.png"))
+    # four shapes, seven sides, both ends of four joints; four in a row
+    assert sheet.shape[1] == 4 * 300 and sheet.shape[0] == 5 * 342
+    assert np.all(sheet[42 + 150, 150] == (40, 30, 200)) or np.any(np.all(sheet[42:342, :300] == (40, 30, 200), axis=2))
+
+
+def test_a_sheet_of_markers_alone_has_no_object():
+    pendulum = load_object(OBJECTS / "pendulum.yaml")
+    cells = [MarkerCell(m, 2, m.name) for c in pendulum.components for m in c.markers]
+    sheet = model_sheet(Target("pendulum", pendulum, 2), cells)
+    assert sheet.shape[0] == 342 * math.ceil(len(cells) / 4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([QUADRUPED, QUADRUPED], "several pictures, or one"),
+        (["a.doc"], "'.doc' is no kind of file"),
+        (["a.urdf"], "go together"),
+        ([QUADRUPED, "--markers", QUADRUPED], "go together"),
+        (["a.png"], "--width: 0 given for 1"),
+        (["a.png", "--width", "-1"], "--width"),
+        (["a.png", "b.png", "c.png", "--width", "1", "2"], "--width: 2 given for 3"),
+        ([QUADRUPED, "--distance", "0"], "--distance"),
+        ([QUADRUPED, "--label", "300"], "--label: 300"),
+        ([QUADRUPED, "--sheet", "a.tif"], "must end in .png"),
+    ],
+)
+def test_wrong_usage_is_told(arguments, message):
+    with pytest.raises(ConfigError, match=message):
+        run(*arguments)

@@ -71,7 +71,9 @@ setup(
     ],
     extras_require={
         "model": ["svgelements>=1.9"],  # 0.8 MB, nothing else comes with it: artrec model reads SVG drawings
-        "test": ["hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "svgelements>=1.9", "types-PyYAML", "types-tqdm"],
+        "test": [
+            "hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "svgelements>=1.9", "types-PyYAML", "types-tqdm",
+        ],  # fmt: skip
     },
     entry_points={
         "console_scripts": [

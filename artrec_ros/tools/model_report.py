@@ -110,7 +110,7 @@ def _own_turns(found: Ambiguities) -> Iterator[str]:
         shown = f"{', '.join(names)} look{'s' if len(names) == 1 else ''} the same"
         turn = "any turn" if order == ANY_ANGLE else f"a turn of {360 / max(order, 1):.0f} degrees"
         if order != 1 and is_required:
-            yield f"warning: {shown} after {turn}, and all starts there: alone it does not tell how the object is turned"
+            yield f"warning: {shown} after {turn}, and all starts there: alone it tells no direction"
         elif order > 1:
             yield f"note: {shown} after {turn}: the joint or the other markers tell which way"
 

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PROGRAM = """
 import sys
 sys.modules["numba"] = None  # importing it raises ImportError
-from artrec_ros.core.kernels import COMPILED
+from artrec_ros.core.compiled.jit import COMPILED
 from artrec_ros.tools.main import main
 assert not COMPILED
 sys.exit(main(sys.argv[1:]))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .objects import ObjectModel
 from .transforms import Array, Pose, readonly
+
+_MAX_RADIUS = 3.0  # normalised: 72 degrees from the axis
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,21 @@ class Camera:
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", readonly(self.matrix).reshape(3, 3))
         object.__setattr__(self, "distortion", readonly(self.distortion).reshape(-1))
+
+    @cached_property
+    def rational(self) -> Array:
+        """(8,) coefficients k1 k2 p1 p2 k3 k4 k5 k6 of OpenCV's rational model; those that are not given are 0."""
+        return readonly(np.pad(self.distortion, (0, max(0, 8 - len(self.distortion))))[:8])
+
+    @cached_property
+    def fold(self) -> float:
+        """Squared normalised radius up to which the lens' radial factor grows; points behind it would fold back."""
+        k1, k2, _, _, k3, k4, k5, k6 = self.rational
+        r = np.linspace(0, _MAX_RADIUS, 3001)
+        r2 = r * r
+        seen = r * (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+        falls = np.flatnonzero(~(np.diff(seen) > 0))
+        return float(r2[falls[0]]) if len(falls) else float(r2[-1])
 
 
 @dataclass(frozen=True)
@@ -63,10 +81,28 @@ class ImagePose:
 
 
 @dataclass(frozen=True)
+class ClassFit:
+    """The class of configurations that an object shows.
+
+    :param name: None: it lies outside every class, or could be of more than one.
+    :param confidence: 0..1, of the class, or that there is none.
+    :param runner_up: the class that fits next best, with its confidence; None: there is one class only.
+    :param reason: why it is of no class: which dimension of the best fitting one fails, by how much.
+    """
+
+    name: str | None
+    confidence: float
+    runner_up: str | None = None
+    runner_up_confidence: float = 0.0
+    reason: str = ""
+
+
+@dataclass(frozen=True)
 class Detection:
     """One recognised object. `pose` is the object's frame in the camera's optical frame, None without calibration.
 
     :param joints: component name -> joint angle in radians (metres for prismatic joints).
+    :param class_fit: None where the object has no classes of configurations.
     :param pose_covariance: (6, 6) of (x, y, z, rotation about x, y, z fixed axes), m^2 and rad^2; None without pose.
     """
 
@@ -78,6 +114,7 @@ class Detection:
     pose: Pose | None = None
     joints: dict[str, float] = field(default_factory=dict)
     pose_covariance: Array | None = field(default=None, repr=False, compare=False)
+    class_fit: ClassFit | None = None
 
 
 @dataclass(frozen=True)

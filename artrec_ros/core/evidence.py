@@ -89,8 +89,8 @@ class LabelField:
     def at(self, pixels: Array) -> NDArray[np.uint8]:
         """Labels (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
         height, width = self.labels.shape
-        x = np.clip(np.rint(pixels[..., 0]), -1, width).astype(np.int32) + 1
-        y = np.clip(np.rint(pixels[..., 1]), -1, height).astype(np.int32) + 1
+        x = np.clip(np.floor(pixels[..., 0] + 0.5), -1, width).astype(np.int32) + 1
+        y = np.clip(np.floor(pixels[..., 1] + 0.5), -1, height).astype(np.int32) + 1
         return self.padded[y * (width + 2) + x]
 
     def seam_px(self, label: int) -> float:

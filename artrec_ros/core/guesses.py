@@ -5,12 +5,25 @@ from __future__ import annotations
 import numpy as np
 
 from .blobs import Blob
+from .compiled.geometry import view_of
+from .compiled.guessing import Template, best_alignments
+from .compiled.jit import COMPILED
 from .datatypes import Camera
 from .evidence import LabelField
 from .objects import ObjectModel
-from .spatial import RING_PX, Poses, SpatialModel
+from .spatial import RING_PX, RING_WIDTH_PX, Poses, SpatialModel
 from .transforms import Array
-from .views import View, align_view, blob_couples, lift, score_view, view_bank
+from .views import (
+    View,
+    align_view,
+    blob_couples,
+    lift,
+    moment_alignments,
+    moments_of,
+    scale_range,
+    score_view,
+    view_bank,
+)
 
 VIEW_KEEP = 12  # alignments of a view with a blob that go on
 BLOB_KEEP = 48  # alignments of a marker with a blob that go on
@@ -55,12 +68,10 @@ class Guesser:
     ) -> Poses:
         similarities, votes, turns = [], [], []
         for view in self._banks[m]:
-            T = align_view(view, couples, contour, area, LEAST_AREA_PX)
-            s = score_view(view, T, field, self._inside_votes, self._ring_votes, RING_PX)
-            best = np.argsort(-s, kind="stable")[:VIEW_KEEP]
-            similarities.append(T[best])
-            votes.append(s[best])
-            turns.append(np.tile([view.turn, view.direction], (len(best), 1)))
+            T, s = self._align(view, field, camera, couples, contour, area)
+            similarities.append(T)
+            votes.append(s)
+            turns.append(np.tile([view.turn, view.direction], (len(T), 1)))
         s, turn, T = np.concatenate(votes), np.concatenate(turns), np.concatenate(similarities)
         grown = GROWTH if small else GROWTH[:1]
         T = np.concatenate([T * (1, 1, 1, g) for g in grown])
@@ -68,6 +79,40 @@ class Guesser:
         R, t = lift(turn[:, 0], turn[:, 1], T, camera)
         found, score = self._to_object(m, R, t), np.tile(s, 2 * len(grown))
         return found[best_distinct(found, score, np.zeros(len(found), int), BLOB_KEEP * len(grown))]
+
+    def _align(
+        self,
+        view: View,
+        field: LabelField,
+        camera: Camera,
+        couples: tuple[Array, Array],
+        contour: Array,
+        area: float,
+    ) -> tuple[Array, Array]:
+        """The VIEW_KEEP best alignments of a view with a blob, and their votes."""
+        inside, ring = self._inside_votes, self._ring_votes
+        if not COMPILED:
+            T = align_view(view, couples, contour, area, LEAST_AREA_PX)
+            s = score_view(view, T, field, inside, ring, RING_PX)
+            best = np.argsort(-s, kind="stable")[:VIEW_KEEP]
+            return T[best], s[best]
+        T, s = np.empty((VIEW_KEEP, 4)), np.empty(VIEW_KEEP)
+        template = Template(
+            view.anchors, view.inside, view.contour, view.contour_normal, view.area, view.perimeter,
+            inside, ring, RING_PX, RING_WIDTH_PX,
+        )  # fmt: skip
+        limits = scale_range(view, area, LEAST_AREA_PX)
+        best_alignments(
+            *couples,
+            moment_alignments(view, moments_of(contour), area),
+            template,
+            *limits,
+            view_of(field, camera),
+            T,
+            s,
+        )
+        found = s > -np.inf
+        return T[found], s[found]
 
     def _to_object(self, marker: int, R: Array, t: Array) -> Poses:
         """The object's pose of which a marker's rotation and centroid are known, joints mid-range."""

@@ -7,6 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from .compiled.chains import Chain, forward
+from .compiled.jit import COMPILED
 from .objects import Component, ObjectModel
 from .transforms import Array, rotation_from_rotvec
 
@@ -64,6 +66,35 @@ class Kinematics:
                 out[c, j] = True
         return out
 
+    @cached_property
+    def chain(self) -> Chain:
+        """The same for compiled code."""
+        joints = [c.joint for c in self.model.components]
+        none = (np.eye(3), np.zeros(3), np.zeros(3), False)
+        rows = [
+            none if j is None else (j.T_parent_joint.rotation, j.T_parent_joint.position, j.axis, j.kind == "revolute")
+            for j in joints
+        ]
+        R, t, axis, revolute = (np.array(values) for values in zip(*rows, strict=True))
+        return Chain(np.array(self.parent), np.array(self.joint_of), R, t, axis, revolute)
+
+    def at_values(self, frames: Frames, c: int, values: Array) -> Frames:
+        """Frames with component `c` at each of V values of its joint, the others as they are: (H * V, ...)."""
+        n = len(values)
+        R, t = np.repeat(frames.R, n, axis=0), np.repeat(frames.t, n, axis=0)
+        axis, origin = np.repeat(frames.axis, n, axis=0), np.repeat(frames.origin, n, axis=0)
+        joint = self.model.components[c].joint
+        assert joint is not None  # asked of jointed components alone
+        q = np.tile(values, len(frames.R))
+        Rj = R[:, self.parent[c]] @ joint.T_parent_joint.rotation
+        tj = R[:, self.parent[c]] @ joint.T_parent_joint.position + t[:, self.parent[c]]
+        if self.revolute[self.joint_of[c]]:
+            Rj = Rj @ rotation_from_rotvec(q[:, None] * joint.axis)
+        else:
+            tj = tj + (Rj @ joint.axis) * q[:, None]
+        R[:, c], t[:, c] = Rj, tj
+        return Frames(R, t, axis, origin)
+
     def forward(self, R: Array, t: Array, q: Array) -> Frames:
         """Component frames for object poses R (H, 3, 3), t (H, 3) in the camera and joints q (H, J)."""
         n_h, n_c = len(R), len(self.parent)
@@ -73,6 +104,11 @@ class Kinematics:
             np.empty((n_h, self.n_joints, 3)),
             np.empty((n_h, self.n_joints, 3)),
         )
+        if COMPILED:
+            roots = [c for c, parent in enumerate(self.parent) if parent < 0]
+            out.R[:, roots], out.t[:, roots] = R[:, None], t[:, None]
+            forward(self.chain, q, out.R, out.t, out.axis, out.origin)
+            return out
         for c, component in enumerate(self.model.components):
             joint = component.joint
             if joint is None:

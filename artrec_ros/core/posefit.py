@@ -10,6 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .compiled.fitting import EdgeTerms, normal_equations
+from .compiled.geometry import view_of
+from .compiled.jit import COMPILED
 from .datatypes import Camera
 from .evidence import OUTSIDE, OWNED, UNKNOWN, LabelField
 from .kinematics import Frames
@@ -22,6 +25,7 @@ EDGE_VOTE_SEAM = -0.1  # nearly silent: the edge lies in a seam's middle, a tent
 JOINT_SIGMA = 1.5  # a weak pull to the middle of a joint's range keeps unseen joints determined
 INFORMATION_REACH_PX = 3
 POINT_SIGMA_PX = 0.7  # labels place a boundary this well
+_UNKNOWNS = np.isin(np.arange(256), (UNKNOWN, OUTSIDE, OWNED))
 
 
 @dataclass(frozen=True)
@@ -84,6 +88,8 @@ def _normal_equations(
     model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray, reach: int
 ) -> tuple[Array, Array, Array]:
     frames = model.kinematics.forward(poses.R, poses.t, poses.q)
+    if COMPILED:
+        return _normal_equations_compiled(model, field, camera, poses, frames, use, reach)
     which = np.flatnonzero(use.any(axis=0))
     patches = model.markers[which]
     cosine, _ = model.in_camera(frames, patches)
@@ -99,6 +105,37 @@ def _normal_equations(
     Jw = J * w[..., None]
     rms = np.sqrt(np.sum(w * r**2, axis=1) / np.maximum(w.sum(axis=1), 1e-9))
     return Jw.transpose(0, 2, 1) @ J, np.einsum("hkp,hk->hp", Jw, r), rms
+
+
+def _normal_equations_compiled(
+    model: SpatialModel,
+    field: LabelField,
+    camera: Camera,
+    poses: Poses,
+    frames: Frames,
+    use: np.ndarray,
+    reach: int,
+) -> tuple[Array, Array, Array]:
+    kin, n_par = model.kinematics, 6 + model.kinematics.n_joints
+    A, b, rms = np.empty((len(poses), n_par, n_par)), np.empty((len(poses), n_par)), np.empty(len(poses))
+    steps = (np.exp(2 * EDGE_VOTE), np.exp(2 * EDGE_VOTE_SEAM), np.exp(-2 * EDGE_VOTE))
+    seams = np.array([field.seam_px(int(label)) for label in model.label[model.markers]])
+    terms = EdgeTerms(reach, *steps, np.exp(_log_prior(reach)), seams, _UNKNOWNS, OUTSIDE)
+    normal_equations(
+        model.compiled, model.markers, use, frames.R, frames.t, poses.t, frames.axis, frames.origin,
+        kin.revolute, kin.moves, terms, view_of(field, camera), LEAST_COSINE, A, b, rms,
+    )  # fmt: skip
+    return A, b, rms
+
+
+def _places(reach: int) -> Array:
+    """Where a boundary may cross a normal: between the pixels looked at, and before and behind them all."""
+    return np.arange(-reach, reach + 2) - 0.5
+
+
+def _log_prior(reach: int) -> Array:
+    prior: Array = -0.5 * (_places(reach) / (0.6 * reach)) ** 2
+    return prior
 
 
 def find_edges(field: LabelField, pixels: Array, normal: Array, labels: np.ndarray, reach: int) -> tuple[Array, Array]:
@@ -121,8 +158,8 @@ def find_edges(field: LabelField, pixels: Array, normal: Array, labels: np.ndarr
     # sum of inside votes before the boundary minus those behind it (outside votes are their opposite)
     c = np.cumsum(v, axis=-1)
     likelihood = np.concatenate([np.zeros_like(c[..., :1]), 2 * c], axis=-1) - c[..., -1:]  # (..., 2D+2)
-    places = np.arange(-reach, reach + 2) - 0.5
-    likelihood = likelihood - 0.5 * (places / (0.6 * reach)) ** 2
+    places = _places(reach)
+    likelihood = likelihood + _log_prior(reach)
     p = np.exp(likelihood - likelihood.max(axis=-1, keepdims=True))
     p /= p.sum(axis=-1, keepdims=True)
     mean = p @ places

@@ -16,15 +16,15 @@ def project(camera: Camera, X: Array) -> Array:
     z = np.maximum(X[..., 2], MIN_DEPTH_M)
     x, y = X[..., 0] / z, X[..., 1] / z
     if camera.distortion.any():
-        x, y = _distort(camera.distortion, x, y)
+        x, y = _distort(camera, x, y)
     K = camera.matrix
     return np.stack([K[0, 0] * x + K[0, 1] * y + K[0, 2], K[1, 1] * y + K[1, 2]], axis=-1)
 
 
-def _distort(d: Array, x: Array, y: Array) -> tuple[Array, Array]:
+def _distort(camera: Camera, x: Array, y: Array) -> tuple[Array, Array]:
     """OpenCV's rational model on normalised coordinates (plumb_bob is its first five coefficients)."""
-    k1, k2, p1, p2, k3, k4, k5, k6 = np.pad(d, (0, max(0, 8 - len(d))))[:8]
-    r2 = np.minimum(x * x + y * y, 4.0)  # beyond the field of view the polynomial folds back
+    k1, k2, p1, p2, k3, k4, k5, k6 = camera.rational
+    r2 = np.minimum(x * x + y * y, camera.fold)
     radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
     return (
         x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),

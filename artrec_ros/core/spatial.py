@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled.geometry import view_of
+from .compiled.jit import COMPILED
+from .compiled.scoring import Limits, Surface, score_patches, search_joint
 from .datatypes import Camera
 from .evidence import LabelField, Roles
-from .kernels import COMPILED, empty_scores, score_patches
 from .kinematics import Frames, Kinematics
 from .objects import ObjectModel
-from .projection import project
+from .occlusion import BEHIND, Boxes
+from .projection import project, projection_jacobian
 from .surface import Patch, patches_of
 from .transforms import Array
 
 RING_PX = 1.25  # outside and inside of the seam that a segmenter leaves between two colours
 RING_WIDTH_PX = 1.5  # what a ring point stands for across the contour
-SURFACE = 1 - 5e-3  # share of the way to a point beyond which a box no longer hides it: the point lies on its own box
 LEAST_COSINE = 0.12  # a patch seen flatter than this shows nothing
+LIMITS = Limits(LEAST_COSINE, RING_PX, RING_WIDTH_PX, BEHIND)
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,10 @@ class PatchScores:
     votes: Array
     area_px: Array
     agree: Array
+
+    @property
+    def arrays(self) -> tuple[Array, Array, Array]:
+        return self.votes, self.area_px, self.agree
 
     def __getitem__(self, index: NDArray | list[int]) -> PatchScores:
         return PatchScores(self.votes[index], self.area_px[index], self.agree[index])
@@ -88,19 +96,45 @@ class SpatialModel:
         )
         self.rim_role = np.array([self.roles.rim(self.patches[i].label) for i in self.markers])
         self.table = self.roles.table
-        self._starts = np.concatenate([[0], np.cumsum(self.count)])
-        self._marker_of = np.full(len(self.patches), -1)
-        self._marker_of[self.markers] = np.arange(len(self.markers))
-        boxes = [(c, box) for c, component in enumerate(model.components) for box in component.bodies]
-        self._box_component = np.array([c for c, _ in boxes], int)
-        self._box_R = np.array([b.T_component_box.rotation for _, b in boxes]).reshape(-1, 3, 3)
-        self._box_t = np.array([b.T_component_box.position for _, b in boxes]).reshape(-1, 3)
-        self._half = np.array([b.size / 2 for _, b in boxes]).reshape(-1, 3)
+        self.boxes = Boxes(model)
+        self.ignored = self.boxes.behind_patches(self.patches)
         root = model.components.index(model.required)
         mine = self.points[(self.component == root)[self.point_patch] & self.is_marker[self.point_patch]]
         self.anchor = mine.mean(axis=0)  # amid the required component's markers, object frame
         whole = self.points[(self.component == root)[self.point_patch]]
         self.extent = float(np.linalg.norm(whole - self.anchor, axis=1).max())  # of the required component, metres
+
+    @cached_property
+    def compiled(self) -> Surface:
+        """The same for compiled code."""
+        marker_of = np.full(len(self.patches), -1)
+        marker_of[self.markers] = np.arange(len(self.markers))
+        return Surface(
+            component=self.component,
+            normal=self.normal,
+            centre=self.centre,
+            area=self.area,
+            radius=np.array(
+                [np.linalg.norm(p.inside - m, axis=1).max() for p, m in zip(self.patches, self.centre, strict=True)]
+            ),
+            label=self.label,
+            marker_of=marker_of,
+            ignored=self.ignored,
+            starts=np.concatenate([[0], np.cumsum(self.count)]),
+            points=np.ascontiguousarray(self.points.T),
+            role=self.point_role[np.cumsum(self.count) - 1],
+            contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),
+            contour_normal=np.ascontiguousarray(self.contour_normal.transpose(0, 2, 1)),
+            perimeter=self.perimeter,
+            ring_role=self.ring_role,
+            rim_role=self.rim_role,
+            table=self.table,
+            best=self.table.max(axis=1),
+            box_component=self.boxes.component,
+            box_rotation=self.boxes.R,
+            box_t=self.boxes.t,
+            half=self.boxes.half,
+        )
 
     def in_camera(self, frames: Frames, patches: np.ndarray) -> tuple[Array, Array]:
         """Cosine of the viewing angle (H, P) of patches, and their depth (H, P)."""
@@ -122,24 +156,25 @@ class SpatialModel:
         self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, *, occlusion: bool
     ) -> PatchScores:
         """What the labels say of each of `patches` (ascending indices) under each hypothesis."""
-        if COMPILED:
-            return self._score_compiled(field, camera, frames, patches, occlusion)
-        return self._score_arrays(field, camera, frames, patches, occlusion)
-
-    def _score_compiled(
-        self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, occlusion: bool
-    ) -> PatchScores:
-        height, width = field.labels.shape
-        distortion = np.pad(camera.distortion, (0, max(0, 8 - len(camera.distortion))))[:8]
-        out = PatchScores(*empty_scores(len(frames.R), len(patches)))
-        score_patches(
-            frames.R, frames.t, patches, self._starts, self.points, self.point_role, self.component, self.normal,
-            self.centre, self.area, self.label, self._marker_of, self.contour, self.contour_normal, self.ring_role,
-            self.rim_role, self.perimeter, self.table, field.padded, width, height, camera.matrix, distortion,
-            bool(distortion.any()), *self._boxes_in_camera(frames), self._half, occlusion,
-            LEAST_COSINE, RING_PX, RING_WIDTH_PX, SURFACE, out.votes, out.area_px, out.agree,
-        )  # fmt: skip
+        if not COMPILED:
+            return self._score_arrays(field, camera, frames, patches, occlusion)
+        out = PatchScores(*(np.empty((len(frames.R), len(patches))) for _ in range(3)))
+        view = view_of(field, camera)
+        score_patches(self.compiled, frames.R, frames.t, patches, view, LIMITS, occlusion, *out.arrays)
         return out
+
+    def best_joint(self, field: LabelField, camera: Camera, frames: Frames, c: int, grid: Array) -> Array:
+        """(H,) values of the joint that carries component `c`, from `grid`, that the labels like best; occlusion
+        apart."""
+        kin, patches = self.kinematics, np.flatnonzero(self.component == c)
+        if COMPILED:
+            out = np.empty(len(frames.R))
+            R, t = frames.R.copy(), frames.t.copy()
+            search_joint(self.compiled, kin.chain, c, patches, R, t, grid, view_of(field, camera), LIMITS, out)
+            return out
+        placed = kin.at_values(frames, c, grid)
+        votes = self.score(field, camera, placed, patches, occlusion=False).votes.sum(axis=1)
+        return grid[votes.reshape(len(frames.R), -1).argmax(axis=1)]
 
     def _score_arrays(
         self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, occlusion: bool
@@ -153,7 +188,7 @@ class SpatialModel:
         labels = field.at(project(camera, X))  # (H, n)
         seen = np.ones(labels.shape, bool)
         if occlusion:
-            seen = ~self.hidden(frames, X)
+            seen = ~self.boxes.hidden(frames, X, self.ignored[self.point_patch[chosen]])
         votes = np.where(seen, self.table[self.point_role[chosen], labels], 0.0)
         f2 = camera.matrix[0, 0] * camera.matrix[1, 1]
         area_px = np.where(shown, self.area[patches] * f2 / np.maximum(depth, 0.02) ** 2 * cosine, 0.0)  # (H, P)
@@ -194,35 +229,11 @@ class SpatialModel:
         """Contours of markers `which` in the image: pixels (H, M, m, 2) and outward unit normals (H, M, m, 2)."""
         R = frames.R[:, self.component[self.markers[which]]]
         X = self.place_contours(frames, which)
-        step = 1e-3 * np.maximum(X[..., 2:3], 1e-3)
-        Y = X + step * (self.contour_normal[which] @ R.transpose(0, 1, 3, 2))
-        pixels = project(camera, X)
-        normal = project(camera, Y) - pixels
-        return pixels, normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
+        along = self.contour_normal[which] @ R.transpose(0, 1, 3, 2)
+        normal = np.einsum("hmkij,hmkj->hmki", projection_jacobian(camera, X), along)
+        return project(camera, X), normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
 
     def place_contours(self, frames: Frames, which: np.ndarray) -> Array:
         """(H, M, m, 3) camera coordinates of the contours of markers `which`."""
         c = self.component[self.markers[which]]
         return self.contour[which] @ frames.R[:, c].transpose(0, 1, 3, 2) + frames.t[:, c][:, :, None]
-
-    def hidden(self, frames: Frames, X: Array) -> np.ndarray:
-        """(H, n) bool: which points (H, n, 3) a body's box of the same object hides from the camera (slab test)."""
-        out = np.zeros(X.shape[:2], bool)
-        R, eye = self._boxes_in_camera(frames)
-        axes = [np.ascontiguousarray(X[..., i]) for i in range(3)]  # one array an axis: no short reductions
-        for b, half in enumerate(self._half):
-            enter, leave = np.float64(0.0), np.float64(SURFACE)
-            for i in range(3):
-                ray = sum(axes[j] * R[:, b, j, i, None] for j in range(3))
-                ray = np.where(np.abs(ray) < 1e-9, 1e-9, ray)
-                near, far = (-half[i] - eye[:, b, i, None]) / ray, (half[i] - eye[:, b, i, None]) / ray
-                enter, leave = np.maximum(enter, np.minimum(near, far)), np.minimum(leave, np.maximum(near, far))
-            out |= enter < leave
-        return out
-
-    def _boxes_in_camera(self, frames: Frames) -> tuple[Array, Array]:
-        """Rotations of all boxes (H, B, 3, 3), and the camera's centre in their frames (H, B, 3)."""
-        R_component = frames.R[:, self._box_component]
-        R = R_component @ self._box_R
-        t = np.einsum("hbij,bj->hbi", R_component, self._box_t) + frames.t[:, self._box_component]
-        return R, -np.einsum("hbji,hbj->hbi", R, t)

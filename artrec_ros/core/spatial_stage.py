@@ -99,7 +99,10 @@ def _instance(verdict: Verdict, c: int, camera: Camera) -> Instance:
         return project(camera, points @ frames.R[0, c].T + frames.t[0, c])
 
     inside = patch.inside @ frames.R[:, c].transpose(0, 2, 1) + frames.t[:, c, None]
-    pixels, seen = project(camera, inside)[0], ~surface.hidden(frames, inside)[0]
+    pixels, seen = (
+        project(camera, inside)[0],
+        ~surface.boxes.hidden(frames, inside, surface.ignored[[verdict.shown[c]] * len(patch.inside)])[0],
+    )
     height, width = claim.shape
     seen &= (pixels > -0.5).all(axis=1) & (pixels[:, 0] < width - 0.5) & (pixels[:, 1] < height - 0.5)
     centre = pixels[seen].mean(axis=0) if seen.any() else to_image(marker.centroid[None])[0]

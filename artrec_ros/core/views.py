@@ -37,6 +37,8 @@ class View:
     contour_normal: Array  # (SCORE_POINTS, 2)
     area: float
     perimeter: float
+    anchors: Array  # (a, 2)
+    moments: tuple[Array, float]  # of the outline
 
 
 def view_bank(marker: Marker) -> list[View]:
@@ -59,7 +61,19 @@ def _view(marker: Marker, turn: float, direction: float) -> View:
     inside = sample_polygon(outline, SCORE_POINTS)
     contour, normal = sample_contour(outline, SCORE_POINTS)
     perimeter = float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())
-    return View(turn, direction, outline, inside, contour, normal, marker.area * np.cos(turn), perimeter)
+    centroid, principal = moments_of(outline * 1e3)  # in mm: cv2 takes a tiny area for none
+    return View(
+        turn,
+        direction,
+        outline,
+        inside,
+        contour,
+        normal,
+        marker.area * np.cos(turn),
+        perimeter,
+        anchors_of(outline),
+        (centroid / 1e3, principal),
+    )
 
 
 def anchors_of(outline: Array) -> Array:
@@ -86,29 +100,35 @@ def blob_couples(contour: Array, tolerances_px: tuple[float, ...]) -> tuple[Arra
 def align_view(view: View, couples: tuple[Array, Array], contour: Array, area_px: float, min_area_px: float) -> Array:
     """(H, 4) similarities of a view to a blob: anchor couples, and the blob's own area, centre and principal axis."""
     p1, p2 = couples
-    Q = anchors_of(view.outline)
-    q1, q2 = Q, np.roll(Q, -1, axis=0)
+    q1, q2 = view.anchors, np.roll(view.anchors, -1, axis=0)
     i, j = np.divmod(np.arange(len(p1) * len(q1)), max(len(q1), 1))
     # both contours run the same way round (made so by the caller), so a couple matches in one sense only
-    T = [similarity_from_couples(q1[j], q2[j], p1[i], p2[i]), _moment_alignments(view, contour, area_px)]
+    T = [similarity_from_couples(q1[j], q2[j], p1[i], p2[i]), moment_alignments(view, moments_of(contour), area_px)]
     out = np.concatenate(T)
-    seen_area = view.area * out[:, 3] ** 2
-    return out[(seen_area > min_area_px) & (seen_area < 1.6 * area_px + 12)]
+    low, high = scale_range(view, area_px, min_area_px)
+    return out[(out[:, 3] > low) & (out[:, 3] < high)]
 
 
-def _moment_alignments(view: View, contour: Array, area_px: float) -> Array:
-    def axis(points: Array) -> tuple[Array, float]:
-        m = cv2.moments(points.astype(np.float32).reshape(-1, 1, 2))
-        if m["m00"] <= 0:
-            return points.mean(axis=0), 0.0
-        return np.array([m["m10"], m["m01"]]) / m["m00"], 0.5 * float(np.arctan2(2 * m["mu11"], m["mu20"] - m["mu02"]))
+def scale_range(view: View, area_px: float, min_area_px: float) -> tuple[float, float]:
+    """Scales at which a view is large enough to be told, and not much larger than its blob."""
+    return float(np.sqrt(min_area_px / view.area)), float(np.sqrt((1.6 * area_px + 12) / view.area))
 
-    (cb, ab), (cm, am) = axis(contour), axis(view.outline * 1e3)
+
+def moments_of(outline: Array) -> tuple[Array, float]:
+    """Centroid (2,) and principal axis' direction of an outline (n, 2)."""
+    m = cv2.moments(outline.astype(np.float32).reshape(-1, 1, 2))
+    if m["m00"] <= 0:
+        return outline.mean(axis=0), 0.0
+    return np.array([m["m10"], m["m01"]]) / m["m00"], 0.5 * float(np.arctan2(2 * m["mu11"], m["mu20"] - m["mu02"]))
+
+
+def moment_alignments(view: View, moments: tuple[Array, float], area_px: float) -> Array:
+    """(4, 4) similarities that bring area, centroid and principal axis together, in the axes' four turns."""
+    (cb, ab), (cm, am) = moments, view.moments
     k = np.sqrt(area_px / view.area)
     theta = ab - am + np.array([0.0, np.pi, np.pi / 2, -np.pi / 2])
-    T = np.column_stack([np.zeros((4, 2)), theta, np.full(4, k)])
-    T[:, :2] = cb - apply_similarity(T, cm[None] / 1e3)[:, 0]
-    return T
+    x, y = k * (np.cos(theta) * cm[0] - np.sin(theta) * cm[1]), k * (np.sin(theta) * cm[0] + np.cos(theta) * cm[1])
+    return np.stack([cb[0] - x, cb[1] - y, theta, np.full(4, k)], axis=1)
 
 
 def score_view(

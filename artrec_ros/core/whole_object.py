@@ -150,18 +150,15 @@ class WholeObjectFinder:
 
     def _search_joints(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
         """Each joint in its parents' order: the angle at which the labels like its component best."""
-        kin, surface = self.surface.kinematics, self.surface
+        kin = self.surface.kinematics
         for c, j in enumerate(kin.joint_of):
             if j < 0:
                 continue
             n = max(3, int(np.ceil((kin.upper[j] - kin.lower[j]) / (JOINT_STEP * kin.unit[j]))) + 1)
             grid = np.linspace(kin.lower[j], kin.upper[j], n)
-            q = np.repeat(poses.q, n, axis=0)
-            q[:, j] = np.tile(grid, len(poses))
-            frames = kin.forward(np.repeat(poses.R, n, axis=0), np.repeat(poses.t, n, axis=0), q)
-            scores = surface.score(field, camera, frames, np.flatnonzero(surface.component == c), occlusion=False)
+            frames = kin.forward(poses.R, poses.t, poses.q)
             q = poses.q.copy()
-            q[:, j] = grid[scores.votes.sum(axis=1).reshape(-1, n).argmax(axis=1)]
+            q[:, j] = self.surface.best_joint(field, camera, frames, c, grid)
             poses = replace(poses, q=q)
         return poses
 

@@ -145,3 +145,7 @@ def jolted(rng: np.random.Generator, poses: Poses, n: int, shift: float, turn: f
 def turn_between(A, B) -> float:
     """Angle between two rotations, radians."""
     return float(np.arccos(np.clip((np.trace(np.asarray(A).T @ B) - 1) / 2, -1, 1)))
+
+
+def frames_of(surface, poses):
+    return surface.kinematics.forward(poses.R, poses.t, poses.q)

@@ -9,6 +9,7 @@ from solids import (
     RED,
     camera_of,
     chain,
+    frames_of,
     jolted,
     pose,
     random_poses,
@@ -26,10 +27,6 @@ from artrec_ros.core.surface import contains
 CAMERA = camera_of((160, 120), 150.0)
 
 
-def frames_of(surface, poses):
-    return surface.kinematics.forward(poses.R, poses.t, poses.q)
-
-
 def judged(surface, labels, poses, camera=CAMERA, occlusion=True, patches=None):
     patches = np.arange(len(surface.patches)) if patches is None else patches
     return surface.score(LabelField(labels), camera, frames_of(surface, poses), patches, occlusion=occlusion)
@@ -41,56 +38,6 @@ def test_hypotheses_are_picked_and_joined():
     again = Poses.concatenate([poses[[0]], poses[[1, 2]], poses[np.arange(3, 5)]])
     for name in ("R", "t", "q"):
         np.testing.assert_array_equal(getattr(again, name), getattr(poses, name))
-
-
-def test_hidden_points_are_those_behind_a_box():
-    model = truck()
-    surface = SpatialModel(model, RED)
-    rng = np.random.default_rng(1)
-    poses = random_poses(rng, model, 4)
-    frames = frames_of(surface, poses)
-    X = poses.t[:, None] + rng.normal(0, 0.15, (4, 120, 3))
-    shares = np.linspace(0, spatial.SURFACE, 1500)[:, None]
-    truth = np.zeros(X.shape[:2], bool)
-    clear = np.ones(X.shape[:2], bool)  # of doubt
-    for h in range(4):
-        for n, point in enumerate(X[h]):
-            depth = -np.inf  # how deep inside of any box the line of sight comes
-            for c, component in enumerate(model.components):
-                for box in component.bodies:
-                    local = (point * shares - frames.t[h, c]) @ frames.R[h, c]
-                    local = box.T_component_box.inverse().apply(local)
-                    depth = max(depth, (box.size / 2 - np.abs(local)).min(axis=1).max())
-            truth[h, n] = depth > 0
-            clear[h, n] = abs(depth) > 1e-3
-    found = surface.hidden(frames, X)
-    assert 0.2 < truth.mean() < 0.8
-    np.testing.assert_array_equal(found[clear], truth[clear])
-
-
-def test_nothing_hides_anything_where_no_body_is_declared():
-    model = truck(bodies=False)
-    surface = SpatialModel(model, RED)
-    poses = random_poses(np.random.default_rng(2), model, 3)
-    assert not surface.hidden(frames_of(surface, poses), np.tile(poses.t[:, None] * 2, (1, 5, 1))).any()
-
-
-def test_a_face_does_not_hide_itself_and_the_far_side_is_hidden():
-    model = truck()
-    surface = SpatialModel(model, RED)
-    at = pose(0.1, 0.05, 0.9, heading=0.5, model=model)
-    frames = frames_of(surface, at)
-    everything = np.arange(len(surface.patches))
-    cosine, depth = surface.in_camera(frames, everything)
-    X = surface.place(frames, surface.points, surface.component[surface.point_patch])
-    hidden = surface.hidden(frames, X)[0]
-    of_torso = surface.component[surface.point_patch] == 0
-    towards = cosine[0, surface.point_patch] > 0.2
-    away = cosine[0, surface.point_patch] < -0.2
-    assert not hidden[of_torso & towards].any()  # legs hang below it
-    assert hidden[of_torso & away].mean() > 0.9  # all but those at a corner that the line of sight just grazes
-    centres = surface.place(frames, surface.centre, surface.component)
-    np.testing.assert_allclose(depth, centres[..., 2])
 
 
 def test_a_marker_straight_ahead_is_seen_with_cosine_one():

@@ -1,0 +1,80 @@
+"""Forward kinematics, a hypothesis at a time."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .jit import jit
+
+
+class Chain(NamedTuple):
+    """A model's joints as arrays over its C components, parents first."""
+
+    parent: Any  # (C,), -1: the object's frame itself
+    joint_of: Any  # (C,) index into the joint vector, -1: fixed
+    R: Any  # (C, 3, 3) joint frame in the parent
+    t: Any  # (C, 3)
+    axis: Any  # (C, 3)
+    revolute: Any  # (C,) bool
+
+
+@jit
+def about_axis(axis: Any, angle: float, out: Any) -> None:
+    """Rotation matrix of an angle about a unit axis (Rodrigues)."""
+    s, c = math.sin(angle), math.cos(angle)
+    x, y, z = axis[0], axis[1], axis[2]
+    k = 1 - c
+    out[0, 0], out[0, 1], out[0, 2] = c + x * x * k, x * y * k - z * s, x * z * k + y * s
+    out[1, 0], out[1, 1], out[1, 2] = y * x * k + z * s, c + y * y * k, y * z * k - x * s
+    out[2, 0], out[2, 1], out[2, 2] = z * x * k - y * s, z * y * k + x * s, c + z * z * k
+
+
+@jit
+def multiply(A: Any, B: Any, out: Any) -> None:
+    """A B of 3 by 3 matrices; `out` is neither."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
+
+
+@jit
+def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin: Any, turn: Any, rest: Any) -> None:
+    """Frame of component `c` at a joint value, from its parent's; R (C, 3, 3), t (C, 3) of one hypothesis.
+
+    :param axis, origin: (3,) filled with the joint's place in the camera.
+    :param turn, rest: (3, 3) scratch.
+    """
+    A, b = R[chain.parent[c]], t[chain.parent[c]]
+    multiply(A, chain.R[c], rest)
+    for i in range(3):
+        axis[i] = rest[i, 0] * chain.axis[c, 0] + rest[i, 1] * chain.axis[c, 1] + rest[i, 2] * chain.axis[c, 2]
+        origin[i] = b[i] + A[i, 0] * chain.t[c, 0] + A[i, 1] * chain.t[c, 1] + A[i, 2] * chain.t[c, 2]
+        t[c, i] = origin[i]
+    if chain.joint_of[c] >= 0 and chain.revolute[c]:
+        about_axis(chain.axis[c], value, turn)
+        multiply(rest, turn, R[c])
+    else:
+        for i in range(3):
+            for j in range(3):
+                R[c, i, j] = rest[i, j]
+            if chain.joint_of[c] >= 0:
+                t[c, i] += axis[i] * value
+
+
+@jit
+def forward(chain: Chain, q: Any, R: Any, t: Any, axis: Any, origin: Any) -> None:
+    """Fill the frames (H, C, 3, 3), (H, C, 3) and joints (H, J, 3) of hypotheses whose object frames stand in the
+    components without parent."""
+    turn, rest, scratch = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3))
+    for h in range(len(R)):
+        for c in range(len(chain.parent)):
+            if chain.parent[c] < 0:
+                continue
+            j = chain.joint_of[c]
+            if j >= 0:
+                place(chain, c, R[h], t[h], q[h, j], axis[h, j], origin[h, j], turn, rest)
+            else:
+                place(chain, c, R[h], t[h], 0.0, scratch[0], scratch[1], turn, rest)

@@ -1,0 +1,136 @@
+"""Points, pixels and rays in compiled code."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..datatypes import Camera
+from ..evidence import LabelField
+from .jit import jit
+
+
+class View(NamedTuple):
+    """A label image and the camera that took it."""
+
+    padded: Any  # labels with a border of one pixel, flat
+    width: int
+    height: int
+    K: Any  # (3, 3)
+    d: Any  # (8,) distortion
+    bent: bool  # there is distortion
+    fold: float  # squared radius at which the distortion folds back
+
+
+def view_of(field: LabelField, camera: Camera) -> View:
+    """What compiled code needs of an image and its camera."""
+    height, width = field.labels.shape
+    d = camera.rational
+    return View(field.padded, width, height, camera.matrix, d, bool(d.any()), camera.fold)
+
+
+@jit
+def turned(A: Any, q: Any) -> tuple[float, float, float]:
+    """A (3, 3) times q (3,)."""
+    return (
+        A[0, 0] * q[0] + A[0, 1] * q[1] + A[0, 2] * q[2],
+        A[1, 0] * q[0] + A[1, 1] * q[1] + A[1, 2] * q[2],
+        A[2, 0] * q[0] + A[2, 1] * q[1] + A[2, 2] * q[2],
+    )
+
+
+@jit
+def pixel(px: float, py: float, width: int, height: int) -> int:
+    """Index into the padded labels of the nearest pixel; NaN lies outside."""
+    column = 0 if not px > -1.0 else (width + 1 if px >= width else int(math.floor(px + 0.5)) + 1)
+    row = 0 if not py > -1.0 else (height + 1 if py >= height else int(math.floor(py + 0.5)) + 1)
+    return row * (width + 2) + column
+
+
+@jit
+def project(x: float, y: float, z: float, view: View) -> tuple[float, float]:
+    """`projection.project` of one point."""
+    z = max(z, 1e-3)
+    u, v = x / z, y / z
+    if view.bent:
+        d = view.d
+        r2 = min(u * u + v * v, view.fold)
+        radial = (1 + r2 * (d[0] + r2 * (d[1] + r2 * d[4]))) / (1 + r2 * (d[5] + r2 * (d[6] + r2 * d[7])))
+        u, v = (
+            u * radial + 2 * d[2] * u * v + d[3] * (r2 + 2 * u * u),
+            v * radial + d[2] * (r2 + 2 * v * v) + 2 * d[3] * u * v,
+        )
+    K = view.K
+    return K[0, 0] * u + K[0, 1] * v + K[0, 2], K[1, 1] * v + K[1, 2]
+
+
+@jit
+def locate(A: Any, b: Any, points: Any, first: int, last: int, view: View, out: Any) -> None:
+    """Fill out[: last - first] with the padded labels' indices of points (3, n) first to last, under A X + b."""
+    K, w, right, down = view.K, view.width + 2, float(view.width), float(view.height)
+    if view.bent:
+        for i in range(first, last):
+            x, y, z = points[0, i], points[1, i], points[2, i]
+            u, v = project(
+                A[0, 0] * x + A[0, 1] * y + A[0, 2] * z + b[0],
+                A[1, 0] * x + A[1, 1] * y + A[1, 2] * z + b[1],
+                A[2, 0] * x + A[2, 1] * y + A[2, 2] * z + b[2],
+                view,
+            )
+            out[i - first] = pixel(u, v, view.width, view.height)
+        return
+    # K (A X + b) with K multiplied in once: a loop that the compiler turns into vector instructions
+    u0, u1, u2 = (
+        K[0, 0] * A[0, 0] + K[0, 1] * A[1, 0],
+        K[0, 0] * A[0, 1] + K[0, 1] * A[1, 1],
+        K[0, 0] * A[0, 2] + K[0, 1] * A[1, 2],
+    )
+    v0, v1, v2 = K[1, 1] * A[1, 0], K[1, 1] * A[1, 1], K[1, 1] * A[1, 2]
+    u3, v3 = K[0, 0] * b[0] + K[0, 1] * b[1], K[1, 1] * b[1]
+    z0, z1, z2, z3 = A[2, 0], A[2, 1], A[2, 2], b[2]
+    cx, cy = K[0, 2], K[1, 2]
+    for i in range(first, last):
+        x, y, z = points[0, i], points[1, i], points[2, i]
+        k = 1.0 / max(z0 * x + z1 * y + z2 * z + z3, 1e-3)
+        u = min(max((u0 * x + u1 * y + u2 * z + u3) * k + cx, -1.0), right)
+        v = min(max((v0 * x + v1 * y + v2 * z + v3) * k + cy, -1.0), down)
+        out[i - first] = np.int32(v + 1.5) * w + np.int32(u + 1.5)  # rounded, and one for the border
+
+
+@jit
+def locate_ring(A: Any, b: Any, points: Any, normals: Any, view: View, ring_px: float, outer: Any, inner: Any) -> None:
+    """The same for a contour (3, m) moved by `ring_px` along its image normals, out and in."""
+    K, w, right, down = view.K, view.width + 2, float(view.width), float(view.height)
+    for i in range(points.shape[1]):
+        x, y, z = points[0, i], points[1, i], points[2, i]
+        gx, gy, gz = normals[0, i], normals[1, i], normals[2, i]
+        X = A[0, 0] * x + A[0, 1] * y + A[0, 2] * z + b[0]
+        Y = A[1, 0] * x + A[1, 1] * y + A[1, 2] * z + b[1]
+        Z = max(A[2, 0] * x + A[2, 1] * y + A[2, 2] * z + b[2], 1e-3)
+        GX = A[0, 0] * gx + A[0, 1] * gy + A[0, 2] * gz
+        GY = A[1, 0] * gx + A[1, 1] * gy + A[1, 2] * gz
+        GZ = A[2, 0] * gx + A[2, 1] * gy + A[2, 2] * gz
+        u, v = X / Z, Y / Z
+        nu, nv = K[0, 0] * (GX - u * GZ), K[1, 1] * (GY - v * GZ)  # the projection's derivative, times Z
+        scale = ring_px / math.sqrt(nu * nu + nv * nv + 1e-24)
+        if view.bent:
+            u, v = project(X, Y, Z, view)
+        else:
+            u, v = K[0, 0] * u + K[0, 1] * v + K[0, 2], K[1, 1] * v + K[1, 2]
+        nu, nv = nu * scale, nv * scale
+        outer[i] = np.int32(min(max(v + nv, -1.0), down) + 1.5) * w + np.int32(min(max(u + nu, -1.0), right) + 1.5)
+        inner[i] = np.int32(min(max(v - nv, -1.0), down) + 1.5) * w + np.int32(min(max(u - nu, -1.0), right) + 1.5)
+
+
+@jit
+def contour_pixel(A: Any, b: Any, point: Any, normal: Any, view: View) -> tuple[float, float, float, float]:
+    """Pixel of a contour's point and its outward unit normal in the image."""
+    x, y, z = turned(A, point)
+    x, y, z = x + b[0], y + b[1], max(z + b[2], 1e-3)
+    gx, gy, gz = turned(A, normal)
+    u, v = project(x, y, z, view)
+    nu, nv = view.K[0, 0] * (gx - x / z * gz), view.K[1, 1] * (gy - y / z * gz)
+    length = math.sqrt(nu * nu + nv * nv + 1e-24)
+    return u, v, nu / length, nv / length

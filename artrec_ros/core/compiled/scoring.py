@@ -1,0 +1,273 @@
+"""Votes of the label image for a surface under many hypotheses."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .chains import Chain, place
+from .geometry import View, locate, locate_ring, turned
+from .jit import jit
+
+
+class Surface(NamedTuple):
+    """P patches and B boxes of a spatial model as arrays; patch p owns points[starts[p]:starts[p + 1]]."""
+
+    component: Any  # (P,)
+    normal: Any  # (P, 3)
+    centre: Any  # (P, 3)
+    area: Any  # (P,)
+    radius: Any  # (P,) of a ball about the centre that holds the patch
+    label: Any  # (P,)
+    marker_of: Any  # (P,) index into the markers' contours, -1: a face
+    ignored: Any  # (P, B) bool: boxes that the patch lies on
+    starts: Any  # (P + 1,)
+    points: Any  # (3, n)
+    role: Any  # (P,)
+    contour: Any  # (M, 3, m)
+    contour_normal: Any  # (M, 3, m)
+    perimeter: Any  # (M,)
+    ring_role: Any  # (M,)
+    rim_role: Any  # (M,)
+    table: Any  # (roles, 256) votes
+    best: Any  # (roles,) the greatest vote of each
+    box_component: Any  # (B,)
+    box_rotation: Any  # (B, 3, 3)
+    box_t: Any  # (B, 3)
+    half: Any  # (B, 3)
+
+
+class Limits(NamedTuple):
+    """The constants of `spatial.py`, so that they stand in one place."""
+
+    least_cosine: float
+    ring_px: float
+    ring_width_px: float
+    behind: float  # share of the way to a point beyond which nothing hides it
+
+
+@jit
+def hide(
+    s: Surface,
+    A: Any,
+    b: Any,
+    first: int,
+    count: int,
+    near: Any,
+    n_near: int,
+    box_R: Any,
+    eye: Any,
+    end: float,
+    out: Any,
+) -> None:
+    """Fill out[:count] with whether one of the first `n_near` boxes of `near` hides a point (slab test)."""
+    out[:count] = False
+    M, m = np.empty((3, 3)), np.empty(3)
+    for k in range(n_near):
+        B, E, half = box_R[near[k]], eye[near[k]], s.half[near[k]]
+        for i in range(3):  # rays in the box's frame
+            m[i] = B[0, i] * b[0] + B[1, i] * b[1] + B[2, i] * b[2]
+            for j in range(3):
+                M[i, j] = B[0, i] * A[0, j] + B[1, i] * A[1, j] + B[2, i] * A[2, j]
+        l0, l1, l2 = -half[0] - E[0], -half[1] - E[1], -half[2] - E[2]
+        h0, h1, h2 = half[0] - E[0], half[1] - E[1], half[2] - E[2]
+        for i in range(count):
+            x, y, z = s.points[0, first + i], s.points[1, first + i], s.points[2, first + i]
+            r0 = M[0, 0] * x + M[0, 1] * y + M[0, 2] * z + m[0]
+            r1 = M[1, 0] * x + M[1, 1] * y + M[1, 2] * z + m[1]
+            r2 = M[2, 0] * x + M[2, 1] * y + M[2, 2] * z + m[2]
+            r0 = 1.0 / (r0 if abs(r0) > 1e-9 else 1e-9)
+            r1 = 1.0 / (r1 if abs(r1) > 1e-9 else 1e-9)
+            r2 = 1.0 / (r2 if abs(r2) > 1e-9 else 1e-9)
+            a0, c0, a1, c1, a2, c2 = l0 * r0, h0 * r0, l1 * r1, h1 * r1, l2 * r2, h2 * r2
+            enter = max(max(min(a0, c0), min(a1, c1)), max(min(a2, c2), 0.0))
+            leave = min(min(max(a0, c0), max(a1, c1)), min(max(a2, c2), end))
+            out[i] |= enter < leave
+
+
+@jit
+def boxes_in_camera(s: Surface, R: Any, t: Any, box_R: Any, eye: Any, middle: Any) -> None:
+    """Rotations (B, 3, 3) of one hypothesis' boxes, the camera's centre in their frames, and their middles."""
+    for b in range(len(s.half)):
+        A, c = R[s.box_component[b]], t[s.box_component[b]]
+        for i in range(3):
+            middle[b, i] = c[i]
+            for j in range(3):
+                middle[b, i] += A[i, j] * s.box_t[b, j]
+                box_R[b, i, j] = (
+                    A[i, 0] * s.box_rotation[b, 0, j]
+                    + A[i, 1] * s.box_rotation[b, 1, j]
+                    + A[i, 2] * s.box_rotation[b, 2, j]
+                )
+        for i in range(3):
+            eye[b, i] = -(box_R[b, 0, i] * middle[b, 0] + box_R[b, 1, i] * middle[b, 1] + box_R[b, 2, i] * middle[b, 2])
+
+
+@jit
+def boxes_in_front(s: Surface, p: int, mx: float, my: float, mz: float, middle: Any, near: Any) -> int:
+    """Fill `near` with the boxes that may hide a patch whose centre is given; their number."""
+    far = math.sqrt(mx * mx + my * my + mz * mz)
+    n = 0
+    for b in range(len(s.half)):
+        if s.ignored[p, b]:
+            continue
+        x, y, z = middle[b, 0], middle[b, 1], middle[b, 2]
+        size = math.sqrt(s.half[b, 0] ** 2 + s.half[b, 1] ** 2 + s.half[b, 2] ** 2)
+        away = math.sqrt(x * x + y * y + z * z)
+        if away - size > far + s.radius[p]:
+            continue
+        a, c = size / max(away, 1e-9), s.radius[p] / max(far, 1e-9)  # sines of both balls' angular radii
+        if a < 0.7 and c < 0.7:
+            apart = math.sqrt((x / away - mx / far) ** 2 + (y / away - my / far) ** 2 + (z / away - mz / far) ** 2)
+            if apart > 1.12 * (a + c):  # a chord is no longer than its angle, nor asin(a) than 1.12 a
+                continue
+        near[n] = b
+        n += 1
+    return n
+
+
+@jit
+def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, ring_px: float, at: Any) -> float:
+    """Mean vote of what lies just inside and just outside the contour of marker `k`."""
+    locate_ring(A, b, s.contour[k], s.contour_normal[k], view, ring_px, at[0], at[1])
+    out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
+    m, ring = s.contour.shape[2], 0.0
+    for i in range(m):
+        ring += out[view.padded[at[0, i]]] + into[view.padded[at[1, i]]]
+    return ring / m
+
+
+@jit
+def scratch_of(s: Surface) -> Any:
+    """Room for the pixels of a patch."""
+    return np.empty((2, max(s.contour.shape[2], np.diff(s.starts).max())), np.int32)
+
+
+@jit
+def aspect(s: Surface, p: int, A: Any, b: Any) -> tuple[float, float, float, float]:
+    """Cosine of the viewing angle of a patch, and its centre in the camera."""
+    nx, ny, nz = turned(A, s.normal[p])
+    mx, my, mz = turned(A, s.centre[p])
+    mx, my, mz = mx + b[0], my + b[1], mz + b[2]
+    cosine = -(nx * mx + ny * my + nz * mz) / max(math.sqrt(mx * mx + my * my + mz * mz), 1e-9)
+    return cosine, mx, my, mz
+
+
+@jit
+def score_patches(
+    s: Surface, R: Any, t: Any, patches: Any, view: View, limits: Limits, occlusion: bool,
+    votes: Any, area_px: Any, agree: Any,
+) -> None:  # fmt: skip
+    """Fill votes, area_px and agree (H, P) of hypotheses R (H, C, 3, 3), t (H, C, 3) as `SpatialModel.score` does."""
+    n_boxes = len(s.half) if occlusion else 0
+    near, hidden = np.empty(len(s.half), np.int64), np.empty(np.diff(s.starts).max(), np.bool_)
+    box_R, eye, middle = np.empty((len(s.half), 3, 3)), np.empty((len(s.half), 3)), np.empty((len(s.half), 3))
+    at, f2 = scratch_of(s), view.K[0, 0] * view.K[1, 1]
+    for h in range(len(R)):
+        if n_boxes:
+            boxes_in_camera(s, R[h], t[h], box_R, eye, middle)
+        for column in range(len(patches)):
+            p = patches[column]
+            A, b = R[h, s.component[p]], t[h, s.component[p]]
+            cosine, mx, my, mz = aspect(s, p, A, b)
+            votes[h, column] = area_px[h, column] = agree[h, column] = 0.0
+            if not (cosine > limits.least_cosine and mz > 0.02):
+                continue
+            n_near = boxes_in_front(s, p, mx, my, mz, middle, near) if n_boxes else 0
+            total, seen, same, first, role = 0.0, 0, 0, s.starts[p], s.table[s.role[p]]
+            count = s.starts[p + 1] - first
+            locate(A, b, s.points, first, first + count, view, at[0])
+            if n_near:
+                hide(s, A, b, first, count, near, n_near, box_R, eye, limits.behind, hidden)
+            for i in range(count):
+                if n_near and hidden[i]:
+                    continue
+                seen += 1
+                found = view.padded[at[0, i]]
+                total += role[found]
+                same += found == s.label[p]
+            size, visible = s.area[p] * f2 / mz**2 * cosine, seen / count
+            value, k = total / count * size, s.marker_of[p]
+            if k >= 0 and visible > 0.5:
+                value += ring_votes(s, k, A, b, view, limits.ring_px, at) * ring_px2(s, k, cosine, mz, f2, limits)
+            votes[h, column] = value
+            area_px[h, column] = size * visible
+            agree[h, column] = same / max(visible * count, 1.0)
+
+
+@jit
+def ring_px2(s: Surface, k: int, cosine: float, depth: float, f2: float, limits: Limits) -> float:
+    """Pixels that a marker's ring stands for."""
+    return s.perimeter[k] * (1 + min(cosine, 1.0)) / 2 * math.sqrt(f2) / depth * limits.ring_width_px
+
+
+@jit
+def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, wanted: float, at: Any) -> float:
+    """Votes of a patch that nothing hides; where these stay below `wanted`, any value below it."""
+    cosine, _, _, mz = aspect(s, p, A, b)
+    if not (cosine > limits.least_cosine and mz > 0.02):
+        return 0.0
+    f2 = view.K[0, 0] * view.K[1, 1]
+    size, total, k = s.area[p] * f2 / mz**2 * cosine, 0.0, s.marker_of[p]
+    first, last = s.starts[p], s.starts[p + 1]
+    ring = ring_px2(s, k, cosine, mz, f2, limits) if k >= 0 else 0.0
+    most = ring * (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) if k >= 0 else 0.0
+    share = size / (last - first)
+    role, best = s.table[s.role[p]], s.best[s.role[p]]
+    if share * best * (last - first) + most < wanted:
+        return share * best * (last - first) + most
+    locate(A, b, s.points, first, last, view, at[0])
+    for i in range(last - first):
+        total += role[view.padded[at[0, i]]]
+    if total * share + most < wanted or k < 0:
+        return total * share + most
+    return total * share + ring_votes(s, k, A, b, view, limits.ring_px, at) * ring
+
+
+@jit
+def best_joint(
+    s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: View, limits: Limits,
+    most: Any, scratch: Any, at: Any,
+) -> float:  # fmt: skip
+    """Joint value of component `c` that the labels like best; R, t (C, ...) of one hypothesis get its frame there.
+
+    :param most: (P,) upper bounds of each patch's votes, filled here.
+    :param scratch: (4, 3, 3).
+    """
+    f2 = view.K[0, 0] * view.K[1, 1]
+    best_value, best_votes = grid[0], -np.inf
+    for value in grid:
+        place(chain, c, R, t, value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+        rest = 0.0
+        for p in patches:  # what the labels could say at most
+            cosine, _, _, mz = aspect(s, p, R[c], t[c])
+            most[p], k = 0.0, s.marker_of[p]
+            if cosine > limits.least_cosine and mz > 0.02:
+                most[p] = max(s.area[p] * f2 / mz**2 * cosine * s.best[s.role[p]], 0.0)
+                if k >= 0:
+                    up = s.best[s.ring_role[k]] + s.best[s.rim_role[k]]
+                    most[p] += ring_px2(s, k, cosine, mz, f2, limits) * up
+            rest += most[p]
+        total = 0.0
+        for p in patches:
+            rest -= most[p]
+            total += patch_bound(s, p, R[c], t[c], view, limits, best_votes - total - rest, at)
+            if total + rest < best_votes:
+                break
+        else:
+            if total > best_votes:
+                best_value, best_votes = value, total
+    place(chain, c, R, t, best_value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+    return best_value
+
+
+@jit
+def search_joint(
+    s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: View, limits: Limits, out: Any
+) -> None:
+    """Fill out (H,) with each hypothesis' best value of the joint that carries component `c`."""
+    most, scratch, at = np.empty(len(s.area)), np.empty((4, 3, 3)), scratch_of(s)
+    for h in range(len(R)):
+        out[h] = best_joint(s, chain, c, patches, R[h], t[h], grid, view, limits, most, scratch, at)

@@ -1,0 +1,150 @@
+"""Compiled twins against the numpy code that says what they compute."""
+
+import builtins
+import importlib.util
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solids import BENT, RATIONAL, RED, camera_of, random_poses, truck
+
+from artrec_ros.core import guesses, kinematics, posefit, spatial
+from artrec_ros.core.compiled import geometry, jit
+from artrec_ros.core.evidence import LabelField
+from artrec_ros.core.projection import project
+from artrec_ros.core.spatial import SpatialModel
+
+LENSES = pytest.mark.parametrize("lens", [(), BENT[:4], BENT, RATIONAL], ids=len)
+pytestmark = pytest.mark.skipif(not jit.COMPILED, reason="numba is not installed")
+
+
+@pytest.fixture
+def scene(rng):
+    """A truck's surface, poses of it in view, and a label image that has something to say on them."""
+    model = truck()
+    coarse = np.random.default_rng(4).choice([0, RED, 5, 1], (24, 32), p=[0.2, 0.4, 0.3, 0.1])
+    labels = np.kron(coarse, np.ones((10, 10))).astype(np.uint8)
+    return SpatialModel(model, RED), random_poses(rng, model, 12), LabelField(labels)
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(3)
+
+
+def plainly(monkeypatch, *modules):
+    """From here on numpy does the work of these modules."""
+    for module in modules:
+        monkeypatch.setattr(module, "COMPILED", False)
+
+
+@LENSES
+def test_points_project_alike(lens):
+    camera = camera_of(distortion=lens)
+    view = geometry.view_of(LabelField(np.zeros((240, 320), np.uint8)), camera)
+    X = np.random.default_rng(0).normal((0, 0, 1), 1.0, (200, 3))  # some beside and behind the camera
+    found = [geometry.project(*x, view) for x in X]
+    np.testing.assert_allclose(found, project(camera, X), rtol=1e-9, atol=1e-6)
+
+
+def test_pixels_are_looked_up_alike():
+    labels = np.random.default_rng(1).integers(0, 9, (6, 9), np.uint8)
+    field = LabelField(labels)
+    at = np.concatenate(
+        [np.random.default_rng(2).uniform(-6, 14, (300, 2)), np.mgrid[-2:10, -2:8].reshape(2, -1).T / 2]
+    )
+    found = [field.padded[geometry.pixel(float(x), float(y), 9, 6)] for x, y in at]
+    np.testing.assert_array_equal(found, field.at(at))
+    assert field.padded[geometry.pixel(np.nan, 2.0, 9, 6)] == field.padded[0]
+
+
+@pytest.mark.parametrize("occlusion", [False, True])
+@LENSES
+def test_patches_score_alike(scene, lens, occlusion, monkeypatch):
+    surface, poses, field = scene
+    camera = camera_of(distortion=lens)
+    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+    patches = np.arange(len(surface.patches))
+    compiled = surface.score(field, camera, frames, patches, occlusion=occlusion)
+    plainly(monkeypatch, spatial)
+    plain = surface.score(field, camera, frames, patches, occlusion=occlusion)
+    assert np.abs(plain.votes).max() > 10
+    for one, other in zip(compiled.arrays, plain.arrays, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-3)
+
+
+def test_hypotheses_that_are_no_numbers_score_nothing(scene):
+    surface, poses, field = scene
+    broken = replace(poses, t=np.full_like(poses.t, np.nan))
+    frames = surface.kinematics.forward(broken.R, broken.t, broken.q)
+    scores = surface.score(field, camera_of(), frames, np.arange(len(surface.patches)), occlusion=True)
+    assert not scores.votes.any() and not scores.area_px.any()
+
+
+def test_chains_place_components_alike(scene, monkeypatch):
+    surface, poses, _ = scene
+    kin = surface.kinematics
+    compiled = kin.forward(poses.R, poses.t, poses.q)
+    plainly(monkeypatch, kinematics)
+    plain = kin.forward(poses.R, poses.t, poses.q)
+    for name in ("R", "t", "axis", "origin"):
+        np.testing.assert_allclose(getattr(compiled, name), getattr(plain, name), atol=1e-12)
+
+
+def test_joints_are_found_alike(scene, monkeypatch):
+    surface, poses, field = scene
+    kin, camera = surface.kinematics, camera_of()
+    frames = kin.forward(poses.R, poses.t, poses.q)
+    c = next(c for c, j in enumerate(kin.joint_of) if j >= 0)
+    j = kin.joint_of[c]
+    grid = np.linspace(kin.lower[j], kin.upper[j], 13)
+    compiled = surface.best_joint(field, camera, frames, c, grid)
+    plainly(monkeypatch, spatial)
+    np.testing.assert_allclose(compiled, surface.best_joint(field, camera, frames, c, grid))
+    assert len(np.unique(compiled)) > 2
+
+
+@LENSES
+def test_normal_equations_agree(scene, lens, monkeypatch):
+    surface, poses, field = scene
+    camera = camera_of(distortion=lens)
+    use = np.random.default_rng(5).random((len(poses), len(surface.markers))) < 0.7
+    compiled = posefit._normal_equations(surface, field, camera, poses, use, 4)
+    plainly(monkeypatch, posefit)
+    plain = posefit._normal_equations(surface, field, camera, poses, use, 4)
+    assert np.abs(plain[0]).max() > 0
+    for one, other in zip(compiled, plain, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(other).max())
+
+
+def test_alignments_of_a_view_agree(monkeypatch):
+    model = truck()
+    guesser = guesses.Guesser(model, SpatialModel(model, RED), RED)
+    labels = np.zeros((120, 160), np.uint8)
+    labels[30:70, 40:110] = RED
+    field, camera = LabelField(labels), camera_of()
+    contour = np.array([(40, 30), (110, 30), (110, 70), (40, 70)], float)
+    couples = (contour, np.roll(contour, -1, axis=0))
+    view = guesser._banks[0][3]
+    args = (view, field, camera, couples, contour, 2800.0)
+    T, votes = guesser._align(*args)
+    plainly(monkeypatch, guesses)
+    T_plain, votes_plain = guesser._align(*args)
+    np.testing.assert_allclose(votes, votes_plain, rtol=1e-5)
+    np.testing.assert_allclose(T[0, [0, 1, 3]], T_plain[0, [0, 1, 3]], rtol=1e-6)
+
+
+def test_without_numba_the_functions_are_plain_python(monkeypatch):
+    real = builtins.__import__
+
+    def refuse(name, *args, **options):
+        if name == "numba":
+            raise ImportError(name)
+        return real(name, *args, **options)
+
+    spec = importlib.util.spec_from_file_location("jit_without_numba", jit.__file__)
+    plain = importlib.util.module_from_spec(spec)
+    monkeypatch.setattr(builtins, "__import__", refuse)
+    spec.loader.exec_module(plain)
+    assert not plain.COMPILED
+    assert plain.jit(len) is len

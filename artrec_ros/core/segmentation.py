@@ -1,8 +1,8 @@
 """From an image to class labels (paper, step 1): each pixel one class number, 0 for background or unknown.
 
 Colour costs next to nothing: OpenCV packs a pixel into 16 bits (5 of blue, 6 of green, 5 of red), and those
-index a table that was filled once from the classes' ranges. A frame's gain is applied before, so that the
-table never changes.
+index a table that was filled once from the classes' ranges or reference colours (core/colour_table.py). A frame's gain
+is applied before, so that the table never changes.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .config import ClassConfig, ImageConfig
+from .colour_table import colour_table
+from .config import ImageConfig
 from .errors import ImageError
 
 Image = NDArray[np.uint8]
@@ -77,6 +78,8 @@ class Segmenter:
             image = cv2.convertScaleAbs(image, alpha=gain)
         if self._config.smoothing_px > 0:
             image = cv2.GaussianBlur(image, (0, 0), self._config.smoothing_px)
+        if self._config.sharpen_px > 0:
+            image = sharpen(image, self._config.sharpen_px, self._config.sharpen_step)
         packed = cv2.cvtColor(image, cv2.COLOR_BGR2BGR565).view(np.uint16)[..., 0]
         return np.take(self._table, packed)
 
@@ -96,26 +99,25 @@ class Segmenter:
         return float(np.clip(255 * self._config.gain_level / max(level, 1), 1 / limit, limit))
 
 
-def colour_table(config: ImageConfig) -> Image:
-    """(65536,) class number of every 16-bit colour (blue in the low 5 bits, green, red in the high 5)."""
-    code = np.arange(1 << 16)
-    bgr = np.stack([(code & 31) / 31, (code >> 5 & 63) / 63, (code >> 11) / 31], axis=-1).astype(np.float32)
-    hsv = cv2.cvtColor(bgr[None], cv2.COLOR_BGR2HSV)[0]  # (65536, 3) degrees, 0..1, 0..1
-    table = np.zeros(len(code), np.uint8)
-    for cls in reversed(config.classes.values()):
-        table[_in_class(hsv, cls)] = cls.label
-    return table
+def sharpen(image: Image, radius_px: int, step: float) -> Image:
+    """Each channel of a pixel on a step moved to the nearer of the step's two ends.
 
+    Lenses, demosaicing and JPEG blend a marker's colour with its neighbour's, and a blend can be a third class'
+    colour (blue on white: sky blue). Between two colours all channels change sides at the same place, half way,
+    so the outline stays.
 
-def _in_class(hsv: NDArray[np.float32], cls: ClassConfig) -> NDArray[np.bool_]:
-    hue, saturation, value = hsv.T
-    inside = (saturation >= cls.saturation[0]) & (saturation <= cls.saturation[1])
-    inside &= (value >= cls.value[0]) & (value <= cls.value[1])
-    if not cls.hue:
-        return inside
-    ranges = np.reshape(cls.hue, (-1, 2)).tolist()
-    arcs = [(hue - first) % 360 <= last - first + (360 if last < first else 0) for first, last in ranges]
-    return inside & np.logical_or.reduce(arcs)
+    :param image: (H, W, 3) uint8.
+    :param radius_px: the ends are the least and the greatest value in a square of 2 radius + 1 pixels.
+    :param step: least difference of the ends, 0..1; smaller ones are texture and noise and are left alone.
+    """
+    square = np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8)
+    flat = np.ascontiguousarray(image).reshape(len(image), -1)  # channels side by side: one mask serves all
+    high = cv2.dilate(image, square).reshape(flat.shape)
+    low = cv2.erode(image, square).reshape(flat.shape)
+    below, above = cv2.subtract(high, flat), cv2.subtract(flat, low)
+    is_step = cv2.compare(cv2.subtract(high, low), round(255 * step), cv2.CMP_GT)
+    nearer = cv2.copyTo(high, cv2.compare(below, above, cv2.CMP_LT), low)
+    return np.asarray(cv2.copyTo(nearer, is_step, flat.copy()), np.uint8).reshape(image.shape)
 
 
 def _rectangles(blank: tuple[int, ...], step: int = 1) -> list[tuple[slice, slice]]:

@@ -86,6 +86,12 @@ def object_colour(object_names: Sequence[str], name: str) -> Colour:
     return _OBJECT_COLOURS[place % len(_OBJECT_COLOURS)]
 
 
+def class_text(detection: Detection) -> str:
+    """What follows an object's name and score: its class and how sure that is; nothing where it has no classes."""
+    fit = detection.class_fit
+    return "" if fit is None else f" {fit.name or 'no class'} {fit.confidence:.2f}"
+
+
 def _told_rejections(result: FrameResult) -> list[tuple[Rejection, int]]:
     """The rejected candidates worth a text, and how many others lie near each.
 
@@ -198,7 +204,8 @@ class _Canvas:
         centre = np.array([detection.image.x, detection.image.y])
         top = np.vstack(contours)[:, 1].min() if contours else centre[1] - 6
         x, bottom = self._at(np.array([centre[0], top]))
-        self.label(f"{detection.object}_{detection.id}: {detection.score:.2f}", x, bottom - 8, colour, 0.45)
+        text = f"{detection.object}_{detection.id}: {detection.score:.2f}{class_text(detection)}"
+        self.label(text, x, bottom - 8, colour, 0.45)
 
     def rejection(self, rejection: Rejection, others: int) -> None:
         x, y = self._at(np.array([rejection.x, rejection.y]))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .blobs import find_blobs
+from .classify import Classifier
 from .config import RecognizerConfig
 from .constraints import ConstraintSet
 from .datatypes import Camera, FrameResult, Target
@@ -71,6 +72,7 @@ class Recognizer:
         self._flat = FlatStage(self._targets, config, segmenter.blank)  # without calibration
         rest = tuple(t for t in self._targets if t not in spatial)
         self._flat_rest = FlatStage(rest, config, segmenter.blank)
+        self._classifier = Classifier(self._targets if config.profile == "default" else (), config)
         self._wanted = {
             target.label if c.label is None else c.label for target in self._targets for c in target.model.components
         }
@@ -98,4 +100,5 @@ class Recognizer:
             with watch.stage("pose"):
                 found = self._spatial.recognize(labels, blobs, camera, deadline)
             detections, rejected = (*found[0], *detections), (*found[1], *rejected)
+        detections = self._classifier.classified(detections)
         return FrameResult(size, detections, rejected, watch.stop(), exact and not deadline.hit, labels)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.datatypes import Detection, FrameResult, ImagePose, Instance, Rejection
+from ..core.datatypes import ClassFit, Detection, FrameResult, ImagePose, Instance, Rejection
 from ..core.errors import SourceError
 from ..core.transforms import Pose, rotation_from_quaternion
 
@@ -95,10 +95,12 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
         "position": [_f(v, 6) for v in d.pose.position],
         "orientation": [_f(v, 9) for v in d.pose.quaternion],
     }
+    told = {} if d.class_fit is None else {"class": _class_to_dict(d.class_fit)}
     return {
         "object": d.object,
         "id": d.id,
         "score": _f(d.score, 4),
+        **told,
         "image": _place_to_dict(d.image),
         "pose": pose,
         "joints": {name: _f(q, 6) for name, q in d.joints.items()},
@@ -107,6 +109,12 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
             for c in d.components
         ],
     }
+
+
+def _class_to_dict(c: ClassFit) -> dict[str, Any]:
+    content: dict[str, Any] = {"name": c.name, "confidence": _f(c.confidence, 4), "runner_up": c.runner_up}
+    content["runner_up_confidence"] = _f(c.runner_up_confidence, 4)
+    return {**content, "reason": c.reason} if c.name is None else content
 
 
 def _place_to_dict(p: ImagePose | Instance) -> dict[str, float]:
@@ -126,4 +134,5 @@ def _detection_from_dict(o: dict[str, Any]) -> Detection:
         ),
         pose=pose or None,
         joints=dict(o["joints"]),
+        class_fit=ClassFit(**o["class"]) if o.get("class") else None,
     )

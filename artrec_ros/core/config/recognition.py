@@ -114,6 +114,19 @@ class RecognizerConfig:
     )
     groups_per_seed: int = param(4, "groups carried on per instance of the required component", low=1, high=100)
     search_nodes: int = param(20000, "nodes of an exact search before it falls back to the best so far", low=1)
+    # classes of configurations
+    min_class_seen: float = param(
+        0.7, "least share of a class's components, or joints, that an object must show to be of it", low=0, high=1
+    )
+    min_class_confidence: float = param(0.5, "least confidence of a class; below it there is none", low=0, high=1)
+    joint_noise_rad: float = param(
+        0.04,
+        "standard deviation of a joint in space (of a sliding one as a share of its part's size); classes are widened "
+        "by two of it",
+        unit="rad",
+        low=0,
+        high=1,
+    )
     # the published method's own values, used by profile paper alone
     paper_tolerance_px: float = param(2.0, "paper: half-width of the tolerance area", unit="px", low=0.5, high=20)
     paper_match: float = param(0.4, "paper: least share of contour points inside the tolerance area", low=0, high=1)

@@ -5,8 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from ..core.errors import ArtrecError
+
+if TYPE_CHECKING:
+    from .node import RecognizerNode
 
 _HELP = """Recognises articulated objects in images: subscribes image and camera_info, publishes <object>/poses etc.
 
@@ -16,10 +20,11 @@ example: artrec_node --ros-args --params-file config/aibo.yaml -r image:=/camera
 _SWITCH_S = 5e-4  # an image that comes in must not wait 5 ms, Python's default, for the thread that recognises
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM.
 
     :param argv: arguments without the program's name; ROS' own begin with --ros-args.
+    :param node_class: a class of one's own, such as one that measures.
     :return: exit code: 0 stopped, 1 failed; 2 wrong usage, for which argparse exits.
     """
     try:
@@ -43,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         rclpy.init(args=["artrec_node", *arguments])
         from .node import RecognizerNode
 
-        node = RecognizerNode(arguments)
+        node = (node_class or RecognizerNode)(arguments)
         node.autostart()
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):

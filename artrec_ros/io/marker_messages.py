@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.datatypes import Detection, Target
-from ..core.drawing import object_colour
+from ..core.drawing import class_text, object_colour
 from ..core.kinematics import Kinematics
 from ..core.objects import ObjectModel
 from ..core.transforms import Pose
@@ -95,7 +95,7 @@ def _frame(detection: Detection, pose: Pose, header: Any) -> Message:
 
 def _name(detection: Detection, pose: Pose, header: Any, colour: Colour) -> Message:
     above = Pose(np.eye(3), pose.position + (0, -2 * _TEXT_M, 0))  # the optical frame's y is down
-    text = f"{instance_name(detection)} {detection.score:.2f}"
+    text = f"{instance_name(detection)} {detection.score:.2f}{class_text(detection)}"
     fields: dict[str, Any] = {"type": TEXT_VIEW_FACING, "scale": xyz((0, 0, _TEXT_M), "Vector3"), "text": text}
     return _marker(f"{detection.object}/name", detection.id, header, colour, pose_message(above), **fields)
 

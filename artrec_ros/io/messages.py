@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.datatypes import Detection
+from ..core.datatypes import ClassFit, Detection
 from ..core.transforms import Pose
 
 
@@ -78,6 +78,21 @@ def joint_states(detections: Sequence[Detection], header: Any) -> Message:
     joints = [(f"{instance_name(d)}/{joint}", float(q)) for d in detections for joint, q in d.joints.items()]
     fields = {"header": header, "name": [name for name, _ in joints], "position": [q for _, q in joints]}
     return Message("sensor_msgs/msg/JointState", fields)
+
+
+def classes(detections: Sequence[Detection], header: Any) -> Message:
+    """DiagnosticArray: the class of each object that has classes; the message is empty where it is of none."""
+    status = [_class_status(instance_name(d), d.class_fit) for d in detections if d.class_fit is not None]
+    return Message("diagnostic_msgs/msg/DiagnosticArray", {"header": header, "status": status})
+
+
+def _class_status(name: str, fit: ClassFit) -> Message:
+    values = {"confidence": f"{fit.confidence:.4f}", "runner_up": fit.runner_up or ""}
+    values["runner_up_confidence"] = f"{fit.runner_up_confidence:.4f}"
+    if fit.name is None:
+        values["reason"] = fit.reason
+    pairs = [Message("diagnostic_msgs/msg/KeyValue", {"key": k, "value": v}) for k, v in values.items()]
+    return Message("diagnostic_msgs/msg/DiagnosticStatus", {"name": name, "message": fit.name or "", "values": pairs})
 
 
 def best_pose(detections: Sequence[Detection], header: Any) -> Message | None:

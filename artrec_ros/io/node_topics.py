@@ -64,10 +64,16 @@ POSE = NodeTopic(
     "geometry_msgs/msg/PoseWithCovarianceStamped",
     "only when seen: the pose with the best score, and its covariance",
 )
+CLASSES = NodeTopic(
+    "{object}/classes",
+    "diagnostic_msgs/msg/DiagnosticArray",
+    "for every image: a status for each object that has classes of configurations: its name is `red_0`, its message "
+    "the class, empty where it is of none; values: confidence, runner_up, runner_up_confidence, and why it is of none",
+)
 MARKERS = NodeTopic(
     "markers",
     "visualization_msgs/msg/MarkerArray",
-    "for RViz: outlines of the markers found, each object's frame, name and score; what vanished is deleted",
+    "for RViz: outlines of the markers found, each object's frame, name, score and class; what vanished is deleted",
 )
 OVERLAY = NodeTopic(
     "debug/image",
@@ -82,5 +88,5 @@ DIAGNOSTICS = NodeTopic(
     "every second: rates, latencies, drops, the last error; tells apart no images, QoS mismatch, images that cannot be "
     "used, no calibration, nothing found",
 )
-OBJECT_OUTPUTS = (POSES, ROBOTS, JOINTS, POSE)
+OBJECT_OUTPUTS = (POSES, ROBOTS, JOINTS, POSE, CLASSES)
 OUTPUTS = (*OBJECT_OUTPUTS, MARKERS, OVERLAY, DIAGNOSTICS)

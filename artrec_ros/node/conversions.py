@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, MultiDOFJointState
@@ -84,6 +85,11 @@ def robots(detections: Sequence[Detection], header: Header) -> MultiDOFJointStat
 def joint_states(detections: Sequence[Detection], header: Header) -> JointState:
     """The joints of all objects; names red_0/front_left, radians (metres where a joint is prismatic)."""
     return to_ros(messages.joint_states(detections, header))
+
+
+def classes(detections: Sequence[Detection], header: Header) -> DiagnosticArray:
+    """The class of each object that has classes of configurations."""
+    return to_ros(messages.classes(detections, header))
 
 
 def best_pose(detections: Sequence[Detection], header: Header) -> PoseWithCovarianceStamped | None:

@@ -12,11 +12,17 @@ from std_msgs.msg import Header
 from ..core.datatypes import Detection, Target
 from ..io import node_topics as topics
 from ..io.node_topics import NodeTopic
-from .conversions import best_pose, joint_states, message_class, pose_array, robots
+from .conversions import best_pose, classes, joint_states, message_class, pose_array, robots
 from .markers import MarkerScene
 from .tf import TransformSender
 
-_MAKERS = {topics.POSES: pose_array, topics.ROBOTS: robots, topics.JOINTS: joint_states, topics.POSE: best_pose}
+_MAKERS = {
+    topics.POSES: pose_array,
+    topics.ROBOTS: robots,
+    topics.JOINTS: joint_states,
+    topics.POSE: best_pose,
+    topics.CLASSES: classes,
+}
 
 
 class Publishers:

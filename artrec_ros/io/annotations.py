@@ -110,18 +110,24 @@ def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) ->
     categories: dict[str, tuple[str, ...]] = {}
     objects: list[AnnotatedObject] = []
     for path in map(Path, paths):
-        top = read_json(path).entries()
-        for key in ("images", "annotations", "categories"):
-            if key not in top:
-                raise ConfigError(f"{path}: {key}: this key is missing; a COCO keypoint file is wanted")
+        top = read_coco(path)
         own = dict(_category(v) for v in top["categories"].items() if "keypoints" in v.entries())
         for name, keypoints in own.values():
             if categories.setdefault(name, keypoints) != keypoints:
                 raise ConfigError(f"{path}: category '{name}': its keypoints differ from those of the files before it")
-        images = dict(_image(v, images_folder or path.parent) for v in top["images"].items())
-        known = {_entry(v, "id").integer() for v in top["categories"].items()}
+        images = dict(coco_image(v, images_folder or path.parent) for v in top["images"].items())
+        known = {coco_entry(v, "id").integer() for v in top["categories"].items()}
         objects += [o for v in top["annotations"].items() if (o := _annotation(v, images, own, known)) is not None]
     return Annotations(categories, tuple(objects))
+
+
+def read_coco(path: Path) -> dict[str, Value]:
+    """The top level of a COCO file, in which its three tables are."""
+    top = read_json(path).entries()
+    for key in ("images", "annotations", "categories"):
+        if key not in top:
+            raise ConfigError(f"{path}: {key}: this key is missing; a COCO file is wanted")
+    return top
 
 
 def read_json(path: Path) -> Value:
@@ -134,7 +140,7 @@ def read_json(path: Path) -> Value:
         raise ConfigError(f"{path}: is no COCO file: it is nested too deeply") from None
 
 
-def _entry(value: Value, key: str) -> Value:
+def coco_entry(value: Value, key: str) -> Value:
     """COCO files have keys of other tools too: they are passed over."""
     entries = value.entries()
     if key not in entries:
@@ -143,19 +149,20 @@ def _entry(value: Value, key: str) -> Value:
 
 
 def _category(value: Value) -> tuple[int, tuple[str, tuple[str, ...]]]:
-    keypoints = _entry(value, "keypoints")
+    keypoints = coco_entry(value, "keypoints")
     names = tuple(v.text() for v in keypoints.items())
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise keypoints.error(f"'{twice[0]}' is listed twice")
-    return _entry(value, "id").integer(), (_entry(value, "name").text(), names)
+    return coco_entry(value, "id").integer(), (coco_entry(value, "name").text(), names)
 
 
-def _image(value: Value, folder: Path) -> tuple[int, tuple[Path, tuple[int, int] | None]]:
+def coco_image(value: Value, folder: Path) -> tuple[int, tuple[Path, tuple[int, int] | None]]:
+    """An image's id, its file, and its (width, height) where the file tells it."""
     entries, size = value.entries(), None
     if "width" in entries and "height" in entries:
         size = (int(entries["width"].number(1)), int(entries["height"].number(1)))
-    return _entry(value, "id").integer(), (folder / _entry(value, "file_name").text(), size)
+    return coco_entry(value, "id").integer(), (folder / coco_entry(value, "file_name").text(), size)
 
 
 def _annotation(
@@ -164,7 +171,7 @@ def _annotation(
     categories: Mapping[int, tuple[str, tuple[str, ...]]],
     known: set[int],
 ) -> AnnotatedObject | None:
-    category, image = _entry(value, "category_id"), _entry(value, "image_id")
+    category, image = coco_entry(value, "category_id"), coco_entry(value, "image_id")
     if category.integer() not in known:
         raise category.error(f"there is no category {category.raw}")
     if image.integer() not in images:
@@ -172,7 +179,7 @@ def _annotation(
     if category.raw not in categories or value.raw.get("iscrowd") in (1, True):
         return None
     name, keypoints = categories[category.raw]
-    points = _points(_entry(value, "keypoints"), keypoints)
+    points = _points(coco_entry(value, "keypoints"), keypoints)
     path, size = images[image.raw]
     return AnnotatedObject(path, name, f"{value.file}: {value.key}", points, size)
 

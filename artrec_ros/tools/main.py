@@ -16,6 +16,7 @@ DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 # command -> what `artrec --help` says; its module artrec_ros.tools.COMMAND is imported when it is called for
 COMMANDS = {
     "train": "learn an object's constraints from annotated images",
+    "learn-colours": "learn a camera's colours from images in which they are told",
     "replay": "run the recogniser over bags or folders of images",
     "evaluate": "score a replay against the truth",
     "simulate": "render scenes with known truth",
@@ -63,7 +64,7 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
     called = next((a for a in arguments if not a.startswith("-")), None)
     for command, summary in COMMANDS.items():
         if command == called:
-            module = importlib.import_module(f"{__package__}.{command}")
+            module = importlib.import_module(f"{__package__}.{command.replace('-', '_')}")
             module.add_parser(subparsers)
             chosen = subparsers.choices[command]
             chosen.formatter_class, chosen.epilog = HelpFormatter, epilog(command, chosen.epilog)

@@ -12,7 +12,7 @@ from .simulator import SimulatedFrame
 from .truth import MarkerTruth, ObjectTruth
 
 _VISIBLE_SHARE = 0.6  # a marker is annotated when this much of it shows ...
-_FACING = 0.35  # ... and it is not seen at too flat an angle for a similarity to describe it
+LEAST_FACING = 0.35  # ... and it is not seen at too flat an angle for a similarity to describe it
 _LEAST_PX = 12.0  # ... and one could tell where its axis ends
 _COUNTED_SHARE = 0.5  # of several markers of a component, one with this share visible stands for it
 
@@ -56,7 +56,7 @@ def keypoint_names(model: ObjectModel) -> list[str]:
 
 def is_annotated(marker: MarkerTruth) -> bool:
     """Whether somebody who annotates the image would mark this marker's axis."""
-    return marker.visible_share >= _VISIBLE_SHARE and marker.facing >= _FACING and marker.visible_px >= _LEAST_PX
+    return marker.visible_share >= _VISIBLE_SHARE and marker.facing >= LEAST_FACING and marker.visible_px >= _LEAST_PX
 
 
 @dataclass(frozen=True)

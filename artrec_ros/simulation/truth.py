@@ -55,7 +55,7 @@ def measure(rendering: Rendering, objects: tuple[PlacedObject, ...], camera: Cam
     """The truth of each object, in order."""
     truths = []
     for number, placed in enumerate(objects):
-        axes = _axis_ends(placed, camera)
+        axes = axis_ends(placed, camera)
         markers = [
             _measure_marker(rendering, index, camera, axes[surface.owner])
             for index, surface in enumerate(rendering.surfaces)
@@ -66,7 +66,7 @@ def measure(rendering: Rendering, objects: tuple[PlacedObject, ...], camera: Cam
     return tuple(truths)
 
 
-def _axis_ends(placed: PlacedObject, camera: Camera) -> dict[tuple[str, str], Array]:
+def axis_ends(placed: PlacedObject, camera: Camera) -> dict[tuple[str, str], Array]:
     """(component, marker) -> (2, 2) image of tail and head."""
     model: ObjectModel = placed.target.model
     poses = component_poses(model, placed.joints)

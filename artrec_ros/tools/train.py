@@ -20,6 +20,7 @@ from ..io.constraints import save_constraints
 from ..io.objects import load_object
 from .annotated_joints import JointFitter
 from .measured import load_setup, measure_axes
+from .train_from_joints import add_from_joints, constraints_from, examples_from_joints
 from .train_report import report
 
 _LEAST_EXAMPLES = 2
@@ -28,9 +29,14 @@ _LEAST_EXAMPLES = 2
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser("train", help="learn an object's constraints", description=__doc__)
     parser.add_argument("--object", required=True, type=Path, metavar="OBJECT.yaml", help="what the object is")
-    parser.add_argument(
-        "--annotations", required=True, type=Path, nargs="+", action="extend", metavar="COCO.json",
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument(
+        "--annotations", type=Path, nargs="+", action="extend", metavar="COCO.json",
         help="COCO keypoints named COMPONENT/MARKER.tail and COMPONENT/MARKER.head",
+    )  # fmt: skip
+    source.add_argument(
+        "--from-joints", action="store_true",
+        help="learn from the places and joints that the object file declares, over a range of views, without images",
     )  # fmt: skip
     parser.add_argument(
         "--category", nargs="+", action="extend", default=[], metavar="NAME",
@@ -59,6 +65,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="calibration of the annotated images; without it the focal length is found from the examples, where "
         "classes of an object in space need it",
     )  # fmt: skip
+    add_from_joints(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -68,6 +75,8 @@ def run(args: argparse.Namespace) -> int:
     if not args.max_scale_ratio >= 1:
         raise ConfigError(f"--max-scale-ratio: {args.max_scale_ratio} is below 1")
     model = load_object(args.object)
+    if args.from_joints:
+        return run_from_joints(args, model)
     setup = load_setup(args.params_file) if args.params_file else None
     camera = load_camera(args.camera_info) if args.camera_info else None
     annotations = load_coco(args.annotations, args.images).of(args.category)
@@ -89,6 +98,18 @@ def run(args: argparse.Namespace) -> int:
     if training.oblique:
         print(f"{training.oblique} markers are seen too obliquely (--max-scale-ratio) and were left out.")
     print(f"Wrote {args.output}: {len(constraints.pairs)} pairs of object '{model.name}'.")
+    return 0
+
+
+def run_from_joints(args: argparse.Namespace, model: ObjectModel) -> int:
+    """The same without annotations."""
+    if args.category or args.params_file or args.images:
+        raise ConfigError("--category, --params-file and --images go with --annotations, not with --from-joints")
+    examples = [without_oblique(e, args.max_scale_ratio) for e in examples_from_joints(args, model)]
+    constraints = constraints_from(model, examples, args.coverage)
+    save_constraints(args.output, constraints)
+    print("\n".join(report(model, examples, constraints)))
+    print(f"Wrote {args.output}: {len(constraints.pairs)} pairs of object '{model.name}', from its joints alone.")
     return 0
 
 

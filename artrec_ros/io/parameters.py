@@ -61,12 +61,15 @@ class Setup:
         return yaml.safe_dump({"/**": {_SECTION: _nested(self.resolved)}}, sort_keys=False, default_flow_style=None)
 
 
-def load_parameters(path: str | Path) -> Setup:
-    """A set-up from a ROS parameter file."""
-    flat = {key: value.raw for key, value in read_flat(path).items()}
-    folder = Path(path).absolute().parent
+def load_parameters(path: str | Path, *more: str | Path) -> Setup:
+    """A set-up from a ROS parameter file, or several: as in ROS the later ones go before.
+
+    Relative file names start at the first file's folder.
+    """
+    flat = {key: value.raw for file in (path, *more) for key, value in read_flat(file).items()}
+    folder, source = Path(path).absolute().parent, ", ".join(map(str, (path, *more)))
     config_dir = flat.get("config_dir")
-    return setup_from_flat(flat, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, path)
+    return setup_from_flat(flat, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, source)
 
 
 def read_flat(path: str | Path) -> dict[str, Value]:

@@ -10,6 +10,10 @@ EXAMPLES = {
         "artrec train --object lamp.yaml --annotations photos/annotations.json -o lamp_constraints.yaml",
         "artrec train --object lamp.yaml --from-joints -o lamp_constraints.yaml",
     ),
+    "learn-colours": (
+        "artrec learn-colours --annotations photos/regions.json --classes red=3 blue=2 -o colours.yaml",
+        "artrec learn-colours recorded_bag --every 3 --classes red=3 blue=2 -o colours.yaml",
+    ),
     "replay": (
         "artrec replay recorded_bag --params-file lamp_params.yaml -o result",
         "artrec replay images/ --params-file lamp_params.yaml --camera-info camera.yaml --images none -o result",

@@ -100,7 +100,10 @@ def add_parser(subparsers: Any) -> None:
         "digits or more: that is its stamp in nanoseconds.",
     )  # fmt: skip
     p.add_argument("sources", metavar="SOURCE", nargs="+", type=Path, help="bag (rosbag2, ROS 1) or folder of images")
-    p.add_argument("--params-file", required=True, type=Path, help="the node's ROS parameter file")
+    p.add_argument(
+        "--params-file", required=True, type=Path, action="append",
+        help="the node's ROS parameter file; may be given again: later ones go before",
+    )  # fmt: skip
     p.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="where the results go")
     p.add_argument("--overwrite", action="store_true", help="replace results that are in DIR already")
     p.add_argument("--topic", help="image topic (else the only one, or the only one that fits image.kind)")
@@ -117,7 +120,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code 0: done; 1: interrupted, or no frame could be used."""
-    setup = load_parameters(args.params_file)
+    setup = load_parameters(*args.params_file)
     options = SourceOptions(
         topic=args.topic,
         image_kind=setup.image.kind,

@@ -134,8 +134,7 @@ def _places(reach: int) -> Array:
 
 
 def _log_prior(reach: int) -> Array:
-    prior: Array = -0.5 * (_places(reach) / (0.6 * reach)) ** 2
-    return prior
+    return np.asarray(-0.5 * (_places(reach) / (0.6 * reach)) ** 2, np.float64)
 
 
 def find_edges(field: LabelField, pixels: Array, normal: Array, labels: np.ndarray, reach: int) -> tuple[Array, Array]:

@@ -27,7 +27,7 @@ JOINT_STEP = 0.15  # of a joint's unit
 COARSE_REACH_PX = (8, 6, 4, 3)
 FINE_REACH_PX = (4, 3, 3, 2, 2)
 ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 8, 3  # hypotheses a blob that pass each stage
-SMALL_JOINT_KEEP = 36  # of a small blob: its shape tells least, the other components most
+SMALL_ROOT_KEEP, SMALL_JOINT_KEEP = 120, 36  # of a small blob: its shape tells least, the other components most
 MOST_CANDIDATES, MOST_CLIMBERS = 800, 200  # in a frame, whatever it shows: what bounds memory and time
 PER_BLOB = 0.5  # of the time that is left may go into looking at blobs one by one
 CLIMBS = ((10, 5, 1.5), (5, 6, 1.0), (3, 14, 0.7))  # hypotheses a place, rounds, first step
@@ -66,8 +66,9 @@ class WholeObjectFinder:
             if deadline.expired:
                 break
             poses = self._guesser.guess(field, camera, seed)
-            keep = SMALL_JOINT_KEEP
-            if not is_small(seed):
+            if is_small(seed):
+                poses, keep = self._best_roots(field, camera, poses, SMALL_ROOT_KEEP), SMALL_JOINT_KEEP
+            else:
                 poses, keep = self._fit_root(field, camera, poses), JOINT_KEEP
             poses = self._search_joints(field, camera, poses)
             votes = self.votes(field, camera, poses, occlusion=False)
@@ -142,11 +143,17 @@ class WholeObjectFinder:
         use = np.tile(surface.component[surface.markers] == self.root, (len(poses), 1))
         pinned = np.zeros(poses.q.shape, bool)
         fitted = refine(surface, field, camera, poses, use, COARSE_REACH_PX, pinned).poses
-        poses = Poses.concatenate([poses, fitted])
+        return self._best_roots(field, camera, Poses.concatenate([poses, fitted]), ROOT_KEEP, bodies=False)
+
+    def _best_roots(
+        self, field: LabelField, camera: Camera, poses: Poses, n: int, *, bodies: bool = True
+    ) -> Poses:
+        """The best by the required component alone, with or without its body."""
+        surface = self.surface
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
-        patches = np.flatnonzero((surface.component == self.root) & surface.is_marker)
+        patches = np.flatnonzero((surface.component == self.root) & (bodies | surface.is_marker))
         votes = surface.score(field, camera, frames, patches, occlusion=False).votes.sum(axis=1)
-        return poses[best_distinct(poses, votes, np.zeros(len(poses), int), ROOT_KEEP)]
+        return poses[best_distinct(poses, votes, np.zeros(len(poses), int), n)]
 
     def _search_joints(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
         """Each joint in its parents' order: the angle at which the labels like its component best."""

@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 from solids import BENT, RATIONAL, RED, camera_of, random_poses, truck
 
+from artrec_ros.core import bank as bank_module
 from artrec_ros.core import guesses, kinematics, posefit, spatial
+from artrec_ros.core.bank import blob_shape
+from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.compiled import geometry, jit
+from artrec_ros.core.config import RecognizerConfig
 from artrec_ros.core.evidence import LabelField
 from artrec_ros.core.projection import project
 from artrec_ros.core.spatial import SpatialModel
@@ -117,21 +121,20 @@ def test_normal_equations_agree(scene, lens, monkeypatch):
         np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(other).max())
 
 
-def test_alignments_of_a_view_agree(monkeypatch):
+def test_alignments_with_a_blob_agree(monkeypatch):
     model = truck()
-    guesser = guesses.Guesser(model, SpatialModel(model, RED), RED)
+    bank = guesses.Guesser(model, SpatialModel(model, RED), RED)._banks[0]
     labels = np.zeros((120, 160), np.uint8)
     labels[30:70, 40:110] = RED
     field, camera = LabelField(labels), camera_of()
-    contour = np.array([(40, 30), (110, 30), (110, 70), (40, 70)], float)
-    couples = (contour, np.roll(contour, -1, axis=0))
-    view = guesser._banks[0][3]
-    args = (view, field, camera, couples, contour, 2800.0)
-    T, votes = guesser._align(*args)
-    plainly(monkeypatch, guesses)
-    T_plain, votes_plain = guesser._align(*args)
+    (blob,) = find_blobs(labels, {RED}, RecognizerConfig(), ())
+    shape = blob_shape(blob, 0.5)
+    _, votes, view = bank.align(field, camera, shape)
+    plainly(monkeypatch, bank_module)
+    T, votes_plain, view_plain = bank.align(field, camera, shape)
+    assert len(T) > 50
+    np.testing.assert_array_equal(view, view_plain)
     np.testing.assert_allclose(votes, votes_plain, rtol=1e-5)
-    np.testing.assert_allclose(T[0, [0, 1, 3]], T_plain[0, [0, 1, 3]], rtol=1e-6)
 
 
 def test_without_numba_the_functions_are_plain_python(monkeypatch):

@@ -1,0 +1,87 @@
+"""Alignments of all views of one marker with a blob, and which of them the labels like best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .blobs import Blob
+from .compiled import guessing
+from .compiled.geometry import view_of
+from .compiled.jit import COMPILED
+from .datatypes import Camera
+from .evidence import LabelField
+from .spatial import RING_PX, RING_WIDTH_PX
+from .transforms import Array
+from .views import View, align_view, blob_couples, moment_alignments, moments_of, scale_range, score_view
+
+VIEW_KEEP = 12  # alignments of a view with a blob that go on
+LEAST_AREA_PX = 14.0  # a marker smaller than this in the image decides nothing
+
+
+@dataclass(frozen=True)
+class BlobShape:
+    """What views are aligned with: a blob grown by the seam that the segmenter left around it.
+
+    :param couples: (n, 2) first and second anchors.
+    :param moments: centroid and principal direction.
+    """
+
+    contour: Array
+    area_px: float
+    couples: tuple[Array, Array]
+    moments: tuple[Array, float]
+
+
+def blob_shape(blob: Blob, seam_px: float) -> BlobShape:
+    """A blob's contour moved out by a seam, and its anchors at two tolerances (method, step 2)."""
+    contour = blob.contour + seam_px * blob.normals
+    area = blob.area_px + seam_px * len(contour)
+    tolerances = (1.0, 2.0) if area < 2000 else (1.5, 0.03 * float(np.sqrt(area)))
+    return BlobShape(contour, area, blob_couples(contour, tolerances), moments_of(contour))
+
+
+class Bank:
+    """The V views of a marker.
+
+    :param inside_votes, ring_votes: (256,) for the labels on the marker and around it.
+    """
+
+    def __init__(self, views: Sequence[View], inside_votes: Array, ring_votes: Array) -> None:
+        self._views = views
+        self._votes = inside_votes, ring_votes
+        self.turn = np.array([v.turn for v in views])
+        self.direction = np.array([v.direction for v in views])
+        n = np.array([len(v.anchors) for v in views])
+        anchors = np.zeros((len(views), n.max(), 2))
+        for row, view in zip(anchors, views, strict=True):
+            row[: len(view.anchors)] = view.anchors
+        stack = lambda name: np.array([getattr(v, name) for v in views])  # noqa: E731
+        self._arrays = (anchors, n, stack("inside"), stack("contour"), stack("contour_normal"), stack("area"))
+        self._perimeter = stack("perimeter")
+
+    def align(self, field: LabelField, camera: Camera, shape: BlobShape) -> tuple[Array, Array, np.ndarray]:
+        """The VIEW_KEEP best similarities (H, 4) of each view, their votes (H,), and each one's view (H,)."""
+        if not COMPILED:
+            return self._align_arrays(field, shape)
+        moments = np.array([moment_alignments(v, shape.moments, shape.area_px) for v in self._views])
+        scale = np.array([scale_range(v, shape.area_px, LEAST_AREA_PX) for v in self._views])
+        bank = guessing.Bank(*self._arrays, self._perimeter, scale)
+        look = guessing.Look(*self._votes, RING_PX, RING_WIDTH_PX)
+        T, votes = np.empty((len(self._views), VIEW_KEEP, 4)), np.empty((len(self._views), VIEW_KEEP))
+        guessing.best_alignments(*shape.couples, moments, bank, look, view_of(field, camera), T, votes)
+        view, rank = np.nonzero(votes > -np.inf)
+        return T[view, rank], votes[view, rank], view
+
+    def _align_arrays(self, field: LabelField, shape: BlobShape) -> tuple[Array, Array, np.ndarray]:
+        similarities, votes, views = [], [], []
+        for v, view in enumerate(self._views):
+            T = align_view(view, shape.couples, shape.contour, shape.area_px, LEAST_AREA_PX)
+            s = score_view(view, T, field, *self._votes, RING_PX)
+            best = np.argsort(-s, kind="stable")[:VIEW_KEEP]
+            similarities.append(T[best])
+            votes.append(s[best])
+            views.append(np.full(len(best), v))
+        return np.concatenate(similarities), np.concatenate(votes), np.concatenate(views)

@@ -69,7 +69,7 @@ class _StorageFile:
         try:
             with self._reader() as reader:
                 self.topics = [Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections]
-                self.start_ns = reader.start_time
+                self.start_ns, self.end_ns = reader.start_time, reader.end_time
         except Exception as error:  # rosbags raises whatever damaged bytes lead to: assertions, struct and type errors
             self._indexed = False
             self.problem = _one_line(error)
@@ -81,11 +81,12 @@ class _StorageFile:
     def _survey(self) -> None:
         """Topics and start of a file without index."""
         counts: dict[tuple[str, str], int] = {}
-        self.start_ns = sys.maxsize
+        self.start_ns, self.end_ns = sys.maxsize, 0
         for message in self._scan():
             key = (message.topic, message.msgtype)
             counts[key] = counts.get(key, 0) + 1
             self.start_ns = min(self.start_ns, message.log_ns)
+            self.end_ns = max(self.end_ns, message.log_ns)
         self.topics = [Topic(*key, count) for key, count in counts.items()]
 
     def _scan(self) -> Iterator[RawMessage]:
@@ -118,7 +119,7 @@ class _StorageFile:
 class Bag:
     """A bag: one file, or a folder of rosbag2 files. Use it as a context manager.
 
-    :ivar topics: by name. :ivar start_ns: when its first message was recorded.
+    :ivar topics: by name. :ivar start_ns, end_ns: when its first and its last message were recorded.
     """
 
     def __init__(self, path: Path, storage: str | None = None) -> None:
@@ -136,6 +137,7 @@ class Bag:
             known = self.topics.get(topic.name)
             self.topics[topic.name] = replace(topic, count=topic.count + (known.count if known else 0))
         self.start_ns = min((file.start_ns for file in self._files), default=0)
+        self.end_ns = max((file.end_ns for file in self._files), default=0)
         self.ros1 = any(file.ros1 for file in self._files)
         if not self.topics and self.problems:
             self._stack.close()

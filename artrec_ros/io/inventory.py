@@ -1,0 +1,264 @@
+"""What a file or folder is, and what it holds: bags, images, objects, constraints, parameters, annotations, truth."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..core.datatypes import Camera
+from ..core.errors import ArtrecError, ConfigError, ImageError, SourceError
+from ..core.objects import ObjectModel
+from .annotations import Annotations, load_coco
+from .bags import BAG_SUFFIXES, Bag, Topic
+from .cameras import load_camera
+from .constraints import FORMAT as CONSTRAINT_FORMAT
+from .constraints import load_constraints
+from .files import load_value
+from .images import IMAGE_SUFFIXES, Image, read_image
+from .objects import FORMAT as OBJECT_FORMAT
+from .objects import load_object
+from .parameters import Setup, load_parameters
+from .results import DETECTIONS_FILE, read_results
+from .topics import IMAGE_TYPES, camera_info_topic, camera_of, decode_message, stamp_of
+from .truth import load_truth
+
+_SAMPLES = 5  # images of a bag or folder that are looked at, evenly spread
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A few images of one topic or folder.
+
+    :param camera: the calibration beside them; None: none that can be used, and `camera_problem` says why.
+    """
+
+    name: str
+    count: int
+    images: tuple[Image, ...] = field(repr=False)
+    problems: tuple[str, ...] = ()
+    camera: Camera | None = None
+    camera_problem: str | None = None
+
+    @property
+    def size(self) -> tuple[int, int] | None:
+        """(width, height) of the first."""
+        return (self.images[0].shape[1], self.images[0].shape[0]) if self.images else None
+
+    @property
+    def channels(self) -> int:
+        """1 or 3; 0: none could be read."""
+        return 0 if not self.images else 1 if self.images[0].ndim == 2 else 3
+
+    @property
+    def labels(self) -> Mapping[int, int]:
+        shown = [set(np.unique(i).tolist()) for i in self.images if i.ndim == 2]
+        return dict(sorted(Counter(v for values in shown for v in values).items()))
+
+
+@dataclass(frozen=True)
+class BagContent:
+    topics: tuple[Topic, ...]
+    duration_s: float
+    samples: tuple[Sample, ...]
+    problems: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ConstraintContent:
+    """A constraint file: the object's name, and all component/marker names that it uses."""
+
+    object: str
+    coverage: float
+    pairs: int
+    classes: tuple[str, ...]
+
+    def check(self, path: Path, model: ObjectModel) -> None:
+        """:raises ConfigError: the constraints are not this object's."""
+        load_constraints(path, model)
+
+
+@dataclass(frozen=True)
+class TruthContent:
+    frames: int
+    stamps: frozenset[int]
+    labels: Mapping[int, int]
+
+
+@dataclass(frozen=True)
+class ResultContent:
+    frames: int
+    stamps: frozenset[int]
+    objects: Mapping[str, int]
+
+
+Content = (
+    BagContent | Sample | ObjectModel | ConstraintContent | Setup | Annotations | TruthContent | ResultContent | Camera
+)
+
+
+@dataclass(frozen=True)
+class Item:
+    """A path and what it holds, or the reason (`error`) why that cannot be told."""
+
+    path: Path
+    kind: str
+    content: Content | None = None
+    error: str | None = None
+
+
+def take_stock(path: Path) -> Iterator[Item]:
+    """What a path holds; of a folder that is neither bag nor images, what lies in it. Nothing is raised."""
+    if path.is_dir() and not _is_bag(path) and not _images(path):
+        inside = sorted(path.iterdir())
+        parts = [p for p in inside if _known_kind(p)] or [p for p in inside if p.is_dir() and _images(p)]
+        if not parts:
+            yield Item(path, "folder", error="neither a bag, nor images, nor files that artrec reads")
+        for part in parts:
+            yield from take_stock(part)
+        return
+    kind = "unknown"
+    try:
+        kind, read = _reader(path)
+        yield Item(path, kind, read(path))
+    except ArtrecError as error:
+        yield Item(path, kind, error=str(error).removeprefix(f"{path}: "))
+
+
+def _known_kind(path: Path) -> bool:
+    if path.is_dir():
+        return _is_bag(path)
+    return path.suffix in (".yaml", ".yml", ".json", ".jsonl", *BAG_SUFFIXES) and path.name not in _OTHERS
+
+
+_OTHERS = ("summary.json", "metrics.json", "metadata.yaml")
+
+
+def _reader(path: Path) -> tuple[str, Callable[[Path], Content]]:
+    """The kind of a path, and what reads it."""
+    if not path.exists():
+        raise SourceError(f"{path}: there is no such file or folder")
+    if _is_bag(path):
+        return "bag", _read_bag
+    if path.is_dir():
+        return "images", _read_images
+    suffix = path.suffix.lower()
+    if suffix in IMAGE_SUFFIXES:
+        return "images", _read_images
+    if suffix == ".json":
+        return "annotations", lambda p: load_coco([p])
+    if suffix == ".jsonl":
+        return ("results", _read_results) if path.name == DETECTIONS_FILE else ("truth", _read_truth)
+    if suffix in (".yaml", ".yml"):
+        return _yaml_reader(path)
+    raise SourceError(f"{path}: '{suffix or path.name}' is no kind of file that artrec reads")
+
+
+def _yaml_reader(path: Path) -> tuple[str, Callable[[Path], Content]]:
+    keys = load_value(path).entries()
+    format = keys["format"].raw if "format" in keys else None
+    kinds: dict[str, tuple[str, Callable[[Path], Content]]] = {
+        OBJECT_FORMAT.partition("/")[0]: ("object", lambda p: load_object(p)),
+        CONSTRAINT_FORMAT.partition("/")[0]: ("constraints", _read_constraints),
+    }
+    if isinstance(format, str) and format.partition("/")[0] in kinds:
+        return kinds[format.partition("/")[0]]
+    if "camera_matrix" in keys or "image_width" in keys:
+        return "calibration", lambda p: load_camera(p)
+    if any("ros__parameters" in str(v.raw) for v in keys.values()):
+        return "parameters", lambda p: load_parameters(p)
+    raise ConfigError(f"{path}: neither an object, constraints, parameters (ros__parameters) nor a calibration")
+
+
+def _is_bag(path: Path) -> bool:
+    names = [p.name for p in path.iterdir()] if path.is_dir() else [path.name]
+    listed = path.is_dir() and "metadata.yaml" in names
+    return listed or any(n.removesuffix(".zstd").endswith(BAG_SUFFIXES) for n in names)
+
+
+def _images(folder: Path) -> list[Path]:
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)
+
+
+def _read_images(path: Path) -> Sample:
+    files = _images(path) if path.is_dir() else [path]
+    chosen = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, _SAMPLES).astype(int))]
+    images, problems = [], []
+    for file in chosen:
+        try:
+            images.append(read_image(file))
+        except ImageError as error:
+            problems.append(f"{file.name}: {error}")
+    return Sample(str(path), len(files), tuple(images), tuple(problems))
+
+
+def _read_bag(path: Path) -> BagContent:
+    with Bag(path) as bag:
+        topics = tuple(sorted(bag.topics.values()))
+        samples = tuple(_sample(bag, t) for t in topics if t.msgtype in IMAGE_TYPES)
+        duration_s = max(0, bag.end_ns - bag.start_ns) / 1e9
+        return BagContent(topics, duration_s, samples, tuple(bag.problems))
+
+
+def image_stamps(path: Path, topic: str) -> frozenset[int]:
+    """Header stamps (ns) of an image topic; reads all its messages."""
+    stamps = set()
+    with Bag(path) as bag:
+        for message in bag.messages([topic]):
+            try:
+                stamps.add(stamp_of(bag.parse(message), message.log_ns))
+            except ImageError:
+                continue  # told where the images are looked at
+    return frozenset(stamps)
+
+
+def _sample(bag: Bag, topic: Topic) -> Sample:
+    images, problems = [], []
+    for start_ns in np.linspace(bag.start_ns, bag.end_ns, _SAMPLES, endpoint=False).astype(np.int64).tolist():
+        message = next(bag.messages([topic.name], start_ns), None)
+        if message is None:
+            continue
+        try:
+            images.append(decode_message(bag.parse(message)))
+        except ImageError as error:
+            problems.append(str(error))
+    camera, camera_problem = _camera(bag, topic.name)
+    return Sample(topic.name, topic.count, tuple(images), tuple(dict.fromkeys(problems)), camera, camera_problem)
+
+
+def _camera(bag: Bag, image_topic: str) -> tuple[Camera | None, str | None]:
+    name = camera_info_topic(image_topic)
+    message = next(bag.messages([name]), None) if name in bag.topics else None
+    if message is None:
+        return None, f"no calibration: {'nothing on' if name in bag.topics else 'no topic'} '{name}'"
+    try:
+        return camera_of(bag.parse(message)), None
+    except (ImageError, ConfigError) as error:
+        return None, f"{name}: {error}"
+
+
+def _read_constraints(path: Path) -> ConstraintContent:
+    top = load_value(path).entries()
+    for key in ("object", "coverage", "pairs"):
+        if key not in top:
+            raise ConfigError(f"{path}: {key}: this key is missing")
+    classes = top["classes"].items() if "classes" in top else []
+    names = tuple(str(c.entries()["name"].raw) for c in classes if "name" in c.entries())
+    return ConstraintContent(top["object"].text(), top["coverage"].number(0, 1), len(top["pairs"].items()), names)
+
+
+def _read_truth(path: Path) -> TruthContent:
+    truth = load_truth(path)
+    labels = Counter(o.label for objects in truth.values() for o in objects if o.label is not None)
+    return TruthContent(len(truth), frozenset(truth), dict(sorted(labels.items())))
+
+
+def _read_results(path: Path) -> ResultContent:
+    stamps, objects = [], Counter[str]()
+    for record in read_results(path):
+        stamps.append(record.stamp_ns)
+        objects.update(d.object for d in record.detections)
+    return ResultContent(len(stamps), frozenset(stamps), dict(sorted(objects.items())))

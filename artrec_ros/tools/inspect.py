@@ -1,0 +1,154 @@
+"""`artrec inspect`: what bags, objects, constraints, parameters, annotations and truth hold; whether they fit."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ..core.constraints import ConstraintSet
+from ..core.datatypes import Camera
+from ..core.objects import ObjectModel
+from ..io.annotations import Annotations
+from ..io.inventory import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent, take_stock
+from ..io.parameters import Setup
+from ..io.specs import all_specs
+from .inspection import problems
+from .model_report import counted, summary
+
+_OTHER_TOPICS = 12  # topics of a bag that are listed beside images and calibrations
+
+
+def add_parser(subparsers: Any) -> None:
+    p = subparsers.add_parser(
+        "inspect",
+        help="print what files hold, and whether they fit together",
+        description="Prints what a bag, folder of images, object, constraint or parameter file, calibration, COCO "
+        "file, truth or result holds. Of several it says whether they fit together: labels, names, topics, "
+        "calibration, constraints, stamps. One line for every problem; exit code 1 where there is one.",
+    )
+    p.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="files and folders; of a folder, what is in it")
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Exit code 1 where something is wrong or does not fit."""
+    items = [item for path in args.paths for item in take_stock(path)]
+    for item in items:
+        for n, line in enumerate(describe(item)):
+            print(f"{'  ' if n else ''}{line}")
+    found = list(dict.fromkeys(problems(items)))
+    for line in found:
+        print(f"problem: {line}")
+    known = sum(i.content is not None for i in items)
+    if not found:
+        print("no problem found" if known == 1 else f"no problem found: all {known} fit together")
+    return int(bool(found))
+
+
+def describe(item: Item) -> Iterator[str]:
+    """A headline, then details."""
+    content = item.content
+    head = f"{item.path}: {item.kind}"
+    if isinstance(content, BagContent):
+        yield from _bag(head, content)
+    elif isinstance(content, Sample):
+        yield f"{head}, {counted(content.count, 'file')}, {_pixels(content)}"
+    elif isinstance(content, ObjectModel):
+        yield from _object(f"{item.path}: object ", content)
+    elif isinstance(content, ConstraintContent):
+        classes = f", classes {', '.join(content.classes)}" if content.classes else ""
+        yield f"{head} of '{content.object}', {counted(content.pairs, 'pair')}, coverage {content.coverage:g}{classes}"
+    elif isinstance(content, Setup):
+        yield from _setup(head, content)
+    elif isinstance(content, Annotations):
+        yield from _annotations(head, content)
+    elif isinstance(content, TruthContent):
+        yield f"{head}, {counted(content.frames, 'frame')}, objects by label: {_counts(content.labels)}"
+    elif isinstance(content, ResultContent):
+        yield f"{head}, {counted(content.frames, 'frame')}, objects found: {_counts(content.objects)}"
+    elif isinstance(content, Camera):
+        yield f"{head}, {_camera(content)}"
+    else:
+        yield f"{head}, not readable"
+
+
+def _counts(counts: Any) -> str:
+    return ", ".join(f"{name}: {count}" for name, count in counts.items()) or "none"
+
+
+def _camera(camera: Camera) -> str:
+    lens = f"distortion of {camera.distortion.size} coefficients" if camera.distortion.any() else "no distortion"
+    return f"{camera.size[0]}x{camera.size[1]}, focal length {camera.matrix[0, 0]:.1f} px, {lens}"
+
+
+def _pixels(s: Sample) -> str:
+    if s.size is None:
+        return "none readable"
+    parts = [f"{s.size[0]}x{s.size[1]}", counted(s.channels, "channel")]
+    if s.channels == 1 and len(s.labels) <= 32:
+        parts.append(f"labels {' '.join(map(str, s.labels))}")
+    elif s.channels == 1:
+        parts.append(f"{len(s.labels)} values: brightness rather than labels")
+    return ", ".join(parts)
+
+
+def _bag(head: str, bag: BagContent) -> Iterator[str]:
+    yield f"{head}, {counted(len(bag.topics), 'topic')}, {bag.duration_s:.2f} s"
+    samples = {s.name: s for s in bag.samples}
+    first = [t for t in bag.topics if t.name in samples or t.msgtype.endswith("/CameraInfo")]
+    others = [t for t in bag.topics if t not in first]
+    shown = [*first, *others[:_OTHER_TOPICS]]
+    width = max((len(t.name) for t in shown), default=0)
+    for topic in shown:
+        line = f"{topic.name:{width}}  {topic.msgtype}  {topic.count}"
+        s = samples.get(topic.name)
+        if s is not None:
+            line += f"  {_pixels(s)}; " + (_camera(s.camera) if s.camera else s.camera_problem or "")
+        yield line
+    if len(shown) < len(bag.topics):
+        yield f"and {len(bag.topics) - len(shown)} more topics"
+
+
+def _object(head: str, model: ObjectModel) -> Iterator[str]:
+    yield head + summary(model)
+    for c in model.components:
+        about = [", ".join(m.name for m in c.markers)]
+        about += ["required"] if c.required else []
+        about += [f"label {c.label}"] if c.label is not None else []
+        about += [f"body of {len(c.bodies)} box{'es' if len(c.bodies) > 1 else ''}"] if c.bodies else []
+        yield f"{c.name}: {'; '.join(about)}"
+    places = "every marker has a pose: found in space, given a calibration"
+    yield (
+        places if model.is_spatial else "not every marker has a pose: found in the image plane, by learned constraints"
+    )
+
+
+def _setup(head: str, setup: Setup) -> Iterator[str]:
+    yield f"{head} for image.kind '{setup.image.kind}'"
+    for t in setup.targets:
+        space = "in space" if t.model.is_spatial else "in the image plane"
+        learned = "no constraints"
+        if isinstance(t.constraints, ConstraintSet):
+            learned = counted(len(t.constraints.pairs), "learned pair")
+        yield f"{t.name}: object '{t.model.name}', label {t.label}, {space}, {learned}"
+    if setup.image.classes:
+        yield "classes: " + ", ".join(f"{name} {c.label}" for name, c in setup.image.classes.items())
+    specs = all_specs([t.name for t in setup.targets], setup.image.classes)
+    changed = {
+        k: v for k, v in setup.resolved.items()
+        if k.startswith(("recognizer.", "tracking.")) and k in specs and v != specs[k].default
+        and v != list(specs[k].default if isinstance(specs[k].default, tuple) else ())
+    }  # fmt: skip
+    if changed:
+        yield "not at their defaults: " + ", ".join(f"{k} {v}" for k, v in changed.items())
+
+
+def _annotations(head: str, annotations: Annotations) -> Iterator[str]:
+    counts = Counter(o.category for o in annotations.objects)
+    images = len({o.image for o in annotations.objects})
+    yield f"{head}, {counted(len(annotations.objects), 'annotated object')} in {counted(images, 'image')}"
+    for name, keypoints in annotations.categories.items():
+        yield f"{name}: {counted(counts[name], 'object')}, {counted(len(keypoints), 'keypoint')}"

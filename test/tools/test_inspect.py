@@ -1,0 +1,212 @@
+import json
+import shutil
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from artrec_ros.core.datatypes import Camera
+from artrec_ros.io.bag_writer import BagWriter
+from artrec_ros.simulation.simulator import pinhole_camera
+from artrec_ros.tools.main import main
+
+CONFIG = Path(__file__).parents[2] / "config"
+STAMP = 1_700_000_000_000_000_000
+
+
+def inspect(capsys, *paths):
+    """(exit code, all that is printed, the problems)."""
+    code = main(["inspect", *map(str, paths)])
+    printed = capsys.readouterr().out
+    return code, printed, [line for line in printed.splitlines() if line.startswith("problem: ")]
+
+
+def write_bag(path, labels=(0, 2, 6), size=(40, 30), camera=(40, 30), topic="/camera/segmentation", frames=3):
+    image = np.zeros((size[1], size[0]), np.uint8)
+    for n, label in enumerate(labels):
+        image[:, 4 * n : 4 * n + 4] = label
+    with BagWriter(path) as bag:
+        for n in range(frames):
+            stamp = STAMP + n * 10**8
+            if camera is not None:
+                bag.write_camera("/camera/camera_info", stamp, pinhole_camera(camera, 60))
+            bag.write_image(topic, stamp, "cam", image)
+    return path
+
+
+@pytest.fixture
+def config(tmp_path):
+    """The shipped excavator, where it can be changed."""
+    shutil.copytree(CONFIG, tmp_path / "config")
+    return tmp_path / "config"
+
+
+def write_truth(path, label=2, first=STAMP):
+    record = {"team": label, "position": [0, 0, 1], "rotation": np.eye(3).tolist(), "joints": {}, "components": {}}
+    path.write_text(json.dumps({"stamp_ns": first, "objects": [record | {"centre_px": [1, 1]}]}) + "\n")
+    return path
+
+
+def test_what_fits_gives_no_problem(tmp_path, config, capsys):
+    bag = write_bag(tmp_path / "bag")
+    truth = write_truth(tmp_path / "truth.jsonl")
+    files = [config / p for p in ("excavator.yaml", "objects/excavator.yaml", "constraints/excavator.yaml")]
+    code, printed, problems = inspect(capsys, *files, bag, truth)
+    assert (code, problems) == (0, [])
+    assert "all 5 fit together" in printed
+    for expected in (
+        "3 joints",
+        "40x30, 1 channel, labels 0 2 6",
+        "focal length 34.6 px",
+        "in space, 24 learned",
+        "2: 1",
+    ):
+        assert expected in printed
+
+
+def test_labels_that_are_not_in_the_images_are_told(tmp_path, config, capsys):
+    bag = write_bag(tmp_path / "bag", labels=(0, 5, 6))
+    code, _, problems = inspect(capsys, config / "excavator.yaml", bag)
+    assert code == 1 and len(problems) == 1
+    assert "no pixel has label 2, that of 'excavator'" in problems[0] and "labels there: 0, 5, 6" in problems[0]
+
+
+@pytest.mark.parametrize(
+    ("camera", "expected"),
+    [
+        (None, "no topic '/camera/camera_info': no poses in space of excavator"),
+        ((80, 60), "calibration beside them is for 80x60"),
+    ],
+)
+def test_calibration_that_is_missing_or_of_another_size_is_told(tmp_path, config, capsys, camera, expected):
+    bag = write_bag(tmp_path / "bag", camera=camera)
+    code, _, problems = inspect(capsys, config / "excavator.yaml", bag)
+    assert code == 1 and len(problems) == 1 and expected in problems[0]
+
+
+def test_an_uncalibrated_camera_is_told_where_poses_are_wanted(tmp_path, config, capsys):
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.write_camera("/camera/camera_info", STAMP, Camera(np.zeros((3, 3)), np.zeros(0), (40, 30)))
+        bag.write_image("/camera/image", STAMP, "cam", np.full((30, 40), 2, np.uint8))
+    code, _, problems = inspect(capsys, config / "excavator.yaml", tmp_path / "bag")
+    assert code == 1 and "not calibrated" in problems[0]
+    assert inspect(capsys, tmp_path / "bag")[0] == 0  # nobody wants poses
+
+
+def test_a_calibration_file_stands_in_and_must_fit(tmp_path, config, capsys):
+    bag = write_bag(tmp_path / "bag", camera=None)
+    content = {"image_width": 40, "image_height": 30, "camera_matrix": {"data": [35, 0, 20, 0, 35, 15, 0, 0, 1]}}
+    (tmp_path / "camera.yaml").write_text(yaml.safe_dump(content))
+    assert inspect(capsys, config / "excavator.yaml", bag, tmp_path / "camera.yaml")[0] == 0
+    (tmp_path / "camera.yaml").write_text(yaml.safe_dump(content | {"image_width": 50}))
+    code, _, problems = inspect(capsys, config / "excavator.yaml", bag, tmp_path / "camera.yaml")
+    assert code == 1 and "is for 50x30 pixels" in problems[0]
+
+
+def test_constraints_of_another_object_are_told(config, capsys):
+    code, _, problems = inspect(capsys, config / "objects/excavator.yaml", config / "constraints/quadruped.yaml")
+    assert code == 1 and len(problems) == 1
+    assert "are of object 'quadruped', but the objects here are 'excavator'" in problems[0]
+    changed = config / "objects/excavator.yaml"
+    changed.write_text(changed.read_text().replace("bucket_left", "bucket_port"))
+    code, _, problems = inspect(capsys, changed, config / "constraints/excavator.yaml")
+    assert code == 1 and "'bucket/bucket_left' is no component/marker" in problems[0]
+
+
+def test_the_wrong_kind_of_images_is_told(tmp_path, config, capsys):
+    code, _, problems = inspect(capsys, config / "pendulum.yaml", write_bag(tmp_path / "bag"))
+    assert code == 1 and "no images of 3 channel(s), which image.kind 'colour'" in problems[0]
+    with BagWriter(tmp_path / "two") as bag:
+        for topic in ("/a/image", "/b/image"):
+            bag.write_camera(f"{topic[:2]}/camera_info", STAMP, pinhole_camera((40, 30), 60))
+            bag.write_image(topic, STAMP, "cam", np.full((30, 40), 2, np.uint8))
+    _, _, problems = inspect(capsys, config / "excavator.yaml", tmp_path / "two")
+    assert len(problems) == 1 and "choose one with --topic" in problems[0]
+
+
+def test_annotations_must_be_of_the_object_and_their_images_there(tmp_path, config, capsys):
+    names = ["base/side_right.tail", "base/side_right.head"]
+    content = {
+        "images": [{"id": 1, "file_name": "a.png"}],
+        "annotations": [{"image_id": 1, "category_id": 1, "keypoints": [1, 1, 2, 9, 9, 2]}],
+        "categories": [{"id": 1, "name": "digger", "keypoints": names}],
+    }
+    (tmp_path / "coco.json").write_text(json.dumps(content))
+    code, _, problems = inspect(capsys, tmp_path / "coco.json", config / "objects/excavator.yaml")
+    assert code == 1 and len(problems) == 1 and "a.png" in problems[0]
+    cv2.imwrite(str(tmp_path / "a.png"), np.zeros((30, 40), np.uint8))
+    assert inspect(capsys, tmp_path / "coco.json", config / "objects/excavator.yaml")[0] == 0
+    code, _, problems = inspect(capsys, tmp_path / "coco.json", config / "objects/vss.yaml")
+    assert code == 1 and "category 'digger' is of none of the objects: keypoint 'base/side_right.tail'" in problems[0]
+
+
+def test_truth_and_results_must_share_labels_names_and_stamps(tmp_path, config, capsys):
+    bag = write_bag(tmp_path / "bag")
+    far = write_truth(tmp_path / "truth.jsonl", label=7, first=STAMP + 5 * 10**9)
+    _, _, problems = inspect(capsys, config / "excavator.yaml", bag, far)
+    assert len(problems) == 2
+    assert "its objects have labels 7" in problems[0]
+    assert "the nearest two are 4.8 s apart" in problems[1]
+    detection = {"object": "red", "id": 0, "score": 1, "image": {"x": 0, "y": 0, "theta": 0, "scale": 1}, "pose": None}
+    line = {
+        "stamp_ns": STAMP,
+        "frame": "f",
+        "size": [40, 30],
+        "objects": [detection | {"joints": {}, "components": []}],
+    }
+    (tmp_path / "detections.jsonl").write_text(json.dumps(line) + "\n")
+    _, printed, problems = inspect(capsys, config / "excavator.yaml", tmp_path / "detections.jsonl")
+    assert "objects found: red: 1" in printed
+    assert len(problems) == 1 and "'red' is no object of" in problems[0]
+
+
+def test_an_object_that_the_parameters_do_not_use_is_told(config, capsys):
+    code, _, problems = inspect(capsys, config / "excavator.yaml", config / "objects/vss.yaml")
+    assert code == 1 and "object 'vss' is none of" in problems[0]
+
+
+def test_components_that_nothing_puts_together_are_told(config, capsys):
+    text = (config / "vss.yaml").read_text()
+    lines = [line for line in text.splitlines() if "constraint_file" not in line]
+    (config / "vss.yaml").write_text("\n".join(lines))
+    code, _, problems = inspect(capsys, config / "vss.yaml")
+    assert code == 1 and "has no constraint_file" in problems[0]
+
+
+def test_folders_are_looked_into(tmp_path, capsys):
+    assert main(["simulate", str(CONFIG / "objects/excavator.yaml"), "-o", str(tmp_path / "s"), "--frames", "2"]) == 0
+    code, printed, problems = inspect(capsys, tmp_path / "s")
+    assert (code, problems) == (0, [])
+    for kind in ("bag, ", "annotations, ", "truth, "):
+        assert kind in printed
+    code, printed, _ = inspect(capsys, tmp_path / "s/images")
+    assert code == 0 and "images, 2 files, 320x240, 1 channel" in printed
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("none.yaml", None, "there is no such file"),
+        ("a.txt", "x", "'.txt' is no kind of file"),
+        ("a.yaml", "x: 1", "neither an object, constraints"),
+        ("a.yaml", "format: artrec_object/9", "this release reads version 1"),
+        ("a.yaml", "x: [", "expected"),
+        ("a.json", "{", "no valid JSON"),
+        ("a.jsonl", "{}", "line 1 is no line of truth"),
+        ("a.mcap", "no bag", "nothing could be read"),
+        ("a.png", "no picture", "neither PNG nor JPEG"),
+    ],
+)
+def test_what_cannot_be_read_is_one_line(tmp_path, capsys, name, text, message):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    code, _, problems = inspect(capsys, tmp_path / name)
+    assert code == 1 and len(problems) == 1
+    assert str(tmp_path / name) in problems[0] and message in problems[0]
+
+
+def test_an_empty_folder_is_told(tmp_path, capsys):
+    code, _, problems = inspect(capsys, tmp_path)
+    assert code == 1 and "neither a bag, nor images" in problems[0]

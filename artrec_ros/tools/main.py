@@ -21,6 +21,7 @@ COMMANDS = {
     "evaluate": "score a replay against the truth",
     "simulate": "render scenes with known truth",
     "model": "make an object file from pictures, a drawing or a URDF, and check it",
+    "inspect": "print what files hold, and whether they fit together",
 }
 
 

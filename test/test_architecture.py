@@ -26,7 +26,10 @@ ALLOWED = {
     "node": {"node", "io", "core"},
     "tools": {"tools", "simulation", "io", "core"},
 }
-ROS = {"rclpy", "rcl_interfaces", "diagnostic_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "visualization_msgs"}
+ROS = {
+    "rclpy", "rcl_interfaces", "diagnostic_msgs", "geometry_msgs", "rosgraph_msgs", "sensor_msgs", "std_msgs", "tf2_ros",
+    "visualization_msgs",
+}  # fmt: skip
 
 
 def name_of(path: Path) -> str:

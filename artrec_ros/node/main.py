@@ -17,6 +17,7 @@ _HELP = """Recognises articulated objects in images: subscribes image and camera
 example: artrec_node --ros-args --params-file config/aibo.yaml -r image:=/camera/segmentation
 """
 
+MISSING = "ROS 2 is missing ({}); source one, or install artrec_ros with pip"
 _SWITCH_S = 5e-4  # an image that comes in must not wait 5 ms, Python's default, for the thread that recognises
 
 
@@ -32,7 +33,7 @@ def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | N
         from rclpy.executors import ExternalShutdownException
         from rclpy.utilities import remove_ros_args
     except ImportError as error:
-        print(f"artrec_node: ROS 2 is missing ({error}); source one, or install artrec_ros with pip", file=sys.stderr)
+        print(f"artrec_node: {MISSING.format(error)}", file=sys.stderr)
         return 1
     arguments = list(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser("artrec_node", description=_HELP, formatter_class=argparse.RawTextHelpFormatter)

@@ -20,9 +20,13 @@ COMMANDS = {
     "replay": "run the recogniser over bags or folders of images",
     "evaluate": "score a replay against the truth",
     "simulate": "render scenes with known truth",
+    "play": "publish a bag with its stamps and /clock",
     "model": "make an object file from pictures, a drawing or a URDF, and check it",
     "inspect": "print what files hold, and whether they fit together",
 }
+
+# rclpy is imported in `node` alone, and nothing here imports that: what needs ROS is named, and found when it is called
+NEEDING_ROS = {"play": "artrec_ros.node.play"}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -65,7 +69,7 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
     called = next((a for a in arguments if not a.startswith("-")), None)
     for command, summary in COMMANDS.items():
         if command == called:
-            module = importlib.import_module(f"{__package__}.{command.replace('-', '_')}")
+            module = importlib.import_module(NEEDING_ROS.get(command, f"{__package__}.{command.replace('-', '_')}"))
             module.add_parser(subparsers)
             chosen = subparsers.choices[command]
             chosen.formatter_class, chosen.epilog = HelpFormatter, epilog(command, chosen.epilog)

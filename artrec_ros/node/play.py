@@ -1,0 +1,117 @@
+"""`artrec play`: publishes a bag with its stamps and /clock, in its own time or as fast as a node answers."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ..core.errors import ArtrecError, SourceError
+from ..io.bags import STORAGES, Bag, RawMessage, Topic
+from .main import MISSING
+
+
+def add_parser(subparsers: Any) -> None:
+    p = subparsers.add_parser(
+        "play",
+        help="publish a bag with its stamps and /clock",
+        description=__doc__,
+        epilog="With --wait-for nothing is dropped, whatever the node's speed: results are those of `artrec replay`.",
+    )
+    p.add_argument("bag", metavar="BAG", type=Path, help="rosbag2 folder or file (mcap, sqlite3)")
+    p.add_argument("--topics", nargs="+", metavar="TOPIC", help="publish only these (default: all)")
+    p.add_argument(
+        "-m", "--remap", nargs="+", default=[], metavar="OLD:=NEW", help="publish a topic under another name"
+    )
+    p.add_argument("-r", "--rate", type=_positive, default=1.0, help="times as fast as recorded (default: 1)")
+    p.add_argument("-l", "--loop", action="store_true", help="begin again at the end")
+    p.add_argument("--start-offset", type=_seconds, default=0.0, metavar="S", help="skip S seconds")
+    p.add_argument("--playback-duration", type=_seconds, metavar="S", help="publish S seconds of it")
+    p.add_argument("-s", "--storage", choices=sorted(STORAGES), help="read only bag files of this kind")
+    p.add_argument("--wait-for", metavar="TOPIC", help="send each image when the one before was answered on TOPIC")
+    p.add_argument("--timeout", type=_positive, default=60.0, metavar="S", help="of --wait-for (default: 60)")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Exit code 0: played to its end; 1: images were not answered on the topic of --wait-for."""
+    try:
+        import rclpy
+        from rclpy.signals import SignalHandlerOptions
+
+        from .player import Player
+    except ImportError as error:
+        raise ArtrecError(MISSING.format(error)) from error
+    with Bag(args.bag, args.storage) as bag:
+        topics = _chosen(bag, args.topics)
+        names = dict(_renaming(rule, topics) for rule in args.remap)
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+        try:
+            player = Player(
+                rclpy.create_node("artrec_play"), topics, names=names, wait_for=args.wait_for, timeout_s=args.timeout
+            )
+            for name, kind in player.skipped.items():
+                print(f"{name}: {kind} is not installed here; skipped")
+            player.begin()
+            while True:
+                player.play(_messages(bag, topics, args), args.rate)
+                if not args.loop:
+                    break
+        finally:
+            rclpy.try_shutdown()
+    for name, count in sorted(player.sent.items()):
+        print(f"{name}: {count} messages sent")
+    if player.unanswered:
+        print(
+            f"{len(player.unanswered)} images were not answered, the first of {player.unanswered[0]} ns",
+            file=sys.stderr,
+        )
+    return int(bool(player.unanswered))
+
+
+def _messages(bag: Bag, topics: list[Topic], args: argparse.Namespace) -> Iterator[RawMessage]:
+    """What is to be sent, in the order of recording."""
+    names = {t.name for t in topics}
+    start_ns = bag.start_ns + round(args.start_offset * 1e9)
+    stop_ns = None if args.playback_duration is None else start_ns + round(args.playback_duration * 1e9)
+    if args.wait_for:  # images may come before the first calibration, which holds for them just as well
+        for topic in (t.name for t in topics if t.msgtype.endswith("/CameraInfo")):
+            yield from (m._replace(log_ns=start_ns) for m in itertools.islice(bag.messages([topic]), 1))
+    yield from bag.messages(names, start_ns, stop_ns)
+
+
+def _chosen(bag: Bag, wanted: list[str] | None) -> list[Topic]:
+    if bag.ros1:
+        raise SourceError(f"{bag.path}: a ROS 1 bag; convert it first: rosbags-convert --src {bag.path} --dst NEW")
+    missing = [name for name in wanted or [] if name not in bag.topics]
+    if missing:
+        raise SourceError(f"{bag.path}: no topic '{missing[0]}'; there are {', '.join(sorted(bag.topics))}")
+    return [t for t in bag.topics.values() if wanted is None or t.name in wanted]
+
+
+def _renaming(rule: str, topics: list[Topic]) -> tuple[str, str]:
+    old, arrow, new = rule.partition(":=")
+    if not (arrow and new) or old not in [t.name for t in topics]:
+        known = ", ".join(t.name for t in topics)
+        raise SourceError(f"--remap {rule}: OLD:=NEW is expected, where OLD is one of {known}")
+    return old, new
+
+
+def _number(text: str, least: float, what: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not least <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"'{text}' is no {what}")
+    return value
+
+
+def _seconds(text: str) -> float:
+    return _number(text, 0.0, "number of seconds")
+
+
+def _positive(text: str) -> float:
+    return _number(text, 1e-6, "positive number")

@@ -1,0 +1,155 @@
+"""Publishes the messages of a bag as they were recorded, with their own stamps, and the bag's time on /clock."""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+
+from ..core.errors import SourceError
+from ..io.bags import RawMessage, Topic
+from .conversions import message_class
+
+_CLOCK_PERIOD_S = 0.025
+_DEPTH = 10
+_DISCOVERY_S = 0.1
+_SETTLE_S = 5.0  # discovery may take so long, and a node to follow what is offered
+
+
+class Player:
+    """Plays bags on a node of its own.
+
+    :param topics: of the bag, those to publish. :param names: what a bag's topic is called in the graph instead.
+    :param wait_for: a topic; an image is sent when the one before it was answered there, by its stamp.
+    :param timeout_s: the longest that an answer, or somebody who listens, is waited for.
+    :ivar sent: messages by topic of the bag. :ivar skipped: topics whose type, the value, is not installed here.
+    :ivar unanswered: stamps of images that `wait_for` brought no answer to; a node sends none where one cannot be used.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        topics: Iterable[Topic],
+        *,
+        names: Mapping[str, str] | None = None,
+        wait_for: str | None = None,
+        timeout_s: float = 60.0,
+    ) -> None:
+        self._node, self._timeout_s = node, timeout_s
+        self._executor = SingleThreadedExecutor(context=node.context)
+        self._executor.add_node(node)
+        self._clock = node.create_publisher(Clock, "/clock", 1)
+        self.sent: dict[str, int] = {}
+        self.skipped: dict[str, str] = {}
+        self.unanswered: list[int] = []
+        topics = list(topics)
+        self._publishers = {t.name: self._publisher(t, (names or {}).get(t.name, t.name)) for t in topics}
+        self._images = {t.name for t in topics if t.msgtype.endswith(("/Image", "/CompressedImage"))}
+        self._wait_for = node.resolve_topic_name(wait_for) if wait_for else None
+        self._answers: list[int] = []
+
+    def begin(self) -> None:
+        """Give listeners time to connect; with `wait_for`, until somebody answers there.
+
+        :raises SourceError: nobody does in time.
+        """
+        if self._wait_for is not None:
+            self._await_answers(self._wait_for)
+        used = [p for p in self._publishers.values() if p is not None]
+        end_s = time.monotonic() + _SETTLE_S
+        while time.monotonic() < end_s and not all(self._is_heard_well(p) for p in used):
+            self._executor.spin_once(timeout_sec=_DISCOVERY_S)
+
+    def play(self, messages: Iterable[RawMessage], rate: float) -> None:
+        """Publishes until the end, and until all is received.
+
+        :param rate: how much faster than recorded; passed over while waiting for answers.
+        """
+        first_ns, began_s = None, 0.0
+        for message in messages:
+            if first_ns is None:
+                first_ns, began_s = message.log_ns, time.monotonic()
+            if not self._wait_for:
+                self._sleep_until(began_s + (message.log_ns - first_ns) * 1e-9 / rate, message.log_ns, rate)
+            self._send_clock(message.log_ns)
+            self._send(message)
+        for publisher in (p for p in [self._clock, *self._publishers.values()] if p is not None):
+            publisher.wait_for_all_acked(Duration(seconds=_SETTLE_S))
+
+    def _publisher(self, topic: Topic, name: str) -> Any:
+        try:
+            kind = message_class(topic.msgtype)
+        except (ImportError, AttributeError, ValueError):
+            self.skipped[topic.name] = topic.msgtype
+            return None
+        qos = QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.RELIABLE)
+        return self._node.create_publisher(kind, name, qos)
+
+    def _send(self, message: RawMessage) -> None:
+        publisher = self._publishers[message.topic]
+        if publisher is None:
+            return
+        self._answers.clear()
+        publisher.publish(message.data)
+        self.sent[message.topic] = self.sent.get(message.topic, 0) + 1
+        if self._wait_for and message.topic in self._images:
+            stamp_ns = _stamp_ns(message.data)
+            if not self._spin_until(lambda: stamp_ns in self._answers):
+                self.unanswered.append(stamp_ns)
+
+    def _send_clock(self, now_ns: int) -> None:
+        msg = Clock()
+        msg.clock.sec, msg.clock.nanosec = divmod(now_ns, 10**9)
+        self._clock.publish(msg)
+
+    def _sleep_until(self, end_s: float, end_ns: int, rate: float) -> None:
+        """Until the steady clock's `end_s`, while /clock goes on to the bag's `end_ns`."""
+        while (left_s := end_s - time.monotonic()) > 0:
+            if left_s > _CLOCK_PERIOD_S:
+                self._send_clock(end_ns - round(left_s * rate * 1e9))
+            self._executor.spin_once(timeout_sec=min(left_s, _CLOCK_PERIOD_S))
+
+    def _on_answer(self, data: bytes) -> None:
+        self._answers.append(_stamp_ns(data))
+
+    def _await_answers(self, topic: str) -> None:
+        def kind() -> str:
+            return next((types[0] for name, types in self._node.get_topic_names_and_types() if name == topic), "")
+
+        def is_heard() -> bool:
+            return any(p and p.get_subscription_count() for name, p in self._publishers.items() if name in self._images)
+
+        if not self._spin_until(kind):
+            raise SourceError(f"waited {self._timeout_s:g} s: nobody publishes {topic}")
+        # raw: a message that begins with a header tells its stamp, whatever its type
+        answers = self._node.create_subscription(message_class(kind()), topic, self._on_answer, _DEPTH, raw=True)
+        if not self._spin_until(lambda: answers.get_publisher_count() and is_heard()):
+            raise SourceError(f"waited {self._timeout_s:g} s: nobody listens to the images; --remap gives other names")
+
+    def _is_heard_well(self, publisher: Any) -> bool:
+        """Everybody who listens does so reliably, and is connected."""
+        listeners = self._node.get_subscriptions_info_by_topic(publisher.topic_name)
+        reliable = all(s.qos_profile.reliability == ReliabilityPolicy.RELIABLE for s in listeners)
+        return bool(listeners) and reliable and publisher.get_subscription_count() >= len(listeners)
+
+    def _spin_until(self, condition: Callable[[], Any]) -> bool:
+        """Whether it came true in time."""
+        end_s = time.monotonic() + self._timeout_s
+        while not condition():
+            if time.monotonic() > end_s:
+                return False
+            self._executor.spin_once(timeout_sec=_DISCOVERY_S)
+        return True
+
+
+def _stamp_ns(cdr: bytes) -> int:
+    """The stamp of a serialised message that begins with a header: four bytes of encapsulation, sec, nanosec."""
+    sec, nanosec = struct.unpack_from("<iI" if cdr[1] & 1 else ">iI", cdr, 4)
+    return int(sec) * 10**9 + int(nanosec)

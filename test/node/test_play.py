@@ -1,0 +1,125 @@
+"""`artrec play`, and that a bag through the node and through `artrec replay` gives the same answers."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
+
+import numpy as np
+import toy
+from geometry_msgs.msg import PoseArray
+from peer import ROOT, STARTED, NodeProcess, Peer, ros
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, JointState, MultiDOFJointState
+
+from artrec_ros.io.bag_writer import BagWriter
+from artrec_ros.io.parameters import Setup
+from artrec_ros.io.results import FrameRecord, read_results
+from artrec_ros.tools.main import main as artrec
+
+PLACES = ((0.05, 0.02, 0.6, 0.2), (0.04, 0.0, 0.5, -0.3), None, (-0.05, 0.03, 0.7, 0.5), (0.0, 0.0, 0.45, 0.0))
+FIRST_NS, STEP_NS = 1_700_000_000_123_456_789, 100_000_000
+
+
+@pytest.fixture(scope="module")
+def bag(setup: Setup, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Images of a toy that moves, one of them without it; the calibration comes after the first."""
+    path = tmp_path_factory.mktemp("played") / "bag"
+    with BagWriter(path) as writer:
+        for i, place in enumerate(PLACES):
+            image = toy.draw(setup.targets[0].model, *place) if place else np.zeros(toy.SIZE[::-1], np.uint8)
+            writer.write_image("/eye/labels", FIRST_NS + i * STEP_NS, "eye", image)
+            writer.write_camera("/eye/camera_info", FIRST_NS + i * STEP_NS + 1000, toy.CAMERA)
+    return path
+
+
+@pytest.fixture(scope="module")
+def replayed(bag: Path, parameter_file: Path) -> list[FrameRecord]:
+    folder = bag.parent / "replay"
+    arguments = ["--params-file", str(parameter_file), "-o", str(folder), "--images", "none", "--no-video"]
+    assert artrec(["replay", str(bag), *arguments]) == 0
+    return list(read_results(folder / "detections.jsonl"))
+
+
+def play(bag: Path, *arguments: str, listening: Peer | None = None) -> subprocess.CompletedProcess[str]:
+    """`artrec play` as a process, and somebody who listens meanwhile."""
+    path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    command = [sys.executable, "-m", "artrec_ros.tools.main", "play", str(bag), *arguments]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, env={**os.environ, "PYTHONPATH": path}, **pipes) as process:
+        if listening is not None:
+            assert listening.spin_until(lambda: process.poll() is not None)
+        out, errors = process.communicate(timeout=120)
+    return subprocess.CompletedProcess(command, process.returncode, out, errors)
+
+
+def stamp_ns(msg: Any) -> int:
+    return int(msg.header.stamp.sec) * 10**9 + int(msg.header.stamp.nanosec)
+
+
+def vector(pose: Any) -> list[float]:
+    p, q = pose.position, pose.orientation
+    return [p.x, p.y, p.z, q.x, q.y, q.z, q.w]
+
+
+def test_the_node_answers_as_the_replay_does(
+    bag: Path, replayed: list[FrameRecord], parameter_file: Path, tmp_path: Path
+) -> None:
+    remap = ["-r", "image:=/eye/labels", "-r", "camera_info:=/eye/camera_info"]
+    topics = {"toy/poses": PoseArray, "toy/robots": MultiDOFJointState, "toy/joint_states": JointState}
+    with NodeProcess(*ros(parameter_file, *remap), log=tmp_path / "log") as process, Peer() as peer:
+        process.wait_for_output(STARTED)
+        for topic, kind in topics.items():
+            peer.listen(topic, kind)
+        assert peer.spin_until(lambda: all(peer.node.count_publishers(t) for t in topics))
+        done = play(bag, "--wait-for", "toy/poses")
+        assert done.returncode == 0, done.stderr
+        assert "/eye/labels: 5 messages sent" in done.stdout
+        assert peer.spin_until(lambda: all(len(peer.heard[t]) == len(PLACES) for t in topics))
+    assert sum(len(r.detections) for r in replayed) == 4, "each toy is found, and none where there is none"
+    for i, record in enumerate(replayed):
+        poses, named, joints = (peer.heard[topic][i] for topic in topics)
+        assert stamp_ns(poses) == stamp_ns(named) == stamp_ns(joints) == record.stamp_ns
+        assert named.joint_names == [f"toy_{d.id}" for d in record.detections]
+        for pose, detection in zip(poses.poses, record.detections, strict=True):
+            expected = [*detection.pose.position, *detection.pose.quaternion]
+            assert vector(pose) == pytest.approx(expected, abs=1e-6)  # as detections.jsonl rounds
+        told = {f"toy_{d.id}/{name}": q for d in record.detections for name, q in d.joints.items()}
+        assert dict(zip(joints.name, joints.position, strict=True)) == pytest.approx(told, abs=1e-6)
+
+
+def test_the_bags_time_and_stamps_are_kept(bag: Path) -> None:
+    """In its own time, sped up, with the clock; under other names; and no more than was asked for."""
+    with Peer("unused") as peer:
+        peer.listen("/clock", Clock)
+        peer.listen("/info", CameraInfo)
+        done = play(bag, "-r", "2", "-m", "/eye/camera_info:=/info", "--topics", "/eye/camera_info", listening=peer)
+        assert done.returncode == 0, done.stderr
+        assert "/eye/labels" not in done.stdout
+        assert peer.spin_until(lambda: len(peer.heard["/info"]) == len(PLACES))
+    stamps = [stamp_ns(m) for m in peer.heard["/info"]]
+    assert stamps == [FIRST_NS + i * STEP_NS + 1000 for i in range(len(PLACES))]
+    times = [m.clock.sec * 10**9 + m.clock.nanosec for m in peer.heard["/clock"]]
+    assert times == sorted(times) and times[-1] == stamps[-1]
+    assert len(times) > len(stamps), "the clock goes on between messages"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (["--topics", "/nowhere"], 1, "no topic '/nowhere'; there are /eye/camera_info, /eye/labels"),
+        (["--remap", "image"], 1, "OLD:=NEW"),
+        (["--wait-for", "silence", "--timeout", "0.5"], 1, "nobody publishes /silence"),
+        (["--rate", "0"], 2, "'0' is no positive number"),
+    ],
+)
+def test_mistakes_are_told(bag: Path, arguments: list[str], code: int, said: str) -> None:
+    done = play(bag, *arguments)
+    assert done.returncode == code and said in done.stderr and "Traceback" not in done.stderr

@@ -93,6 +93,10 @@ class LabelField:
         y = np.clip(np.floor(pixels[..., 1] + 0.5), -1, height).astype(np.int32) + 1
         return self.padded[y * (width + 2) + x]
 
+    def owned_share(self, contour: Array) -> float:
+        """Share of a blob's contour (n, 2) that lies on pixels which somebody owns."""
+        return float(np.mean(self.at(contour) == OWNED))
+
     def seam_px(self, label: int) -> float:
         """Half the width of the seam of unknown pixels that the segmenter leaves around a class; 0 without one.
 

@@ -42,7 +42,7 @@ class Guesser:
         T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
         R, t = lift(bank.turn[view], bank.direction[view], T, camera)
         found, score = self._to_object(m, R, t), np.tile(s, 2 * len(grown))
-        return found[best_distinct(found, score, np.zeros(len(found), int), BLOB_KEEP * len(grown))]
+        return found[best_distinct(found, score, BLOB_KEEP * len(grown))]
 
     def _to_object(self, marker: int, R: Array, t: Array) -> Poses:
         """The object's pose of which a marker's rotation and centroid are known, joints mid-range."""
@@ -61,15 +61,11 @@ def is_small(blob: Blob) -> bool:
     return blob.area_px < SMALL_PX
 
 
-def best_distinct(poses: Poses, score: Array, group: np.ndarray, n: int) -> np.ndarray:
-    """Indices of the `n` best hypotheses of each group that differ from each other, best first."""
+def best_distinct(poses: Poses, score: Array, n: int) -> np.ndarray:
+    """Indices of the `n` best hypotheses that differ from each other, best first."""
     order = np.argsort(-score, kind="stable")
-    _, first = np.unique(_keys(np.column_stack([group, pose_cells(poses)]))[order], return_index=True)
-    order = order[np.sort(first)]  # the best of each cell, best first
-    order = order[np.argsort(group[order], kind="stable")]
-    rank = np.arange(len(order)) - np.searchsorted(group[order], group[order])
-    keep = order[rank < n]
-    return keep[np.argsort(-score[keep], kind="stable")]
+    _, first = np.unique(_keys(pose_cells(poses))[order], return_index=True)
+    return order[np.sort(first)[:n]]  # the best of each cell
 
 
 def pose_cells(poses: Poses) -> np.ndarray:

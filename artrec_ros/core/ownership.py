@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -13,7 +13,7 @@ from .datatypes import Camera
 from .evidence import LabelField
 from .projection import project
 from .spatial import PatchScores, Poses, SpatialModel
-from .whole_object import Candidates, WholeObjectFinder
+from .whole_object import WholeObjectFinder
 
 _CORNERS = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
 _SUBPIXEL_BITS = 4
@@ -48,7 +48,7 @@ def silhouette(surface: SpatialModel, camera: Camera, poses: Poses, shape: tuple
 
 
 def share_out(
-    found: list[tuple[WholeObjectFinder, Candidates]],
+    found: Sequence[tuple[WholeObjectFinder, Poses]],
     field: LabelField,
     camera: Camera,
     least: float,
@@ -62,7 +62,7 @@ def share_out(
     :param trust: what a claim's votes count, 0 to 1; 0: it is not acceptable.
     """
     accepted: list[Claim] = []
-    alive = [claim for finder, c in found for claim in _claims(finder, c.poses, field, camera, least)]
+    alive = [claim for finder, poses in found for claim in claims_of(finder, poses, field, camera, least)]
     while True:
         trusted = [(weight, c) for c in alive if (weight := trust(c))]
         if not trusted:
@@ -75,11 +75,11 @@ def share_out(
             claim
             for finder, claims in rest
             if claims
-            for claim in _claims(finder, Poses.concatenate([c.poses for c in claims]), field, camera, least)
+            for claim in claims_of(finder, Poses.concatenate([c.poses for c in claims]), field, camera, least)
         ]
 
 
-def _claims(finder: WholeObjectFinder, poses: Poses, field: LabelField, camera: Camera, least: float) -> list[Claim]:
+def claims_of(finder: WholeObjectFinder, poses: Poses, field: LabelField, camera: Camera, least: float) -> list[Claim]:
     """A claim for each hypothesis with votes enough."""
     scores = finder.judge(field, camera, poses, occlusion=True)
     votes = finder.total(scores)

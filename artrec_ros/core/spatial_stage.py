@@ -13,11 +13,15 @@ from .config import RecognizerConfig
 from .datatypes import Camera, Detection, ImagePose, Instance, Rejection, Target
 from .deadline import Deadline
 from .evidence import LabelField
-from .ownership import Claim, share_out
+from .ownership import Claim, claims_of, share_out, silhouette
 from .posefit import information_of
 from .projection import project
+from .spatial import Poses
 from .transforms import Array, Pose
 from .whole_object import WholeObjectFinder
+
+SURE = 0.97  # probability of an object whose pixels are not searched for others
+EXPLAINED = 0.6  # of a blob's contour must be a sure object's
 
 
 class SpatialStage:
@@ -35,10 +39,7 @@ class SpatialStage:
         """Detections by target and score, and what was turned down, with reasons."""
         field = LabelField(labels)
         least = self._config.min_votes
-        found = []
-        for finder in self._finders:
-            mine = [b for b in blobs if b.label == finder.root_label]
-            found.append((finder, finder.find(field, camera, mine, deadline, least)))
+        found = self._search(field, blobs, camera, deadline)
         accepted, others = share_out(found, field, camera, least, self._trust)
         detections: list[Detection] = []
         for finder in self._finders:
@@ -46,6 +47,24 @@ class SpatialStage:
             mine_v = sorted((verdict_of(c) for c in mine_c), key=lambda v: -v.probability)
             detections += [_detection(v, n, camera, field) for n, v in enumerate(mine_v)]
         return tuple(detections), tuple(self._rejection(verdict_of(c), camera) for c in others)
+
+    def _search(
+        self, field: LabelField, blobs: Sequence[Blob], camera: Camera, deadline: Deadline
+    ) -> list[tuple[WholeObjectFinder, Poses]]:
+        """Candidates from every blob, the largest first; a blob that a sure object explains is not asked."""
+        parts: dict[WholeObjectFinder, list[Poses]] = {finder: [] for finder in self._finders}
+        queue = [(f, b) for f in self._finders for b in blobs if b.label == f.root_label]
+        for finder, blob in sorted(queue, key=lambda fb: -fb[1].area_px):
+            if deadline.expired:
+                break
+            if field.owned_share(blob.contour) > EXPLAINED:
+                continue
+            poses = finder.find(field, camera, blob, deadline).poses
+            parts[finder].append(poses)
+            for claim in claims_of(finder, poses[:1], field, camera, self._config.min_votes):
+                if self._trust(claim) > SURE:
+                    field = field.without(silhouette(finder.surface, camera, claim.poses, claim.shape))
+        return [(finder, Poses.concatenate(p)) for finder, p in parts.items() if p]
 
     def _settled(self, claim: Claim, field: LabelField, camera: Camera) -> Claim:
         return replace(claim, poses=claim.finder.settled(field, camera, claim.poses, claim.scores))

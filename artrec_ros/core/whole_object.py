@@ -7,7 +7,6 @@ What is found is refined on all contours together, and judged with the parts tha
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +15,7 @@ from .blobs import Blob
 from .datatypes import Camera, Target
 from .deadline import Deadline
 from .evidence import LabelField
-from .guesses import Guesser, best_distinct, is_small, pose_cells
+from .guesses import Guesser, best_distinct, is_small
 from .local_search import climb
 from .posefit import refine
 from .projection import project
@@ -28,9 +27,7 @@ COARSE_REACH_PX = (8, 6, 4, 3)
 FINE_REACH_PX = (4, 3, 3, 2, 2)
 ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 8, 3  # hypotheses a blob that pass each stage
 SMALL_ROOT_KEEP, SMALL_JOINT_KEEP = 120, 36  # of a small blob: its shape tells least, the other components most
-MOST_CANDIDATES, MOST_CLIMBERS = 800, 200  # in a frame, whatever it shows: what bounds memory and time
-PER_BLOB = 0.5  # of the time that is left may go into looking at blobs one by one
-CLIMBS = ((10, 5, 1.5), (5, 6, 1.0), (3, 14, 0.7))  # hypotheses a place, rounds, first step
+CLIMBS = ((10, 5, 1.5), (5, 6, 1.0), (3, 14, 0.7))  # hypotheses a blob, rounds, first step
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
 SETTLED_VOTES = 0.85  # of a hypothesis' votes must be left after its last fit
 MIRROR = np.diag([1.0, 1.0, -1.0])
@@ -55,59 +52,36 @@ class WholeObjectFinder:
         self.root_label = target.label if required.label is None else required.label
         self._guesser = Guesser(target.model, self.surface, self.root_label)
 
-    def _of_blobs(
-        self, field: LabelField, camera: Camera, blobs: Sequence[Blob], deadline: Deadline
-    ) -> tuple[Poses, Array, np.ndarray]:
-        """Hypotheses with joints from as many blobs, the largest first, as time allows; votes; each one's blob."""
-        n_joints = self.surface.kinematics.n_joints
-        none = Poses(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, n_joints)))
-        parts: list[tuple[Poses, Array, np.ndarray]] = [(none, np.zeros(0), np.zeros(0, int))]
-        for number, seed in enumerate(sorted(blobs, key=lambda b: -b.area_px)):
-            if deadline.expired:
-                break
-            poses = self._guesser.guess(field, camera, seed)
-            if is_small(seed):
-                poses, keep = self._best_roots(field, camera, poses, SMALL_ROOT_KEEP), SMALL_JOINT_KEEP
-            else:
-                poses, keep = self._fit_root(field, camera, poses), JOINT_KEEP
-            poses = self._search_joints(field, camera, poses)
-            votes = self.votes(field, camera, poses, occlusion=False)
-            parts.append(self._keep(poses, votes, np.full(len(poses), number), keep))
-        poses = Poses.concatenate([p for p, _, _ in parts])
-        votes, blob = (np.concatenate([p[i] for p in parts]) for i in (1, 2))
-        best = np.argsort(-votes, kind="stable")[:MOST_CANDIDATES]
-        return poses[best], votes[best], blob[best]
-
     def warm_up(self) -> None:
         """Have compiled code ready before the first image."""
         camera = Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (8, 8))
         one = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), np.zeros((1, self.surface.kinematics.n_joints)))
         self.judge(LabelField(np.zeros((8, 8), np.uint8)), camera, one, occlusion=True)
 
-    def find(
-        self, field: LabelField, camera: Camera, blobs: Sequence[Blob], deadline: Deadline, least: float
-    ) -> Candidates:
-        """Candidates around every blob of the required component's class.
-
-        :param least: candidates with fewer votes are not carried on.
-        """
-        poses, votes, blob = self._of_blobs(field, camera, blobs, deadline.part(PER_BLOB))
-        poses, blob = self._with_flips(poses, votes, blob)
-        poses, votes = self._fit_all(field, camera, poses)
-        poses, votes, _ = self._keep(poses, votes, np.tile(blob, 2), FIT_KEEP)
-        poses, votes = poses[votes > 0][:MOST_CLIMBERS], votes[votes > 0][:MOST_CLIMBERS]
+    def find(self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline) -> Candidates:
+        """Candidates whose required component made a blob, or part of one."""
+        poses, votes = self._with_joints(field, camera, blob)
+        poses, votes = self._fit_all(field, camera, self._with_flips(poses, votes))
+        poses, votes = self._keep(poses, votes, FIT_KEEP)
         for count, rounds, spread in CLIMBS:
-            if deadline.expired:
+            if deadline.expired or not (votes > 0).any():
                 break
-            keep = self._best_per_place(camera, poses, votes, count)
+            poses, votes = self._keep(poses[votes > 0], votes[votes > 0], count)
             value = lambda p: self.votes(field, camera, p, occlusion=True)  # noqa: E731
-            poses, votes = climb(
-                value, self.surface.kinematics, camera, poses[keep], votes[keep], rounds, spread, deadline
-            )
+            poses, votes = climb(value, self.surface.kinematics, camera, poses, votes, rounds, spread, deadline)
             poses, votes = self._fit_all(field, camera, poses)
-        keep = np.argsort(-votes, kind="stable")
-        keep = keep[votes[keep] > least]
-        return Candidates(poses[keep], votes[keep])
+        best = np.argsort(-votes, kind="stable")
+        return Candidates(poses[best], votes[best])
+
+    def _with_joints(self, field: LabelField, camera: Camera, blob: Blob) -> tuple[Poses, Array]:
+        """Guesses from a blob's shape, with the joints at which the labels like the other components best."""
+        poses = self._guesser.guess(field, camera, blob)
+        if is_small(blob):
+            poses, keep = self._best_roots(field, camera, poses, SMALL_ROOT_KEEP), SMALL_JOINT_KEEP
+        else:
+            poses, keep = self._fit_root(field, camera, poses), JOINT_KEEP
+        poses = self._search_joints(field, camera, poses)
+        return self._keep(poses, self.votes(field, camera, poses, occlusion=False), keep)
 
     def judge(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> PatchScores:
         """What the labels say of every patch under each hypothesis."""
@@ -145,15 +119,13 @@ class WholeObjectFinder:
         fitted = refine(surface, field, camera, poses, use, COARSE_REACH_PX, pinned).poses
         return self._best_roots(field, camera, Poses.concatenate([poses, fitted]), ROOT_KEEP, bodies=False)
 
-    def _best_roots(
-        self, field: LabelField, camera: Camera, poses: Poses, n: int, *, bodies: bool = True
-    ) -> Poses:
+    def _best_roots(self, field: LabelField, camera: Camera, poses: Poses, n: int, *, bodies: bool = True) -> Poses:
         """The best by the required component alone, with or without its body."""
         surface = self.surface
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
         patches = np.flatnonzero((surface.component == self.root) & (bodies | surface.is_marker))
         votes = surface.score(field, camera, frames, patches, occlusion=False).votes.sum(axis=1)
-        return poses[best_distinct(poses, votes, np.zeros(len(poses), int), n)]
+        return poses[best_distinct(poses, votes, n)]
 
     def _search_joints(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
         """Each joint in its parents' order: the angle at which the labels like its component best."""
@@ -169,10 +141,9 @@ class WholeObjectFinder:
             poses = replace(poses, q=q)
         return poses
 
-    def _with_flips(self, poses: Poses, votes: Array, blob: np.ndarray) -> tuple[Poses, np.ndarray]:
-        """Add to the best of each blob its siblings: a flat marker's mirrored turn looks almost the same."""
-        best = best_distinct(poses, votes, blob, FLIP_KEEP)
-        p, extra, groups = poses[best], [poses], [blob]
+    def _with_flips(self, poses: Poses, votes: Array) -> Poses:
+        """Add to the best their siblings: a flat marker's mirrored turn looks almost the same."""
+        p, extra = self._keep(poses, votes, FLIP_KEEP)[0], [poses]
         for marker in self.target.model.required.markers:
             T = marker.T_component_marker
             assert T is not None  # the model is spatial
@@ -181,8 +152,7 @@ class WholeObjectFinder:
             facing = np.sum(R_marker[..., 2] * centre, axis=1) < 0
             R = (MIRROR @ R_marker @ MIRROR) @ T.rotation.T
             extra.append(Poses(R, centre - R @ centroid, p.q)[facing])
-            groups.append(blob[best][facing])
-        return Poses.concatenate(extra), np.concatenate(groups)
+        return Poses.concatenate(extra)
 
     def _fit_all(self, field: LabelField, camera: Camera, poses: Poses) -> tuple[Poses, Array]:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
@@ -202,22 +172,7 @@ class WholeObjectFinder:
         before, after = (self.votes(field, camera, p, occlusion=True)[0] for p in (poses, fitted))
         return fitted if after > SETTLED_VOTES * before else poses
 
-    def _keep(self, poses: Poses, votes: Array, blob: np.ndarray, n: int) -> tuple[Poses, Array, np.ndarray]:
-        keep = best_distinct(poses, votes, blob, n)
-        return poses[keep], votes[keep], blob[keep]
-
-    def _best_per_place(self, camera: Camera, poses: Poses, votes: Array, n: int) -> np.ndarray:
-        """Indices of the `n` best distinct hypotheses at each place of the image: several blobs lead to one object."""
-        cells = [tuple(c) for c in pose_cells(poses)]
-        place = np.full(len(poses), -1)
-        kept: list[set[tuple[int, ...]]] = []  # at each place
-        keep: list[int] = []
-        for i in np.argsort(-votes, kind="stable"):
-            if place[i] < 0:
-                place[(place < 0) & self.same_place(camera, poses, poses[[int(i)]])] = len(kept)
-                kept.append(set())
-            seen = kept[place[i]]
-            if len(seen) < n and cells[i] not in seen:
-                seen.add(cells[i])
-                keep.append(int(i))
-        return np.array(keep, int)
+    @staticmethod
+    def _keep(poses: Poses, votes: Array, n: int) -> tuple[Poses, Array]:
+        keep = best_distinct(poses, votes, n)
+        return poses[keep], votes[keep]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from ..core.datatypes import Camera
 from ..core.errors import ConfigError
@@ -97,6 +98,27 @@ def load_camera(path: Path, frame_id: str = "", rectified: bool = False) -> Came
         return camera_from_info(width, height, matrix, distortion, model, frame_id or name, projection=projection)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from error
+
+
+def camera_yaml(camera: Camera) -> str:
+    """A calibration file's text; `load_camera` reads it."""
+
+    def matrix(rows: int, values: Any) -> dict[str, Any]:
+        numbers = [float(v) for v in np.ravel(values)]
+        return {"rows": rows, "cols": len(numbers) // rows, "data": numbers}
+
+    distortion = camera.distortion if camera.distortion.size else np.zeros(5)
+    content = {
+        "image_width": int(camera.size[0]),
+        "image_height": int(camera.size[1]),
+        "camera_name": camera.frame_id or "camera",
+        "camera_matrix": matrix(3, camera.matrix),
+        "distortion_model": "rational_polynomial" if distortion.size > 5 else "plumb_bob",
+        "distortion_coefficients": matrix(1, distortion),
+        "rectification_matrix": matrix(3, np.eye(3)),
+        "projection_matrix": matrix(3, np.column_stack([camera.matrix, np.zeros(3)])),
+    }
+    return str(yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=120))
 
 
 def _numbers(path: Path, content: dict[str, Any], key: str, count: int | None) -> list[float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..core.config import param, validate
 from ..core.errors import ConfigError
@@ -55,21 +55,31 @@ class SensorConfig:
 
     light: float = param(0.25, "sigma of the logarithm of the light, which varies slowly over the image", low=0, high=2)
     blur_px: float = param(0.6, "sigma of the lens's blur", unit="px", low=0, high=10)
-    noise: float = param(0.03, "sigma of each channel's noise, as a share of full scale", low=0, high=1)
+    pixel_noise: float = param(0.03, "sigma of each channel's noise, as a share of full scale", low=0, high=1)
     speckle: float = param(0.001, "share of pixels that get a class by chance", low=0, high=1)
+    motion_blur_px: float = param(
+        0.0, "greatest way of the image during an exposure, in a direction of its own in each frame", unit="px", low=0,
+        high=100,
+    )  # fmt: skip
+    spots: int = param(
+        0, "greatest number of round spots that the segmenter gives a wrong class (glare, dirt)", low=0, high=1000
+    )
 
     def __post_init__(self) -> None:
         validate(self, "sensor.")
 
     def scaled(self, factor: float) -> SensorConfig:
         """The same disturbances, `factor` times as strong; 0: none."""
-        return SensorConfig(
+        return replace(
+            self,
             light=min(self.light * factor, 2.0),
             blur_px=min(self.blur_px * factor, 10.0),
-            noise=min(self.noise * factor, 1.0),
+            pixel_noise=min(self.pixel_noise * factor, 1.0),
             speckle=min(self.speckle * factor, 1.0),
+            motion_blur_px=min(self.motion_blur_px * factor, 100.0),
+            spots=round(self.spots * factor),
         )
 
     @property
     def is_ideal(self) -> bool:
-        return self.light == self.blur_px == self.noise == self.speckle == 0
+        return not any((self.light, self.blur_px, self.pixel_noise, self.speckle, self.motion_blur_px, self.spots))

@@ -12,6 +12,8 @@ import cv2
 from ..core.datatypes import Target
 from ..core.errors import SourceError
 from ..io.bag_writer import BagWriter
+from ..io.cameras import camera_yaml
+from ..io.messages import Message, header
 from .records import CocoBuilder, truth_record
 from .sensor import palette
 from .simulator import SimulatedFrame
@@ -30,7 +32,8 @@ def write_frames(
     storage: str = "mcap",
     colour: bool = False,
 ) -> None:
-    """Writes bag/, truth.jsonl, images/ (labels), preview/ (the same in colours one can see) and annotations.json.
+    """Writes bag/, truth.jsonl, images/ (labels), preview/ (the same in colours one can see), annotations.json and
+    camera.yaml.
 
     :param folder: is made; may exist if it is empty.
     :param colour: the bag and preview/ bear the colour images, too.
@@ -38,6 +41,7 @@ def write_frames(
     """
     _make_folder(folder)
     coco = CocoBuilder.of(targets)
+    camera = None
     with ExitStack() as stack:
         bag = stack.enter_context(BagWriter(folder / "bag", storage))
         truth = stack.enter_context((folder / "truth.jsonl").open("w", encoding="utf-8"))
@@ -48,6 +52,9 @@ def write_frames(
             cv2.imwrite(str(folder / "images" / name), frame.labels)
             cv2.imwrite(str(folder / "preview" / name), frame.colour if colour else palette()[frame.labels])
             coco.add(frame, f"images/{name}")
+            camera = frame.camera
+    if camera is not None:
+        (folder / "camera.yaml").write_text(camera_yaml(camera), encoding="utf-8")
     (folder / "annotations.json").write_text(json.dumps(coco.content), encoding="utf-8")
 
 
@@ -70,3 +77,17 @@ def _write_messages(bag: BagWriter, frame: SimulatedFrame, targets: Sequence[Tar
     for target in targets:
         poses = [p.T_camera_object for p in frame.scene.objects if p.target.name == target.name]
         bag.write_poses(f"/ground_truth/{target.name}/poses", stamp, frame_id, poses)
+        if target.model.joint_components:
+            bag.write(f"/ground_truth/{target.name}/joint_states", stamp, _joint_states(frame, target))
+
+
+def _joint_states(frame: SimulatedFrame, target: Target) -> Message:
+    """The true joints as the node tells them: red_0/front_left, numbered as the poses are."""
+    placed = [p for p in frame.scene.objects if p.target.name == target.name]
+    joints = [(f"{target.name}_{n}/{name}", q) for n, p in enumerate(placed) for name, q in p.joints.items()]
+    fields = {
+        "header": header(frame.stamp_ns, frame.camera.frame_id),
+        "name": [name for name, _ in joints],
+        "position": [float(q) for _, q in joints],
+    }
+    return Message("sensor_msgs/msg/JointState", fields)

@@ -57,8 +57,10 @@ def colour_image(rendering: Rendering, config: SensorConfig, rng: np.random.Gene
         image *= _light(size, config.light, rng)[..., None]
     if config.blur_px > 0:
         image = cv2.GaussianBlur(image, (0, 0), config.blur_px)
-    if config.noise > 0:
-        image += rng.normal(0, config.noise * 255, image.shape)
+    if config.motion_blur_px > 0:
+        image = _smeared(image, rng.uniform(0, config.motion_blur_px), rng.uniform(0, np.pi))
+    if config.pixel_noise > 0:
+        image += rng.normal(0, config.pixel_noise * 255, image.shape)
     return np.clip(np.rint(image), 0, 255).astype(np.uint8)
 
 
@@ -66,6 +68,19 @@ def _light(size: tuple[int, int], sigma: float, rng: np.random.Generator) -> NDA
     """(H, W) gain that varies slowly over the image."""
     coarse = rng.normal(0, sigma, (4, 5)).astype(np.float32)
     return np.exp(cv2.resize(coarse, size, interpolation=cv2.INTER_CUBIC))
+
+
+def _smeared(image: NDArray[np.float32], way_px: float, direction_rad: float) -> NDArray[np.float32]:
+    """The mean of the image along a way of that length."""
+    steps = int(np.ceil(way_px)) * 2 + 1
+    offsets = np.linspace(-way_px / 2, way_px / 2, steps)
+    size = (image.shape[1], image.shape[0])
+    total = np.zeros_like(image)
+    for offset in offsets:
+        dx, dy = offset * np.cos(direction_rad), offset * np.sin(direction_rad)
+        shift = np.array([[1, 0, dx], [0, 1, dy]])
+        total += cv2.warpAffine(image, shift, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(total / steps, np.float32)
 
 
 def segment(image: NDArray[np.uint8], classes: tuple[int, ...]) -> NDArray[np.uint8]:
@@ -94,6 +109,19 @@ def add_speckle(
     return np.where(hit, rng.choice(np.array(classes, np.uint8), labels.shape), labels)
 
 
+def add_spots(
+    labels: NDArray[np.uint8], most: int, classes: tuple[int, ...], rng: np.random.Generator
+) -> NDArray[np.uint8]:
+    """The labels with up to so many discs of a class drawn by chance, 0.5 to 2 % of the image's width in radius."""
+    spotted = labels.copy()
+    height, width = labels.shape
+    for _ in range(int(rng.integers(0, most + 1))):
+        centre = int(rng.integers(width)), int(rng.integers(height))
+        radius = max(1, round(float(rng.uniform(0.005, 0.02)) * width))
+        cv2.circle(spotted, centre, radius, int(rng.choice(classes)), cv2.FILLED)
+    return spotted
+
+
 def label_image(
     rendering: Rendering, image: NDArray[np.uint8], config: SensorConfig, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
@@ -102,4 +130,5 @@ def label_image(
         return majority_labels(rendering.sample_labels)
     labels = [s.label for s in rendering.surfaces] + [rendering.floor_label]
     classes = tuple(sorted(set(labels) | {0}))
-    return add_speckle(segment(image, classes), config.speckle, classes, rng)
+    labels_seen = add_speckle(segment(image, classes), config.speckle, classes, rng)
+    return add_spots(labels_seen, config.spots, classes, rng) if config.spots else labels_seen

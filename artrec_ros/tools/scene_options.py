@@ -16,13 +16,14 @@ def add_options(group: Any, config: type, names: Collection[str] | None = None) 
         default, meta = field.default, field.metadata
         paired = isinstance(default, tuple)
         sample = default[0] if isinstance(default, tuple) and default else default
-        shown = " ".join(map(str, default)) if isinstance(default, tuple) else default
+        shown = " ".join(map(str, default)) if isinstance(default, tuple) else str(default)
+        shown = f"{shown} {meta['unit']}".strip() if shown else meta["unit"]
         group.add_argument(
             "--" + field.name.replace("_", "-"),
             type=int if isinstance(sample, int) else float,
             nargs=2 if paired else None,
             metavar=("MIN", "MAX") if paired else "VALUE",
-            help=meta["description"] + (f" ({shown})" if shown != "" else ""),
+            help=meta["description"] + (f" ({shown})" if shown else ""),
         )
 
 

@@ -8,6 +8,8 @@ import pytest
 
 from artrec_ros.core.errors import SourceError
 from artrec_ros.core.transforms import Pose
+from artrec_ros.io.bags import Bag
+from artrec_ros.io.cameras import load_camera
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.output import write_frames
 from artrec_ros.simulation.records import is_annotated, keypoint_names, truth_record
@@ -93,3 +95,16 @@ def test_other_markers_of_a_component_are_named_with_it():
     frame = SimpleNamespace(stamp_ns=1, truths=(truth,))
     components = truth_record(frame)["objects"][0]["components"]
     assert {name: c["marker"] for name, c in components.items()} == {"base": "front", "base@rear": "rear"}
+
+
+def test_the_bag_bears_true_joints_and_the_calibration_a_file(tmp_path, frames, target, camera):
+    write_frames(frames, [target], tmp_path / "out")
+    with Bag(tmp_path / "out/bag") as bag:
+        messages = [bag.parse(m) for m in bag.messages(["/ground_truth/pump/joint_states"])]
+    assert len(messages) == len(frames)
+    for message, frame in zip(messages, frames, strict=True):
+        truth = {f"pump_{n}/{k}": q for n, p in enumerate(frame.scene.objects) for k, q in p.joints.items()}
+        assert dict(zip(message.name, message.position, strict=True)) == pytest.approx(truth)
+    read = load_camera(tmp_path / "out/camera.yaml")
+    np.testing.assert_allclose(read.matrix, camera.matrix)
+    assert read.size == camera.size and read.frame_id == camera.frame_id and not read.distortion.any()

@@ -4,7 +4,15 @@ import pytest
 from artrec_ros.simulation.config import SensorConfig
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import Floor, Scene
-from artrec_ros.simulation.sensor import add_speckle, colour_image, label_image, majority_labels, palette, segment
+from artrec_ros.simulation.sensor import (
+    add_speckle,
+    add_spots,
+    colour_image,
+    label_image,
+    majority_labels,
+    palette,
+    segment,
+)
 
 from .test_render import plate
 
@@ -47,7 +55,7 @@ def test_an_ideal_sensor_shows_the_majority(rendering):
 
 def test_a_real_sensor_errs_mostly_at_edges(rendering):
     rng = np.random.default_rng(1)
-    config = SensorConfig(light=0.0, blur_px=0.6, noise=0.02, speckle=0.0)
+    config = SensorConfig(light=0.0, blur_px=0.6, pixel_noise=0.02, speckle=0.0)
     labels = label_image(rendering, colour_image(rendering, config, rng), config, rng)
     truth = majority_labels(rendering.sample_labels)
     inner = np.zeros_like(truth, bool)
@@ -71,3 +79,20 @@ def test_light_varies_slowly_and_noise_fast(rendering):
     steps = [np.abs(np.diff(i[floor], axis=1)).mean() for i in (dark, grain)]
     assert steps[0] < 4 < steps[1]
     assert dark[floor].std() > 5
+
+
+def test_motion_smears_along_one_direction_and_keeps_the_light(rendering):
+    still = colour_image(rendering, SensorConfig().scaled(0), np.random.default_rng(4)).astype(float)
+    config = SensorConfig(0, 0, 0, 0, motion_blur_px=12.0)
+    moved = colour_image(rendering, config, np.random.default_rng(4)).astype(float)
+    assert moved.mean() == pytest.approx(still.mean(), rel=0.01)
+    steps = [np.abs(np.diff(i, axis=0)).max() for i in (still, moved)]
+    assert steps[1] < steps[0]
+
+
+def test_spots_are_a_few_discs_of_known_classes():
+    labels = np.full((300, 400), 9, np.uint8)
+    counts = [np.mean(add_spots(labels, 5, (1, 2), np.random.default_rng(seed)) != 9) for seed in range(60)]
+    assert min(counts) == 0 and 0.001 < np.mean(counts) < 5 * np.pi * 8.5**2 / labels.size
+    spotted = add_spots(labels, 50, (1, 2), np.random.default_rng(1))
+    assert set(np.unique(spotted)) == {1, 2, 9} and (labels == 9).all()

@@ -51,11 +51,18 @@ def simulate(
     renderer = Renderer(camera)
     for index, child in enumerate(np.random.SeedSequence(seed).spawn(frames)):
         rng = np.random.default_rng(child)
-        made = sample_scene(targets, camera, scene, rng)
-        rendering = renderer.render(made)
-        colour = colour_image(rendering, sensor, rng)
-        labels = label_image(rendering, colour, sensor, rng)
-        yield SimulatedFrame(index, camera, made, labels, colour, measure(rendering, made.objects, camera))
+        yield render_frame(index, renderer, sample_scene(targets, camera, scene, rng), sensor, rng)
+
+
+def render_frame(
+    index: int, renderer: Renderer, scene: Scene, sensor: SensorConfig, rng: np.random.Generator
+) -> SimulatedFrame:
+    """What the camera and its segmenter make of a scene, and the truth."""
+    rendering = renderer.render(scene)
+    colour = colour_image(rendering, sensor, rng)
+    labels = label_image(rendering, colour, sensor, rng)
+    truths = measure(rendering, scene.objects, renderer.camera)
+    return SimulatedFrame(index, renderer.camera, scene, labels, colour, truths)
 
 
 def pinhole_camera(size: tuple[int, int], view_angle_deg: float, frame_id: str = "camera_optical_frame") -> Camera:

@@ -5,5 +5,15 @@ from .image import ClassConfig, ImageConfig
 from .node import NodeConfig
 from .params import param, validate
 from .recognition import ObjectConfig, RecognizerConfig
+from .tracking import TrackingConfig
 
-__all__ = ["ClassConfig", "ImageConfig", "NodeConfig", "ObjectConfig", "RecognizerConfig", "param", "validate"]
+__all__ = [
+    "ClassConfig",
+    "ImageConfig",
+    "NodeConfig",
+    "ObjectConfig",
+    "RecognizerConfig",
+    "TrackingConfig",
+    "param",
+    "validate",
+]

@@ -81,7 +81,11 @@ def learn_colours(samples: Samples, labels: Mapping[str, int], image: ImageConfi
         count = len(kept.get(name, ()))
         if count < _LEAST_SAMPLES:
             raise ConfigError(f"class '{name}': {count} pixels show it, at least {_LEAST_SAMPLES} are needed")
-        classes[name] = _learn_class(kept[name], label, image, rng)
+        usual = ClassConfig(label=label)
+        references = _cover(_scaled(kept[name]), usual, image, _LEAST_SHARE, rng)
+        if not references:
+            raise ConfigError(f"class '{name}': its pixels are too dark or too unlike each other to name a colour")
+        classes[name] = replace(usual, rgb=_as_rgb(references))
     background = [
         reference
         for name, colours in kept.items()
@@ -91,14 +95,6 @@ def learn_colours(samples: Samples, labels: Mapping[str, int], image: ImageConfi
     ]
     learned = replace(image, kind="colour", classes=classes, background=_as_rgb(background))
     return Learned(learned, _confusion(kept, learned), {name: len(c) for name, c in samples.items()})
-
-
-def _learn_class(colours: NDArray[np.uint8], label: int, image: ImageConfig, rng: np.random.Generator) -> ClassConfig:
-    usual = ClassConfig(label=label)
-    references = _cover(_scaled(colours), usual, image, _LEAST_SHARE, rng)
-    if not references:
-        raise ConfigError(f"label {label}: its pixels are too dark or too different from each other to name a colour")
-    return replace(usual, rgb=_as_rgb(references))
 
 
 def _cover(

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from .config import ClassConfig, ImageConfig
 
-_LIGHTS = 40  # samples of a ray between its darkest and its brightest
+_LIGHTS = 24  # samples of a ray between its darkest and its brightest
+_GREY = 2.0  # a reference within so many standard deviations of grey is a grey
 _BY_RANGE = -1.0  # cost of a colour within a class' ranges: below any reference's
 
 Colours = NDArray[np.float32]
@@ -54,25 +55,32 @@ def ray(reference: Colours, light: tuple[float, ...]) -> tuple[Colours, Colours]
 def deviation(bgr: Colours, shown: Colours, spread: float, noise: float) -> tuple[Colours, Colours]:
     """How far colours (N, 3) are from a ray's (n, 3).
 
-    :return: (N, n) squared distances in units of the scatter there, and that scatter (n,).
+    :return: (N, n) squared distances in units of the scatter there; (n,) what greater scatter costs: -2 log of the
+        Gaussian's height, over the two dimensions across the ray, and 0 in the dark.
     """
     scatter = np.hypot(noise, spread * np.linalg.norm(shown, axis=1))
     squared = np.sum(bgr**2, axis=1)[:, None] - 2 * bgr @ shown.T + np.sum(shown**2, axis=1)
-    return np.maximum(squared, 0) / scatter**2, scatter
+    return np.maximum(squared, 0) / scatter**2, 4 * np.log(scatter / noise)
 
 
 def _cost(bgr: Colours, reference: Colours, cls: ClassConfig, config: ImageConfig) -> Colours:
     """(N,) -2 log likelihood of colours on a reference's ray, up to a constant; inf for those that deviate too much.
 
     Light itself is likelier to be as it was than much darker or brighter (log-normal): what tells white in
-    the shade from grey.
+    the shade from grey. What is more like some grey is not for a class that is none: greys are everywhere.
     """
     factors, shown = ray(reference, cls.light)
-    squared, scatter = deviation(bgr, shown, cls.spread, config.noise)
+    squared, across = deviation(bgr, shown, cls.spread, config.noise)
     light = (np.log(factors) / config.light_spread) ** 2
-    across = 4 * np.log(scatter / config.noise)  # the two dimensions across the ray
-    cost = np.where(squared <= config.max_deviation**2, squared + light + across, np.inf)
-    return np.asarray(cost.min(axis=1), np.float32)
+    cost = np.full(len(bgr), np.inf, np.float32)
+    near = np.flatnonzero(squared.min(axis=1) <= config.max_deviation**2)
+    squared = squared[near]
+    cost[near] = np.where(squared <= config.max_deviation**2, squared + across + light, np.inf).min(axis=1)
+    greys = np.linspace(0, 1, _LIGHTS, dtype=np.float32)[:, None].repeat(3, axis=1)
+    if deviation(reference[None], greys, cls.spread, config.noise)[0].min() > _GREY**2:
+        as_grey = np.add(*deviation(bgr[near], greys, cls.spread, config.noise)).min(axis=1)
+        cost[near[as_grey < np.min(squared + across, axis=1)]] = np.inf
+    return cost
 
 
 def _in_class(hsv: Colours, cls: ClassConfig) -> NDArray[np.bool_]:

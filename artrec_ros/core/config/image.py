@@ -73,6 +73,12 @@ class ImageConfig:
     sharpen_step: float = param(
         0.16, "colour images: least step of a channel, share of full scale, for sharpen_px", low=0, high=1
     )
+    sharpen_amount: float = param(
+        0.5,
+        "colour images: share of the difference from their surroundings added to pixels before, for sharpen_px",
+        low=0,
+        high=3,
+    )
     background: tuple[int, ...] = param(
         (),
         "colour images: reference colours r,g,b,... of no class: what is more like them is not for classes with rgb",

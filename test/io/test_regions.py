@@ -1,0 +1,65 @@
+"""Marked regions from COCO files: boxes, polygons, and what is wrong with a file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.io.regions import load_regions
+
+
+def coco(folder: Path, *annotations: dict[str, Any], image: np.ndarray | None = None) -> Path:
+    if image is not None:
+        cv2.imwrite(str(folder / "a.png"), image)
+    content = {
+        "images": [{"id": 7, "file_name": "a.png"}, {"id": 8, "file_name": "b.png"}],
+        "categories": [{"id": 1, "name": "red"}, {"id": 2, "name": "floor"}],
+        "annotations": [{"image_id": 7, "category_id": 1, **a} for a in annotations],
+    }
+    path = folder / "regions.json"
+    path.write_text(json.dumps(content))
+    return path
+
+
+def test_boxes_and_polygons_mark_their_pixels(tmp_path: Path) -> None:
+    image = np.random.default_rng(0).integers(0, 255, (20, 30, 3), dtype=np.uint8)
+    polygon = {"segmentation": [[20, 2, 25, 2, 25, 9, 20, 9]], "bbox": [0, 0, 30, 20], "category_id": 2}
+    marked = load_regions([coco(tmp_path, {"bbox": [3, 4, 5, 6]}, polygon, image=image)])
+    assert [m.path.name for m in marked] == ["a.png"]  # nothing is marked in the other
+    read, labels = marked[0].read({"red": 1, "floor": 2}, 255)
+    expected = np.full((20, 30), 255, np.uint8)
+    expected[4:10, 3:8] = 1
+    expected[2:10, 20:26] = 2
+    assert np.array_equal(labels, expected)
+    assert np.array_equal(read, image)
+
+
+@pytest.mark.parametrize(
+    "annotation, words",
+    [
+        ({}, r"annotations\[0\]: has neither a polygon"),
+        ({"segmentation": [[1, 2, 3, 4]]}, r"segmentation\[0\]: must be x, y of three"),
+        ({"bbox": [1, 2, 3]}, "bbox: must be 4 numbers"),
+        ({"bbox": [1, 2, 3, 4], "category_id": 9}, "category_id: there is no category 9"),
+        ({"bbox": [1, 2, 3, 4], "image_id": 9}, "image_id: there is no image 9"),
+        ({"segmentation": {"counts": "abc", "size": [2, 2]}}, "neither a polygon"),
+    ],
+)
+def test_a_region_that_makes_no_sense_is_refused(tmp_path: Path, annotation: dict[str, Any], words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        load_regions([coco(tmp_path, annotation)])
+
+
+def test_an_image_that_is_not_there_or_has_no_colour_is_refused(tmp_path: Path) -> None:
+    marked = load_regions([coco(tmp_path, {"bbox": [0, 0, 2, 2]})])
+    with pytest.raises(ConfigError, match="a.png"):
+        marked[0].read({"red": 1}, 255)
+    cv2.imwrite(str(tmp_path / "a.png"), np.zeros((5, 5), np.uint8))
+    with pytest.raises(ConfigError, match="a.png: a colour image is wanted"):
+        marked[0].read({"red": 1}, 255)

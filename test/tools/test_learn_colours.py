@@ -1,0 +1,143 @@
+"""`artrec learn-colours` as users call it: what it writes is a parameter file that tells the classes."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from artrec_ros.core.segmentation import Segmenter
+from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.sources import SourceOptions, open_sources
+from artrec_ros.tools.main import main
+
+ROOT = Path(__file__).resolve().parents[2]
+AIBO = Path(os.environ.get("ARTREC_SHARED", ROOT.parent / "shared")) / "data" / "aibo_lowres"
+RED, BLUE, FLOOR = (200, 40, 45), (40, 65, 170), (120, 100, 80)
+OBJECT = """
+format: artrec_object/1
+name: toy
+markers: {dot: {disc: {radius: 0.05}}}
+components: {base: {required: true, markers: {dot: {}}}}
+"""
+NODE = """
+/**:
+  ros__parameters:
+    objects: [toy]
+    toy: {object_file: toy.yaml, label: 3}
+    image: {kind: labels, blank: [0, 0, 2, 2]}
+"""
+
+
+def picture(light: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """A red and a blue patch on a floor, with noise; and the labels."""
+    labels = np.zeros((60, 90), np.uint8)
+    labels[20:40, 10:30] = 3
+    labels[20:40, 50:70] = 2
+    rgb = np.array([FLOOR, FLOOR, BLUE, RED], float)[labels] * light
+    noisy = rgb[..., ::-1] + np.random.default_rng(3).normal(0, 4, rgb.shape)
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8), labels
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Pictures in images/, their labels in labels/, two boxes a picture in images/regions.json, a node's files."""
+    images, annotations = [], []
+    for n, light in enumerate((0.8, 1.0, 1.1)):
+        image, labels = picture(light)
+        for name, content in (("images", image), ("labels", labels)):
+            (tmp_path / name).mkdir(exist_ok=True)
+            cv2.imwrite(str(tmp_path / name / f"{n}.png"), content)
+        images.append({"id": n, "file_name": f"{n}.png"})
+        boxes = ((1, [10, 20, 20, 20]), (2, [50, 20, 20, 20]), (3, [0, 44, 90, 16]))
+        annotations += [{"image_id": n, "category_id": c, "bbox": box} for c, box in boxes]
+    names = [{"id": n, "name": name} for n, name in enumerate(("red", "blue", "floor"), start=1)]
+    coco = {"images": images, "annotations": annotations, "categories": names}
+    (tmp_path / "images" / "regions.json").write_text(json.dumps(coco))
+    (tmp_path / "toy.yaml").write_text(OBJECT)
+    (tmp_path / "node.yaml").write_text(NODE)
+    return tmp_path
+
+
+def learn(folder: Path, *arguments: str) -> int:
+    return main(["learn-colours", *arguments, "--classes", "red=3", "blue=2", "-o", str(folder / "colours.yaml")])
+
+
+def from_labels(folder: Path) -> list[str]:
+    return [str(folder / "images"), "--label-images", str(folder / "labels")]
+
+
+def from_regions(folder: Path) -> list[str]:
+    return ["--annotations", str(folder / "images" / "regions.json")]
+
+
+@pytest.mark.parametrize("way", [from_labels, from_regions])
+def test_the_file_beside_the_nodes_own_tells_the_classes_in_the_shade(folder: Path, way, capsys) -> None:
+    assert learn(folder, *way(folder)) == 0
+    setup = load_parameters(folder / "node.yaml", folder / "colours.yaml")
+    assert setup.image.kind == "colour" and setup.image.blank == (0, 0, 2, 2)
+    assert {name: c.label for name, c in setup.image.classes.items()} == {"red": 3, "blue": 2}
+    assert len(setup.image.background) == 3
+    image, labels = picture(light=0.5)
+    assert (Segmenter(setup.image).labels(image) == labels).mean() > 0.995
+    printed = capsys.readouterr().out
+    assert "background: " in printed and f"Wrote {folder / 'colours.yaml'}: 2 classes" in printed
+
+
+def test_images_without_labels_are_passed_over(folder: Path, capsys) -> None:
+    (folder / "labels" / "1.png").unlink()
+    assert learn(folder, *from_labels(folder)) == 0
+    counts = [line.split()[1] for line in capsys.readouterr().out.splitlines() if line.startswith("red ")]
+    assert counts == [str(2 * 18 * 18)]
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ([], "give either SOURCE"),
+        (["images", "--annotations", "images/regions.json"], "give either SOURCE"),
+        (["images", "--label-images", "labels", "--every", "0"], "--every: 0"),
+        (["images", "--label-images", "images"], "a colour image and a label image of one size"),
+        (["images", "--label-images", "nowhere"], "class 'red': 0 pixels"),
+    ],
+)
+def test_what_cannot_be_done_is_told_in_one_line(folder, arguments, words, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(folder)
+    assert learn(folder, *arguments) == 1
+    error = capsys.readouterr().err
+    assert words in error and error.count("\n") == 1
+    assert not (folder / "colours.yaml").exists()
+
+
+@pytest.mark.parametrize("text", ["red", "red=0", "red=300", "3=3", "red=x"])
+def test_a_class_is_a_name_and_a_label(folder: Path, text: str, capsys) -> None:
+    assert main(["learn-colours", str(folder), "--classes", text, "-o", "x.yaml"]) == 2
+    assert "is no NAME=LABEL" in capsys.readouterr().err
+
+
+def frames(topic: str) -> dict[int, np.ndarray]:
+    with open_sources([AIBO / "bag"], SourceOptions(topic=topic)) as source:
+        return {f.stamp_ns: f.image for f in source if f.image is not None}
+
+
+@pytest.mark.skipif(not AIBO.is_dir(), reason="the rendered robots are not here")
+def test_the_shipped_colours_find_more_of_the_markers_than_the_recorded_labels() -> None:
+    """At the centres of markers that are wholly in view; the colours were learned from frames 0, 3, 6, ..."""
+    segmenter = Segmenter(load_parameters(ROOT / "config" / "aibo_colour.yaml").image)
+    colours, recorded = frames("/camera/image_color/compressed"), frames("/camera/segmentation")
+    truth = [json.loads(line) for line in (AIBO / "truth.jsonl").read_text().splitlines()]
+    hits = []
+    for frame in (f for i, f in enumerate(truth) if i % 3):
+        own, theirs = segmenter.labels(colours[frame["stamp_ns"]]), recorded[frame["stamp_ns"]]
+        for found in frame["objects"]:
+            for marker in found["components"].values():
+                if marker["full_px"] >= 25 and marker["visible_px"] >= 0.9 * marker["full_px"]:
+                    x, y = np.rint(marker["centre"]).astype(int)
+                    hits.append((own[y, x] == found["team"], theirs[y, x] == found["team"]))
+    ours, recorded_share = np.mean(hits, axis=0)
+    assert len(hits) > 100
+    assert ours > 0.96 and ours > recorded_share + 0.02

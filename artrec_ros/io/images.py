@@ -21,7 +21,7 @@ MAX_PIXELS = 64 * 2**20
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 
 # encoding -> channels, bytes per channel, OpenCV conversion to BGR
-_ENCODINGS: dict[str, tuple[int, int, int | None]] = {
+ENCODINGS: dict[str, tuple[int, int, int | None]] = {
     "mono8": (1, 1, None),
     "8UC1": (1, 1, None),
     "mono16": (1, 2, None),
@@ -44,9 +44,9 @@ def decode_image(encoding: str, height: int, width: int, step: int, is_bigendian
     :return: (H, W) uint8 or uint16 for one channel, (H, W, 3) uint8 BGR otherwise.
     :raises ImageError: unknown encoding, no or too many pixels, a step too small, too few bytes.
     """
-    if encoding not in _ENCODINGS:
-        raise ImageError(f"encoding '{encoding}' is none of {', '.join(_ENCODINGS)}")
-    channels, depth, conversion = _ENCODINGS[encoding]
+    if encoding not in ENCODINGS:
+        raise ImageError(f"encoding '{encoding}' is none of {', '.join(ENCODINGS)}")
+    channels, depth, conversion = ENCODINGS[encoding]
     _check_size(width, height, "image")
     row = width * channels * depth
     if step < row:

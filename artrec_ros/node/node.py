@@ -17,7 +17,7 @@ from ..io import node_topics as topics
 from ..io.parameters import Setup
 from .calibration import Calibrations
 from .conversions import message_class
-from .diagnostics import Diagnostics, InputState
+from .diagnostics import Counters, Diagnostics, InputState
 from .inputs import Inputs
 from .parameters import LiveParameters, initial_setup
 from .pipeline import FrameReport, Pipeline, one_line
@@ -84,7 +84,7 @@ class RecognizerNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Subscribe."""
         setup = self._live.setup
-        self._inputs = Inputs(self, setup.node, self._calibrations.receive, self._on_image)
+        self._inputs = Inputs(self, setup.node, self.take_camera_info, self.take_image)
         names = ", ".join(t.name for t in setup.targets)
         self.get_logger().info(f"looking for {names} in {self._inputs.image.topic}")
         return super().on_activate(state)
@@ -134,8 +134,12 @@ class RecognizerNode(LifecycleNode):
 
         return take
 
-    def _on_image(self, msg: Any, received_ns: int) -> None:
-        """In the thread of the newest image."""
+    def take_camera_info(self, msg: Any) -> None:
+        """From now on it may hold for images."""
+        self._calibrations.receive(msg)
+
+    def take_image(self, msg: Any, received_ns: int) -> None:
+        """Recognise and publish, in the thread of the newest image; whatever the image is like."""
         pipeline = self._pipeline
         try:
             report = pipeline.process(msg, received_ns) if pipeline is not None else None
@@ -148,6 +152,11 @@ class RecognizerNode(LifecycleNode):
         else:
             if report is not None:
                 self.account(report)
+
+    @property
+    def counters(self) -> Counters:
+        """What was counted since the node began."""
+        return self._diagnostics.counters
 
     def account(self, report: FrameReport) -> None:
         """Count an image whose results were published."""

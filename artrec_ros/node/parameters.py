@@ -22,7 +22,7 @@ _ARRAYS = {
     float: Parameter.Type.DOUBLE_ARRAY,
     str: Parameter.Type.STRING_ARRAY,
 }
-_LIVE = ("image.", "recognizer.")
+_LIVE = ("image.", "recognizer.", "tracking.")
 _LIVE_NAMES = ("marker_lifetime_s", "no_image_after_s")
 _FIXED = ("image.classes",)  # it decides which other parameters there are
 

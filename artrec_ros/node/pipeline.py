@@ -12,6 +12,7 @@ from ..core.datatypes import Camera, FrameResult
 from ..core.drawing import draw_result
 from ..core.errors import ArtrecError
 from ..core.recognizer import Recognizer
+from ..core.tracking import Tracker
 from ..io.parameters import Setup
 from . import conversions
 from .calibration import Calibrations
@@ -41,6 +42,7 @@ class Pipeline:
     def __init__(self, setup: Setup, calibrations: Calibrations, publishers: Publishers) -> None:
         self._calibrations, self._publishers = calibrations, publishers
         self._names = [t.name for t in setup.targets]
+        self._tracker = Tracker(setup.tracking)
         self._closed = False
         self.use(setup, setup.build())
 
@@ -60,10 +62,13 @@ class Pipeline:
         setup, recognizer = self._current
         image = conversions.image_from_msg(msg)
         size = (int(image.shape[1]), int(image.shape[0]))
-        camera = self._calibrations.camera_for(conversions.stamp_ns(msg.header), size, setup.image.rectified)
+        stamp_ns = conversions.stamp_ns(msg.header)
+        camera = self._calibrations.camera_for(stamp_ns, size, setup.image.rectified)
         began = time.perf_counter()
         result = recognizer.recognize(image, camera)
         recognition_ms = (time.perf_counter() - began) * 1e3
+        self._tracker.configure(setup.tracking)
+        result = self._tracker.update(stamp_ns, result, camera.frame_id if camera else "")
         if self._closed:
             return None
         self._publishers.publish(result.detections, msg.header, setup.node.marker_lifetime_s)

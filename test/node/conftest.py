@@ -8,8 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from artrec_ros.io.parameters import Setup, load_parameters
+
+settings.register_profile("nightly", max_examples=20_000)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -7,8 +7,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from artrec_ros.core.learning import learn
 from artrec_ros.core.datatypes import Camera, Instance
+from artrec_ros.core.learning import learn
 from artrec_ros.core.objects import Marker, ObjectModel
 from artrec_ros.io.constraints import save_constraints
 from artrec_ros.io.objects import load_object

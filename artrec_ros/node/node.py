@@ -63,7 +63,7 @@ class RecognizerNode(LifecycleNode):
         if not self._live.setup.node.autostart:
             self.get_logger().info("waiting for a lifecycle manager to configure and activate")
         elif self.trigger_configure() != TransitionCallbackReturn.SUCCESS:
-            raise ConfigError(self._problem)
+            raise ConfigError(self._problem or "internal error: configuring failed")
         else:
             self.trigger_activate()
 

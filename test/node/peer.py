@@ -151,9 +151,7 @@ class Peer:
 
     def send_camera(self, matrix: np.ndarray) -> None:
         """A calibration, and time to arrive."""
-        msg = CameraInfo(width=toy.SIZE[0], height=toy.SIZE[1], distortion_model="plumb_bob", d=[0.0] * 5)
-        msg.k = np.asarray(matrix, float).reshape(9)
-        self._infos.publish(msg)
+        self._infos.publish(toy.camera_info(matrix))
         end = time.monotonic() + 0.3
         while time.monotonic() < end:
             self._executor.spin_once(timeout_sec=0.05)

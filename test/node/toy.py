@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -59,6 +60,15 @@ def write_files(folder: Path) -> Path:
     path = folder / "toy_node.yaml"
     path.write_text(PARAMETERS)
     return path
+
+
+def camera_info(matrix: np.ndarray = CAMERA.matrix) -> Any:
+    """sensor_msgs/CameraInfo of the camera that `draw` has, or of another matrix."""
+    from sensor_msgs.msg import CameraInfo
+
+    msg = CameraInfo(width=SIZE[0], height=SIZE[1], distortion_model="plumb_bob", d=[0.0] * 5)
+    msg.k = np.array(matrix, float).reshape(9)
+    return msg
 
 
 def draw(model: ObjectModel, x_m: float, y_m: float, z_m: float, arm_rad: float = 0.2) -> np.ndarray:

@@ -1,0 +1,113 @@
+"""The node's states, and several nodes in one process."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
+
+import numpy as np
+import rclpy
+import toy
+from peer import Peer, label_image, ros
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import TransitionCallbackReturn
+from visualization_msgs.msg import Marker, MarkerArray
+
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.node.node import RecognizerNode
+
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+@pytest.fixture
+def make(parameter_file: Path) -> Iterator[Callable[..., RecognizerNode]]:
+    """Nodes in this process, in a context of their own."""
+    context = rclpy.Context()
+    context.init()
+    made: list[RecognizerNode] = []
+
+    def node(*more: str, file: Path = parameter_file) -> RecognizerNode:
+        arguments = ros(file, *more)
+        made.append(RecognizerNode(arguments, cli_args=arguments, context=context))
+        return made[-1]
+
+    yield node
+    for each in made:
+        each.destroy_node()
+    context.try_shutdown()
+
+
+def topics(node: RecognizerNode) -> set[str]:
+    return {s.topic_name for s in node.subscriptions} & {"/image", "/camera_info"}
+
+
+def test_it_subscribes_while_active_only(make: Callable[..., RecognizerNode], picture: np.ndarray) -> None:
+    node = make("-p", "autostart:=false")
+    node.autostart()
+    assert not topics(node)
+    node.take_image(label_image(picture), time.time_ns())
+    assert node.counters.processed == 0, "an unconfigured node does nothing"
+    assert node.trigger_configure() == SUCCESS and not topics(node)
+    assert node.trigger_activate() == SUCCESS and topics(node) == {"/image", "/camera_info"}
+    node.take_image(label_image(picture), time.time_ns())
+    assert node.counters.objects == 1
+    assert node.trigger_deactivate() == SUCCESS and not topics(node)
+    assert node.trigger_cleanup() == SUCCESS
+    assert "markers" not in [p.topic_name.strip("/") for p in node.publishers]
+    assert node.trigger_configure() == node.trigger_activate() == SUCCESS
+    node.take_image(label_image(picture), time.time_ns())
+    assert node.counters.objects == 2
+    assert node.trigger_shutdown() == SUCCESS and not topics(node)
+
+
+def test_configuring_reads_the_files_anew_and_may_fail(make: Callable[..., RecognizerNode], tmp_path: Path) -> None:
+    file = toy.write_files(tmp_path / "config")
+    node = make("-p", "autostart:=false", file=file)
+    content = (tmp_path / "config/objects/toy.yaml").read_text()
+    (tmp_path / "config/objects/toy.yaml").write_text(content.replace("required: true", "required: maybe"))
+    assert node.trigger_configure() == FAILURE
+    (tmp_path / "config/objects/toy.yaml").write_text(content)
+    assert node.trigger_configure() == SUCCESS
+
+
+def test_what_cannot_start_says_why(make: Callable[..., RecognizerNode], tmp_path: Path) -> None:
+    file = toy.write_files(tmp_path / "config")
+    node = make(file=file)
+    (tmp_path / "config/objects/toy.yaml").unlink()
+    with pytest.raises(ConfigError, match="there is no file.*toy.yaml"):
+        node.autostart()
+
+
+def test_two_nodes_share_a_process_and_keep_apart(make: Callable[..., RecognizerNode], picture: np.ndarray) -> None:
+    """Deactivating one deletes its markers, and leaves the other alone."""
+    left, right = (make("-r", f"__ns:=/{side}") for side in ("left", "right"))
+    executor = SingleThreadedExecutor(context=left.context)
+    for node in (left, right):
+        node.autostart()
+        executor.add_node(node)
+    with Peer("unused") as peer:
+        for side in ("left", "right"):
+            peer.listen(f"/{side}/markers", MarkerArray)
+        heard = {side: peer.heard[f"/{side}/markers"] for side in ("left", "right")}
+        assert peer.spin_until(lambda: all(peer.node.count_publishers(t) for t in peer.heard))
+        message, calibration = label_image(picture), toy.camera_info()
+        message.header.frame_id = "eye"
+
+        def shown() -> bool:
+            for node in (left, right):
+                node.take_camera_info(calibration)
+                node.take_image(message, time.time_ns())
+            return all(heard.values())
+
+        assert peer.spin_until(shown)
+        peer.forget()
+        assert left.trigger_deactivate() == SUCCESS
+        deleted = {Marker.DELETE}
+        assert peer.spin_until(lambda: heard["left"] and {m.action for m in heard["left"][-1].markers} == deleted)
+        assert topics(left) == set() and len(list(right.subscriptions)) == 2
+    executor.shutdown()

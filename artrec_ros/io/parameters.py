@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig
+from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
 from ..core.datatypes import Target
 from ..core.errors import ConfigError
 from ..core.recognizer import Recognizer
@@ -25,7 +25,7 @@ _SECTION = "ros__parameters"
 _WILDCARDS = ("/**", "/*", "**", "*")
 _ROS_OWN = ("use_sim_time", "start_type_description_service")  # every ROS node has these
 _ROS_OWN_PREFIX = "qos_overrides."
-_RESERVED = ("objects", "image", "recognizer", "qos_overrides")
+_RESERVED = ("objects", "image", "recognizer", "tracking", "qos_overrides")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -42,6 +42,7 @@ class Setup:
     objects: dict[str, ObjectConfig]
     image: ImageConfig
     recognizer: RecognizerConfig
+    tracking: TrackingConfig
     node: NodeConfig
     resolved: dict[str, Any]
 
@@ -137,6 +138,7 @@ def setup_from_flat(
     values = _known(values, specs, warn)
     image = _read_image(values, classes, str(source))
     recognizer = _read_config(RecognizerConfig, "recognizer.", values, str(source))
+    tracking = _read_config(TrackingConfig, "tracking.", values, str(source))
     node = _read_config(NodeConfig, "", values, str(source))
     configs = {name: _read_object(name, values, base_dir, str(source)) for name in objects}
     kept = {}
@@ -144,7 +146,7 @@ def setup_from_flat(
         kept = {t.name: t for t in previous.targets if configs.get(t.name) == previous.objects[t.name]}
     targets = tuple(kept.get(name) or load_target(name, config, image, values) for name, config in configs.items())
     resolved = _resolve(specs, values, {f"{n}.{k}": v for n, c in configs.items() for k, v in vars(c).items()})
-    return Setup(targets, configs, image, recognizer, node, resolved)
+    return Setup(targets, configs, image, recognizer, tracking, node, resolved)
 
 
 def _known(

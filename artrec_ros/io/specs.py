@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig
+from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
 from .files import Value
 
 
@@ -66,6 +66,7 @@ def all_specs(objects: Iterable[str], classes: Iterable[str]) -> dict[str, Spec]
         _names("image.classes", "palette, colour: the pixel classes; each has parameters image.NAME.label, ..."),
         *(s for name in classes for s in specs_of(ClassConfig, f"image.{name}.")),
         *specs_of(RecognizerConfig, "recognizer."),
+        *specs_of(TrackingConfig, "tracking."),
         *specs_of(NodeConfig),
     ]
     return {s.name: s for s in specs}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig
+from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
 from ..io.specs import Spec, specs_of
 
 _INTRO = """\
@@ -37,6 +37,7 @@ _SECTIONS: tuple[tuple[str, str, type], ...] = (
     ("Images", "Under `image`:", ImageConfig),
     ("Classes", "`image.classes` lists names, the first wins a pixel. Each has, under `image.NAME`:", ClassConfig),
     ("Recogniser", "Under `recognizer`:", RecognizerConfig),
+    ("Tracking", "Under `tracking`:", TrackingConfig),
     ("Node", "At the top level:", NodeConfig),
 )
 

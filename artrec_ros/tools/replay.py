@@ -18,6 +18,7 @@ from tqdm import tqdm
 from ..core.datatypes import Camera, FrameResult
 from ..core.drawing import draw_error, draw_result
 from ..core.errors import ImageError, SourceError
+from ..core.tracking import Tracker
 from ..io.bags import STORAGES
 from ..io.cameras import load_camera
 from ..io.parameters import load_parameters
@@ -76,7 +77,9 @@ class ResultFolder:
             raise SourceError(f"{path}: cannot be written")
 
 
-def replay(frames: Iterator[Frame], recognizer: Recognises, results: ResultFolder, summary: Summary) -> None:
+def replay(
+    frames: Iterator[Frame], recognizer: Recognises, tracker: Tracker, results: ResultFolder, summary: Summary
+) -> None:
     """Recognises frame by frame. A frame that cannot be used is recorded with its error, and the next one follows."""
     for frame in frames:
         result, error = None, frame.error
@@ -88,7 +91,9 @@ def replay(frames: Iterator[Frame], recognizer: Recognises, results: ResultFolde
         if result is None:
             record = FrameRecord(frame.stamp_ns, frame.name, error=error)
         else:
-            record = FrameRecord.of(frame.stamp_ns, frame.name, result, frame.camera.frame_id if frame.camera else "")
+            frame_id = frame.camera.frame_id if frame.camera else ""
+            result = tracker.update(frame.stamp_ns, result, frame_id)
+            record = FrameRecord.of(frame.stamp_ns, frame.name, result, frame_id)
         results.add(frame, result, record)
         summary.add(record)
 
@@ -138,7 +143,7 @@ def run(args: argparse.Namespace) -> int:
         (args.output / PARAMETERS_FILE).write_text(setup.to_yaml(), encoding="utf-8")
         names = [target.name for target in setup.targets]
         with ResultFolder(args.output, names, args.images, not args.no_video) as results, _interruptible(summary):
-            replay(_progress(sources), setup.build(), results, summary)
+            replay(_progress(sources), setup.build(), Tracker(setup.tracking), results, summary)
         summary.problems = sources.problems
     looked_for = {t.name: {"label": t.label, "required": t.model.required.name} for t in setup.targets}
     content = {"sources": [str(s) for s in args.sources], "looked_for": looked_for, **summary.to_dict()}

@@ -101,6 +101,24 @@ def test_the_saved_parameters_give_the_same_replay(tmp_path, params, recogniser)
     assert (tmp_path / "a" / "detections.jsonl").read_text() == (tmp_path / "b" / "detections.jsonl").read_text()
 
 
+def ids(folder):
+    return [[d.id for d in r.detections] for r in read_results(folder / "detections.jsonl")]
+
+
+def test_objects_keep_their_ids_and_none_is_given_twice(tmp_path, params, recogniser):
+    source = bag(tmp_path / "bag", [4, 5, 0, 6])
+    assert main(["replay", str(source), str(source), "--params-file", str(params), "-o", str(tmp_path / "out")]) == 0
+    assert ids(tmp_path / "out") == [[0], [0], [], [0], [1], [1], [], [1]]  # the clock goes back in between
+
+
+def test_tracking_can_be_switched_off(tmp_path, params, recogniser):
+    content = yaml.safe_load(params.read_text())
+    content["/**"]["ros__parameters"]["tracking"] = {"enabled": False}
+    params.write_text(yaml.safe_dump(content))
+    assert run(params, bag(tmp_path / "bag", [4, 30, 0, 6]), tmp_path / "out") == 0
+    assert ids(tmp_path / "out") == [[0], [0], [], [0]]
+
+
 def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogniser, capsys):
     folder = tmp_path / "images"
     folder.mkdir()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -92,12 +93,16 @@ def _pairs(args: argparse.Namespace) -> Iterator[Pair]:
     colour = SourceOptions(topic=args.topic, image_kind="colour")
     label = SourceOptions(topic=args.label_topic, image_kind="labels")
     for source in args.sources:
-        with open_sources([source], colour, print) as images:
+        with open_sources([source], colour, _say) as images:
             if args.label_images is None:
-                with open_sources([source], label, print) as label_frames:
+                with open_sources([source], label, _say) as label_frames:
                     yield from _checked(by_stamp(images, label_frames))
             else:
                 yield from _checked(by_name(images, args.label_images))
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr)
 
 
 def by_stamp(images: Iterable[Frame], labels: Iterable[Frame]) -> Iterator[tuple[Frame, Frame]]:
@@ -155,4 +160,6 @@ def _named_label(text: str) -> tuple[str, int]:
     name, _, label = text.partition("=")
     if not name.isidentifier() or not label.isdecimal() or not 1 <= int(label) <= 253:
         raise argparse.ArgumentTypeError(f"'{text}' is no NAME=LABEL with a label of 1 to 253")
+    if name in vars(ImageConfig()):
+        raise argparse.ArgumentTypeError(f"'{name}' is the name of a parameter; choose another")
     return name, int(label)

@@ -113,6 +113,11 @@ def test_what_cannot_be_done_is_told_in_one_line(folder, arguments, words, capsy
     assert not (folder / "colours.yaml").exists()
 
 
+def test_a_class_is_not_named_as_a_parameter(folder: Path, capsys) -> None:
+    assert main(["learn-colours", str(folder), "--classes", "background=3", "-o", "x.yaml"]) == 2
+    assert "'background' is the name of a parameter" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("text", ["red", "red=0", "red=300", "3=3", "red=x"])
 def test_a_class_is_a_name_and_a_label(folder: Path, text: str, capsys) -> None:
     assert main(["learn-colours", str(folder), "--classes", text, "-o", "x.yaml"]) == 2

@@ -18,10 +18,14 @@ EXAMPLES = {
         "artrec replay recorded_bag --params-file lamp_params.yaml -o result",
         "artrec replay images/ --params-file lamp_params.yaml --camera-info camera.yaml --images none -o result",
     ),
-    "evaluate": ("artrec evaluate result --truth simulated/truth.jsonl",),
+    "evaluate": (
+        "artrec evaluate result --truth simulated/truth.jsonl",
+        "artrec evaluate result --truth recorded_bag --truth-topic /mocap/red/poses --max-gap 0.005",
+        "artrec evaluate before after --truth truth.jsonl --names red=3 -o comparison",
+    ),
     "simulate": (
         "artrec simulate lamp.yaml --frames 60 --objects 1 2 --size 0.3 0.8 -o simulated",
-        "artrec simulate --params-file lamp_params.yaml --sequence 60 --camera-info camera.yaml -o simulated",
+        "artrec simulate --params-file lamp_params.yaml --motion --camera-info camera.yaml -o simulated",
     ),
     "model": (
         "artrec model stickers.svg -o lamp.yaml",

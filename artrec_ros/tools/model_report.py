@@ -47,7 +47,7 @@ def shape_rows(found: Ambiguities, camera: Camera) -> list[ShapeRow]:
         rows.setdefault(shape, ([], limits))[0].append((limits.component, limits.marker))
     f = focal_px(camera)
     return [
-        ShapeRow(tuple(keys), m.size_m, f / m.found, f / m.turn, f / max(found.told[key] for key in keys))
+        ShapeRow(tuple(keys), m.size_m, f / m.found, f / max(m.turn, m.found), f / max(found.told[key] for key in keys))
         for keys, m in rows.values()
     ]
 

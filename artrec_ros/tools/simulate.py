@@ -9,14 +9,16 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ..core.datatypes import Camera, Target
+from ..core.datatypes import Target
 from ..core.errors import ConfigError
-from ..io.cameras import load_camera
 from ..io.objects import load_object
 from ..io.parameters import load_parameters
 from ..simulation.config import SceneConfig, SensorConfig
+from ..simulation.motion import MotionConfig, simulate_motion
 from ..simulation.output import write_frames
-from ..simulation.simulator import pinhole_camera, simulate
+from ..simulation.simulator import simulate
+from .camera_options import add_camera, camera_of
+from .scene_options import add_options, given_options
 
 _FIRST_LABEL = 2  # 1 is the floor's by default
 
@@ -26,8 +28,9 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "simulate",
         help="render scenes with known truth: a bag to test with and annotated images to train on",
-        description="Renders random scenes of objects. Writes bag/, truth.jsonl, images/ with annotations.json (COCO "
-        "keypoints), and preview/. The object files must say where each marker sits (pose).",
+        description="Renders random scenes of objects. Writes bag/, truth.jsonl, camera.yaml, images/ with "
+        "annotations.json (COCO keypoints), and preview/. The object files must say where each marker sits (pose). The "
+        "bag bears the true poses and joints, too. The same seed and options give the same bytes.",
     )
     parser.add_argument("object_files", nargs="*", type=Path, metavar="OBJECT.yaml", help="objects to show")
     parser.add_argument("--params-file", type=Path, help="show the objects of this parameter file, with its labels")
@@ -38,50 +41,39 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same frames (0)")
     parser.add_argument("--colour", action="store_true", help="the bag bears colour images, too")
     parser.add_argument(
-        "--noise", type=float, default=1.0, help="strength of light, blur, noise and speckle (1); 0: none"
-    )
-    _add_camera(parser.add_argument_group("camera"))
-    _add_scene(parser.add_argument_group("scene"))
+        "--noise", type=float, default=1.0,
+        help="factor on the defaults of light, blur, noise and speckle (1); 0: none of them",
+    )  # fmt: skip
+    add_camera(parser)
+    add_options(parser.add_argument_group("scene"), SceneConfig)
+    add_options(parser.add_argument_group("light, optics, sensor and segmentation"), SensorConfig)
+    group = parser.add_argument_group("motion")
+    group.add_argument("--motion", action="store_true", help="one scene, in which objects move and joints swing")
+    add_options(group, MotionConfig)
     parser.set_defaults(run=run)
-
-
-def _add_camera(group: Any) -> None:
-    group.add_argument("--camera-info", type=Path, metavar="FILE.yaml", help="a ROS calibration file; or else:")
-    group.add_argument(
-        "--image-size", type=int, nargs=2, default=(320, 240), metavar=("W", "H"), help="pixels (320 240)"
-    )
-    group.add_argument("--view-angle", type=float, default=60.0, metavar="DEG", help="of the image's width (60)")
-
-
-def _add_scene(group: Any) -> None:
-    """One option for each field of `SceneConfig`, which holds defaults, units and meanings."""
-    for field in dataclasses.fields(SceneConfig):
-        default, meta = field.default, field.metadata
-        paired = isinstance(default, tuple)
-        sample = default[0] if isinstance(default, tuple) and default else default
-        shown = " ".join(map(str, default)) if isinstance(default, tuple) else default
-        group.add_argument(
-            "--" + field.name.replace("_", "-"),
-            type=int if isinstance(sample, int) else float,
-            nargs=2 if paired else None,
-            metavar=("MIN", "MAX") if paired else "VALUE",
-            help=meta["description"] + (f" ({shown})" if shown != "" else ""),
-        )
 
 
 def run(args: argparse.Namespace) -> int:
     """Writes the frames and says where they are."""
     targets = _targets(args)
-    given: dict[str, Any] = {f.name: getattr(args, f.name) for f in dataclasses.fields(SceneConfig)}
-    given = {k: tuple(v) if isinstance(v, list) else v for k, v in given.items() if v is not None}
-    scene = SceneConfig(**given)
-    sensor = SensorConfig().scaled(args.noise)
+    scene = SceneConfig(**given_options(args, SceneConfig))
+    sensor = dataclasses.replace(SensorConfig().scaled(args.noise), **given_options(args, SensorConfig))
+    motion = given_options(args, MotionConfig)
+    if motion and not args.motion:
+        raise ConfigError(f"--{next(iter(motion)).replace('_', '-')} goes with --motion")
     if args.frames < 1:
         raise ConfigError(f"--frames: {args.frames} is none; 1 or more")
-    frames = simulate(targets, _camera(args), scene, sensor, args.seed, args.frames)
+    camera = camera_of(args)
+    for target in targets:
+        if scene.floor_label and scene.floor_label in labels_of(target):
+            raise ConfigError(f"--floor-label: {scene.floor_label} is a label of '{target.name}'; choose another, or 0")
+    if args.motion:
+        frames = simulate_motion(targets, camera, scene, MotionConfig(**motion), sensor, args.seed, args.frames)
+    else:
+        frames = simulate(targets, camera, scene, sensor, args.seed, args.frames)
     bar = tqdm(frames, total=args.frames, unit="frame", disable=None, leave=False)
     write_frames(bar, targets, args.output, args.storage, args.colour)
-    print(f"{args.frames} frames in {args.output}: bag, truth.jsonl, annotations.json, images, preview")
+    print(f"{args.frames} frames in {args.output}: bag, truth.jsonl, annotations.json, camera.yaml, images, preview")
     return 0
 
 
@@ -101,12 +93,7 @@ def _targets(args: argparse.Namespace) -> tuple[Target, ...]:
     return tuple(Target(model.name, model, label) for model, label in zip(models, labels, strict=True))
 
 
-def _camera(args: argparse.Namespace) -> Camera:
-    if args.camera_info:
-        return load_camera(args.camera_info, "camera_optical_frame")
-    width, height = args.image_size
-    if not (16 <= width <= 8192 and 16 <= height <= 8192):
-        raise ConfigError(f"--image-size: {width} {height} is not within 16 .. 8192")
-    if not 5 <= args.view_angle <= 150:
-        raise ConfigError(f"--view-angle: {args.view_angle} is not within 5 .. 150 degrees")
-    return pinhole_camera((width, height), args.view_angle)
+def labels_of(target: Target) -> set[int]:
+    """The class labels that an object's markers and bodies bear."""
+    labels = {target.label if c.label is None else c.label for c in target.model.components}
+    return labels | {c.body_label for c in target.model.components if c.body_label is not None}

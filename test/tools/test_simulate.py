@@ -50,9 +50,33 @@ def test_several_objects_bear_the_labels_given(tmp_path):
         ([OBJECTS / "excavator.yaml", "--image-size", "1", "1"], "--image-size: 1 1"),
         ([OBJECTS / "excavator.yaml", "--view-angle", "180"], "--view-angle: 180"),
         ([OBJECTS / "excavator.yaml", "--size", "0.9", "0.2"], "scene.size"),
+        ([OBJECTS / "excavator.yaml", "--spots", "-1"], "sensor.spots"),
+        ([OBJECTS / "excavator.yaml", "--speed", "1"], "--speed goes with --motion"),
+        ([OBJECTS / "excavator.yaml", "--floor-label", "6"], "--floor-label: 6 is a label of 'excavator'"),
     ],
 )
 def test_wrong_usage_is_told_and_writes_nothing(tmp_path, arguments, message):
     with pytest.raises(ConfigError, match=message):
         run(*arguments, "-o", tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def truth_of(folder):
+    return [json.loads(line)["objects"] for line in (folder / "truth.jsonl").read_text().splitlines()]
+
+
+def test_with_motion_objects_move_and_joints_swing_smoothly(tmp_path):
+    run(OBJECTS / "excavator.yaml", "-o", tmp_path / "out", *SMALL, "--motion", "--swing-hz", "1")
+    frames = truth_of(tmp_path / "out")
+    assert all(len(objects) == 1 for objects in frames)
+    for (a,), (b,) in zip(frames, frames[1:], strict=False):
+        assert 0 < sum(abs(x - y) for x, y in zip(a["position"], b["position"], strict=True)) < 0.1
+        assert 0 < sum(abs(a["joints"][name] - b["joints"][name]) for name in a["joints"]) < 1
+
+
+def test_each_disturbance_can_be_set(tmp_path):
+    for name, more in (("clean", []), ("spotted", ["--spots", "40"]), ("again", ["--spots", "40"])):
+        run(OBJECTS / "excavator.yaml", "-o", tmp_path / name, *SMALL, "--noise", "0", *more)
+    images = {name: (tmp_path / name / "images/0000.png").read_bytes() for name in ("clean", "spotted", "again")}
+    assert images["spotted"] == images["again"] != images["clean"]
+    assert truth_of(tmp_path / "clean")[0][0]["position"] == truth_of(tmp_path / "spotted")[0][0]["position"]

@@ -102,7 +102,7 @@ class Peer:
             DiagnosticArray, "/diagnostics", lambda msg: self._statuses.extend(msg.status), 10
         )
         self.heard: dict[str, list[Any]] = defaultdict(list)
-        self._stamp_s = 1_700_000_000
+        self._stamp_s, self.sent = 1_700_000_000, 0
 
     def __enter__(self) -> Peer:
         return self
@@ -156,12 +156,14 @@ class Peer:
         while time.monotonic() < end:
             self._executor.spin_once(timeout_sec=0.05)
 
-    def send(self, msg: Any) -> int:
-        """Publish an image with a stamp of its own, and return that stamp's seconds."""
+    def send(self, msg: Any, stamp_s: int | None = None) -> int:
+        """Publish an image with a stamp of its own, or the one given; returns that stamp's seconds."""
         self._stamp_s += 1
-        msg.header.stamp.sec, msg.header.stamp.nanosec, msg.header.frame_id = self._stamp_s, 250, "eye"
+        self.sent += 1
+        sec = self._stamp_s if stamp_s is None else stamp_s
+        msg.header.stamp.sec, msg.header.stamp.nanosec, msg.header.frame_id = sec, 250, "eye"
         self._images.publish(msg)
-        return self._stamp_s
+        return sec
 
     def send_serialized(self, data: bytes) -> None:
         """Publish bytes in place of an image."""

@@ -1,6 +1,6 @@
 """Starts artrec_node: ros2 launch artrec_ros artrec.launch.py image:=/camera/image_raw camera_info:=/camera/camera_info
 
-Two cameras: include this file twice, with another `namespace` each.
+Two cameras: two_cameras.launch.py includes this file twice, with another `namespace` each.
 """
 
 from pathlib import Path
@@ -20,6 +20,7 @@ ARGUMENTS = (
     ("params_file", str(SHARE / "config" / "aibo.yaml"), "node parameters; relative paths in it start at its folder"),
     ("image_transport", "raw", "raw or compressed"),
     ("use_sim_time", "false", "take time from /clock"),
+    ("autostart", "true", "false: wait for a lifecycle manager"),
     ("log_level", "info", "debug, info, warn, error or fatal"),
 )
 
@@ -31,6 +32,7 @@ def make_node(context):
         "config_dir": str(params_file.parent),
         "image_transport": value["image_transport"],
         "use_sim_time": value["use_sim_time"].lower() == "true",
+        "autostart": value["autostart"].lower() == "true",
     }
     node = Node(
         package="artrec_ros",

@@ -150,9 +150,21 @@ def test_the_launch_file_knows_the_usual_arguments_and_the_nodes_parameters() ->
     assert own <= {*NodeConfig.__dataclass_fields__, "use_sim_time"}
 
 
-@pytest.mark.skipif(
+needs_launch = pytest.mark.skipif(
     importlib.util.find_spec("launch_ros") is None, reason="launch and launch_ros are not installed (not on PyPI)"
 )
+
+
+def test_the_launch_files_agree_on_their_arguments() -> None:
+    """Without launch: what the file for two cameras passes on, the one for one camera declares."""
+    names = {ast.literal_eval(name) for name, _, _ in launch_file()[0]}
+    tree = ast.parse((ROOT / "launch" / "two_cameras.launch.py").read_text())
+    assigned = {n.targets[0].id: n.value for n in tree.body if isinstance(n, ast.Assign)}
+    passed = [ast.literal_eval(row.elts[0]) for table in ("SHARED", "OWN") for row in assigned[table].elts]
+    assert len(passed) == len(set(passed)) and set(passed) <= names
+
+
+@needs_launch
 def test_the_launch_file_makes_a_node() -> None:
     from launch import LaunchContext
 
@@ -162,3 +174,21 @@ def test_the_launch_file_makes_a_node() -> None:
         action.execute(context)
     (node,) = module["make_node"](context)
     assert node.node_package == "artrec_ros" and node.node_executable == "artrec_node"
+
+
+@needs_launch
+def test_two_cameras_have_a_node_each() -> None:
+    from launch.actions import IncludeLaunchDescription
+
+    from launch import LaunchContext
+
+    module = runpy.run_path(str(ROOT / "launch" / "two_cameras.launch.py"))
+    context = LaunchContext()
+    included = []
+    for action in module["generate_launch_description"]().entities:
+        if isinstance(action, IncludeLaunchDescription):
+            included.append({k: v.perform(context) for k, v in action.launch_arguments})
+        else:
+            action.execute(context)
+    assert [values["namespace"] for values in included] == ["left", "right"]
+    assert all(values["image"] == "image" and values["autostart"] == "true" for values in included)

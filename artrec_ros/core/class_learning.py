@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from .conformal import conformal_margin, left_out_scores, unwrapped, widened
 from .intervals import Interval
 from .learning import Example, learn, least_widths, widened_pair
 from .objects import ObjectModel
-from .pairs import PairConstraint, configuration
+from .pairs import Key, PairConstraint, configuration
 from .transforms import Array
 
 _LEAST_RANGE = 0.02  # radians, or shares of a sliding joint's range
@@ -31,8 +32,18 @@ def learn_class(
     :param joints: per example whose joints are known, component -> its joint's position.
     :param coverage: share of new examples that the region of the pairs, and that of the joints, shall hold.
     """
-    pairs = _pairs(model, examples, coverage)
+    areas = {(c.name, m.name): m.area for c in model.components for m in c.markers}
+    pairs = _pairs(model, [at_one_scale(e, areas) for e in examples if e], coverage)
     return ConfigurationClass(name, len(examples), pairs, _joints(model, joints, coverage))
+
+
+def at_one_scale(places: Mapping[Key, Any], areas: Mapping[Key, float]) -> dict[Key, Any]:
+    """The places of one object's markers with the scale of the one that is largest in the image.
+
+    Classes compare distances over it: a small marker's own scale is uncertain, and differs where it is eroded.
+    """
+    largest = max(places, key=lambda key: places[key].scale * np.sqrt(areas[key]))
+    return {key: replace(place, scale=places[largest].scale) for key, place in places.items()}
 
 
 def _pairs(model: ObjectModel, examples: Sequence[Example], coverage: float) -> tuple[PairConstraint, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .candidates import Poses
+from .class_learning import at_one_scale
 from .classes import ConfigurationClass
 from .config import RecognizerConfig
 from .constraints import ConstraintSet
@@ -15,7 +16,7 @@ from .datatypes import ClassFit, Detection, Instance, Target
 from .intervals import Interval
 from .kinematics import Kinematics
 from .objects import ObjectModel
-from .pairs import ANGLES, Key, configuration, configuration_noise
+from .pairs import ANGLES, Key, PairConstraint, configuration, configuration_noise
 from .shapes import Shape
 from .symmetry import ANY_ANGLE
 from .transforms import Array
@@ -127,6 +128,7 @@ class _ClassModel:
         self._constraints, self._config = constraints, config
         self._kinematics = Kinematics(model)
         self._joints = [c.name for c in model.joint_components]
+        self._areas = {(c.name, m.name): m.area for c in model.components for m in c.markers}
         self._shapes = {(c.name, m.name): Shape.from_marker(m) for c in model.components for m in c.markers}
         self._spans = {
             frozenset((p.first, p.second)): {d: i.width for d, i in p.allowed.items()} for p in constraints.pairs
@@ -143,7 +145,7 @@ class _ClassModel:
         terms = []
         for name in (n for n in c.joints if n in detection.joints):
             j = self._joints.index(name)
-            noise = self._config.joint_noise_rad * float(self._kinematics.unit[j])
+            noise = self._config.class_noise * float(self._kinematics.unit[j])
             span = float(self._kinematics.upper[j] - self._kinematics.lower[j])
             if self._kinematics.revolute[j]:
                 span = min(span, 2 * np.pi)
@@ -151,30 +153,32 @@ class _ClassModel:
         return ClassScore(c.name, tuple(terms), len(terms) / max(len(c.joints), 1))
 
     def _by_pairs(self, c: ConfigurationClass, detection: Detection) -> ClassScore:
-        found = {(i.component, i.marker): i for i in detection.components}
+        own = {(i.component, i.marker): i for i in detection.components}
+        found = at_one_scale({key: self._pose(key, i) for key, i in own.items()}, self._areas)
         shown = [p for p in c.pairs if p.first in found and p.second in found]
         components = {k[0] for p in shown for k in (p.first, p.second)}
         weight = (len(components) - 1) / max(len(shown), 1)
-        terms = [t for p in shown for t in self._pair_terms(p.first, p.second, p.allowed, found, weight)]
+        terms = [t for p in shown for t in self._pair_terms(p, found, own, weight)]
         everything = {k[0] for p in c.pairs for k in (p.first, p.second)}
         return ClassScore(c.name, tuple(terms), len(components) / max(len(everything), 1))
 
     def _pair_terms(
-        self, first: Key, second: Key, allowed: Mapping[str, Interval], found: dict[Key, Instance], weight: float
+        self, p: PairConstraint, found: Mapping[Key, Poses], own: Mapping[Key, Instance], weight: float
     ) -> Iterator[Term]:
-        a, b = (self._pose(k, found[k]) for k in (first, second))
+        a, b = found[p.first], found[p.second]
         T = configuration(a, b)
         noise = configuration_noise(a, b, T)
-        periods = [self._period(k, found[k]) for k in (first, second)]
-        spans = self._spans.get(frozenset((first, second)), {})
-        for d, interval in allowed.items():
+        periods = [self._period(k, own[k]) for k in (p.first, p.second)]
+        spans = self._spans.get(frozenset((p.first, p.second)), {})
+        for d, interval in p.allowed.items():
             if d not in _TOLD:
                 continue
             folded = _folded(interval, min(periods) if d == "turn_rad" else periods[0])
             greatest = folded.period or 2 * self._constraints.reach_m
             span = min(spans.get(d, greatest), greatest)
-            name = f"{'/'.join(first)} - {'/'.join(second)} {d}"
-            yield Term(name, float(T[d]), float(noise[d]), folded, max(span, folded.width), weight)
+            name = f"{'/'.join(p.first)} - {'/'.join(p.second)} {d}"
+            more = self._config.class_noise * (1.0 if d in ANGLES else float(T["distance_m"]))
+            yield Term(name, float(T[d]), float(np.hypot(noise[d], more)), folded, max(span, folded.width), weight)
 
     def _pose(self, key: Key, i: Instance) -> Poses:
         radius_px = self._shapes[key].rms_radius_m * i.scale

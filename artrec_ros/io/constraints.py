@@ -30,7 +30,8 @@ _AXES = """\
 """
 _CLASSES = """\
 # classes: kinds of configurations, each with the region that its own examples span in all pairs, or in all joints, at
-# once. joints: positions in radians (metres where a joint slides), checked where poses in space are known; else pairs.
+# once. joints: positions in radians (metres where a joint slides), checked where poses in space are known; else pairs,
+# here with the scale of the object's largest marker throughout.
 """
 
 

@@ -105,7 +105,7 @@ def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig,
     up = ground.axes[:, 2]
     if config.floor_label and up @ ground.point < 0:  # a floor above the camera would hide what stands on it
         floor = Floor(up, float(up @ ground.point), config.floor_label)
-    return Scene(tuple(placed), tuple(_sample_distractors(targets, placed, camera, config, rng)), floor)
+    return Scene(tuple(placed), tuple(sample_distractors(targets, placed, camera, config, rng)), floor)
 
 
 def _extent(model: ObjectModel) -> _Extent:
@@ -216,7 +216,7 @@ def joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
     return values
 
 
-def _sample_distractors(
+def sample_distractors(
     targets: Sequence[Target],
     placed: Sequence[PlacedObject],
     camera: Camera,

@@ -119,13 +119,12 @@ class RecognizerConfig:
         0.7, "least share of a class's components, or joints, that an object must show to be of it", low=0, high=1
     )
     min_class_confidence: float = param(0.5, "least confidence of a class; below it there is none", low=0, high=1)
-    joint_noise_rad: float = param(
+    class_noise: float = param(
         0.04,
-        "standard deviation of a joint in space (of a sliding one as a share of its part's size); classes are widened "
-        "by two of it",
-        unit="rad",
+        "standard deviation of what classes compare, beyond a contour's noise: of joints and angles in radians, of "
+        "distances as a share; classes are widened by two of it",
         low=0,
-        high=1,
+        high=0.5,
     )
     # the published method's own values, used by profile paper alone
     paper_tolerance_px: float = param(2.0, "paper: half-width of the tolerance area", unit="px", low=0.5, high=20)

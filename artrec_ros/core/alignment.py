@@ -14,12 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .blobs import Blob
+from .compiled import contour_fit as compiled
+from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .deadline import Deadline
-from .shapes import SAMPLES, Shape
+from .shapes import SAMPLES, Shape, pack_shapes
 
 _MARGIN_PX = 16
-_STEPS_PER_PX = 15.0  # of the quantised distance: 255 stands for 17 px and more
+STEPS_PER_PX = 15.0  # of the quantised distance: 255 stands for 17 px and more
 _CHUNK = 8192  # hypotheses a batch; cv2.remap takes fewer than 32767 rows
 _NORMAL_AGREEMENT = 0.6  # cosine
 
@@ -83,6 +85,11 @@ class ContourMap:
         maps[..., 1] += (slot * self.height)[:, None].astype(np.float32)
         return cv2.remap(self.distance, maps, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=255)
 
+    @property
+    def contours(self) -> compiled.Contours:
+        """The nearest points as compiled code takes them."""
+        return compiled.Contours(self.nearest, self.points, self.normals, *self.origin, self.height)
+
     def nearest_index(self, where: np.ndarray, slot: np.ndarray) -> NDArray[np.int32]:
         """(K, m) index of the contour point nearest to (K, m) complex image points."""
         x = np.clip(np.rint(where.real - self.origin[0]), 0, self.nearest.shape[1] - 1).astype(np.intp)
@@ -116,7 +123,7 @@ def _nearest_contour(
     dist, zone = cv2.distanceTransformWithLabels(canvas, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
     of_zone = np.zeros(int(zone.max()) + 1, np.int32)
     of_zone[zone[y, x]] = index
-    return cv2.convertScaleAbs(dist, alpha=_STEPS_PER_PX), of_zone[zone]
+    return cv2.convertScaleAbs(dist, alpha=STEPS_PER_PX), of_zone[zone]
 
 
 def tolerance_px(area_px: np.ndarray | float, config: RecognizerConfig) -> np.ndarray:
@@ -210,7 +217,7 @@ def matched_share(
                 if tolerance is None
                 else np.full(len(part), tolerance)
             )
-            share[part] = np.count_nonzero(d <= (tol * _STEPS_PER_PX)[:, None], axis=1) / len(points)
+            share[part] = np.count_nonzero(d <= (tol * STEPS_PER_PX)[:, None], axis=1) / len(points)
     return share
 
 
@@ -248,6 +255,8 @@ def evidence(
     """Exact evidence for a few placements: sub-pixel distances and normals at every point."""
     if not len(placed):
         return Evidence.none()
+    if COMPILED:
+        return _evidence_compiled(cmap, shapes, placed, config, blank)
     points = np.stack([s.points for s in shapes])[placed.shape]  # (K, m)
     normals = np.stack([s.normals for s in shapes])[placed.shape]
     where = placed.where(points)
@@ -261,6 +270,29 @@ def evidence(
     worth = np.where(matched & seen, 1 - 0.5 * (off / tol) ** 2, 0.0)
     share = (matched & seen).sum(axis=1) / count
     return Evidence(share, worth.sum(axis=1) / count, seen.mean(axis=1), np.where(matched, index, -1))
+
+
+def _evidence_compiled(
+    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, blank: tuple[int, ...]
+) -> Evidence:
+    packed = pack_shapes(tuple(shapes))
+    tolerance = tolerance_px(placed.area_px(shapes), config)
+    return Evidence(
+        *compiled.evidence(
+            cmap.contours,
+            packed.points,
+            packed.normals,
+            placed.t,
+            placed.z,
+            placed.w,
+            placed.shape,
+            placed.slot,
+            tolerance,
+            _NORMAL_AGREEMENT,
+            cmap.image_size,
+            np.array(blank, float),
+        )
+    )
 
 
 def _in_view(where: np.ndarray, size: tuple[int, int], blank: tuple[int, ...]) -> NDArray[np.bool_]:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled import pair_checks as compiled
+from .compiled.jit import COMPILED
+from .compiled.pair_checks import Boxes
 from .config import RecognizerConfig
 from .constraints import ConstraintSet
 from .datatypes import Target
 from .matching import Matches
+from .pair_boxes import pack_boxes, reach_m
 from .pairs import PairConstraint, configuration, configuration_noise
 from .symmetry import ANY_ANGLE
 from .transforms import Array, wrap_angle
@@ -33,8 +38,12 @@ class Poses:
     theta_noise: Array
     scale_noise: Array
 
-    def at(self, index: tuple[object, ...] | NDArray[np.int64]) -> Poses:
-        return Poses(*(getattr(self, f)[index] for f in Poses.__dataclass_fields__))
+    @property
+    def arrays(self) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
+        return (self.x, self.y, self.theta, self.scale, self.place_noise_px, self.theta_noise, self.scale_noise)
+
+    def at(self, index: Any) -> Poses:
+        return Poses(*(a[index] for a in self.arrays))
 
 
 @dataclass(frozen=True)
@@ -42,14 +51,15 @@ class Candidates:
     """All (instance, component, marker, turn) of one target. An instance whose shape looks the same after a turn
     is a candidate in each of these directions: constraints tell which one it is.
 
-    :param component: (n,) number of the component; marker: (n,) number of its marker.
+    :param component: (n,) number of the component; marker: (n,) number of its marker; role: (n,) row of `roles`.
     :param match: (n,) number of the instance in `Matches`.
     :param share, score: (n,) as in `Evidence`; weight: (n,) contour explained, pixels.
     """
 
-    target: Target
+    roles: Roles
     component: NDArray[np.int64]
     marker: NDArray[np.int64]
+    role: NDArray[np.int64]
     match: NDArray[np.int64]
     poses: Poses
     share: Array
@@ -59,11 +69,16 @@ class Candidates:
     def __len__(self) -> int:
         return len(self.component)
 
+    @property
+    def target(self) -> Target:
+        return self.roles.target
+
     def take(self, index: NDArray[np.int64]) -> Candidates:
         return Candidates(
-            self.target,
+            self.roles,
             self.component[index],
             self.marker[index],
+            self.role[index],
             self.match[index],
             self.poses.at(index),
             self.share[index],
@@ -76,26 +91,58 @@ class Candidates:
         return component.name, component.markers[self.marker[n]].name
 
 
+@dataclass(frozen=True)
+class Roles:
+    """What instances can be in one target: a row per component and marker, in the model's order.
+
+    :param shape, label, axis_angle: (K,) the marker's shape, class and axis in the shape.
+    :param boxes: the target's constraints.
+    """
+
+    target: Target
+    component: NDArray[np.int64]
+    marker: NDArray[np.int64]
+    shape: NDArray[np.int64]
+    label: NDArray[np.int64]
+    axis_angle: Array
+    boxes: Boxes
+
+    @classmethod
+    def of(cls, target: Target, shape_of: ShapeOf) -> Roles:
+        rows = [
+            (c, m, shape_of[component.name, marker.name], target.label if component.label is None else component.label)
+            for c, component in enumerate(target.model.components)
+            for m, marker in enumerate(component.markers)
+        ]
+        angles = np.array([m.axis_angle for c in target.model.components for m in c.markers])
+        component, marker, shape, label = np.array(rows, np.int64).T
+        return cls(target, component, marker, shape, label, angles, pack_boxes(target))
+
+
 def candidates_of(target: Target, shape_of: ShapeOf, matches: Matches, config: RecognizerConfig) -> Candidates:
     """Candidates of every component of a target, in the model's order."""
-    rows: list[tuple[int, int, int, float, bool]] = []  # component, marker, match, theta, whether theta has meaning
-    for c, component in enumerate(target.model.components):
-        label = target.label if component.label is None else component.label
-        for m, marker in enumerate(component.markers):
-            shape = shape_of[component.name, marker.name]
-            for n in np.flatnonzero((matches.placed.shape == shape) & (matches.labels == label)):
-                k = float(matches.placed.scale[n])
-                order = matches.shapes[shape].symmetry.order(k, config.symmetry_px)
-                turns = 2 * np.pi * np.arange(max(order, 1)) / max(order, 1)
-                theta = matches.axis_direction(int(n), marker.axis_angle)
-                rows += [(c, m, int(n), theta + float(turn), order != ANY_ANGLE) for turn in turns]
-    table = np.array(rows, float).reshape(-1, 5)
-    match = table[:, 2].astype(np.int64)
-    poses = _poses(matches, match, wrap_angle(table[:, 3]), table[:, 4] > 0, config)
-    score = matches.placed.score[match]
-    numbers = table[:, :2].astype(np.int64)
+    return candidates_of_roles(Roles.of(target, shape_of), matches, config)
+
+
+def candidates_of_roles(roles: Roles, matches: Matches, config: RecognizerConfig) -> Candidates:
+    """Candidates of every component of a target, in the model's order."""
+    placed = matches.placed
+    fits = (placed.shape == roles.shape[:, None]) & (matches.labels == roles.label[:, None])  # (K, instances)
+    role, match = np.nonzero(fits)
+    residual = np.stack([s.symmetry.residual_m for s in matches.shapes])[placed.shape[match]]  # (n, orders)
+    same = residual * placed.scale[match][:, None] <= config.symmetry_px
+    order = np.where(same[:, 0], ANY_ANGLE, same.shape[1] - 1 - same[:, ::-1].argmax(axis=1))
+    turns = np.maximum(order, 1)
+    row = np.repeat(np.arange(len(role)), turns)
+    turn = np.arange(len(row)) - np.repeat(np.cumsum(turns) - turns, turns)
+    role, match, order = role[row], match[row], order[row]
+    axis = np.exp(1j * roles.axis_angle[role])
+    theta = np.angle(placed.z[match] * axis + placed.w[match] * np.conj(axis))
+    theta = wrap_angle(theta + 2 * np.pi * turn / turns[row])
+    poses = _poses(matches, match, theta, order != ANY_ANGLE, config)
+    score = placed.score[match]
     share, weight = matches.evidence.share[match], score * matches.perimeter_px[match]
-    return Candidates(target, numbers[:, 0], numbers[:, 1], match, poses, share, score, weight)
+    return Candidates(roles, roles.component[role], roles.marker[role], role, match, poses, share, score, weight)
 
 
 def _poses(
@@ -114,7 +161,7 @@ class PairTable:
     """How two lists of candidates go together: (a, b) arrays.
 
     :param forbidden: cannot be in one object: same component, same pixels, unlike scales.
-    :param checked: a constraint relates the two.
+    :param checked: a constraint relates the two, and nothing forbids them.
     :param violation: by how much the worst dimension lies outside, in widths of what is allowed; 0: satisfied.
     """
 
@@ -127,11 +174,15 @@ def pair_table(
     all_: Candidates, rows: NDArray[np.int64], columns: NDArray[np.int64], matches: Matches, config: RecognizerConfig
 ) -> PairTable:
     """Check every pair of candidates `rows` x `columns`: O(1) a pair (paper, step 8)."""
+    if COMPILED:
+        mine = compiled.PoseArrays(*all_.poses.arrays, all_.component, all_.role, all_.match)
+        limits = (config.max_group_overlap, config.max_scale_ratio)
+        return PairTable(*compiled.check_pairs(mine, rows, columns, all_.roles.boxes, matches.overlap, *limits))
     a, b = all_.take(rows), all_.take(columns)
     ratio = np.abs(np.log(a.poses.scale[:, None] / b.poses.scale[None]))
     forbidden = (a.component[:, None] == b.component[None]) | (ratio > np.log(config.max_scale_ratio))
     forbidden |= matches.overlap[np.ix_(a.match, b.match)] > config.max_group_overlap
-    checked = np.zeros(forbidden.shape, bool)
+    checked = all_.roles.boxes.pair[np.ix_(a.role, b.role)] >= 0
     violation = np.zeros(forbidden.shape)
     constraints = all_.target.constraints
     for p in constraints.pairs if isinstance(constraints, ConstraintSet) else ():
@@ -140,10 +191,8 @@ def pair_table(
             if len(i) and len(j):
                 left, right = a.poses.at(i).at((slice(None), None)), b.poses.at(j).at((None, slice(None)))
                 pair = (right, left) if swap else (left, right)
-                worst = _worst(p, violations(p, *pair, config))
-                checked[np.ix_(i, j)] = True
-                violation[np.ix_(i, j)] = worst
-    return PairTable(forbidden, checked, violation)
+                violation[np.ix_(i, j)] = _worst(p, violations(p, *pair, config))
+    return PairTable(forbidden, checked & ~forbidden, np.where(forbidden, 0.0, violation))
 
 
 def _of_key(c: Candidates, key: tuple[str, str]) -> NDArray[np.int64]:
@@ -162,7 +211,5 @@ def violations(p: PairConstraint, first: Poses, second: Poses, config: Recognize
 
 def _worst(p: PairConstraint, outside: dict[str, Array]) -> Array:
     """The greatest excess in comparable units: radians, shares of a ratio, shares of the pair's greatest length."""
-    lengths = [i for d, i in p.allowed.items() if d.endswith("_m")]
-    reach = max([abs(end) for i in lengths for end in (i.low, i.high)] + [1e-9])
-    scaled = [v / reach if d.endswith("_m") else v for d, v in outside.items()]
+    scaled = [v / reach_m(p) if d.endswith("_m") else v for d, v in outside.items()]
     return np.max(np.stack(np.broadcast_arrays(*scaled)), axis=0)

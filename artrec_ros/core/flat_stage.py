@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .alignment import ContourMap
 from .blobs import Blob
-from .candidates import ShapeOf, candidates_of
+from .candidates import Roles, ShapeOf, candidates_of_roles
 from .config import RecognizerConfig
 from .datatypes import Detection, Rejection, Target
 from .deadline import Deadline
@@ -25,6 +25,7 @@ class FlatStage:
         self._config = config
         self._blank = blank
         self._shapes, self._shape_of = _distinct_shapes(targets)
+        self._roles = [Roles.of(t, shape_of) for t, shape_of in zip(targets, self._shape_of, strict=True)]
         self._wanted = {
             (self._shape_of[n][c.name, m.name], target.label if c.label is None else c.label)
             for n, target in enumerate(targets)
@@ -55,8 +56,8 @@ class FlatStage:
             ]
             return detections_of(groups, matches, self._targets), (), True
         searches = [
-            GroupSearch(candidates_of(target, shape_of, matches, self._config), matches, self._config, deadline)
-            for target, shape_of in zip(self._targets, self._shape_of, strict=True)
+            GroupSearch(candidates_of_roles(roles, matches, self._config), matches, self._config, deadline)
+            for roles in self._roles
         ]
         solution = solve(searches, matches, self._config, deadline)
         detections = detections_of(solution.accepted, matches, self._targets, as_annotated=True)

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 
 from .alignment import Placements
 from .blobs import Blob, blob_anchors
+from .compiled.starts import Couples
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .shapes import Shape
 from .symmetry import ANY_ANGLE
 from .transforms import Array
 
-_WHOLE_BLOB_TURNS = 24
+WHOLE_BLOB_TURNS = 24
 _ARC_SPANS = (0.08, 0.16, 0.32)  # of a contour: how far apart the three points of a circle are
 _ARC_POINTS = 48
 
@@ -27,16 +30,26 @@ def anchor_couples(anchors: np.ndarray, spans: tuple[int, ...]) -> tuple[np.ndar
     return np.concatenate(first or [none]), np.concatenate(second or [none])
 
 
+@lru_cache(maxsize=8)
+def pack_couples(shapes: tuple[Shape, ...], spans: tuple[int, ...]) -> Couples:
+    """The anchors' couples of all shapes as compiled code takes them."""
+    couples = [anchor_couples(s.anchors, spans) for s in shapes]
+    first = np.concatenate([q1 for q1, _ in couples])
+    second = np.concatenate([q2 for _, q2 in couples])
+    return Couples(first, 1 / (second - first), np.cumsum([0] + [len(q1) for q1, _ in couples]))
+
+
 def blob_couples(blobs: list[Blob], config: RecognizerConfig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Couples of all blobs: (first, second) complex and (n,) position in `blobs`."""
-    first, second, owner = [], [], []
+    couples, owner = [np.zeros((0, 2), complex)], [np.zeros(0, np.int32)]
     for i, blob in enumerate(blobs):
-        for anchors in blob_anchors(blob, config):
-            p1, p2 = anchor_couples(anchors @ np.array([1, 1j]), config.couple_spans)
-            first.append(p1)
-            second.append(p2)
-            owner.append(np.full(len(p1), i, np.int32))
-    return np.concatenate(first), np.concatenate(second), np.concatenate(owner)
+        polygons = [anchor_couples(a @ np.array([1, 1j]), config.couple_spans) for a in blob_anchors(blob, config)]
+        mine = np.concatenate([np.stack(pair, axis=1) for pair in polygons])  # (n, 2)
+        once = np.sort(np.unique(mine, axis=0, return_index=True)[1])  # two polygons share many
+        couples.append(mine[once])
+        owner.append(np.full(len(once), i, np.int32))
+    first, second = np.concatenate(couples).T
+    return first, second, np.concatenate(owner)
 
 
 def propose(
@@ -75,15 +88,20 @@ def _of_shape(
     blobs: list[Blob], shape: Shape, couples: tuple[np.ndarray, np.ndarray, np.ndarray], config: RecognizerConfig
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(t, z, position in blobs) of one shape's hypotheses."""
-    typical_scale = float(np.sqrt(np.median([b.area_px for b in blobs]) / shape.area_m2))
-    round_shape = shape.is_disc or shape.symmetry.order(typical_scale, config.symmetry_px) == ANY_ANGLE
-    parts = [_whole_blobs(blobs, shape, 1 if round_shape else _WHOLE_BLOB_TURNS)]
+    round_shape = is_round(shape, float(np.median([b.area_px for b in blobs])), config)
+    parts = [_whole_blobs(blobs, shape, 1 if round_shape else WHOLE_BLOB_TURNS)]
     if round_shape:
-        parts.append(_circles(blobs, shape))
+        parts.append(circles(blobs, shape))
     else:
         parts.append(_couples(shape, couples, config))
     t, z, owner = (np.concatenate(column) for column in zip(*parts, strict=True))
     return t, z, owner
+
+
+def is_round(shape: Shape, typical_area_px: float, config: RecognizerConfig) -> bool:
+    """Whether no direction of the shape can be told at the size of the blobs: its anchors mean nothing."""
+    typical_scale = float(np.sqrt(typical_area_px / shape.area_m2))
+    return shape.is_disc or shape.symmetry.order(typical_scale, config.symmetry_px) == ANY_ANGLE
 
 
 def _couples(
@@ -100,7 +118,7 @@ def _couples(
 
 def _whole_blobs(blobs: list[Blob], shape: Shape, turns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The shape over a blob's centroid, of its area, turned in equal steps: for blobs too small for anchors."""
-    centres = np.array([_centroid(b) for b in blobs])
+    centres = np.array([centroid(b) for b in blobs])
     k = np.sqrt(np.array([b.area_px for b in blobs]) / shape.area_m2)
     turn = np.exp(2j * np.pi * np.arange(turns) / turns)
     return (
@@ -110,14 +128,15 @@ def _whole_blobs(blobs: list[Blob], shape: Shape, turns: int) -> tuple[np.ndarra
     )
 
 
-def _centroid(blob: Blob) -> complex:
+def centroid(blob: Blob) -> complex:
+    """Of the pixels enclosed."""
     moments = cv2.moments(blob.contour.astype(np.float32)[:, None])
     if moments["m00"] < 1e-6:
         return complex(*blob.contour.mean(axis=0))
     return complex(moments["m10"], moments["m01"]) / moments["m00"]
 
 
-def _circles(blobs: list[Blob], shape: Shape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def circles(blobs: list[Blob], shape: Shape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Circles through three contour points: discs that are merged with, or cut by, something else."""
     centres, radii, owner = [], [], []
     for i, blob in enumerate(blobs):

@@ -8,14 +8,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .alignment import Array1, ContourMap, Evidence, Placements, evidence, matched_share
+from .alignment import Array1, ContourMap, Evidence, Placements, evidence
 from .blobs import Blob
 from .config import RecognizerConfig
 from .deadline import Deadline
-from .hypotheses import propose
 from .overlap import overlap_matrix
-from .refinement import ranks_in_group, refine, refine_slanted, suppress
+from .refinement import refine, refine_slanted, suppress
 from .shapes import Shape
+from .starts import find_starts
 
 _SLANT_GAIN = 0.05
 _LOOKING = 0.5  # of the time may go into the first pass, the rest is for what it found
@@ -60,9 +60,7 @@ class Matches:
         return self.cmap.stretches(self.evidence.matched[n], int(np.ceil(1.5 * between_px)) + 1)
 
     def take(self, index: np.ndarray) -> Matches:
-        return Matches(
-            self.shapes, self.placed.take(index), self.labels[index], self.evidence.take(index), self.cmap
-        )
+        return Matches(self.shapes, self.placed.take(index), self.labels[index], self.evidence.take(index), self.cmap)
 
     @classmethod
     def none(cls, shapes: list[Shape]) -> Matches:
@@ -92,20 +90,7 @@ def find_matches(
     :param wanted: (shape, label) pairs.
     """
     looking = deadline.part(_LOOKING)
-    placed = propose(blobs, shapes, wanted, cmap.slots, config, looking)
-    placed = _best(
-        placed,
-        matched_share(cmap, shapes, placed, config, looking, config.coarse_step),
-        config.coarse_match,
-        config.coarse_keep,
-        shapes,
-    )
-    share = matched_share(cmap, shapes, placed, config, deadline, 1)
-    placed = _best(placed, share, config.coarse_match, config.coarse_keep, shapes)
-    # A small blob has room for few instances.
-    size = np.array([len(b.pixels) for b in blobs])
-    quota = np.clip(size[placed.blob] // 8, 4, config.refine_keep)
-    placed = placed.take(suppress(placed, _group(placed, shapes), shapes, quota, config, config.same_start, deadline))
+    placed = find_starts(blobs, cmap, shapes, wanted, config, looking, deadline)
     placed = refine(cmap, shapes, placed, config, deadline)
     if config.max_slant_deg > 0:
         slanted = refine_slanted(cmap, shapes, placed, config, deadline)
@@ -137,15 +122,3 @@ def accept(
     everywhere = matches.placed.slot.astype(np.int64) * len(shapes) + matches.placed.shape
     quota = np.full(len(matches), config.max_instances)
     return matches.take(suppress(matches.placed, everywhere, shapes, quota, config, config.same_place, Deadline()))
-
-
-def _group(placed: Placements, shapes: list[Shape]) -> np.ndarray:
-    return placed.blob.astype(np.int64) * len(shapes) + placed.shape
-
-
-def _best(placed: Placements, score: Array1, least: float, keep: int, shapes: list[Shape]) -> Placements:
-    enough = np.flatnonzero(score >= least)
-    placed = placed.take(enough).replace(score=score[enough])
-    if not len(placed):
-        return placed
-    return placed.take(np.flatnonzero(ranks_in_group(_group(placed, shapes), placed.score) < keep))

@@ -19,6 +19,7 @@ from .deadline import Deadline
 from .errors import ConfigError
 from .flat_stage import FlatStage
 from .spatial_stage import SpatialStage
+from .warm_up import warm_up_flat_stage
 
 _ALIGNMENT = 0.7  # of the time that is left may go into alignment
 
@@ -66,6 +67,7 @@ class Recognizer:
         for target in self._targets:
             if isinstance(target.constraints, ConstraintSet):
                 target.constraints.check_model(target.model)
+        warm_up_flat_stage()
         fits = config.profile == "default" and config.whole_object
         spatial = tuple(t for t in self._targets if fits and t.model.is_spatial)
         self._spatial = SpatialStage(spatial, config)

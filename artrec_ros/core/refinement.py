@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from .alignment import ContourMap, Placements
+from .compiled import contour_fit as compiled
+from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .deadline import Deadline
-from .shapes import Shape
+from .shapes import Shape, pack_shapes
 from .symmetry import ANY_ANGLE
 
 _GATES_PX = (8.0, 1.5)  # Tukey gates from the first to the last step
@@ -94,22 +96,69 @@ def refine(
     Those whose scale runs away by more than `max_refined_scale` keep their hypothesis, as do those the deadline
     leaves. With `max_slant_deg`, affinities follow; a caller chooses between the two by their evidence.
     """
-    parts = []
-    for start in range(0, len(placed), _BATCH):
-        part = placed.take(np.arange(start, min(start + _BATCH, len(placed))))
-        parts.append(part if deadline.expired else _Batch(cmap, shapes, part).refined(config, False))
-    return Placements.concatenate(parts)
+    return _in_batches(cmap, shapes, placed, config, deadline, False)
 
 
 def refine_slanted(
     cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, deadline: Deadline
 ) -> Placements:
     """The same with affinities, as far as a turn of `max_slant_deg` out of the image plane squeezes a marker."""
+    return _in_batches(cmap, shapes, placed, config, deadline, True)
+
+
+def _in_batches(
+    cmap: ContourMap,
+    shapes: list[Shape],
+    placed: Placements,
+    config: RecognizerConfig,
+    deadline: Deadline,
+    slanted: bool,
+) -> Placements:
     parts = []
     for start in range(0, len(placed), _BATCH):
-        part = placed.take(np.arange(start, min(start + _BATCH, len(placed))))
-        parts.append(part if deadline.expired else _Batch(cmap, shapes, part).refined(config, True))
-    return Placements.concatenate(parts)
+        part = placed if len(placed) <= _BATCH else placed.take(np.arange(start, min(start + _BATCH, len(placed))))
+        if not deadline.expired:
+            refined = _refined if COMPILED else _refined_in_numpy
+            part = refined(cmap, shapes, part, config, slanted)
+        parts.append(part)
+    return parts[0] if len(parts) == 1 else Placements.concatenate(parts)
+
+
+def _squeeze(config: RecognizerConfig, slanted: bool) -> float:
+    """Greatest |w| / |z| of an affinity that a turn by `max_slant_deg` makes."""
+    cosine = np.cos(np.radians(config.max_slant_deg))
+    return float((1 - cosine) / (1 + cosine)) if slanted else 0.0
+
+
+def _refined(
+    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, slanted: bool
+) -> Placements:
+    packed = pack_shapes(tuple(shapes))
+    gates = np.geomspace(*_GATES_PX, config.refine_steps)
+    t, z, w = compiled.refine(
+        cmap.contours,
+        packed.points,
+        packed.normals,
+        packed.radius,
+        placed.t,
+        placed.z,
+        placed.w,
+        placed.shape,
+        placed.slot,
+        gates,
+        _POINT_STEP,
+        _NORMAL_AGREEMENT,
+        _DAMPING,
+        _squeeze(config, slanted),
+        config.max_refined_scale,
+    )
+    return placed.replace(t=t, z=z, w=w)
+
+
+def _refined_in_numpy(
+    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, slanted: bool
+) -> Placements:
+    return _Batch(cmap, shapes, placed).refined(config, _squeeze(config, slanted))
 
 
 class _Batch:
@@ -121,16 +170,14 @@ class _Batch:
         self._points = np.stack([s.points[::_POINT_STEP] for s in shapes])[placed.shape] / self._radius[:, None]
         self._normals = np.stack([s.normals[::_POINT_STEP] for s in shapes])[placed.shape]
 
-    def refined(self, config: RecognizerConfig, slanted: bool) -> Placements:
+    def refined(self, config: RecognizerConfig, squeeze: float) -> Placements:
         start = self._placed.replace(z=self._placed.z * self._radius, w=self._placed.w * self._radius)
         now = start
-        cosine = np.cos(np.radians(config.max_slant_deg))
         for gate in np.geomspace(*_GATES_PX, config.refine_steps):
             limit = np.minimum(gate, np.maximum(1.5, 0.5 * np.abs(now.z)))
-            dt, dz, dw = self._step(now, limit, slanted)
+            dt, dz, dw = self._step(now, limit, squeeze > 0)
             w = now.w + dw
-            longest = np.abs(now.z + dz) * (1 - cosine) / (1 + cosine)
-            w *= np.minimum(1.0, longest / np.maximum(np.abs(w), 1e-12))
+            w *= np.minimum(1.0, squeeze * np.abs(now.z + dz) / np.maximum(np.abs(w), 1e-12))
             now = now.replace(t=now.t + dt, z=now.z + dz, w=w)
         ratio = now.scale / start.scale
         tame = np.isfinite(now.t) & (ratio < config.max_refined_scale) & (ratio > 1 / config.max_refined_scale)

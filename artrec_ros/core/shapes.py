@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
 
 from .blobs import anchor_points
+from .compiled.starts import ShapeArrays
 from .objects import Marker
 from .symmetry import Symmetry, find_symmetry
 from .transforms import Array
@@ -17,7 +19,7 @@ _ANCHOR_SHARE = 0.02  # of the root of the area: tolerance of a shape's own poly
 _INSIDE_GRID = 12  # cells across the longer side, for overlap between instances
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shape:
     """One outline, however many components and markers show it.
 
@@ -90,3 +92,15 @@ def _inside_points(outline: Array) -> np.ndarray:
     inside = [cv2.pointPolygonTest(polygon, (float(px), float(py)), False) >= 0 for px, py in grid / step]
     kept = grid[np.array(inside, bool)] if any(inside) else np.zeros((1, 2))
     return kept @ np.array([1, 1j])
+
+
+@lru_cache(maxsize=8)
+def pack_shapes(shapes: tuple[Shape, ...]) -> ShapeArrays:
+    """Shapes as compiled code takes them."""
+    return ShapeArrays(
+        np.stack([s.points for s in shapes]),
+        np.stack([s.normals for s in shapes]),
+        np.array([s.area_m2 for s in shapes]),
+        np.array([s.rms_radius_m for s in shapes]),
+        np.stack([s.symmetry.residual_m for s in shapes]),
+    )

@@ -1,0 +1,159 @@
+"""Twins of `candidates.pair_table` and `overlap.overlap_matrix`: every pair of candidates, every pair of instances."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .jit import jit
+
+
+class Boxes(NamedTuple):
+    """A target's constraints packed: its markers have keys 0 .. K - 1, its constraints numbers 0 .. P - 1.
+
+    :param pair: (K, K) the constraint that relates two markers, or -1. :param swapped: (K, K) whether it is told from
+        the second one's side.
+    :param low, high, period: (P, 6) intervals of distance, offsets x and y, bearing, turn and ratio of scales; a
+        dimension that is not checked allows everything.
+    :param reach: (P,) what lengths are measured by, in metres.
+    """
+
+    pair: np.ndarray
+    swapped: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    period: np.ndarray
+    reach: np.ndarray
+
+
+class PoseArrays(NamedTuple):
+    """`candidates.Poses` with what else tells candidates apart. :param key: of the marker."""
+
+    x: np.ndarray
+    y: np.ndarray
+    theta: np.ndarray
+    scale: np.ndarray
+    place_noise: np.ndarray
+    theta_noise: np.ndarray
+    scale_noise: np.ndarray
+    component: np.ndarray
+    key: np.ndarray
+    match: np.ndarray
+
+
+@jit
+def _wrapped(angle: float, period: float) -> float:
+    return angle - period * math.floor(angle / period + 0.5)
+
+
+@jit
+def _excess(boxes: Any, p: int, d: int, value: float, noise: float) -> float:
+    low, high, period = boxes.low[p, d], boxes.high[p, d], boxes.period[p, d]
+    if period > 0:
+        outside = abs(_wrapped(value - (low + high) / 2, period)) - (high - low) / 2
+    else:
+        outside = max(low - value, value - high)
+    return max(outside - 2 * noise, 0.0)
+
+
+@jit
+def _violation(boxes: Any, p: int, c: Any, i: int, j: int) -> float:
+    """By how much the worst dimension of the configuration of i and j lies outside constraint p."""
+    dx, dy = c.x[j] - c.x[i], c.y[j] - c.y[i]
+    k = math.sqrt(c.scale[i] * c.scale[j])
+    rho = math.sqrt(dx * dx + dy * dy)
+    place_px = math.sqrt(c.place_noise[i] ** 2 + c.place_noise[j] ** 2)
+    scale_noise = math.sqrt(c.scale_noise[i] ** 2 + c.scale_noise[j] ** 2)
+    distance, place, ratio = rho / k, place_px / k, c.scale[j] / c.scale[i]
+    reach = boxes.reach[p]
+    noise = math.sqrt(place**2 + (distance * scale_noise / 2) ** 2)
+    worst = max(_excess(boxes, p, 0, distance, noise) / reach, _excess(boxes, p, 5, ratio, ratio * scale_noise))
+    turn_noise = math.sqrt(c.theta_noise[i] ** 2 + c.theta_noise[j] ** 2)
+    turn = _wrapped(c.theta[j] - c.theta[i], 2 * math.pi)
+    worst = max(worst, _excess(boxes, p, 4, turn, turn_noise))
+    bearing = _wrapped(math.atan2(dy, dx) - c.theta[i], 2 * math.pi)
+    noise = math.sqrt(c.theta_noise[i] ** 2 + (place_px / max(rho, 1e-6)) ** 2)
+    worst = max(worst, _excess(boxes, p, 3, bearing, noise))
+    if boxes.low[p, 1] > -np.inf or boxes.low[p, 2] > -np.inf:
+        noise = math.sqrt(place**2 + (distance * c.theta_noise[i]) ** 2)
+        worst = max(worst, _excess(boxes, p, 1, distance * math.cos(bearing), noise) / reach)
+        worst = max(worst, _excess(boxes, p, 2, distance * math.sin(bearing), noise) / reach)
+    return worst
+
+
+@jit
+def check_pairs(c: Any, rows: Any, columns: Any, boxes: Any, overlap: Any, max_overlap: float, max_ratio: float) -> Any:
+    """(forbidden, checked, violation) of candidates `rows` x `columns`."""
+    shape = (len(rows), len(columns))
+    forbidden, checked, violation = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_), np.zeros(shape)
+    for a in range(len(rows)):
+        i = rows[a]
+        for b in range(len(columns)):
+            j = columns[b]
+            ratio = c.scale[i] / c.scale[j]
+            if (
+                c.component[i] == c.component[j]
+                or max(ratio, 1 / ratio) > max_ratio
+                or overlap[c.match[i], c.match[j]] > max_overlap
+            ):
+                forbidden[a, b] = True
+                continue
+            p = boxes.pair[c.key[i], c.key[j]]
+            if p >= 0:
+                checked[a, b] = True
+                swap = boxes.swapped[c.key[i], c.key[j]]
+                violation[a, b] = _violation(boxes, p, c, j, i) if swap else _violation(boxes, p, c, i, j)
+    return forbidden, checked, violation
+
+
+class Rasters(NamedTuple):
+    """Shapes drawn, to ask whether points lie inside. Points that fill shape s: inside[first[s]:first[s + 1]].
+
+    :param mask: (S, n, n). :param low: (S, 2) and cell: (S,) as in `overlap`. :param reach: (S,) metres.
+    """
+
+    mask: np.ndarray
+    low: np.ndarray
+    cell: np.ndarray
+    reach: np.ndarray
+    inside: np.ndarray
+    first: np.ndarray
+
+
+@jit
+def _share_inside(rasters: Any, s: int, s_in: int, t: complex, z: complex, w: complex, z_in: complex,
+                  w_in: complex) -> float:  # fmt: skip
+    """Share of shape s, placed by (t, z, w), that lies in shape s_in, placed by (0, z_in, w_in)."""
+    determinant = abs(z_in) ** 2 - abs(w_in) ** 2
+    cells, unit = rasters.mask.shape[1], 1 / rasters.cell[s_in]
+    # the points p of s_in's frame with z_in p + w_in conj(p) = t + z q + w conj(q)
+    c = (np.conj(z_in) * t - w_in * np.conj(t)) / determinant
+    a = (np.conj(z_in) * z - w_in * np.conj(w)) / determinant
+    b = (np.conj(z_in) * w - w_in * np.conj(z)) / determinant
+    hits = 0
+    for i in range(rasters.first[s], rasters.first[s + 1]):
+        q = rasters.inside[i]
+        p = c + a * q + b * np.conj(q)
+        x = int(min(max((p.real - rasters.low[s_in, 0]) * unit + 2.5, 0.0), cells - 1.0))
+        y = int(min(max((p.imag - rasters.low[s_in, 1]) * unit + 2.5, 0.0), cells - 1.0))
+        hits += rasters.mask[s_in, y, x]
+    return hits / (rasters.first[s + 1] - rasters.first[s])
+
+
+@jit
+def overlaps(rasters: Any, t: Any, z: Any, w: Any, shape: Any, labels: Any) -> Any:
+    """(K, K) as `overlap_matrix`."""
+    out = np.zeros((len(t), len(t)))
+    for i in range(len(t)):
+        reach_i = rasters.reach[shape[i]] * (abs(z[i]) + abs(w[i]))
+        for j in range(i + 1):
+            reach = reach_i + rasters.reach[shape[j]] * (abs(z[j]) + abs(w[j]))
+            off = t[i] - t[j]
+            if labels[i] != labels[j] or off.real * off.real + off.imag * off.imag >= reach * reach:
+                continue
+            one = _share_inside(rasters, shape[i], shape[j], off, z[i], w[i], z[j], w[j])
+            other = _share_inside(rasters, shape[j], shape[i], -off, z[j], w[j], z[i], w[i])
+            out[i, j] = out[j, i] = max(one, other)
+    return out

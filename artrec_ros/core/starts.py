@@ -1,0 +1,150 @@
+"""Where to start refinement: hypotheses of every blob and shape, counted and thinned out (paper, step 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .alignment import STEPS_PER_PX, Array1, ContourMap, Placements, matched_share
+from .blobs import Blob, blob_anchors
+from .compiled import starts as compiled
+from .compiled.jit import COMPILED
+from .config import RecognizerConfig
+from .deadline import Deadline
+from .hypotheses import WHOLE_BLOB_TURNS, centroid, circles, is_round, pack_couples, propose
+from .refinement import ranks_in_group, suppress
+from .shapes import Shape, pack_shapes
+
+_CHUNK = 60_000  # hypotheses between looks at the clock: a few milliseconds of compiled work
+
+
+def find_starts(
+    blobs: tuple[Blob, ...],
+    cmap: ContourMap,
+    shapes: list[Shape],
+    wanted: set[tuple[int, int]],
+    config: RecognizerConfig,
+    looking: Deadline,
+    deadline: Deadline,
+) -> Placements:
+    """The best hypotheses of every place, at most `refine_keep` a blob and shape.
+
+    :param wanted: (shape, label) pairs.
+    :param looking: the part of the time that may go into the coarse count.
+    """
+    if COMPILED:
+        return _find_compiled(blobs, cmap, shapes, wanted, config, looking)
+    placed = propose(blobs, shapes, wanted, cmap.slots, config, looking)
+    coarse = matched_share(cmap, shapes, placed, config, looking, config.coarse_step)
+    placed = _best(placed, coarse, config.coarse_match, config.coarse_keep, shapes)
+    share = matched_share(cmap, shapes, placed, config, deadline, 1)
+    placed = _best(placed, share, config.coarse_match, config.coarse_keep, shapes)
+    quota = _quota(blobs, config)[placed.blob]
+    return placed.take(suppress(placed, _group(placed, shapes), shapes, quota, config, config.same_start, deadline))
+
+
+def _quota(blobs: tuple[Blob, ...], config: RecognizerConfig) -> NDArray[np.int64]:
+    """A small blob has room for few instances."""
+    return np.clip([len(b.pixels) // 8 for b in blobs], 4, config.refine_keep)
+
+
+def _group(placed: Placements, shapes: list[Shape]) -> np.ndarray:
+    return placed.blob.astype(np.int64) * len(shapes) + placed.shape
+
+
+def _best(placed: Placements, score: Array1, least: float, keep: int, shapes: list[Shape]) -> Placements:
+    enough = np.flatnonzero(score >= least - 1e-12)
+    placed = placed.take(enough).replace(score=score[enough])
+    if not len(placed):
+        return placed
+    return placed.take(np.flatnonzero(ranks_in_group(_group(placed, shapes), placed.score) < keep))
+
+
+def _find_compiled(
+    blobs: tuple[Blob, ...],
+    cmap: ContourMap,
+    shapes: list[Shape],
+    wanted: set[tuple[int, int]],
+    config: RecognizerConfig,
+    deadline: Deadline,
+) -> Placements:
+    packed = pack_shapes(tuple(shapes))
+    couples = pack_couples(tuple(shapes), config.couple_spans)
+    mine = _pack_blobs(blobs, cmap, shapes, wanted, config)
+    field = compiled.Field(cmap.distance, *cmap.origin, cmap.height, STEPS_PER_PX)
+    limits = _limits(config)
+    spans = np.array(config.couple_spans)
+    parts = []
+    for b_from, b_to in _chunks(mine, len(couples.q1) * len(spans)):
+        if deadline.expired:
+            break
+        t, z, shape, blob, score = compiled.find_starts(mine, b_from, b_to, packed, couples, field, spans, limits)
+        slot = mine.slot[blob]
+        parts.append(Placements(t, z, shape, blob, slot, score, np.zeros(len(t), complex)))
+    return parts[0] if len(parts) == 1 else Placements.concatenate(parts)
+
+
+def _chunks(blobs: compiled.BlobArrays, an_anchor: int) -> Iterator[tuple[int, int]]:
+    """:param an_anchor: hypotheses that come of an anchor."""
+    anchors = np.diff(blobs.polygon_first[blobs.polygons])
+    work = np.cumsum(anchors * an_anchor)
+    start, count = 0, len(work)
+    while start < count:
+        done = work[start - 1] if start else 0
+        end = max(start + 1, int(np.searchsorted(work, done + _CHUNK, side="right")))
+        yield start, end
+        start = end
+
+
+def _limits(config: RecognizerConfig) -> compiled.Limits:
+    return compiled.Limits(
+        config.coarse_step,
+        config.coarse_match,
+        config.coarse_keep,
+        config.min_area_ratio,
+        config.max_area_ratio,
+        float(config.min_blob_px),
+        config.min_scale,
+        config.max_scale if config.max_scale > 0 else np.inf,
+        config.tolerance_px,
+        config.tolerance_share,
+        config.symmetry_px,
+        config.same_start,
+    )
+
+
+def _pack_blobs(
+    blobs: tuple[Blob, ...],
+    cmap: ContourMap,
+    shapes: list[Shape],
+    wanted: set[tuple[int, int]],
+    config: RecognizerConfig,
+) -> compiled.BlobArrays:
+    polygons = [polygon for b in blobs for polygon in blob_anchors(b, config)]
+    shapes_of = {label: sorted(s for s, wanted_label in wanted if wanted_label == label) for label in cmap.slots}
+    area = np.array([b.area_px for b in blobs])
+    label = np.array([b.label for b in blobs])
+    typical = {n: float(np.median(area[label == n])) for n in cmap.slots}
+    round_ = {(s, n): is_round(shapes[s], typical[n], config) for n, mine in shapes_of.items() for s in mine}
+    rows = [(b, s) for b in blobs for s in shapes_of[b.label]]
+    is_disc = np.array([round_[s, b.label] for b, s in rows], bool)
+    none = np.zeros(0, complex)
+    extra = [circles([b], shapes[s])[:2] if disc else (none, none) for (b, s), disc in zip(rows, is_disc, strict=True)]
+    return compiled.BlobArrays(
+        np.concatenate(polygons) @ np.array([1, 1j]),
+        np.cumsum([0] + [len(p) for p in polygons]),
+        np.arange(len(blobs) + 1) * len(config.anchor_tolerances_px),
+        area,
+        np.array([centroid(b) for b in blobs]),
+        np.array([cmap.slots[b.label] for b in blobs], np.int32),
+        _quota(blobs, config),
+        np.array([s for _, s in rows], np.int32),
+        np.cumsum([0] + [len(shapes_of[b.label]) for b in blobs]),
+        np.where(is_disc, 1, WHOLE_BLOB_TURNS),
+        ~is_disc,
+        np.concatenate([t for t, _ in extra] or [none]),
+        np.concatenate([z for _, z in extra] or [none]),
+        np.cumsum([0] + [len(t) for t, _ in extra]),
+    )

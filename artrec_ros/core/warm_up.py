@@ -1,0 +1,41 @@
+"""Compiled code made ready before the first image, so that it is not late."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from .blobs import find_blobs
+from .compiled.jit import COMPILED
+from .config import RecognizerConfig
+from .constraints import ConstraintSet
+from .datatypes import Target
+from .deadline import Deadline
+from .flat_stage import FlatStage
+from .intervals import Interval
+from .objects import Component, Marker, ObjectModel
+from .pairs import PairConstraint
+
+_SIDE_PX = 24
+
+
+@lru_cache(maxsize=1)
+def warm_up_flat_stage() -> None:
+    """Recognise a square and a disc once in this process: whatever the objects, the compiled code is the same."""
+    if not COMPILED:
+        return
+    square = Marker("square", np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]]), np.zeros(2), np.array([1.0, 0]))
+    angle = np.linspace(0, 2 * np.pi, 32, endpoint=False)
+    disc = Marker("disc", np.stack([np.cos(angle), np.sin(angle)], axis=1) / 2, np.zeros(2), np.array([1.0, 0]), 0.5)
+    model = ObjectModel("warm_up", (Component("base", (square,), required=True), Component("spot", (disc,))))
+    box = {"distance_m": Interval(1.0, 3.0)}
+    constraints = ConstraintSet(model.name, 0.95, (PairConstraint(("base", "square"), ("spot", "disc"), 9, box, box),))
+    labels = np.zeros((3 * _SIDE_PX, 5 * _SIDE_PX), np.uint8)
+    labels[_SIDE_PX : 2 * _SIDE_PX, _SIDE_PX : 2 * _SIDE_PX] = 1
+    cv2.circle(labels, (7 * _SIDE_PX // 2, 3 * _SIDE_PX // 2), _SIDE_PX // 2, 1, cv2.FILLED)
+    config = RecognizerConfig(max_slant_deg=10.0)
+    stage = FlatStage((Target(model.name, model, 1, constraints),), config, ())
+    size = (labels.shape[1], labels.shape[0])
+    stage.group(stage.align(find_blobs(labels, {1}, config), size, Deadline()), Deadline())

@@ -1,0 +1,104 @@
+"""Compiled code of the image plane says the same as the numpy code beside it."""
+
+import numpy as np
+import pytest
+from scene import Placed, crane, crane_placed, disc, draw, flag, rectangle, render
+from test_recognizer import BLUE, CRANE, RED, SIZE
+
+from artrec_ros.core import alignment, candidates, overlap, refinement, starts
+from artrec_ros.core.alignment import ContourMap, evidence
+from artrec_ros.core.blobs import find_blobs
+from artrec_ros.core.candidates import candidates_of, pair_table
+from artrec_ros.core.compiled.jit import COMPILED
+from artrec_ros.core.config import RecognizerConfig
+from artrec_ros.core.datatypes import Target
+from artrec_ros.core.deadline import Deadline
+from artrec_ros.core.matching import find_matches
+from artrec_ros.core.overlap import overlap_matrix
+from artrec_ros.core.refinement import refine, refine_slanted
+from artrec_ros.core.shapes import Shape
+from artrec_ros.core.starts import find_starts
+
+pytestmark = pytest.mark.skipif(not COMPILED, reason="numba is not installed")
+CONFIG = RecognizerConfig(max_slant_deg=30.0)
+BLANK = (0, 0, 90, 60)
+
+
+@pytest.fixture(params=[0, 1, 2])
+def scene(request):
+    """Blobs, their contour map, shapes and what is wanted: cranes, a disc, noise."""
+    rng = np.random.default_rng(request.param)
+    truths = [
+        crane_placed(*rng.uniform((60, 60), (360, 180)), rng.uniform(-3, 3), rng.uniform(30, 60), (0.2, -0.3))
+        for _ in range(3)
+    ]
+    labels = render(SIZE, crane(), truths, RED)
+    draw(labels, disc("disc", 0.3), Placed(*rng.uniform(60, 180, 2), 0.0, 60), BLUE)
+    labels[rng.random(labels.shape) < 0.01] = RED
+    shapes = [Shape.from_marker(m) for m in (flag(), flag(mirrored=True), rectangle("bar", 0.8, 0.16), disc("d", 0.3))]
+    blobs = find_blobs(labels, {RED, BLUE}, CONFIG, BLANK)
+    wanted = {(0, RED), (1, RED), (2, RED), (2, BLUE), (3, BLUE)}
+    return blobs, ContourMap.build(blobs, SIZE), shapes, wanted
+
+
+def both(monkeypatch, work):
+    """What work() returns compiled and in numpy."""
+    results = []
+    for compiled in (True, False):
+        for module in (alignment, candidates, overlap, refinement, starts):
+            monkeypatch.setattr(module, "COMPILED", compiled)
+        results.append(work())
+    return results
+
+
+def as_rows(placed):
+    order = np.lexsort((placed.t.imag, placed.t.real, -placed.score, placed.shape, placed.blob))
+    return placed.take(order)
+
+
+def assert_alike(one, other):
+    assert len(one) == len(other) > 0
+    for name in ("t", "z", "w", "shape", "blob", "slot", "score"):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-6, atol=1e-6, err_msg=name)
+
+
+def starts_of(scene, config=CONFIG):
+    return as_rows(find_starts(*scene, config, Deadline(), Deadline()))
+
+
+@pytest.mark.parametrize("changes", [{}, {"coarse_keep": 20, "couple_spans": (1, 5)}, {"max_scale": 50.0}])
+def test_hypotheses(monkeypatch, scene, changes):
+    config = RecognizerConfig(**changes)
+    assert_alike(*both(monkeypatch, lambda: starts_of(scene, config)))
+
+
+def test_refinement_and_evidence(monkeypatch, scene):
+    _, cmap, shapes, _ = scene
+    placed = starts_of(scene)
+    assert_alike(*both(monkeypatch, lambda: refine(cmap, shapes, placed, CONFIG, Deadline())))
+    slanted, in_numpy = both(monkeypatch, lambda: refine_slanted(cmap, shapes, placed, CONFIG, Deadline()))
+    np.testing.assert_allclose(slanted.t, in_numpy.t, atol=0.01)  # some hardly determined: rounding shows
+    for a, b in zip(
+        *([getattr(e, f) for f in ("share", "score", "visible", "matched")] for e in both(
+            monkeypatch, lambda: evidence(cmap, shapes, slanted, CONFIG, BLANK)
+        )), strict=True
+    ):  # fmt: skip
+        np.testing.assert_allclose(a, b, atol=1e-9)
+
+
+def test_overlaps_and_pairs(monkeypatch, scene):
+    blobs, cmap, shapes, wanted = scene
+    matches = find_matches(blobs, cmap, shapes[:3], {w for w in wanted if w[0] < 3}, CONFIG, Deadline(), BLANK)
+    assert len(matches) > 5
+    np.testing.assert_allclose(
+        *both(monkeypatch, lambda: overlap_matrix(shapes, matches.placed, matches.labels)), atol=1e-12
+    )
+    target = Target("crane", crane(), RED, CRANE)
+    shape_of = {("base", "flag"): 0, ("base", "flag_mirrored"): 1, ("fore", "bar"): 2, ("aft", "bar"): 2}
+    all_ = candidates_of(target, shape_of, matches, CONFIG)
+    rows, columns = np.arange(len(all_)), np.arange(len(all_))[::2]
+    one, other = both(monkeypatch, lambda: pair_table(all_, rows, columns, matches, CONFIG))
+    assert one.checked.any() and (one.violation[one.checked] == 0).any()
+    np.testing.assert_array_equal(one.forbidden, other.forbidden)
+    np.testing.assert_array_equal(one.checked, other.checked)
+    np.testing.assert_allclose(one.violation, other.violation, atol=1e-9)

@@ -23,7 +23,6 @@ from .transforms import Array, rotation_from_rotvec
 EDGE_VOTE = 1.0  # natural-log units a known label says for one side of an edge
 EDGE_VOTE_SEAM = -0.1  # nearly silent: the edge lies in a seam's middle, a tenth of a pixel to the marker's side
 JOINT_SIGMA = 1.5  # a weak pull to the middle of a joint's range keeps unseen joints determined
-INFORMATION_REACH_PX = 3
 POINT_SIGMA_PX = 0.7  # labels place a boundary this well
 _UNKNOWNS = np.isin(np.arange(256), (UNKNOWN, OUTSIDE, OWNED))
 
@@ -67,41 +66,54 @@ def refine(
     return Fit(poses, rms, A)
 
 
-def information_of(model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray) -> Array:
-    """(H, 6+J, 6+J) information of poses as they are, from the contours of the markers in use.
+@dataclass(frozen=True)
+class ContourFit:
+    """The contours of M markers of one or more hypotheses against the labels' edges, m points each.
 
-    Neighbouring contour points share their label noise, so the residuals' own spread sets the scale, not the count.
+    :param normal: (H, M, m, 2) outward unit normals in the image. :param spacing_px: (H, M) of neighbouring points.
+    :param residual: (H, M, m) signed distance of each point from its edge along its normal, pixels.
+    :param weight: (H, M, m), 0 where there is no edge. :param jacobian: (H, M, m, 6+J) of the residuals.
     """
-    A, b, rms = _normal_equations(model, field, camera, poses, use, INFORMATION_REACH_PX)
-    _hold(model, poses, A, b, None)
-    sigma = np.maximum(rms, POINT_SIGMA_PX)
-    depth = np.maximum(poses.t[:, 2], 0.05)
-    prior = np.zeros(A.shape[1:])
-    prior[3:6, 3:6] = np.eye(3)  # a turn is known to a radian at worst
-    prior[:3, :3] = np.eye(3)
-    scale = np.ones((len(depth), A.shape[1], A.shape[1]))
-    scale[:, :3, :3] /= (0.5 * depth[:, None, None]) ** 2
-    return A / sigma[:, None, None] ** 2 + prior * scale
+
+    normal: Array
+    spacing_px: Array
+    residual: Array
+    weight: Array
+    jacobian: Array
+
+
+def contour_fit(
+    model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray, reach: int
+) -> ContourFit:
+    """How poses fit as they are; the markers that some hypothesis uses."""
+    frames = model.kinematics.forward(poses.R, poses.t, poses.q)
+    which = np.flatnonzero(use.any(axis=0))
+    patches = model.markers[which]
+    cosine, _ = model.in_camera(frames, patches)
+    pixels, normal = model.project_contours(camera, frames, which)
+    edge, weight = find_edges(field, pixels, normal, model.label[patches], reach)
+    weight = weight * (use[:, which] & (cosine > LEAST_COSINE))[..., None]
+    X = model.place_contours(frames, which)
+    row = np.einsum("hmki,hmkij->hmkj", normal, projection_jacobian(camera, X))  # (H, M, m, 3): d residual / d X
+    columns = [row, np.cross(X - poses.t[:, None, None], row)]  # shift, and turn about the object's origin
+    J = np.concatenate([*columns, _joint_columns(model, frames, X, row, model.component[patches])], axis=-1)
+    spacing = np.linalg.norm(np.roll(pixels, -1, axis=2) - pixels, axis=-1).mean(axis=2)
+    return ContourFit(normal, spacing, -edge, weight, J)
 
 
 def _normal_equations(
     model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray, reach: int
 ) -> tuple[Array, Array, Array]:
-    frames = model.kinematics.forward(poses.R, poses.t, poses.q)
     if COMPILED:
+        frames = model.kinematics.forward(poses.R, poses.t, poses.q)
         return _normal_equations_compiled(model, field, camera, poses, frames, use, reach)
-    which = np.flatnonzero(use.any(axis=0))
-    patches = model.markers[which]
-    cosine, _ = model.in_camera(frames, patches)
-    component = model.component[patches]
-    pixels, normal = model.project_contours(camera, frames, which)
-    edge, weight = find_edges(field, pixels, normal, model.label[patches], reach)
-    w = weight * (use[:, which] & (cosine > LEAST_COSINE))[..., None]  # (H, M, m)
-    X = model.place_contours(frames, which)
-    row = np.einsum("hmki,hmkij->hmkj", normal, projection_jacobian(camera, X))  # (H, M, m, 3): d residual / d X
-    columns = [row, np.cross(X - poses.t[:, None, None], row)]  # shift, and turn about the object's origin
-    J = np.concatenate([*columns, _joint_columns(model, frames, X, row, component)], axis=-1)
-    J, w, r = J.reshape(len(poses), -1, J.shape[-1]), w.reshape(len(poses), -1), -edge.reshape(len(poses), -1)
+    fit = contour_fit(model, field, camera, poses, use, reach)
+    n = len(poses)
+    J, w, r = (
+        fit.jacobian.reshape(n, -1, fit.jacobian.shape[-1]),
+        fit.weight.reshape(n, -1),
+        fit.residual.reshape(n, -1),
+    )
     Jw = J * w[..., None]
     rms = np.sqrt(np.sum(w * r**2, axis=1) / np.maximum(w.sum(axis=1), 1e-9))
     return Jw.transpose(0, 2, 1) @ J, np.einsum("hkp,hk->hp", Jw, r), rms

@@ -10,11 +10,11 @@ import numpy as np
 from .acceptance import Verdict, verdict_of
 from .blobs import Blob
 from .config import RecognizerConfig
+from .covariance import pose_covariance
 from .datatypes import Camera, Detection, ImagePose, Instance, Rejection, Target
 from .deadline import Deadline
 from .evidence import LabelField
 from .ownership import Claim, claims_of, share_out, silhouette
-from .posefit import information_of
 from .projection import project
 from .spatial import Poses
 from .transforms import Array, Pose
@@ -90,7 +90,7 @@ def _detection(verdict: Verdict, number: int, camera: Camera, field: LabelField)
     told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component in view
     joints = {c.name: float(poses.q[0, j]) for j, c in enumerate(model.joint_components) if told[j]}
     used = finder.supported(claim.scores)
-    information = information_of(finder.surface, field, camera, poses, used)[0]
+    covariance = pose_covariance(finder.surface, field, camera, poses, used)
     return Detection(
         finder.target.name,
         number,
@@ -99,7 +99,7 @@ def _detection(verdict: Verdict, number: int, camera: Camera, field: LabelField)
         parts,
         Pose(poses.R[0], poses.t[0]),
         joints,
-        np.linalg.inv(information)[:6, :6],
+        covariance,
     )
 
 

@@ -102,7 +102,8 @@ def _name(detection: Detection, pose: Pose, header: Any, colour: Colour) -> Mess
 
 def _marker(ns: str, number: int, header: Any, colour: Colour, pose: Message | None = None, **fields: Any) -> Message:
     placed = pose or pose_message(Pose(np.eye(3), np.zeros(3)))
-    common = {"header": header, "ns": ns, "id": int(number), "action": ADD, "color": _colour(colour), "pose": placed}
+    number = int(number) % 2**31  # the message's id is an int32; objects' ids are never given twice
+    common = {"header": header, "ns": ns, "id": number, "action": ADD, "color": _colour(colour), "pose": placed}
     return Message("visualization_msgs/msg/Marker", {**common, **fields})
 
 

@@ -4,11 +4,15 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 
+from dataclasses import replace
+
 import numpy as np
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from artrec_ros.core.datatypes import Detection, ImagePose, Instance
+from artrec_ros.core.config import TrackingConfig
+from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.tracking import Tracker
 from artrec_ros.core.transforms import Pose
 from artrec_ros.io.parameters import Setup
 from artrec_ros.node.markers import MarkerScene
@@ -60,6 +64,31 @@ def test_names_stay_and_only_what_vanished_is_deleted(scene: MarkerScene) -> Non
     third = scene.update([], HEADER).markers
     assert sorted(keys(third, Marker.DELETE)) == sorted(keys(second, Marker.ADD))
     assert scene.update([], HEADER).markers == []
+
+
+def test_an_object_keeps_its_markers_wherever_it_stands_in_the_list(scene: MarkerScene) -> None:
+    """The recogniser counts anew in each frame; the tracker names objects, and markers bear these names."""
+    tracker = Tracker(TrackingConfig())
+
+    def at(number: int, x: float) -> Detection:
+        pose = Pose.from_xyz_rpy((x, 0, 1), FACING)
+        return replace(detection(number, "body"), pose=pose, image=ImagePose(300 * x, 0, 0, 300))
+
+    def markers(stamp_ns: int, *found: Detection) -> list[Marker]:
+        return scene.update(tracker.update(stamp_ns, FrameResult((320, 240), found)).detections, HEADER).markers
+
+    both = markers(10**9, at(0, 0.0), at(1, 0.4))
+    swapped = markers(10**9 + 10**8, at(0, 0.4), at(1, 0.0))
+    assert set(keys(swapped, Marker.ADD)) == set(keys(both, Marker.ADD)) and not keys(swapped, Marker.DELETE)
+    one = markers(10**9 + 2 * 10**8, at(0, 0.4))
+    assert set(keys(one, Marker.ADD)) | set(keys(one, Marker.DELETE)) == set(keys(both, Marker.ADD))
+    places = {m.id: m.pose.position.x for m in one if m.ns == "toy/frame" and m.action == Marker.ADD}
+    assert places == {1: 0.4}
+
+
+def test_ids_that_have_grown_large_fit_the_message(scene: MarkerScene) -> None:
+    markers = scene.update([detection(2**31 + 5, "body", "arm")], HEADER).markers
+    assert len(markers) == 4 and all(0 <= m.id < 2**31 for m in markers)
 
 
 def test_no_two_markers_share_a_name(scene: MarkerScene) -> None:

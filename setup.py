@@ -7,6 +7,7 @@ from setuptools import find_packages, setup
 
 PACKAGE = "artrec_ros"
 SHARE = Path("share") / PACKAGE
+REPORT = ["Jinja2>=3.0", "matplotlib>=3.5"]
 NUMBA_WHEELS = "python_version < '3.15' and platform_machine in 'x86_64 AMD64 aarch64 arm64'"
 
 
@@ -51,6 +52,7 @@ setup(
     license="Apache-2.0",
     python_requires=">=3.10",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={f"{PACKAGE}.tools.evaluation": ["templates/*.j2"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (str(SHARE), ["package.xml"]),
@@ -71,8 +73,11 @@ setup(
     ],
     extras_require={
         "model": ["svgelements>=1.9"],  # 0.8 MB, nothing else comes with it: artrec model reads SVG drawings
+        # The page of artrec evaluate: 105 MB, of which matplotlib and what comes with it 102.
+        "report": REPORT,
         "test": [
-            "hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "svgelements>=1.9", "types-PyYAML", "types-tqdm",
+            *REPORT, "hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "svgelements>=1.9", "types-PyYAML",
+            "types-tqdm",
         ],  # fmt: skip
     },
     entry_points={

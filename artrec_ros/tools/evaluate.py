@@ -1,103 +1,132 @@
-"""`artrec evaluate`: scores the results of a replay against truth."""
+"""`artrec evaluate`: scores replays against truth, and compares them."""
 
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from ..io.cameras import load_camera
+from ..io.truth_files import read_truth
+from .evaluation import table
+from .evaluation.comparison import Change, compare
+from .evaluation.output import write_json, write_whole
+from .evaluation.result import FORMAT, Result, changes_to_dict, results_of
+from .evaluation.runs import load_runs
+from .evaluation.scoring import Options, evaluate_runs
 
-from ..core.datatypes import Detection
-from ..core.errors import SourceError
-from ..io.results import DETECTIONS_FILE, SUMMARY_FILE, read_results
-from ..io.truth import load_truth
-from .metrics import Counts, score
+METRICS_FILE, PAGE_FILE = "metrics.json", "report.html"
+COMPARISON_FILE, COMPARISON_PAGE_FILE = "comparison.json", "comparison.html"
+_NO_PAGE = "no page: it needs matplotlib and Jinja2: pip install artrec_ros[report]"
+_EPILOG = """\
+Truth: truth.jsonl as `artrec simulate` writes it (matched by stamp); a bag with PoseArray topics .../NAME/poses
+in the camera's optical frame (by stamp; needs a calibration, beside them in the bag or with --camera-info); a
+COCO file with keypoints COMPONENT/MARKER.tail and .head (by image file name: replay that folder).
 
-METRICS_FILE = "metrics.json"
+Written: metrics.json into each DIR, and report.html; with several DIRs comparison.json and comparison.html into
+the first one or --output. The pages need: pip install artrec_ros[report]
+"""
 
 
 def add_parser(subparsers: Any) -> None:
-    p = subparsers.add_parser("evaluate", help="score a replay against truth", description=__doc__)
-    p.add_argument("results", metavar="DIR", type=Path, help="folder that `artrec replay` wrote")
-    p.add_argument("--truth", required=True, type=Path, metavar="FILE", help="truth.jsonl, matched by stamp")
-    p.add_argument(
-        "--names",
-        type=_names,
-        metavar="NAME=LABEL,...",
-        help="the truth's label of each object (default: the replay's)",
-    )
+    p = subparsers.add_parser("evaluate", help="score replays against truth", description=__doc__, epilog=_EPILOG)
+    p.add_argument("results", metavar="DIR", nargs="+", type=Path, help="folders that `artrec replay` wrote")
+    p.add_argument("--truth", required=True, type=Path, metavar="PATH", help="truth.jsonl, a bag, or a COCO file")
+    p.add_argument("--truth-topic", action="append", default=[], metavar="TOPIC",
+                   help="of a bag: its PoseArray topics (default: those under /ground_truth/, or all)")  # fmt: skip
+    p.add_argument("--names", type=_names, metavar="NAME=TRUTH,...",
+                   help="the truth's name or label of each object; only these are scored")  # fmt: skip
+    p.add_argument("--camera-info", type=Path, metavar="FILE", help="calibration file, for poses without one")
+    p.add_argument("--max-gap", type=_seconds, default=0.0, metavar="S", help="how far stamps may differ (0 s)")
+    p.add_argument("--common", action="store_true", help="score only frames for which every DIR has a result")
+    p.add_argument("-o", "--output", type=Path, metavar="DIR", help="where page and comparison go (default: first DIR)")
+    p.add_argument("--pictures", type=_count, default=60, metavar="N", help="overlays on the page, of each DIR (60)")
+    p.add_argument("--no-page", action="store_true", help="write no page")
     p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    metrics = evaluate(args.results, args.truth, args.names)
-    (args.results / METRICS_FILE).write_text(json.dumps(metrics, indent=2) + "\n", encoding="utf-8")
-    for line in table(metrics):
+    camera = load_camera(args.camera_info) if args.camera_info else None
+    options = Options(args.names, round(args.max_gap * 1e9), args.common, camera)
+    results, changes = evaluate(args.results, args.truth, args.truth_topic, options)
+    output = args.output or args.results[0]
+    output.mkdir(parents=True, exist_ok=True)
+    written = [_write_metrics(r) for r in results]
+    if changes:
+        content = {"format": FORMAT, "runs": [r.to_dict() for r in results]}
+        write_json(output / COMPARISON_FILE, content | {"changes": [changes_to_dict(c) for c in changes]})
+        written.append(output / COMPARISON_FILE)
+    for line in lines(results, changes):
         print(line)
+    print()
+    if not args.no_page and _can_make_pages():
+        from .evaluation.page import render  # an extra, absent from a plain installation
+
+        written.append(output / (COMPARISON_PAGE_FILE if changes else PAGE_FILE))
+        write_whole(written[-1], render(results, changes, args.pictures))
+    print(f"written: {', '.join(map(str, written))}")
+    if not args.no_page and not _can_make_pages():
+        print(_NO_PAGE)
     return 0
 
 
-def evaluate(folder: Path, truth_file: Path, labels: Mapping[str, int] | None = None) -> dict[str, dict[str, Any]]:
-    """Figures per object name, and of all together under 'all'.
+def evaluate(
+    folders: Sequence[Path], truth: Path, topics: Sequence[str] = (), options: Options | None = None
+) -> tuple[list[Result], list[dict[str, Change]]]:
+    """Each replay's figures, and the changes of each but the first against the first.
 
-    :param labels: the truth's class number by object name; None: as the replay's parameters have them.
-    :raises SourceError: if truth and results have no frame in common, or files cannot be read.
+    :param topics: of a bag of truth.
+    :raises ArtrecError: truth and results have nothing in common, or files cannot be read.
     """
-    objects = _replayed_objects(folder)
-    labels = {name: o["label"] for name, o in objects.items()} if labels is None else labels
-    if unknown := sorted(set(labels) - set(objects)):
-        raise SourceError(f"--names: '{unknown[0]}' is no object of this replay ({', '.join(objects)})")
-    truth = load_truth(truth_file)
-    detections = {r.stamp_ns: r.detections for r in read_results(folder / DETECTIONS_FILE)}
-    _check_common_stamps(truth, detections)
-    counts = {name: score(truth, detections, label, name, objects[name]["required"]) for name, label in labels.items()}
-    return {**{name: c.rates() for name, c in counts.items()}, "all": _together(list(counts.values())).rates()}
+    evaluations = evaluate_runs(load_runs(folders), read_truth(truth, topics), options or Options())
+    return results_of(evaluations), [compare(evaluations[0], other) for other in evaluations[1:]]
 
 
-def table(metrics: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
-    """The figures as lines of text: a row for each figure, a column for each object name."""
-    width = max(len(row) for row in metrics["all"]) + 2
-    yield " " * width + "".join(f"{name:>12}" for name in metrics)
-    for row in metrics["all"]:
-        yield f"{row:<{width}}" + "".join(f"{'-' if m[row] is None else m[row]:>12}" for m in metrics.values())
-
-
-def _together(counts: list[Counts]) -> Counts:
-    """The sum over names: they were scored on the same frames, which count once."""
-    total = sum(counts[1:], counts[0])
-    frames, without = counts[0].frames, counts[0].frames_without_result
-    return total + Counts(frames=frames - total.frames, frames_without_result=without - total.frames_without_result)
-
-
-def _replayed_objects(folder: Path) -> dict[str, dict[str, Any]]:
-    path = folder / SUMMARY_FILE
-    try:
-        objects: dict[str, dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["looked_for"]
-    except OSError as error:
-        raise SourceError(f"{path}: cannot be read ({error.strerror}); is this a folder of `artrec replay`?") from error
-    except (ValueError, KeyError, TypeError) as error:
-        raise SourceError(f"{path}: no summary of a replay: {error!r}") from error
-    return objects
-
-
-def _check_common_stamps(truth: Mapping[int, Any], detections: Mapping[int, tuple[Detection, ...]]) -> None:
-    if truth.keys() & detections.keys():
+def lines(results: Sequence[Result], changes: Sequence[Mapping[str, Change]]) -> Iterator[str]:
+    """What the user reads on the terminal."""
+    for result in results:
+        prefix = f"{result.name}: " if changes else ""
+        yield from (f"note: {prefix}{note}" for note in result.evaluation.notes)
+    if changes:
+        yield from table.of_comparison([r.name for r in results], [r.overall for r in results], changes)
         return
-    if not detections:
-        raise SourceError(f"the results hold no frame, the truth {len(truth)}")
-    known, found = np.array(sorted(truth)), np.array(sorted(detections))
-    gap_ns = np.abs(known[:, None] - found[None, :]).min()
-    raise SourceError(
-        f"no stamp of the truth ({len(known)} frames from {known[0]}) is one of the results' ({len(found)} frames from "
-        f"{found[0]}); the nearest two are {gap_ns / 1e9:.6g} s apart"
-    )
+    counts = results[0].evaluation.counts()
+    yield f"{counts.frames} frames, {counts.objects} objects in view, {counts.recognised} found, {counts.false} false"
+    yield from table.of_run(results[0].overall, results[0].figures)
+    yield from table.of_parts(results[0].strata)
 
 
-def _names(text: str) -> dict[str, int]:
+def _write_metrics(result: Result) -> Path:
+    path = result.evaluation.run.folder / METRICS_FILE
+    write_json(path, result.to_dict())
+    return path
+
+
+def _can_make_pages() -> bool:
+    return all(find_spec(module) is not None for module in ("jinja2", "matplotlib"))
+
+
+def _names(text: str) -> dict[str, str]:
     pairs = [part.partition("=") for part in text.split(",")]
-    if not all(name and label.isdecimal() for name, _, label in pairs):
-        raise argparse.ArgumentTypeError(f"'{text}': NAME=LABEL,... is expected, as in red=3,blue=2")
-    return {name: int(label) for name, _, label in pairs}
+    if not all(name and wanted for name, _, wanted in pairs):
+        raise argparse.ArgumentTypeError(f"'{text}': NAME=TRUTH,... is expected, as in red=3,blue=2 or lamp=desk_lamp")
+    return {name.strip(): wanted.strip() for name, _, wanted in pairs}
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= 0):
+        raise argparse.ArgumentTypeError(f"'{text}' is no number of seconds")
+    return value
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"'{text}' is no number of pictures")
+    return int(text)

@@ -27,6 +27,10 @@ EXAMPLES = {
         "artrec simulate lamp.yaml --frames 60 --objects 1 2 --size 0.3 0.8 -o simulated",
         "artrec simulate --params-file lamp_params.yaml --motion --camera-info camera.yaml -o simulated",
     ),
+    "play": (
+        "artrec play recorded_bag --remap /camera/segmentation:=/image /camera/camera_info:=/camera_info",
+        "artrec play recorded_bag --rate 0.5 --loop",
+    ),
     "model": (
         "artrec model stickers.svg -o lamp.yaml",
         "artrec model foot.jpg arm.jpg --width 0.08 0.13 --name lamp -o lamp.yaml",

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import platform
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+import cv2
 import numpy as np
+import scipy
 
+from .. import __version__
 from ..io.results import DETECTIONS_FILE, FrameRecord
 
 
@@ -52,6 +56,7 @@ class Summary:
             },
             "problems": self.problems,
             "interrupted": self.interrupted,
+            "versions": versions(),
         }
 
     def lines(self) -> Iterator[str]:
@@ -68,3 +73,15 @@ class Summary:
         if len(self.errors) > 5:
             yield f"and {len(self.errors) - 5} more kinds of errors, see {DETECTIONS_FILE}"
         yield from self.problems
+
+
+def versions() -> dict[str, str]:
+    """Of what results depend on."""
+    return {
+        "artrec_ros": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "opencv": cv2.__version__,
+        "scipy": scipy.__version__,
+        "platform": platform.platform(),
+    }

@@ -9,8 +9,8 @@ import pytest
 
 from artrec_ros.core.datatypes import Detection, ImagePose, Instance
 from artrec_ros.core.transforms import Pose
-from artrec_ros.io.truth import TrueComponent, TrueObject
-from artrec_ros.tools.metrics import Counts, score, score_frame, shows
+from artrec_ros.io.truth import Told, TrueComponent, TrueObject
+from artrec_ros.tools.metrics import Counts, judge_frame, score, shows
 
 POSE = Pose.from_xyz_rpy([0.0, 0.0, 2.0])
 
@@ -20,6 +20,11 @@ def true_object(x, torso=(400, 400), leg=(100, 100), **others) -> TrueObject:
     parts = {"torso_left": (*torso, (x, 50)), "leg@front": (*leg, (x, 80)), **others}
     components = {n: TrueComponent(full, seen, np.array(at, float)) for n, (full, seen, at) in parts.items()}
     return TrueObject(3, POSE, components, np.array([x, 55.0]))
+
+
+def score_frame(objects, detections, root) -> Counts:
+    outcome = judge_frame(objects, detections, root)
+    return Counts.of(outcome.outcomes, len(outcome.false))
 
 
 def detection(x, leg_at=None, pose=POSE) -> Detection:
@@ -92,7 +97,7 @@ def test_crossed_neighbours_get_the_assignment_with_the_least_sum():
 
 def test_nothing_found_and_nothing_there():
     assert score_frame([], [], "torso") == Counts()
-    assert score_frame([true_object(100)], [], "torso") == Counts(objects=1)
+    assert score_frame([true_object(100)], [], "torso") == Counts(objects=1, judged=1)
     assert score_frame([], [detection(1)], "torso") == Counts(false=1)
 
 
@@ -113,5 +118,30 @@ def test_only_the_name_and_label_asked_for_are_scored_and_missing_frames_are_tol
 def test_counts_add_before_they_divide():
     one, two = Counts(frames=1, objects=1, recognised=1), Counts(frames=3, objects=9, recognised=0, false=6)
     rates = (one + two).rates()
-    assert rates["recognition_rate"] == 0.1 and rates["false_per_frame"] == 1.5
+    assert rates["recognition_rate"] == 0.1 and rates["false_per_frame"] == 1.5 and rates["precision"] == 1 / 7
     assert Counts().rates()["recognition_rate"] is None and Counts().rates()["position_error_median"] is None
+
+
+def test_joint_errors_go_round_the_circle_and_sliding_ones_in_metres():
+    truth = replace(true_object(100), joints={"leg": 3.1, "slide": 0.2, "unseen": 1.0})
+    found = replace(detection(100, (100, 80)), joints={"leg": -3.1, "slide": 0.25})
+    outcome = judge_frame([truth], [found], "torso").outcomes
+    counts = Counts.of(outcome, 0, sliding=["slide"])
+    assert counts.joint_errors_rad == (pytest.approx(2 * np.pi - 6.2),)
+    assert counts.joint_errors_m == (pytest.approx(0.05),)
+
+
+def test_a_truth_of_poses_judges_no_components():
+    torso = {"torso_left": TrueComponent(400, 400, np.array([100.0, 50.0]))}
+    truth = replace(true_object(100), components=torso, told=Told.REQUIRED)
+    counts = score_frame([truth], [detection(100, (300, 80))], "torso")
+    assert (counts.recognised, counts.judged, counts.right, counts.components_wrong) == (1, 0, 0, 0)
+    assert counts.rates()["right_rate"] is None
+
+
+def test_a_truth_of_labels_judges_what_is_labelled():
+    truth = replace(true_object(100), told=Told.LABELLED)
+    wrong = score_frame([truth], [detection(100, (300, 80))], "torso")
+    assert (wrong.judged, wrong.right, wrong.components_wrong) == (1, 0, 1)
+    unlabelled = replace(truth, components={"torso_left": truth.components["torso_left"]})
+    assert score_frame([unlabelled], [detection(100, (300, 80))], "torso").right == 1

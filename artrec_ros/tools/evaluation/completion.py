@@ -1,0 +1,87 @@
+"""What a truth of poses or of annotated axes says of markers, by the object's model.
+
+Poses: the required component's markers are projected; of joints, and of what hides what, nothing is known.
+Axes: two points fix a marker's similarity, and so its centre and area. They were annotated, so they are visible.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...core.datatypes import Camera
+from ...core.errors import SourceError
+from ...core.objects import Component, Marker, ObjectModel
+from ...core.projection import project
+from ...core.transforms import Array, Pose, readonly
+from ...io.annotations import instance_from_axis
+from ...io.files import nearest
+from ...io.truth import TrueComponent, TrueObject
+from ...simulation.render import polygon_mask, project_outline
+
+_LEAST_DEPTH_M = 1e-3
+
+
+def with_components(o: TrueObject, model: ObjectModel, camera: Camera | None) -> TrueObject:
+    """A true object with the components that its axes or its pose tell. :raises SourceError: axes of other markers."""
+    if o.components:
+        return o
+    if o.axes:
+        return replace(o, components=dict(_from_axis(name, axis, model) for name, axis in o.axes.items()))
+    if o.pose is None or camera is None:
+        return o
+    centre = project(camera, o.pose.position[None])[0] if o.pose.position[2] > _LEAST_DEPTH_M else None
+    return replace(o, components=_from_pose(o.pose, model.required, camera), centre_px=centre)
+
+
+def slant_rad(T_camera_object: Pose, required: Component) -> float | None:
+    """The least angle between a line of sight and the normal of a marker of the required component.
+
+    None: it has no marker whose place is known.
+    """
+    angles = [
+        np.arccos(np.clip(_facing(T_camera_object @ m.T_component_marker, m), -1, 1))
+        for m in required.markers
+        if m.T_component_marker is not None
+    ]
+    return float(min(angles)) if angles else None
+
+
+def _from_axis(name: str, axis: Array, model: ObjectModel) -> tuple[str, TrueComponent]:
+    markers = {f"{c.name}/{m.name}": (c.name, m) for c in model.components for m in c.markers}
+    if name not in markers:
+        raise SourceError(
+            f"truth: the keypoints of '{name}' are of no marker of '{model.name}'{nearest(name, markers)}"
+        )
+    component, marker = markers[name]
+    placed = instance_from_axis(component, marker, axis[0], axis[1])
+    area_px = marker.area * placed.scale**2
+    return f"{component}@{marker.name}", TrueComponent(area_px, area_px, readonly([placed.x, placed.y]))
+
+
+def _from_pose(T_camera_object: Pose, required: Component, camera: Camera) -> dict[str, TrueComponent]:
+    components = {}
+    for marker in required.markers:
+        if marker.T_component_marker is None:
+            continue
+        T = T_camera_object @ marker.T_component_marker
+        corners = T.apply(np.column_stack([marker.outline, np.zeros(len(marker.outline))]))
+        if _facing(T, marker) > 0 and corners[:, 2].min() > _LEAST_DEPTH_M:
+            components[f"{required.name}@{marker.name}"] = _seen(project_outline(camera, corners), camera.size)
+    return components
+
+
+def _seen(outline: Array, size: tuple[int, int]) -> TrueComponent:
+    """A marker's image (n, 2), of which the part within the picture shows."""
+    x, y = outline.T
+    full_px = abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))) / 2
+    rows, columns = np.nonzero(polygon_mask(outline, (size[1], size[0])))
+    centre = readonly([columns.mean(), rows.mean()]) if len(rows) else None
+    return TrueComponent(full_px, min(float(len(rows)), full_px), centre)
+
+
+def _facing(T_camera_marker: Pose, marker: Marker) -> float:
+    """Cosine between the marker's normal and the direction from its centre to the camera."""
+    centre = T_camera_marker.apply(np.append(marker.centroid, 0.0)[None])[0]
+    return float(-centre @ T_camera_marker.rotation[:, 2] / np.linalg.norm(centre))

@@ -1,0 +1,114 @@
+"""What went wrong in a frame, and why, as far as results and truth tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.datatypes import Detection, Instance
+from ...core.transforms import Array
+from ..metrics import extent_px, is_on, places_of
+from ..outcomes import Outcome
+from .runs import LookedFor
+from .scoring import Evaluation, ScoredFrame
+
+MISSED, NOT_RIGHT, FALSE = "missed", "not right", "false"
+_NEAR = 1.0  # of an object, in its apparent sizes
+
+
+@dataclass(frozen=True)
+class Failure:
+    """:param kind: MISSED, NOT_RIGHT or FALSE. :param name: the object's. :param place: (2,) pixels, where known.
+    :param radius_px: about how large it is there."""
+
+    kind: str
+    name: str
+    reason: str
+    place: Array | None
+    radius_px: float
+
+
+@dataclass(frozen=True)
+class FailedFrame:
+    """A frame with what failed in it. :param index: its place among the run's records."""
+
+    frame: ScoredFrame
+    failures: tuple[Failure, ...]
+
+
+def failed_frames(evaluation: Evaluation) -> list[FailedFrame]:
+    """The frames in which anything failed, in order."""
+    found = [FailedFrame(f, tuple(_failures(f, evaluation.run.objects))) for f in evaluation.frames]
+    return [f for f in found if f.failures]
+
+
+def _failures(frame: ScoredFrame, objects: Mapping[str, LookedFor]) -> Iterator[Failure]:
+    for name, part in frame.by_name.items():
+        root = objects[name].required
+        for outcome in part.outcomes:
+            if not outcome.counted or outcome.right or (outcome.right is None and outcome.recognised):
+                continue
+            kind = NOT_RIGHT if outcome.recognised else MISSED
+            reason = _why_not_right(outcome, root) if outcome.recognised else _why_missed(outcome, name, root, frame)
+            place = next(iter(places_of(outcome.truth, root)), None)
+            yield Failure(kind, name, reason, place, extent_px(outcome.truth))
+        for d in part.false:
+            place = np.array([d.image.x, d.image.y])
+            yield Failure(FALSE, name, _why_false(d, name, frame, objects), place, _radius_px(d))
+
+
+def _why_not_right(outcome: Outcome, root: str) -> str:
+    assert outcome.detection is not None
+    wrong = {component for component, hit in outcome.hits if not hit}
+    reasons = [_where(c, outcome) for c in outcome.detection.components if c.component in wrong]
+    reasons += [f"{component} was missed" for component in sorted(outcome.missed)]
+    return "; ".join(reasons) or f"{root} lies elsewhere"
+
+
+def _where(instance: Instance, outcome: Outcome) -> str:
+    on = [name for name, c in outcome.truth.components.items() if is_on(instance, c)]
+    return f"{instance.component} lies on {on[0]}" if on else f"{instance.component} lies on none of its markers"
+
+
+def _why_missed(outcome: Outcome, name: str, root: str, frame: ScoredFrame) -> str:
+    record, truth = frame.record, outcome.truth
+    if record is None:
+        return "the replay has no result for this frame"
+    if record.error is not None:
+        return f"the frame could not be used: {record.error}"
+    places, reach = places_of(truth, root), _NEAR * extent_px(truth)
+
+    def is_near(x: float, y: float) -> bool:
+        return any(np.hypot(x - p[0], y - p[1]) <= reach for p in places)
+
+    others = sorted({d.object for d in record.detections if d.object != name and is_near(d.image.x, d.image.y)})
+    if others:
+        return f"taken for '{others[0]}'"
+    rejected = [r for r in record.rejected if r.object == name and is_near(r.x, r.y)]
+    if rejected:
+        best = max(rejected, key=lambda r: r.score)
+        return f"turned down: {best.reason}"
+    return "no candidate near it" + ("" if record.complete else "; the time budget ended the search")
+
+
+def _why_false(d: Detection, name: str, frame: ScoredFrame, objects: Mapping[str, LookedFor]) -> str:
+    for other, part in frame.by_name.items():
+        for outcome in part.outcomes:
+            gaps = [
+                np.hypot(d.image.x - p[0], d.image.y - p[1]) for p in places_of(outcome.truth, objects[other].required)
+            ]
+            if min(gaps, default=np.inf) > _NEAR * extent_px(outcome.truth):
+                continue
+            if other != name:
+                return f"score {d.score:.2f}: lies on '{other}'"
+            again = "; another detection lies there, too" if outcome.detection is not None else ""
+            return f"score {d.score:.2f}: {min(gaps):.0f} px beside a '{name}'{again}"
+    return f"score {d.score:.2f}: no object there"
+
+
+def _radius_px(d: Detection) -> float:
+    """Half of what its components span, and a little more."""
+    places = np.array([[c.x, c.y] for c in d.components] or [[d.image.x, d.image.y]])
+    return float(max(8.0, 0.7 * np.ptp(places, axis=0).max()))

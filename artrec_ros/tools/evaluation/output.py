@@ -1,0 +1,26 @@
+"""Writes what evaluation makes: each file whole or not at all: a full disk leaves earlier ones as they are."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import SourceError
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    write_whole(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """:raises SourceError: the file cannot be written; what was there before still is."""
+    part = path.with_name(path.name + ".part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        os.replace(part, path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise SourceError(f"{path}: cannot be written: {error.strerror}; an earlier one is as it was") from error

@@ -1,0 +1,185 @@
+"""One run against a truth: the outcome of every object of every frame, and the counts over any part of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from ...core.datatypes import Camera, Detection
+from ...core.errors import SourceError
+from ...core.objects import ObjectModel
+from ...io.results import FrameRecord
+from ...io.truth import FrameKey, Told, TrueObject, Truth
+from ..metrics import Counts, judge_frame
+from ..outcomes import FrameOutcome, Outcome
+from .assignment import Choice, choose_objects, match_frames, repeated_frames, strangers
+from .completion import with_components
+from .runs import Run
+
+
+@dataclass(frozen=True)
+class ScoredFrame:
+    """A frame of the truth. :param index: its place among the run's records, None: it has no result.
+    :param by_name: object name -> outcome."""
+
+    key: FrameKey
+    index: int | None
+    record: FrameRecord | None
+    by_name: Mapping[str, FrameOutcome]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A run and what became of each frame of the truth, in the truth's order.
+
+    :param choices: the run's object names that are scored, and what the truth calls them.
+    :param sliding: object name -> its prismatic joints.
+    """
+
+    run: Run
+    truth: Truth
+    frames: tuple[ScoredFrame, ...]
+    choices: Mapping[str, Choice]
+    notes: tuple[str, ...] = ()
+    sliding: Mapping[str, frozenset[str]] = field(default_factory=dict)
+
+    @property
+    def names(self) -> list[str]:
+        return list(self.choices)
+
+    def outcomes(self, names: Sequence[str] | None = None) -> Iterator[tuple[str, Outcome]]:
+        """Object name and outcome of every true object of these names, or of all."""
+        for frame in self.frames:
+            for name in self.names if names is None else names:
+                yield from ((name, outcome) for outcome in frame.by_name[name].outcomes)
+
+    def false(self, names: Sequence[str] | None = None) -> Iterator[Detection]:
+        for frame in self.frames:
+            for name in self.names if names is None else names:
+                yield from frame.by_name[name].false
+
+    def counts(self, name: str | None = None) -> Counts:
+        """Of one object name, or of all: the frames count once."""
+        parts = [
+            Counts.of(
+                (o for _, o in self.outcomes([n])), sum(1 for _ in self.false([n])), sliding=self.sliding.get(n, ())
+            )
+            for n in ([name] if name else self.names)
+        ]
+        without = sum(f.index is None for f in self.frames)
+        return sum(parts, Counts(frames=len(self.frames), frames_without_result=without))
+
+    def counts_where(self, select: Callable[[TrueObject | Detection, str], bool]) -> Counts:
+        """Of the true objects and false detections that `select` (value, object name) takes; no frames."""
+        parts = [
+            Counts.of(
+                [o for _, o in self.outcomes([n]) if select(o.truth, n)],
+                sum(select(d, n) for d in self.false([n])),
+                sliding=self.sliding.get(n, ()),
+            )
+            for n in self.names
+        ]
+        return sum(parts, Counts())
+
+    @cached_property
+    def scores(self) -> list[tuple[float, bool]]:
+        """Score and correctness of each detection, but of those that lie on an object which does not count."""
+        met = [(o.detection.score, True) for _, o in self.outcomes() if o.counted and o.detection is not None]
+        return met + [(d.score, False) for d in self.false()]
+
+    @cached_property
+    def used_records(self) -> list[FrameRecord]:
+        """Of the frames that were looked at without an error."""
+        return [f.record for f in self.frames if f.record is not None and f.record.error is None]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How runs are scored.
+
+    :param names: the run's object name -> the truth's name or label; None: as both say.
+    :param max_gap_ns: how far stamps of one frame may lie apart.
+    :param common: only frames for which all runs have a result.
+    :param camera: the calibration, where the truth brings none.
+    """
+
+    names: Mapping[str, str] | None = None
+    max_gap_ns: int = 0
+    common: bool = False
+    camera: Camera | None = None
+
+
+def evaluate_runs(runs: Sequence[Run], truth: Truth, options: Options) -> list[Evaluation]:
+    """Every run against the truth. :raises SourceError: they have nothing in common, or something is missing."""
+    matches = [match_frames(truth, run, options.max_gap_ns) for run in runs]
+    kept = set(truth.frames)
+    if options.common:
+        kept = {key for key in truth.frames if all(key in found for found in matches)}
+        if not kept:
+            raise SourceError("--common: the runs have no frame of the truth in common")
+    part = replace(truth, frames={key: objects for key, objects in truth.frames.items() if key in kept})
+    return [_evaluate(run, part, found, options) for run, found in zip(runs, matches, strict=True)]
+
+
+def _evaluate(run: Run, truth: Truth, found: Mapping[FrameKey, int], options: Options) -> Evaluation:
+    choices = choose_objects(truth, run, options.names)
+    camera = options.camera or truth.camera
+    complete = {name: _completer(run, name, truth, camera) for name in choices}
+    frames = []
+    for key, objects in truth.frames.items():
+        record = run.records[found[key]] if key in found else None
+        by_name = {
+            name: _judge(choice.of(objects), name, record, run, complete[name]) for name, choice in choices.items()
+        }
+        frames.append(ScoredFrame(key, found.get(key), record, by_name))
+    sliding = {name: _sliding(run.models[name]) for name in choices if name in run.models}
+    return Evaluation(run, truth, tuple(frames), choices, tuple(_notes(run, truth, found, choices)), sliding)
+
+
+def _judge(
+    objects: Sequence[TrueObject],
+    name: str,
+    record: FrameRecord | None,
+    run: Run,
+    complete: Callable[[TrueObject], TrueObject],
+) -> FrameOutcome:
+    detections = [d for d in record.detections if d.object == name] if record else []
+    return judge_frame([complete(o) for o in objects], detections, run.objects[name].required)
+
+
+def _completer(run: Run, name: str, truth: Truth, camera: Camera | None) -> Callable[[TrueObject], TrueObject]:
+    """What adds components to the true objects of a name, where the truth does not bring them."""
+    kinds = {o.told for o in truth.objects()}
+    if kinds <= {Told.ALL}:
+        return lambda o: o
+    model = run.models.get(name)
+    if model is None:
+        reason = run.problem or "the run's parameters name none"
+        raise SourceError(f"{run.folder}: this truth needs the object file of '{name}': {reason}")
+    if Told.REQUIRED in kinds:
+        if camera is None:
+            raise SourceError(
+                f"{truth.source}: no calibration beside these poses; give one with --camera-info FILE.yaml"
+            )
+        if all(m.T_component_marker is None for m in model.required.markers):
+            raise SourceError(
+                f"'{name}': poses are no truth for it: its file tells no marker's pose on '{model.required.name}'"
+            )
+    return lambda o: with_components(o, model, camera)
+
+
+def _sliding(model: ObjectModel) -> frozenset[str]:
+    return frozenset(c.name for c in model.components if c.joint is not None and c.joint.kind == "prismatic")
+
+
+def _notes(run: Run, truth: Truth, found: Mapping[FrameKey, int], choices: Mapping[str, Choice]) -> Iterable[str]:
+    yield from run.notes
+    if missing := sum(key not in found for key in truth.frames):
+        yield f"{missing} of {len(truth.frames)} frames of the truth have no result; their objects count as missed"
+    if repeated := repeated_frames(truth, run):
+        yield f"{repeated} results have the stamp or name of a later one, which counts in their place"
+    for name, count in strangers(truth, choices).items():
+        yield f"{count} objects '{name}' of the truth were not looked for: not scored"
+    if truth.frame_id and run.frame_id and truth.frame_id != run.frame_id:
+        yield f"the truth's poses are in frame '{truth.frame_id}', the results' in '{run.frame_id}': are they the same?"

@@ -1,0 +1,75 @@
+"""Each failed frame tells what failed, and why."""
+
+from __future__ import annotations
+
+import pytest
+
+from artrec_ros.core.datatypes import ImagePose, Instance, Rejection
+from artrec_ros.io.results import FrameRecord
+from artrec_ros.tools.evaluate import evaluate
+from artrec_ros.tools.evaluation.failures import failed_frames
+
+from .makers import found_thing, pixel, record, true_thing, write_run, write_truth
+
+
+def failures(tmp_path, objects, *records):
+    """(kind, reason) of all failures, with truth of one frame at stamp 1 and a later one that is fine."""
+    truth = write_truth(tmp_path / "t.jsonl", {1: objects, 2: []})
+    ((result,), _) = evaluate([write_run(tmp_path / "r", [*records, record(2)])], truth)
+    return [(f.kind, f.reason) for frame in failed_frames(result.evaluation) for f in frame.failures]
+
+
+def test_a_perfect_frame_has_none(tmp_path):
+    assert failures(tmp_path, [true_thing()], record(1, found_thing())) == []
+
+
+@pytest.mark.parametrize(
+    ("frame", "reason"),
+    [
+        ([], "the replay has no result for this frame"),
+        ([FrameRecord(1, "/c", error="damaged image")], "the frame could not be used: damaged image"),
+        ([record(1)], "no candidate near it"),
+        ([record(1, rejected=(Rejection("thing", "too few", 0.2, 82, 60), Rejection("thing", "too far", 0.9, 10, 10)))],
+         "turned down: too few"),
+        ([record(1, rejected=(Rejection("other", "too few", 0.2, 82, 60),))], "no candidate near it"),
+    ],
+)  # fmt: skip
+def test_a_missed_object(tmp_path, frame, reason):
+    assert failures(tmp_path, [true_thing()], *frame) == [("missed", reason)]
+
+
+def test_time_that_ran_out(tmp_path):
+    cut = FrameRecord(1, "/c", (160, 120), complete=False)
+    assert failures(tmp_path, [true_thing()], cut)[0][1] == "no candidate near it; the time budget ended the search"
+
+
+def test_an_object_that_is_out_of_view_is_no_failure(tmp_path):
+    assert failures(tmp_path, [true_thing(components={})], record(1)) == []
+
+
+def test_wrong_components(tmp_path):
+    missing = record(1, found_thing(arm=False))
+    assert failures(tmp_path, [true_thing()], missing) == [("not right", "arm was missed")]
+
+
+@pytest.mark.parametrize(("dx", "reason"), [(0, "arm lies on base"), (60, "arm lies on none of its markers")])
+def test_a_component_elsewhere(tmp_path, dx, reason):
+    u = pixel(0)
+    parts = (Instance("base", "plate", 1, u, 59.5, 0, 200), Instance("arm", "stripe", 1, u + dx, 59.5, 0, 200))
+    found = failures(tmp_path, [true_thing()], record(1, found_thing(components=parts)))
+    assert found == [("not right", reason)]
+
+
+def test_a_required_component_elsewhere(tmp_path):
+    parts = (Instance("base", "plate", 1, 5, 5, 0, 200), Instance("arm", "stripe", 1, pixel(0) + 20, 59.5, 0, 200))
+    found = failures(tmp_path, [true_thing()], record(1, found_thing(components=parts)))
+    assert found == [("not right", "base lies elsewhere")]
+
+
+def test_false_detections(tmp_path):
+    again = found_thing(image=ImagePose(pixel(0) + 6, 59.5, 0, 200), score=0.7)
+    found = failures(tmp_path, [true_thing()], record(1, found_thing(), again, found_thing(0.35, score=0.61)))
+    assert found == [
+        ("false", "score 0.70: 6 px beside a 'thing'; another detection lies there, too"),
+        ("false", "score 0.61: no object there"),
+    ]

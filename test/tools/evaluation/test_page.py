@@ -1,0 +1,217 @@
+"""The report page: one file without links to others, and, in a real browser, a gallery that can be filtered."""
+
+from __future__ import annotations
+
+import base64
+import html.parser
+import re
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from artrec_ros.core.datatypes import Rejection
+from artrec_ros.tools.evaluate import evaluate
+from artrec_ros.tools.evaluation.failures import failed_frames
+from artrec_ros.tools.evaluation.gallery import cards
+from artrec_ros.tools.main import main
+
+from .browser import BROWSER, DRIVER, Browser
+from .makers import found_thing, record, true_thing, write_run, write_truth
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("jinja2")
+ODD = 'votes < 3 & "odd" <script>alert(1)</script>'
+FRAMES = {t: [true_thing(0.05 * t - 0.2, z=1 + 0.3 * t)] for t in range(1, 6)}
+
+
+def first_run(folder):
+    """Of five frames: one found, one without its arm, two missed, one found with a false one beside."""
+    truth = {t: (0.05 * t - 0.2, 1 + 0.3 * t) for t in FRAMES}
+    records = [
+        record(1, found_thing(*truth[1])),
+        record(2, found_thing(*truth[2], arm=False)),
+        record(3, rejected=(Rejection("thing", ODD, 0.3, 79.5 + 200 * truth[3][0] / truth[3][1], 59.5),)),
+        record(4),
+        record(5, found_thing(*truth[5]), found_thing(-0.9, z=3, score=0.65)),
+    ]
+    return write_run(folder, records, pictures=True)
+
+
+def second_run(folder):
+    """All found but the fourth."""
+    records = [record(t, *([found_thing(0.05 * t - 0.2, 1 + 0.3 * t)] if t != 4 else []), ms=8) for t in FRAMES]
+    return write_run(folder, records, pictures=True, score=0.7)
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """The page of one run, and that of two."""
+    folder = tmp_path_factory.mktemp("pages")
+    truth, a, b = write_truth(folder / "t.jsonl", FRAMES), first_run(folder / "first"), second_run(folder / "second")
+    assert main(["evaluate", str(a), "--truth", str(truth)]) == 0
+    assert main(["evaluate", str(a), str(b), "--truth", str(truth), "-o", str(folder / "out")]) == 0
+    return a / "report.html", folder / "out/comparison.html"
+
+
+class Checker(html.parser.HTMLParser):
+    """Collects what a page refers to, its ids, and whether elements are closed in order."""
+
+    EMPTY = {"meta", "img", "input", "br", "link"}
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open, self.ids, self.references = [], [], []
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in self.EMPTY:
+            self.open.append(tag)
+        for name, value in attributes:
+            if name == "id":
+                self.ids.append(value)
+            if name in ("src", "href", "xlink:href"):
+                self.references.append(value)
+
+    def handle_startendtag(self, tag, attributes):
+        self.handle_starttag(tag, attributes)
+        if tag not in self.EMPTY:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_the_page_is_whole_in_itself(pages, number):
+    text = pages[number].read_text(encoding="utf-8")
+    checker = Checker()
+    checker.feed(text)
+    assert checker.open == [] and len(checker.ids) == len(set(checker.ids))
+    inner = {r for r in checker.references if r.startswith("#")}
+    assert all(r.startswith(("#", "data:image/")) for r in checker.references)
+    assert {r[1:] for r in inner} <= set(checker.ids)
+    assert {r[1:] for r in re.findall(r"url\((#[^)]*)\)", text)} <= set(checker.ids)
+    assert len(text) < 700_000
+
+
+def test_what_results_say_is_text_and_never_markup(pages):
+    text = pages[0].read_text(encoding="utf-8")
+    assert "<script>alert" not in text and "&lt;script&gt;alert" in text
+
+
+def test_the_same_results_give_the_same_page(pages, tmp_path):
+    before = pages[0].read_bytes()
+    folder = pages[0].parent
+    assert main(["evaluate", str(folder), "--truth", str(folder.parent / "t.jsonl")]) == 0
+    assert pages[0].read_bytes() == before
+
+
+def test_without_overlays_the_gallery_says_so(tmp_path):
+    folder = write_run(tmp_path / "r", [record(1)])
+    assert main(["evaluate", str(folder), "--truth", str(write_truth(tmp_path / "t.jsonl", {1: [true_thing()]}))]) == 0
+    text = (folder / "report.html").read_text()
+    assert "no picture" in text and "--images all" in text and "data:image" not in text
+
+
+@pytest.mark.parametrize("objects", [[], [true_thing()]])
+def test_nothing_to_show(tmp_path, objects):
+    """No object at all, and a run without a failure: figures without value, no gallery."""
+    found = [found_thing() for _ in objects]
+    folder = write_run(tmp_path / "r", [record(1, *found)])
+    assert main(["evaluate", str(folder), "--truth", str(write_truth(tmp_path / "t.jsonl", {1: objects}))]) == 0
+    assert "None: every object in view was found" in (folder / "report.html").read_text()
+
+
+def test_pictures_mark_the_place_of_the_failure(tmp_path):
+    truth = write_truth(tmp_path / "t.jsonl", {1: [true_thing(0.1)], 2: [true_thing()]})
+    run = write_run(tmp_path / "r", [record(1), replace(record(2), size=None)], pictures=True)
+    ((result,), _) = evaluate([run], truth)
+    failed = failed_frames(result.evaluation)
+    found = cards([result.evaluation], [failed], 1)
+    assert [bool(c.picture) for c in found] == [True, False]
+    data = np.frombuffer(base64.b64decode(found[0].picture.partition(",")[2]), np.uint8)
+    picture = cv2.imdecode(data, cv2.IMREAD_COLOR).astype(int)
+    red = (picture[..., 2] > 170) & (picture[..., 0] < 130)
+    rows, columns = np.nonzero(red)
+    assert columns.mean() == pytest.approx((79.5 + 20 + 0.5) * 3, abs=6) and rows.mean() == pytest.approx(180, abs=6)
+
+
+browsing = pytest.mark.skipif(not (BROWSER and DRIVER), reason="no chromium with its driver on this machine")
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with Browser(tmp_path_factory.mktemp("profile"), (1280, 900)) as browser:
+        yield browser
+
+
+@browsing
+class TestInABrowser:
+    @staticmethod
+    def shown(browser) -> list[str]:
+        """The frames of the cards that are displayed."""
+        script = "return [...document.querySelectorAll('.card')].filter(c => c.offsetParent).map(c => c.dataset.frame)"
+        return browser.run(script)
+
+    @staticmethod
+    def choose(browser, **values) -> None:
+        for name, value in values.items():
+            browser.run(
+                "const e = document.getElementById(arguments[0]); "
+                "if (e.type === 'checkbox') { e.checked = arguments[1]; } else { e.value = arguments[1]; } "
+                "e.dispatchEvent(new Event('input', {bubbles: true}));", name, value,
+            )  # fmt: skip
+
+    def test_the_gallery_is_filtered_by_kind_and_by_text(self, browser, pages):
+        browser.open(pages[0])
+        assert self.shown(browser) == ["2", "3", "4", "5"]
+        self.choose(browser, kind="missed")
+        assert self.shown(browser) == ["3", "4"]
+        assert browser.run("return document.getElementById('count').textContent") == "2 of 4 shown"
+        self.choose(browser, text="VOTES < 3")
+        assert self.shown(browser) == ["3"]
+        self.choose(browser, kind="", text="")
+        self.choose(browser, kind="false")
+        assert self.shown(browser) == ["5"]
+
+    def test_a_picture_grows_with_a_click(self, browser, pages):
+        browser.open(pages[0])
+        width = "return document.querySelector('.card img').getBoundingClientRect().width"
+        small = browser.run(width)
+        assert browser.run("return document.querySelector('.card img').naturalWidth") == 480
+        browser.run("document.querySelector('.card button').click()")
+        assert browser.run(width) > 1.5 * small
+        browser.run("document.querySelector('.card button').click()")
+        assert browser.run(width) == small
+
+    def test_runs_are_filtered_in_a_comparison(self, browser, pages):
+        browser.open(pages[1])
+        assert self.shown(browser) == ["2", "3", "4", "4", "5"]
+        self.choose(browser, run="1")
+        assert self.shown(browser) == ["4"]
+        self.choose(browser, run="", alone=True)
+        assert self.shown(browser) == ["2", "3", "5"]
+        rows = browser.run("return [...document.querySelectorAll('#differing tbody tr')].map(r => r.innerText)")
+        assert rows[0].split() == ["recognizer.min_probability", "0.6", "0.7"]
+        assert "better" in browser.run("return document.getElementById('changes-1').textContent")
+
+    @pytest.mark.parametrize("number", [0, 1])
+    @pytest.mark.parametrize("width", [1280, 380])
+    def test_it_fits_wide_and_narrow_windows_without_complaint(self, browser, pages, number, width):
+        browser.resize(width, 900)
+        browser.open(pages[number])
+        assert browser.run("return document.documentElement.scrollWidth") <= width
+        plots = browser.run(
+            "document.querySelectorAll('details').forEach(d => { d.open = true; }); "
+            "return [...document.querySelectorAll('.panels svg')].map(s => s.getBoundingClientRect().width)"
+        )
+        assert len(plots) > 10 and min(plots) >= min(300, 0.8 * width)
+        assert browser.complaints() == []
+        picture = cv2.imdecode(np.frombuffer(browser.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+        assert picture.shape[1] == width and picture.std() > 5
+
+    def test_nothing_is_fetched_from_elsewhere(self, browser, pages):
+        browser.open(pages[1])
+        fetched = browser.run("return performance.getEntriesByType('resource').map(e => e.name)")
+        assert all(name.startswith("data:") for name in fetched)

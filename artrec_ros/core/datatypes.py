@@ -102,6 +102,8 @@ class Detection:
     """One recognised object. `pose` is the object's frame in the camera's optical frame, None without calibration.
 
     :param joints: component name -> joint angle in radians (metres for prismatic joints).
+    :param margin: how much lighter the best choice of objects without this one is, as a share of what this one explains
+        (1: nothing else explains it, 0: another choice is as good); None where that is not known.
     :param class_fit: None where the object has no classes of configurations.
     :param pose_covariance: (6, 6) of (x, y, z, rotation about x, y, z fixed axes), m^2 and rad^2; None without pose.
     """
@@ -115,17 +117,39 @@ class Detection:
     joints: dict[str, float] = field(default_factory=dict)
     pose_covariance: Array | None = field(default=None, repr=False, compare=False)
     class_fit: ClassFit | None = None
+    margin: float | None = None
+
+
+@dataclass(frozen=True)
+class ConstraintFailure:
+    """The dimension in which a learned constraint fails most.
+
+    :param first, second: COMPONENT/MARKER. :param dimension: as in constraint files; its name ends in its unit.
+    :param low, high: what is allowed; outside: how far beyond it the value lies, its noise allowed for.
+    """
+
+    first: str
+    second: str
+    dimension: str
+    value: float
+    low: float
+    high: float
+    outside: float
 
 
 @dataclass(frozen=True)
 class Rejection:
-    """A candidate that became no object, and why."""
+    """A candidate that became no object, or no part of one, and why.
+
+    :param failed: the constraint that fails by the least, where one does.
+    """
 
     object: str
     reason: str
     score: float = 0.0
     x: float = 0.0
     y: float = 0.0
+    failed: ConstraintFailure | None = None
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,9 @@ class FlatStage:
             for roles in self._roles
         ]
         solution = solve(searches, matches, self._config, deadline)
-        detections = detections_of(solution.accepted, matches, self._targets, as_annotated=True)
+        detections = detections_of(
+            solution.accepted, matches, self._targets, solution.margins, as_annotated=True
+        )
         return detections, rejections_of(solution, searches, matches, self._config), solution.exact
 
 

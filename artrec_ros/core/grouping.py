@@ -44,6 +44,11 @@ class Group:
         """The required component's instance."""
         return self.matches[0]
 
+    @property
+    def components(self) -> tuple[int, ...]:
+        """Numbers of the members' components, in the members' order."""
+        return tuple(int(c) for c in self.candidates.component[list(self.members)])
+
 
 class GroupSearch:
     """The search for one target's groups in one frame. `exact` turns False where its node limit cuts it short."""

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from .axis_offsets import AxisOffset
-from .candidates import Candidates, violations
+from .candidates import Candidates
 from .config import RecognizerConfig
 from .constraints import ConstraintSet
-from .datatypes import Detection, ImagePose, Instance, Rejection, Target
+from .datatypes import ConstraintFailure, Detection, ImagePose, Instance, Rejection, Target
+from .explain import failure_of, reason_alone, reason_lost, text_of
 from .grouping import Group, GroupSearch
 from .matching import Matches
-from .pairs import Key, configuration
+from .pairs import Key
 from .solution import Solution
-from .transforms import wrap_angle
 
 _MAX_REJECTIONS = 20  # a frame; the strongest
 
@@ -38,13 +40,20 @@ def instance_of(candidates: Candidates, n: int, matches: Matches) -> Instance:
 
 
 def detections_of(
-    groups: list[Group], matches: Matches, targets: tuple[Target, ...], *, as_annotated: bool = False
+    groups: list[Group],
+    matches: Matches,
+    targets: tuple[Target, ...],
+    margins: Sequence[float | None] = (),
+    *,
+    as_annotated: bool = False,
 ) -> tuple[Detection, ...]:
     """Detections by target and score; ids count within a target.
 
+    :param margins: of each group, where they are known.
     :param as_annotated: directions of axes are those that annotations would have, where training knows how.
     """
     detections = []
+    margin_of = dict(zip(map(id, groups), margins, strict=False))
     for target in targets:
         mine = sorted((g for g in groups if g.candidates.target is target), key=lambda g: -g.score)
         for number, group in enumerate(mine):
@@ -54,7 +63,8 @@ def detections_of(
                 parts = tuple(_as_annotated(p, target) for p in parts)
             base = next(p for p in parts if p.component == target.model.required.name)
             image = ImagePose(base.x, base.y, base.theta, base.scale)
-            detections.append(Detection(target.name, number, group.score, image, parts))
+            margin = margin_of.get(id(group))
+            detections.append(Detection(target.name, number, group.score, image, parts, margin=margin))
     return tuple(detections)
 
 
@@ -70,9 +80,10 @@ def _as_annotated(instance: Instance, target: Target) -> Instance:
 def rejections_of(
     solution: Solution, searches: list[GroupSearch], matches: Matches, config: RecognizerConfig
 ) -> tuple[Rejection, ...]:
-    """Why instances of required components became no object, the strongest candidates first."""
+    """Why instances of required components became no object, the strongest candidates first; then why objects that
+    were found lack components."""
     used = {m for g in solution.accepted for m in g.matches}
-    grouped = {g.seed: g for g in reversed(solution.lost)}
+    grouped = {lost.group.seed: lost for lost in reversed(solution.lost)}
     rows = []
     for search in searches:
         told: set[int] = set()
@@ -81,50 +92,41 @@ def rejections_of(
             if match in used or match in told or len(told) >= _MAX_REJECTIONS:
                 continue
             told.add(match)  # once an instance, whichever way it is turned
+            failure = None
             if used and float(matches.overlap[match, sorted(used)].max()) > config.max_overlap:
                 reason = "its pixels belong to an object that explains more"
             elif match in grouped:
-                reason = _reason_lost(grouped[match])
+                reason = reason_lost(grouped[match], config)
             else:
-                reason = _reason_alone(search, int(seed), config)
-            rows.append(_rejection(search.candidates, int(seed), reason))
-    return tuple(sorted(rows, key=lambda r: -r.score)[:_MAX_REJECTIONS])
+                reason, failure = reason_alone(search, int(seed), config)
+            rows.append(_rejection(search.candidates, int(seed), reason, failure))
+    rows = sorted(rows, key=lambda r: -r.score)[:_MAX_REJECTIONS]
+    missing = [r for g in solution.accepted for s in searches for r in _missing(g, s, used, config)]
+    return (*rows, *missing[:_MAX_REJECTIONS])
 
 
-def _rejection(candidates: Candidates, n: int, reason: str) -> Rejection:
-    name, pose = candidates.key(n)[0], candidates.poses
-    return Rejection(
-        candidates.target.name, f"{name}: {reason}", float(candidates.score[n]), float(pose.x[n]), float(pose.y[n])
-    )
+def _missing(group: Group, search: GroupSearch, used: set[int], config: RecognizerConfig) -> Iterator[Rejection]:
+    """Of each component that an object lacks, the candidate that came nearest to it, and what it fails."""
+    if search.candidates is not group.candidates:
+        return
+    c, table, seed = group.candidates, search.table, group.members[0]
+    for component in range(len(c.target.model.components)):
+        free = (c.component == component) & table.checked[seed] & ~np.isin(c.match, sorted(used))
+        near = np.flatnonzero(free & ~table.forbidden[seed])
+        if component in group.components or not len(near):
+            continue
+        members = np.array(group.members)
+        forbidden = table.forbidden[np.ix_(near, members)].any(axis=1)
+        worst = np.where(forbidden, np.inf, table.violation[np.ix_(near, members)].max(axis=1))
+        best = int(near[np.argmin(worst)])
+        against = int(members[np.argmax(table.violation[best, members])])
+        failure = failure_of(c, against, best, config)
+        if failure is not None and np.isfinite(worst.min()):
+            text = f"not part of the object found, for {failure.first} - {failure.second} {text_of(failure)}"
+            yield _rejection(c, best, text, failure)
 
 
-def _reason_lost(group: Group) -> str:
-    return f"a group of {len(group.members)} components loses its pixels, or leaves its blobs' contours unexplained"
-
-
-def _reason_alone(search: GroupSearch, seed: int, config: RecognizerConfig) -> str:
-    """Which constraint fails by the least, in which dimension, by how much."""
-    c, table = search.candidates, search.table
-    others = [comp.name for comp in c.target.model.components if not comp.required]
-    near = np.flatnonzero(~table.forbidden[seed] & table.checked[seed])
-    if not len(near):
-        return f"no instance of {' or '.join(others)} with a learned constraint and a like scale"
-    best = int(near[np.argmin(table.violation[seed, near])])
-    if table.violation[seed, best] <= 0:
-        return f"too few components ({config.min_components} are wanted) or too few of their constraints hold"
-    constraints = c.target.constraints
-    assert isinstance(constraints, ConstraintSet)  # something was checked
-    swap = constraints.pair(c.key(seed), c.key(best)) is None
-    first, second = (best, seed) if swap else (seed, best)
-    pair = constraints.pair(c.key(first), c.key(second))
-    assert pair is not None
-    a, b = c.poses.at(np.array([first])), c.poses.at(np.array([second]))
-    outside = violations(pair, a, b, config)
-    worst = max(outside, key=lambda d: float(outside[d][0]))
-    value, interval = float(configuration(a, b)[worst][0]), pair.allowed[worst]
-    if interval.period:
-        value = float(wrap_angle(value - interval.low, interval.period)) + interval.low
-    return (
-        f"nearest is {'/'.join(c.key(best))} at ({c.poses.x[best]:.0f}, {c.poses.y[best]:.0f}), "
-        f"but {worst} {value:.3g} lies {float(outside[worst][0]):.3g} outside {interval.low:.3g} to {interval.high:.3g}"
-    )
+def _rejection(candidates: Candidates, n: int, reason: str, failure: ConstraintFailure | None) -> Rejection:
+    name, pose, score = candidates.key(n)[0], candidates.poses, float(candidates.score[n])
+    place = float(pose.x[n]), float(pose.y[n])
+    return Rejection(candidates.target.name, f"{name}: {reason}", score, *place, failure)

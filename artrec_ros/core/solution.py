@@ -10,19 +10,35 @@ from numpy.typing import NDArray
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .grouping import Group, GroupSearch
+from .margins import runner_up_margins
 from .matching import Matches
 from .packing import pack
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A group that is no object.
+
+    :param explained: share of its blobs' contours that is explained, where that is too little; else None.
+    :param rivals: accepted groups that lay claim to its pixels.
+    """
+
+    group: Group
+    explained: float | None = None
+    rivals: tuple[Group, ...] = ()
 
 
 @dataclass(frozen=True)
 class Solution:
     """:param accepted: groups of which no two share pixels; lost: each other seed's best group, if it had any.
     :param exact: False where the search was cut short and the choice is only the best so far.
+    :param margins: of each accepted group (`margins.runner_up_margins`).
     """
 
     accepted: list[Group]
-    lost: list[Group]
+    lost: list[Lost]
     exact: bool
+    margins: list[float | None]
 
 
 def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfig, deadline: Deadline) -> Solution:
@@ -34,15 +50,21 @@ def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfi
                 break
             pool += search.best_groups(int(seed))
     if not pool:
-        return Solution([], [], not deadline.hit)
+        return Solution([], [], not deadline.hit, [])
     pool += _without_contested(searches, pool, matches, config, deadline)
     conflict = _conflicts(pool, matches, config)
-    chosen, exact = pack(np.array([g.weight for g in pool]), conflict, config.search_nodes, deadline)
-    accepted = [pool[g] for g in chosen]
-    accepted, unexplained = _explained_enough(accepted, matches, config)
-    lost = [g for g in pool if not any(g.seed == a.seed for a in accepted)]
+    weight = np.array([g.weight for g in pool])
+    chosen, exact = pack(weight, conflict, config.search_nodes, deadline)
+    kept, unexplained = _explained_enough([pool[g] for g in chosen], matches, config)
+    stay = [n for n in chosen if any(pool[n] is g for g in kept)]
+    same = [(id(g.candidates), frozenset(zip(g.components, g.matches, strict=True))) for g in pool]
+    margins = runner_up_margins(weight, conflict, stay, same, config.search_nodes, deadline)
+    held = {g.seed for g in kept} | {u.group.seed for u in unexplained}
+    lost = [
+        Lost(g, rivals=tuple(pool[n] for n in stay if conflict[i, n])) for i, g in enumerate(pool) if g.seed not in held
+    ]
     exact &= all(search.exact for search in searches) and not deadline.hit
-    return Solution(accepted, [*unexplained, *lost], exact)
+    return Solution([pool[n] for n in stay], [*unexplained, *lost], exact, margins)
 
 
 def _without_contested(
@@ -75,7 +97,7 @@ def _conflicts(pool: list[Group], matches: Matches, config: RecognizerConfig) ->
 
 def _explained_enough(
     accepted: list[Group], matches: Matches, config: RecognizerConfig
-) -> tuple[list[Group], list[Group]]:
+) -> tuple[list[Group], list[Lost]]:
     """Drop groups whose blobs' contours stay largely unexplained by all accepted groups together.
 
     Judged per blob and not per match, so that components merged in one blob stand by each other.
@@ -88,10 +110,13 @@ def _explained_enough(
     explained = np.unique(np.concatenate(list(points.values()))) if points else np.zeros(0, int)
     share = np.bincount(blob_of_point[explained], minlength=len(length)) / np.maximum(length, 1)
     kept: list[Group] = []
-    dropped: list[Group] = []
+    dropped: list[Lost] = []
     for group in accepted:
         own = np.concatenate([blob_of_point[points[m]] for m in group.matches])
         # by where the group's evidence lies, so that a corner of a neighbour's blob does not count
-        enough = not len(own) or float(share[own].mean()) >= config.min_explained
-        (kept if enough else dropped).append(group)
+        here = float(share[own].mean()) if len(own) else 1.0
+        if here >= config.min_explained:
+            kept.append(group)
+        else:
+            dropped.append(Lost(group, explained=here))
     return kept, dropped

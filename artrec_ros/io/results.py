@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.datatypes import ClassFit, Detection, FrameResult, ImagePose, Instance, Rejection
+from ..core.datatypes import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
 from ..core.errors import SourceError
 from ..core.transforms import Pose, rotation_from_quaternion
 
@@ -41,10 +41,7 @@ class FrameRecord:
         """One line, as interface and README describe it; `complete` is false where the time budget ended the search."""
         content: dict[str, Any] = {"stamp_ns": self.stamp_ns, "frame": self.frame, "size": self.size}
         content["objects"] = [_detection_to_dict(d, self.frame_id) for d in self.detections]
-        content["rejected"] = [
-            {"object": r.object, "reason": r.reason, "score": _f(r.score, 4), "x": _f(r.x, 2), "y": _f(r.y, 2)}
-            for r in self.rejected
-        ]
+        content["rejected"] = [_rejection_to_dict(r) for r in self.rejected]
         content["timing_ms"] = {stage: _f(t, 3) for stage, t in self.timing_ms.items()}
         content["complete"] = self.complete
         if self.error is not None:
@@ -61,7 +58,7 @@ class FrameRecord:
             frame=str(c["frame"]),
             size=(int(c["size"][0]), int(c["size"][1])) if c.get("size") else None,
             detections=tuple(_detection_from_dict(o) for o in c["objects"]),
-            rejected=tuple(Rejection(**r) for r in c.get("rejected", [])),
+            rejected=tuple(_rejection_from_dict(r) for r in c.get("rejected", [])),
             timing_ms=dict(c.get("timing_ms", {})),
             complete=bool(c.get("complete", True)),
             frame_id=poses[0]["frame_id"] if poses else "",
@@ -95,7 +92,9 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
         "position": [_f(v, 6) for v in d.pose.position],
         "orientation": [_f(v, 9) for v in d.pose.quaternion],
     }
-    told = {} if d.class_fit is None else {"class": _class_to_dict(d.class_fit)}
+    told: dict[str, Any] = {} if d.class_fit is None else {"class": _class_to_dict(d.class_fit)}
+    if d.margin is not None:
+        told["margin"] = _f(d.margin, 4)
     return {
         "object": d.object,
         "id": d.id,
@@ -109,6 +108,19 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
             for c in d.components
         ],
     }
+
+
+def _rejection_to_dict(r: Rejection) -> dict[str, Any]:
+    place = {"score": _f(r.score, 4), "x": _f(r.x, 2), "y": _f(r.y, 2)}
+    content: dict[str, Any] = {"object": r.object, "reason": r.reason, **place}
+    if r.failed is not None:
+        content["failed"] = {k: v if isinstance(v, str) else _f(v, 6) for k, v in vars(r.failed).items()}
+    return content
+
+
+def _rejection_from_dict(r: dict[str, Any]) -> Rejection:
+    failed = r.get("failed")
+    return Rejection(**{**r, "failed": ConstraintFailure(**failed) if failed else None})
 
 
 def _class_to_dict(c: ClassFit) -> dict[str, Any]:
@@ -135,4 +147,5 @@ def _detection_from_dict(o: dict[str, Any]) -> Detection:
         pose=pose or None,
         joints=dict(o["joints"]),
         class_fit=ClassFit(**o["class"]) if o.get("class") else None,
+        margin=o.get("margin"),
     )

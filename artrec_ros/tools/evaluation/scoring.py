@@ -175,6 +175,11 @@ def _sliding(model: ObjectModel) -> frozenset[str]:
 
 def _notes(run: Run, truth: Truth, found: Mapping[FrameKey, int], choices: Mapping[str, Choice]) -> Iterable[str]:
     yield from run.notes
+    told = {o.told for o in truth.objects()}
+    if Told.REQUIRED in told:
+        yield "the truth tells poses alone: hidden objects count as in view, and configurations are not judged"
+    if Told.LABELLED in told:
+        yield "the truth tells annotated markers alone: components that are found without an annotation are not judged"
     if missing := sum(key not in found for key in truth.frames):
         yield f"{missing} of {len(truth.frames)} frames of the truth have no result; their objects count as missed"
     if repeated := repeated_frames(truth, run):

@@ -84,10 +84,10 @@ def _conditions(evaluations: Sequence[Evaluation]) -> list[tuple[str, str, Calla
     azimuths = [(f"{c}" if c > -180 else "180", c - 22.5, c + 22.5) for c in _AZIMUTHS_DEG]
     return [
         ("range", "range, m", lambda e: lambda v, n: _range_m(v), range_edges(ranges)),
-        ("azimuth", "azimuth from which it is seen, deg (0: its +x, 90: its +y)", lambda e: lambda v, n: _azimuth_deg(v),
-         azimuths),
-        ("elevation", "elevation from which it is seen, deg (90: its +z)", lambda e: lambda v, n: _elevation_deg(v),
-         _named(_ELEVATIONS_DEG)),
+        ("azimuth", "azimuth from which it is seen, deg (0: its +x, 90: its +y)",
+         lambda e: lambda v, n: _azimuth_deg(v), azimuths),
+        ("elevation", "elevation from which it is seen, deg (90: its +z)",
+         lambda e: lambda v, n: _elevation_deg(v), _named(_ELEVATIONS_DEG)),
         ("slant", "slant of the required component's best marker, deg", _slant, _named(_SLANTS_DEG)),
         ("size", "size: square root of the visible pixels of the required component", _size, _named(_SIZES_PX)),
     ]  # fmt: skip

@@ -47,7 +47,7 @@ class Times:
 
 def scenes(setup: Setup, size: tuple[int, int], objects: int, seed: int) -> Iterator[Scene]:
     camera = pinhole_camera(size, 60.0)
-    look = SceneConfig(objects=(objects, objects), size=APPARENT, distractors=0)
+    look = SceneConfig(objects=(objects, objects), size=APPARENT, facing=1.0, distractors=0)
     for frame in simulate(setup.targets, camera, look, SensorConfig(), seed, SCENES):
         yield Scene(objects, frame.labels, frame.colour, camera)
 

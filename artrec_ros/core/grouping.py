@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .candidates import Candidates, PairTable, pair_table
+from .compiled import group_search as compiled
+from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .matching import Matches
@@ -61,11 +64,67 @@ class GroupSearch:
         self._required = components.index(candidates.target.model.required)
         self._perimeter_m = least_perimeters_m(candidates)
         self.seeds, self.candidates, self.table = _relevant(candidates, self._required, matches, config)
-        self._pair_cost = _pair_costs(self.candidates, self.table)
+        self._instances = len(matches)
         self.exact = True
 
     def best_groups(self, seed: int, banned: frozenset[int] = frozenset()) -> list[Group]:
         """The heaviest groups around a seed, at most `groups_per_seed`; instances in `banned` are left out."""
+        return self._search_compiled(seed, banned) if COMPILED else self._search(seed, banned)
+
+    def _search_compiled(self, seed: int, banned: frozenset[int]) -> list[Group]:
+        out = np.zeros(self._instances, bool)
+        out[list(banned)] = True
+        *found, exact = compiled.best_groups(self._pool, seed, self._rules, out)
+        self.exact &= exact
+        groups = []
+        for row, weight, score, satisfied, checked in zip(*(column.tolist() for column in found), strict=True):
+            members = tuple(m for m in row if m >= 0)
+            matches = tuple(self._match[m] for m in members)
+            groups.append(Group(self.candidates, members, matches, weight, score, satisfied, checked))
+        return groups
+
+    @cached_property
+    def _match(self) -> list[int]:
+        return self.candidates.match.tolist()
+
+    @cached_property
+    def _pool(self) -> compiled.Pool:
+        c, table = self.candidates, self.table
+        return compiled.Pool(
+            c.component,
+            c.match,
+            c.weight,
+            c.share,
+            c.score,
+            c.poses.scale,
+            table.forbidden,
+            table.checked,
+            table.violation,
+        )
+
+    @cached_property
+    def _rules(self) -> compiled.Rules:
+        config = self._config
+        return compiled.Rules(
+            config.missing_cost * self._perimeter_m,
+            self._required,
+            _MAX_OPTIONS,
+            config.groups_per_seed,
+            config.search_nodes,
+            config.min_components,
+            config.min_satisfied,
+            config.min_group_match,
+            config.min_alone_match,
+            *_DISAGREEMENT,
+            _FAR_OUT,
+            _LEAST_WEIGHT,
+        )
+
+    @cached_property
+    def _pair_cost(self) -> Array:
+        return _pair_costs(self.candidates, self.table)
+
+    def _search(self, seed: int, banned: frozenset[int]) -> list[Group]:
         options = self._options(seed, banned)
         order = sorted(options, key=lambda c: len(options[c]))
         # A missing component costs: one whole object goes before two halves that explain the same contour.
@@ -81,7 +140,7 @@ class GroupSearch:
             if nodes > self._config.search_nodes or (nodes % 256 == 0 and self._deadline.expired):
                 self.exact = False
                 return
-            if len(found) == self._config.groups_per_seed and value + rest[depth] <= found[0][0]:
+            if len(found) == self._config.groups_per_seed and value + rest[depth] <= found[0][0] + 1e-9:
                 return
             if depth == len(order):
                 self._keep(found, nodes, members, value)
@@ -93,7 +152,7 @@ class GroupSearch:
             grow(depth + 1, members, value)
 
         grow(0, [seed], float(gain[seed] - absent.sum()))
-        return [group for _, _, group in sorted(found, key=lambda f: -f[0])]
+        return [group for _, _, group in sorted(found, key=lambda f: (-f[0], f[1]))]
 
     def _options(self, seed: int, banned: frozenset[int]) -> dict[int, list[int]]:
         """Component -> its candidates that go with the seed, heaviest first."""
@@ -132,7 +191,8 @@ class GroupSearch:
         found = 0.5 + 0.5 * len(members) / self._count
         score = float(np.mean(self.candidates.score[members])) * share * found
         matches = tuple(int(m) for m in self.candidates.match[members])
-        weight = max(value, _LEAST_WEIGHT * float(self.candidates.weight[members].sum()))
+        # rounded: which of two equal groups goes first does not hang on the order of sums
+        weight = round(max(value, _LEAST_WEIGHT * float(self.candidates.weight[members].sum())), 6)
         return Group(self.candidates, tuple(members), matches, weight, score, satisfied, pairs)
 
 

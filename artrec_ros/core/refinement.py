@@ -7,6 +7,7 @@ import numpy as np
 from .alignment import ContourMap, Placements
 from .compiled import contour_fit as compiled
 from .compiled.jit import COMPILED
+from .compiled.starts import suppress as suppress_compiled
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .shapes import Shape, pack_shapes
@@ -60,8 +61,12 @@ def suppress(
     :param quota: (H,) the most that may be kept of the entry's group.
     :param same_place: poses closer than this share of the shape's radius, or 1 px, are one.
     """
-    kept: list[int] = []
     order = np.lexsort((-placed.score, group))
+    if COMPILED and not deadline.expired:
+        packed = pack_shapes(tuple(shapes))
+        limits = (packed, config.symmetry_px, same_place)
+        return suppress_compiled(order, group, placed.t, placed.z, placed.w, placed.shape, quota, *limits)
+    kept: list[int] = []
     for block in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
         if len(block) and not deadline.expired:
             kept += _suppress_group(

@@ -5,7 +5,7 @@ import pytest
 from scene import Placed, crane, crane_placed, disc, draw, flag, rectangle, render
 from test_recognizer import BLUE, CRANE, RED, SIZE
 
-from artrec_ros.core import alignment, candidates, overlap, refinement, starts
+from artrec_ros.core import alignment, candidates, grouping, overlap, refinement, starts
 from artrec_ros.core.alignment import ContourMap, evidence
 from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.candidates import candidates_of, pair_table
@@ -13,15 +13,17 @@ from artrec_ros.core.compiled.jit import COMPILED
 from artrec_ros.core.config import RecognizerConfig
 from artrec_ros.core.datatypes import Target
 from artrec_ros.core.deadline import Deadline
+from artrec_ros.core.grouping import GroupSearch
 from artrec_ros.core.matching import find_matches
 from artrec_ros.core.overlap import overlap_matrix
-from artrec_ros.core.refinement import refine, refine_slanted
+from artrec_ros.core.refinement import refine, refine_slanted, suppress
 from artrec_ros.core.shapes import Shape
 from artrec_ros.core.starts import find_starts
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="numba is not installed")
 CONFIG = RecognizerConfig(max_slant_deg=30.0)
 BLANK = (0, 0, 90, 60)
+SHAPE_OF = {("base", "flag"): 0, ("base", "flag_mirrored"): 1, ("fore", "bar"): 2, ("aft", "bar"): 2}
 
 
 @pytest.fixture(params=[0, 1, 2])
@@ -45,7 +47,7 @@ def both(monkeypatch, work):
     """What work() returns compiled and in numpy."""
     results = []
     for compiled in (True, False):
-        for module in (alignment, candidates, overlap, refinement, starts):
+        for module in (alignment, candidates, grouping, overlap, refinement, starts):
             monkeypatch.setattr(module, "COMPILED", compiled)
         results.append(work())
     return results
@@ -94,11 +96,42 @@ def test_overlaps_and_pairs(monkeypatch, scene):
         *both(monkeypatch, lambda: overlap_matrix(shapes, matches.placed, matches.labels)), atol=1e-12
     )
     target = Target("crane", crane(), RED, CRANE)
-    shape_of = {("base", "flag"): 0, ("base", "flag_mirrored"): 1, ("fore", "bar"): 2, ("aft", "bar"): 2}
-    all_ = candidates_of(target, shape_of, matches, CONFIG)
+    all_ = candidates_of(target, SHAPE_OF, matches, CONFIG)
     rows, columns = np.arange(len(all_)), np.arange(len(all_))[::2]
     one, other = both(monkeypatch, lambda: pair_table(all_, rows, columns, matches, CONFIG))
     assert one.checked.any() and (one.violation[one.checked] == 0).any()
     np.testing.assert_array_equal(one.forbidden, other.forbidden)
     np.testing.assert_array_equal(one.checked, other.checked)
     np.testing.assert_allclose(one.violation, other.violation, atol=1e-9)
+
+
+def test_groups(monkeypatch, scene):
+    blobs, cmap, shapes, wanted = scene
+    matches = find_matches(blobs, cmap, shapes[:3], {w for w in wanted if w[0] < 3}, CONFIG, Deadline(), BLANK)
+    all_ = candidates_of(Target("crane", crane(), RED, CRANE), SHAPE_OF, matches, CONFIG)
+    for changes in ({}, {"missing_cost": 0.0, "min_components": 1, "min_satisfied": 0.5}, {"search_nodes": 3}):
+        config = RecognizerConfig(**changes)
+
+        def grouped(config=config):
+            search = GroupSearch(all_, matches, config, Deadline())
+            found = [g for seed in search.seeds for g in search.best_groups(int(seed), frozenset([0, 3]))]
+            return [(g.members, g.matches, g.satisfied, g.checked) for g in found], [
+                (g.weight, g.score) for g in found
+            ], search.exact  # fmt: skip
+
+        one, other = both(monkeypatch, grouped)
+        assert one[0] == other[0] and len(one[0]) > 0
+        np.testing.assert_allclose(one[1], other[1], atol=1e-6)
+        assert one[2] == other[2] == ("search_nodes" not in changes)
+
+
+def test_suppression(monkeypatch, scene):
+    _, _, shapes, _ = scene
+    placed = starts_of(scene)
+    rng = np.random.default_rng(0)
+    placed = placed.replace(w=0.2 * placed.z * rng.random(len(placed)), score=rng.integers(0, 9, len(placed)) / 9)
+    group, quota = placed.blob * 10 + placed.shape, rng.integers(1, 9, len(placed))
+    quota = quota[np.unique(group, return_inverse=True)[1]]
+    one, other = both(monkeypatch, lambda: suppress(placed, group, shapes, quota, CONFIG, 0.5, Deadline()))
+    assert one.tolist() == other.tolist()
+    assert 0 < len(one) < len(placed)

@@ -261,6 +261,34 @@ def thin_out(t: Any, z: Any, quota: int, radius: float, residual: Any, symmetry_
 
 
 @jit
+def suppress(
+    order: Any, group: Any, t: Any, z: Any, w: Any, shape: Any, quota: Any, shapes: Any, symmetry_px: float,
+    same_place: float,
+) -> Any:  # fmt: skip
+    """`refinement.suppress`; `order` sorts by group and then by score."""
+    kept, n = np.empty(len(order), np.int64), 0
+    first, before = 0, -1  # of the group
+    for i in order:
+        if group[i] != before:
+            first, before = n, group[i]
+        if n - first >= quota[i]:
+            continue
+        near, radius = False, shapes.radius[shape[i]]
+        for j in kept[first:n]:
+            k = abs(z[j]) + abs(w[j])
+            reach2 = max(1.0, same_place * radius * k) ** 2
+            turns = symmetry_order(shapes.residual[shape[i]], k, symmetry_px)
+            squeezed = radius * (abs(w[i]) - abs(w[j]))
+            if squared_pose_distance(t[i], z[i], t[j], z[j], radius, turns, reach2) + squeezed**2 <= reach2:
+                near = True
+                break
+        if not near:
+            kept[n] = i
+            n += 1
+    return kept[:n]
+
+
+@jit
 def find_starts(
     blobs: Any, b_from: int, b_to: int, shapes: Any, couples: Any, field: Any, spans: Any, limits: Any
 ) -> Any:

@@ -1,0 +1,193 @@
+"""The search for one seed's groups: twin of `grouping.GroupSearch.best_groups`, node for node."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .jit import jit
+
+
+class Pool(NamedTuple):
+    """Candidates of one target, and how they go together in pairs.
+
+    :param component, match, weight, share, score, scale: (n,) as in `Candidates`.
+    :param forbidden, checked, violation: (n, n) as in `PairTable`.
+    """
+
+    component: np.ndarray
+    match: np.ndarray
+    weight: np.ndarray
+    share: np.ndarray
+    score: np.ndarray
+    scale: np.ndarray
+    forbidden: np.ndarray
+    checked: np.ndarray
+    violation: np.ndarray
+
+
+class Rules(NamedTuple):
+    """What makes a group an object: values of `RecognizerConfig` and constants of `grouping`.
+
+    :param absent_m: (N,) what each component's absence costs, contour in metres.
+    """
+
+    absent_m: np.ndarray
+    required: int
+    most_options: int
+    most_groups: int
+    most_nodes: int
+    least_components: int
+    min_satisfied: float
+    min_group_match: float
+    min_alone_match: float
+    least_disagreement: float
+    greatest_disagreement: float
+    far_out: float
+    least_weight: float
+
+
+@jit
+def _options(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
+    """(N, most_options) candidates of each component that go with the seed, heaviest first, and their numbers."""
+    components = len(rules.absent_m)
+    options, count = np.empty((components, rules.most_options), np.int64), np.zeros(components, np.int64)
+    for i in range(len(pool.component)):
+        c = pool.component[i]
+        if c == rules.required or pool.forbidden[seed, i] or pool.violation[seed, i] > 0 or banned[pool.match[i]]:
+            continue
+        at = count[c]
+        while at > 0 and pool.weight[options[c, at - 1]] < pool.weight[i]:
+            at -= 1
+        if at == rules.most_options:
+            continue
+        count[c] = min(count[c] + 1, rules.most_options)
+        for j in range(count[c] - 1, at, -1):
+            options[c, j] = options[c, j - 1]
+        options[c, at] = i
+    return options, count
+
+
+@jit
+def _cost(pool: Any, rules: Any, option: int, members: Any) -> float:
+    """What an option's violated constraints with the members cost; infinite where one is forbidden."""
+    cost = 0.0
+    for m in members:
+        if pool.forbidden[option, m]:
+            return np.inf
+        outside = pool.violation[option, m]
+        if outside > 0:
+            far = min(outside / rules.far_out, 1.0)
+            share = rules.least_disagreement + far * (rules.greatest_disagreement - rules.least_disagreement)
+            cost += share * min(pool.weight[option], pool.weight[m])
+    return cost
+
+
+@jit
+def _judge(pool: Any, rules: Any, members: Any) -> Any:
+    """(whether the members are an object, score, satisfied, checked)."""
+    n, components = len(members), len(rules.absent_m)
+    checked, satisfied = 0, 0
+    share, score, tied = 0.0, 0.0, True
+    for i in range(n):
+        ties = 0
+        for j in range(n):
+            if pool.checked[members[i], members[j]]:
+                good = pool.violation[members[i], members[j]] <= 0
+                ties += good
+                if j < i:
+                    checked += 1
+                    satisfied += good
+        tied = tied and ties > 0
+        share += pool.share[members[i]]
+        score += pool.score[members[i]]
+    if n > 1 and not tied:
+        return False, 0.0, 0, 0
+    if n < min(rules.least_components, components) or satisfied < rules.min_satisfied * checked:
+        return False, 0.0, 0, 0
+    if share / n < (rules.min_group_match if satisfied else rules.min_alone_match):
+        return False, 0.0, 0, 0
+    held = satisfied / checked if checked else 1.0
+    return True, score / n * held * (0.5 + 0.5 * n / components), satisfied, checked
+
+
+@jit
+def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
+    """The heaviest groups around a seed, heaviest first.
+
+    :param banned: (instances,) not to be used.
+    :return: (G, N) members, the seed first, -1 after the last; weight, score, satisfied, checked; whether exact.
+    """
+    components = len(rules.absent_m)
+    options, sizes = _options(pool, seed, rules, banned)
+    order = np.argsort(sizes, kind="mergesort")
+    order = order[sizes[order] > 0]
+    depths = len(order)
+    absent = rules.absent_m * pool.scale[seed]
+    rest = np.zeros(depths + 1)
+    for d in range(depths - 1, -1, -1):
+        best = options[order[d], 0]
+        rest[d] = rest[d + 1] + pool.weight[best] + absent[order[d]]
+    found = np.full((rules.most_groups, components), -1, np.int64)
+    weight, score = np.zeros(rules.most_groups), np.zeros(rules.most_groups)
+    satisfied, checked = np.zeros(rules.most_groups, np.int64), np.zeros(rules.most_groups, np.int64)
+    number = np.zeros(rules.most_groups, np.int64)
+    members, count, value = np.empty(components, np.int64), np.ones(depths + 1, np.int64), np.empty(depths + 1)
+    pointer = np.zeros(depths + 1, np.int64)
+    members[0], value[0] = seed, pool.weight[seed] + absent[rules.required] - absent.sum()
+    n, nodes, depth, entering, lightest = 0, 0, 0, True, 0
+    while depth >= 0:
+        if entering:
+            nodes += 1
+            entering = False
+            pointer[depth] = 0
+            full = n == rules.most_groups
+            if nodes > rules.most_nodes or (full and value[depth] + rest[depth] <= weight[lightest] + 1e-9):
+                depth -= 1
+                continue
+            if depth == depths:
+                mine = members[: count[depth]]
+                valid, mine_score, mine_satisfied, mine_checked = _judge(pool, rules, mine)
+                heavy = round(max(value[depth], rules.least_weight * pool.weight[mine].sum()), 6)
+                if valid and (not full or heavy >= weight[lightest]):
+                    at = lightest if full else n
+                    n += not full
+                    found[at, :] = -1
+                    found[at, : len(mine)] = mine
+                    weight[at], score[at], number[at] = heavy, mine_score, nodes
+                    satisfied[at], checked[at] = mine_satisfied, mine_checked
+                    lightest = 0
+                    for g in range(1, n):
+                        equal = weight[g] == weight[lightest]
+                        if weight[g] < weight[lightest] or (equal and number[g] < number[lightest]):
+                            lightest = g
+                depth -= 1
+                continue
+        c = order[depth]
+        i = pointer[depth]
+        pointer[depth] += 1
+        if i > sizes[c]:
+            depth -= 1
+            continue
+        count[depth + 1], value[depth + 1] = count[depth], value[depth]
+        if i < sizes[c]:
+            option = options[c, i]
+            cost = _cost(pool, rules, option, members[: count[depth]])
+            if cost == np.inf:
+                continue
+            members[count[depth]] = option
+            count[depth + 1] += 1
+            value[depth + 1] += pool.weight[option] + absent[c] - cost
+        depth += 1
+        entering = True
+    by_weight = np.argsort(number[:n])
+    by_weight = by_weight[np.argsort(-weight[by_weight], kind="mergesort")]  # of equal ones the first found
+    return (
+        found[by_weight],
+        weight[by_weight],
+        score[by_weight],
+        satisfied[by_weight],
+        checked[by_weight],
+        nodes <= rules.most_nodes,
+    )

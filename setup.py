@@ -73,7 +73,7 @@ setup(
     ],
     extras_require={
         "model": ["svgelements>=1.9"],  # 0.8 MB, nothing else comes with it: artrec model reads SVG drawings
-        # The page of artrec evaluate: 105 MB, of which matplotlib and what comes with it 102.
+        # The page of artrec evaluate: 102 MB, nearly all of it matplotlib and what comes with it.
         "report": REPORT,
         "test": [
             *REPORT, "hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "svgelements>=1.9", "types-PyYAML",

@@ -104,7 +104,7 @@ def _why_false(d: Detection, name: str, frame: ScoredFrame, objects: Mapping[str
             if other != name:
                 return f"score {d.score:.2f}: lies on '{other}'"
             again = "; another detection lies there, too" if outcome.detection is not None else ""
-            return f"score {d.score:.2f}: {min(gaps):.0f} px beside a '{name}'{again}"
+            return f"score {d.score:.2f}: {min(gaps):.0f} px from an object '{name}'{again}"
     return f"score {d.score:.2f}: no object there"
 
 

@@ -70,6 +70,6 @@ def test_false_detections(tmp_path):
     again = found_thing(image=ImagePose(pixel(0) + 6, 59.5, 0, 200), score=0.7)
     found = failures(tmp_path, [true_thing()], record(1, found_thing(), again, found_thing(0.35, score=0.61)))
     assert found == [
-        ("false", "score 0.70: 6 px beside a 'thing'; another detection lies there, too"),
+        ("false", "score 0.70: 6 px from an object 'thing'; another detection lies there, too"),
         ("false", "score 0.61: no object there"),
     ]

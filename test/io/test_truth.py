@@ -1,0 +1,128 @@
+"""Truth from each kind of file: what is told, by what frames go, and what is refused."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from artrec_ros.core.datatypes import Camera
+from artrec_ros.core.errors import ArtrecError, SourceError
+from artrec_ros.core.transforms import Pose
+from artrec_ros.io.bag_writer import BagWriter
+from artrec_ros.io.truth import Told
+from artrec_ros.io.truth_files import read_truth
+from artrec_ros.io.truth_poses import object_name
+
+CAMERA = Camera(np.array([[300.0, 0, 160], [0, 300, 120], [0, 0, 1]]), np.zeros(0), (320, 240), "optical")
+POSES = [Pose.from_xyz_rpy([0.1, -0.2, 1.5], [0.3, -1.0, 2.0]), Pose.from_xyz_rpy([0, 0, 2])]
+
+
+class TestPoses:
+    @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+    def test_they_come_back_as_written(self, tmp_path, storage):
+        with BagWriter(tmp_path / "bag", storage) as bag:
+            bag.write_camera("/camera_info", 1, CAMERA)
+            bag.write_poses("/ground_truth/red/poses", 20, "optical", POSES)
+            bag.write_poses("/ground_truth/blue/poses", 20, "optical", POSES[:1])
+            bag.write_poses("/ground_truth/red/poses", 30, "optical", [])
+        truth = read_truth(tmp_path / "bag")
+        assert list(truth.frames) == [20, 30] and not truth.by_name
+        assert sorted(o.name for o in truth.frames[20]) == ["blue", "red", "red"] and truth.frames[30] == ()
+        first = next(o for o in truth.frames[20] if o.name == "red")
+        assert np.allclose(first.pose.rotation, POSES[0].rotation) and np.allclose(
+            first.pose.position, POSES[0].position
+        )
+        assert first.told is Told.REQUIRED and first.label is None
+        assert truth.frame_id == "optical" and np.array_equal(truth.camera.matrix, CAMERA.matrix)
+
+    def test_topics_that_are_named_go_before_those_of_ground_truth(self, tmp_path):
+        with BagWriter(tmp_path / "bag", "mcap") as bag:
+            bag.write_poses("/ground_truth/red/poses", 20, "optical", POSES)
+            bag.write_poses("/mocap/red", 20, "optical", POSES[:1])
+        assert len(read_truth(tmp_path / "bag").frames[20]) == 2
+        assert len(read_truth(tmp_path / "bag", ["/mocap/red"]).frames[20]) == 1
+        assert read_truth(tmp_path / "bag").camera is None
+
+    def test_two_topics_of_one_name_must_be_told_apart(self, tmp_path):
+        with BagWriter(tmp_path / "bag", "mcap") as bag:
+            for space in ("a", "b"):
+                bag.write_poses(f"/{space}/red/poses", 20, "optical", POSES)
+        with pytest.raises(SourceError, match="/a/red/poses and /b/red/poses.*--truth-topic"):
+            read_truth(tmp_path / "bag")
+        assert len(read_truth(tmp_path / "bag", ["/b/red/poses"]).frames[20]) == 2
+
+    def test_poses_in_two_frames_are_refused(self, tmp_path):
+        with BagWriter(tmp_path / "bag", "mcap") as bag:
+            bag.write_poses("/red/poses", 20, "optical", POSES)
+            bag.write_poses("/red/poses", 30, "map", POSES)
+        with pytest.raises(SourceError, match="different frames: 'map', 'optical'"):
+            read_truth(tmp_path / "bag")
+
+    def test_a_pose_that_is_none_is_refused(self, tmp_path):
+        with BagWriter(tmp_path / "bag", "mcap") as bag:
+            bag.write_poses("/red/poses", 20, "optical", [Pose(np.eye(3), [0, 0, np.nan])])
+        with pytest.raises(SourceError, match="/red/poses: a pose of 'red' is none"):
+            read_truth(tmp_path / "bag")
+
+    def test_a_bag_without_poses_lists_what_it_has(self, tmp_path):
+        with BagWriter(tmp_path / "bag", "mcap") as bag:
+            bag.write_camera("/camera_info", 1, CAMERA)
+        with pytest.raises(SourceError, match="no topic of geometry_msgs/msg/PoseArray.*/camera_info"):
+            read_truth(tmp_path / "bag")
+
+    @pytest.mark.parametrize(
+        ("topic", "name"), [("/ground_truth/red/poses", "red"), ("/mocap/red", "red"), ("/poses", "poses")]
+    )
+    def test_names(self, topic, name):
+        assert object_name(topic) == name
+
+
+def coco(folder, images, annotations=()):
+    names = ["base/plate.tail", "base/plate.head", "arm/stripe.tail", "arm/stripe.head"]
+    content = {
+        "images": [{"id": i, "file_name": name} for i, name in enumerate(images)],
+        "annotations": [
+            {"id": n, "image_id": i, "category_id": 7, "keypoints": points} for n, (i, points) in enumerate(annotations)
+        ],
+        "categories": [{"id": 7, "name": "lamp", "keypoints": names}],
+    }
+    (folder / "coco.json").write_text(json.dumps(content))
+    return folder / "coco.json"
+
+
+class TestAnnotations:
+    def test_axes_by_image_and_images_without_objects(self, tmp_path):
+        half = [1, 2, 2, 3, 4, 2, 9, 9, 2, 0, 0, 0]  # of the arm one end alone
+        truth = read_truth(coco(tmp_path, ["x/a.png", "x/b.png"], [(0, half), (0, [0] * 12)]))
+        assert truth.by_name and list(truth.frames) == ["a.png", "b.png"] and truth.frames["b.png"] == ()
+        (o,) = truth.frames["a.png"]
+        assert o.name == "lamp" and list(o.axes) == ["base/plate"] and o.told is Told.LABELLED and o.pose is None
+        assert o.axes["base/plate"].tolist() == [[1, 2], [3, 4]]
+        assert o.centre_px.tolist() == pytest.approx([13 / 3, 5])
+
+    def test_files_named_by_stamp_go_by_stamp(self, tmp_path):
+        truth = read_truth(coco(tmp_path, ["1700000000000000000.png", "1700000000033333333.png"]))
+        assert list(truth.frames) == [1700000000000000000, 1700000000033333333] and not truth.by_name
+
+    def test_two_images_of_one_name_are_refused(self, tmp_path):
+        with pytest.raises(SourceError, match="two images are called 'a.png'"):
+            read_truth(coco(tmp_path, ["x/a.png", "y/a.png"]))
+
+
+def test_lines_of_truth_may_bear_names_and_joints(tmp_path):
+    o = {"object": "lamp", "team": 2, "position": [0, 0, 1], "rotation": np.eye(3).tolist(), "components": {}}
+    (tmp_path / "t.jsonl").write_text(
+        json.dumps({"stamp_ns": 5, "objects": [o | {"joints": {"arm": 0.5}}, {**o, "object": None}]}) + "\n"
+    )
+    first, second = read_truth(tmp_path / "t.jsonl").frames[5]
+    assert (first.name, first.label, first.joints, first.told) == ("lamp", 2, {"arm": 0.5}, Told.ALL)
+    assert second.name is None and second.joints == {} and second.centre_px is None
+
+
+def test_what_is_no_truth(tmp_path):
+    with pytest.raises(SourceError, match="truth is read from a bag"):
+        read_truth(tmp_path / "truth.yaml")
+    with pytest.raises(ArtrecError, match="no bag"):
+        read_truth(tmp_path)

@@ -29,11 +29,12 @@ class Counters:
 
 
 @dataclass(frozen=True)
-class InputState:
-    """What is known of the inputs at the moment of a report.
+class NodeState:
+    """What is known of inputs and outputs at the moment of a report.
 
     :param dropped: images that a newer one replaced before they were looked at. :param lost: that never arrived.
     :param calibration: empty: calibrated; else why not.
+    :param unheard: who subscribes to results and gets none, a line each.
     :param active: the node's lifecycle state lets it work.
     """
 
@@ -43,6 +44,7 @@ class InputState:
     dropped: int = 0
     lost: int = 0
     calibration: str = ""
+    unheard: tuple[str, ...] = ()
     active: bool = True
 
 
@@ -73,8 +75,8 @@ class Diagnostics:
             c.failed += 1
             c.last_image_s, c.last_error = now_s, error
 
-    def report(self, state: InputState, no_image_after_s: float, now_s: float, header: Header) -> DiagnosticArray:
-        """Three statuses: input, calibration, recognition."""
+    def report(self, state: NodeState, no_image_after_s: float, now_s: float, header: Header) -> DiagnosticArray:
+        """Four statuses: input, calibration, recognition, output."""
         with self._lock:
             c, period = self.counters, max(now_s - self._last_s, 1e-3)
             processed, failed = c.processed - self._last[0], c.failed - self._last[1]
@@ -85,10 +87,11 @@ class Diagnostics:
                 self._input(state, silent, (processed + failed) / period, failed),
                 self._calibration(state),
                 self._recognition(reports, processed / period),
+                self._output(state),
             ]
         return DiagnosticArray(header=header, status=statuses)
 
-    def _input(self, state: InputState, silent: bool, rate_hz: float, failed: int) -> DiagnosticStatus:
+    def _input(self, state: NodeState, silent: bool, rate_hz: float, failed: int) -> DiagnosticStatus:
         c = self.counters
         if not state.active:
             level, text = OK, "not active: the lifecycle manager has not activated this node"
@@ -116,7 +119,7 @@ class Diagnostics:
         }
         return self._status("input", level, text, values)
 
-    def _calibration(self, state: InputState) -> DiagnosticStatus:
+    def _calibration(self, state: NodeState) -> DiagnosticStatus:
         if state.calibration:
             return self._status("calibration", WARN, f"{state.calibration}; no metric poses", {})
         return self._status("calibration", OK, "calibrated", {})
@@ -139,6 +142,11 @@ class Diagnostics:
             values["recognition_median_ms"] = f"{np.median(recognition):.2f}"
             values["added_median_ms"] = f"{np.median(latency - recognition):.2f}"
         return self._status("recognition", level, text, values)
+
+    def _output(self, state: NodeState) -> DiagnosticStatus:
+        if state.unheard:
+            return self._status("output", WARN, f"QoS mismatch on {'; '.join(state.unheard)}", {})
+        return self._status("output", OK, "every subscriber can hear it", {})
 
     def _status(self, part: str, level: bytes, text: str, values: dict[str, object]) -> DiagnosticStatus:
         pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]

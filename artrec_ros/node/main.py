@@ -18,7 +18,7 @@ example: artrec_node --ros-args --params-file config/aibo.yaml -r image:=/camera
 """
 
 MISSING = "ROS 2 is missing ({}); source one, or install artrec_ros with pip"
-_SWITCH_S = 5e-4  # an image that comes in must not wait 5 ms, Python's default, for the thread that recognises
+_SWITCH_S = 1e-4  # an image that comes in must not wait 5 ms, Python's default, for the thread that recognises
 
 
 def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | None = None) -> int:

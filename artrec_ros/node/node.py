@@ -17,7 +17,7 @@ from ..io import node_topics as topics
 from ..io.parameters import Setup
 from .calibration import Calibrations
 from .conversions import message_class
-from .diagnostics import Counters, Diagnostics, InputState
+from .diagnostics import Counters, Diagnostics, NodeState
 from .inputs import Inputs
 from .parameters import LiveParameters, initial_setup
 from .pipeline import FrameReport, Pipeline, one_line
@@ -175,11 +175,15 @@ class RecognizerNode(LifecycleNode):
             self._inputs.follow()
 
     def _report(self) -> None:
-        inputs, problem = self._inputs, self._calibrations.problem
-        state = InputState("", calibration=problem, active=False)
-        if inputs is not None:
-            image = inputs.image
-            state = InputState(image.topic, image.publishers, image.incompatible, inputs.dropped, image.lost, problem)
         header = Header(stamp=self.get_clock().now().to_msg())
         silence_s = self._live.setup.node.no_image_after_s
-        self._diagnostics_out.publish(self._diagnostics.report(state, silence_s, time.monotonic(), header))
+        self._diagnostics_out.publish(self._diagnostics.report(self._state(), silence_s, time.monotonic(), header))
+
+    def _state(self) -> NodeState:
+        problem, inputs = self._calibrations.problem, self._inputs
+        unheard = tuple(self._outputs.unheard()) if self._outputs is not None else ()
+        if inputs is None:
+            return NodeState("", calibration=problem, unheard=unheard, active=False)
+        image = inputs.image
+        counted = (image.publishers, image.incompatible, inputs.dropped, image.lost)
+        return NodeState(image.topic, *counted, problem, unheard)

@@ -24,7 +24,7 @@ class FrameReport:
     """What became of an image.
 
     :param latency_ms: from its reception until its results were published, by the system clock.
-    :param recognition_ms: the recogniser's part of it.
+    :param recognition_ms: the recogniser's and the tracker's part of it; the rest is what the node adds.
     :param complete: the recogniser ended its search before its time was over.
     :param header_problem: what the image's header lacks; empty: nothing.
     """
@@ -66,9 +66,10 @@ class Pipeline:
         camera = self._calibrations.camera_for(stamp_ns, size, setup.image.rectified)
         began = time.perf_counter()
         result = recognizer.recognize(image, camera)
-        recognition_ms = (time.perf_counter() - began) * 1e3
         self._tracker.configure(setup.tracking)
-        result = self._tracker.update(stamp_ns, result, camera.frame_id if camera else "")
+        frame_id = (msg.header.frame_id or camera.frame_id) if camera else ""
+        result = self._tracker.update(stamp_ns, result, frame_id)
+        recognition_ms = (time.perf_counter() - began) * 1e3
         if self._closed:
             return None
         self._publishers.publish(result.detections, msg.header, setup.node.marker_lifetime_s)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
+from rclpy.qos import QoSCompatibility, qos_check_compatible
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
@@ -33,9 +35,14 @@ class Publishers:
 
     def __init__(self, node: Node, targets: Sequence[Target], tf: TransformSender | None = None) -> None:
         def publisher(topic: NodeTopic, name: str = "") -> Any:
-            return node.create_publisher(message_class(topic.type), topic.of(name), topic.depth)
+            # no event handlers: each costs every turn of the executor time; `unheard` asks in their place
+            events = PublisherEventCallbacks(use_default_callbacks=False)
+            made = node.create_publisher(message_class(topic.type), topic.of(name), topic.depth, event_callbacks=events)
+            self._all.append(made)
+            return made
 
         self._node, self._tf = node, tf
+        self._all: list[Any] = []
         self._of_objects = [
             (t.name, make, publisher(topic, t.name)) for t in targets for topic, make in _MAKERS.items()
         ]
@@ -66,6 +73,19 @@ class Publishers:
         """Delete all markers that are shown."""
         self._markers.publish(self._scene.update([], Header(stamp=self._node.get_clock().now().to_msg())))
 
+    def unheard(self) -> list[str]:
+        """A line for each subscriber that asks for another quality of service than is offered, and so gets nothing."""
+        lines = []
+        own = self._node.get_name(), self._node.get_namespace()
+        for topic in (p.topic_name for p in self._all):
+            publishers = self._node.get_publishers_info_by_topic(topic)
+            offered = [p.qos_profile for p in publishers if (p.node_name, p.node_namespace) == own]
+            for subscriber in self._node.get_subscriptions_info_by_topic(topic) if offered else []:
+                compatible, reason = qos_check_compatible(offered[0], subscriber.qos_profile)
+                if compatible == QoSCompatibility.ERROR:
+                    lines.append(f"{topic}: {subscriber.node_name} hears nothing: {reason.rstrip(';')}")
+        return lines
+
     def close(self) -> None:
-        for publisher in [p for _, _, p in self._of_objects] + [self._markers, self._overlay]:
+        for publisher in self._all:
             self._node.destroy_publisher(publisher)

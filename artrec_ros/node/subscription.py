@@ -73,7 +73,7 @@ class FollowingSubscription:
 
     def _subscribe(self) -> Any:
         self._last_number, self.incompatible = None, ""
-        events = SubscriptionEventCallbacks(incompatible_qos=self._on_incompatible)
+        events = SubscriptionEventCallbacks(incompatible_qos=self._on_incompatible, use_default_callbacks=False)
         reliability, durability = self._qos
         qos = QoSProfile(depth=self._depth, reliability=reliability, durability=durability)
         return self._node.create_subscription(self._type, self.topic, self._on_message, qos, event_callbacks=events)

@@ -9,10 +9,10 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import Header
 
-from artrec_ros.node.diagnostics import Diagnostics, InputState
+from artrec_ros.node.diagnostics import Diagnostics, NodeState
 from artrec_ros.node.pipeline import FrameReport
 
-FINE = InputState(topic="/image", publishers=1, incompatible="", dropped=0, calibration="")
+FINE = NodeState(topic="/image", publishers=1, incompatible="", dropped=0, calibration="")
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
@@ -84,6 +84,12 @@ def test_losses_cut_off_searches_and_poor_headers_are_told(diagnostics: Diagnost
     assert (values(told["input"])["dropped"], values(told["input"])["lost"]) == ("3", "4")
     assert told["input"].level == WARN and "frame_id" in told["input"].message
     assert told["recognition"].level == WARN and "time_budget_ms" in told["recognition"].message
+
+
+def test_those_who_hear_nothing_are_named(diagnostics: Diagnostics) -> None:
+    assert report(diagnostics, 101)["output"].level == OK
+    status = report(diagnostics, 102, unheard=("/red/poses: rviz hears nothing",))["output"]
+    assert status.level == WARN and "QoS mismatch on /red/poses: rviz" in status.message
 
 
 def test_an_inactive_node_complains_of_nothing(diagnostics: Diagnostics) -> None:

@@ -15,7 +15,8 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseArray
 from peer import STARTED, NodeProcess, Peer, label_image, ros
-from sensor_msgs.msg import CompressedImage
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import CompressedImage, MultiDOFJointState
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -79,3 +80,15 @@ def test_a_mismatch_that_was_asked_for_is_told(parameter_file: Path, picture: np
         process.wait_for_output(STARTED)
         assert peer.diagnose("input", "QoS mismatch").level == DiagnosticStatus.ERROR
         assert peer.diagnose("calibration", "no camera_info").level == DiagnosticStatus.WARN
+
+
+def test_a_subscriber_that_asks_for_more_than_is_offered_is_told(parameter_file: Path, tmp_path: Path) -> None:
+    with NodeProcess(*ros(parameter_file), log=tmp_path / "log") as process, Peer() as peer:
+        process.wait_for_output(STARTED)
+        peer.listen("toy/robots", MultiDOFJointState)
+        assert peer.diagnose("output", "every subscriber can hear it")
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        peer.node.create_subscription(PoseArray, "toy/poses", print, latched)
+        status = peer.diagnose("output", "QoS mismatch")
+        assert "/toy/poses" in status.message and "peer" in status.message and "transient local" in status.message
+        assert "robots" not in status.message

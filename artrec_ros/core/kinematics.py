@@ -47,9 +47,13 @@ class Kinematics:
 
     def bound(self, q: Array) -> Array:
         """Joints (..., J) within their limits; one that turns without limit goes round."""
-        endless = self.revolute & (self.upper - self.lower >= 2 * np.pi - 1e-6)
         turned = self.lower + (q - self.lower) % (2 * np.pi)
-        return np.where(endless, turned, np.clip(q, self.lower, self.upper))
+        return np.where(self.endless, turned, np.clip(q, self.lower, self.upper))
+
+    @cached_property
+    def endless(self) -> np.ndarray:
+        """(J,) bool: joints that turn without limit."""
+        return np.asarray(self.revolute & (self.upper - self.lower >= 2 * np.pi - 1e-6))
 
     @property
     def n_joints(self) -> int:

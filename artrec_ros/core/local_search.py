@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from .compiled.climbing import Moves
 from .datatypes import Camera
 from .deadline import Deadline
 from .kinematics import Kinematics
@@ -35,15 +36,14 @@ def climb(
     :param spread: first step, in units of STEP_PX and the like.
     :return: hypotheses no worse than before, and their votes.
     """
-    rng = np.random.default_rng(seed)  # the same image gives the same answer
-    n = len(poses)
+    n, moves = len(poses), draws(kinematics, rounds, seed)
     if not n:
         return poses, votes
     step: Array = np.full(n, spread)
-    for _ in range(rounds):
+    for z in moves:
         if deadline is not None and deadline.expired:
             break
-        tried = _perturbed(rng, kinematics, camera, poses, step)
+        tried = _perturbed(z, kinematics, camera, poses, step)
         found = votes_of(tried).reshape(n, TRIES)
         best = found.argmax(axis=1)
         better = found[np.arange(n), best] > votes
@@ -54,9 +54,26 @@ def climb(
     return poses, votes
 
 
-def _perturbed(rng: np.random.Generator, kin: Kinematics, camera: Camera, poses: Poses, step: Array) -> Poses:
-    n, dimensions = len(poses), 6 + kin.n_joints
-    z = rng.standard_normal((n, TRIES, dimensions)) * (rng.random((n, TRIES, dimensions)) < 0.5) * step[:, None, None]
+def draws(kinematics: Kinematics, rounds: int, seed: int = 0) -> Array:
+    """(rounds, TRIES, 6 + J) steps in units of STEP_PX and the like; half the parameters stay put in each try.
+
+    The same for all hypotheses: the same image gives the same answer.
+    """
+    rng, shape = np.random.default_rng(seed), (rounds, TRIES, 6 + kinematics.n_joints)
+    return rng.standard_normal(shape) * (rng.random(shape) < 0.5)
+
+
+def moves_of(kinematics: Kinematics, camera: Camera, rounds: int) -> Moves:
+    """The same steps for compiled code."""
+    focal = float(np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]))
+    z = draws(kinematics, rounds)
+    steps = (STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT, SHRINK)
+    return Moves(z, *steps, focal, kinematics.lower, kinematics.upper, kinematics.unit, kinematics.endless)
+
+
+def _perturbed(z: Array, kin: Kinematics, camera: Camera, poses: Poses, step: Array) -> Poses:
+    n = len(poses)
+    z = z * step[:, None, None]  # (H, TRIES, 6 + J)
     f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
     depth = poses.t[:, None, 2:]
     across = z[..., :3] * np.array([STEP_PX, STEP_PX, 0.0]) / f * depth

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -59,12 +60,17 @@ class SpatialStage:
                 break
             if field.owned_share(blob.contour) > EXPLAINED:
                 continue
-            poses = finder.find(field, camera, blob, deadline).poses
+            is_sure = partial(self._is_sure, finder, field, camera)
+            poses = finder.find(field, camera, blob, deadline, is_sure).poses
             parts[finder].append(poses)
-            for claim in claims_of(finder, poses[:1], field, camera, self._config.min_votes):
-                if self._trust(claim) > SURE:
-                    field = field.without(silhouette(finder.surface, camera, claim.poses, claim.shape))
+            if len(poses) and is_sure(poses[:1]):
+                shape = (field.labels.shape[0], field.labels.shape[1])
+                field = field.without(silhouette(finder.surface, camera, poses[:1], shape))
         return [(finder, Poses.concatenate(p)) for finder, p in parts.items() if p]
+
+    def _is_sure(self, finder: WholeObjectFinder, field: LabelField, camera: Camera, pose: Poses) -> bool:
+        claims = claims_of(finder, pose, field, camera, self._config.min_votes)
+        return bool(claims) and self._trust(claims[0]) > SURE
 
     def _settled(self, claim: Claim, field: LabelField, camera: Camera) -> Claim:
         return replace(claim, poses=claim.finder.settled(field, camera, claim.poses, claim.scores))

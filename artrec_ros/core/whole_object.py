@@ -7,19 +7,24 @@ What is found is refined on all contours together, and judged with the parts tha
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .blobs import Blob
+from .compiled import climbing
+from .compiled.climbing import Value
+from .compiled.geometry import view_of
+from .compiled.jit import COMPILED
 from .datatypes import Camera, Target
 from .deadline import Deadline
 from .evidence import LabelField
 from .guesses import Guesser, best_distinct, is_small
-from .local_search import climb
+from .local_search import climb, moves_of
 from .posefit import refine
 from .projection import project
-from .spatial import PatchScores, Poses, SpatialModel
+from .spatial import LIMITS, PatchScores, Poses, SpatialModel
 from .transforms import Array
 
 JOINT_STEP = 0.15  # of a joint's unit
@@ -28,6 +33,8 @@ FINE_REACH_PX = (4, 3, 3, 2, 2)
 ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 8, 3  # hypotheses a blob that pass each stage
 SMALL_ROOT_KEEP, SMALL_JOINT_KEEP = 120, 36  # of a small blob: its shape tells least, the other components most
 CLIMBS = ((10, 5, 1.5), (5, 6, 1.0), (3, 14, 0.7))  # hypotheses a blob, rounds, first step
+HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
+RIVAL, RIVAL_RAD = 0.8, 0.35  # of a sure object's votes, and turned by so much
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
 SETTLED_VOTES = 0.85  # of a hypothesis' votes must be left after its last fit
 MIRROR = np.diag([1.0, 1.0, -1.0])
@@ -58,20 +65,59 @@ class WholeObjectFinder:
         one = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), np.zeros((1, self.surface.kinematics.n_joints)))
         self.judge(LabelField(np.zeros((8, 8), np.uint8)), camera, one, occlusion=True)
 
-    def find(self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline) -> Candidates:
-        """Candidates whose required component made a blob, or part of one."""
+    def find(
+        self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
+    ) -> Candidates:
+        """Candidates whose required component made a blob, or part of one.
+
+        :param is_sure: whether one hypothesis is an object beyond doubt: then only its rivals are looked into.
+        """
         poses, votes = self._with_joints(field, camera, blob)
         poses, votes = self._fit_all(field, camera, self._with_flips(poses, votes))
         poses, votes = self._keep(poses, votes, FIT_KEEP)
         for count, rounds, spread in CLIMBS:
-            if deadline.expired or not (votes > 0).any():
+            if deadline.expired or votes.max(initial=0.0) < HOPELESS_VOTES:
                 break
-            poses, votes = self._keep(poses[votes > 0], votes[votes > 0], count)
-            value = lambda p: self.votes(field, camera, p, occlusion=True)  # noqa: E731
-            poses, votes = climb(value, self.surface.kinematics, camera, poses, votes, rounds, spread, deadline)
+            keep = self._rivals(poses, votes) if is_sure(poses[:1]) else np.flatnonzero(votes > 0)
+            poses, votes = poses[keep[:count]], votes[keep[:count]]
+            again = self._search_joints(field, camera, poses)  # a better pose may show a limb that a worse one missed
+            poses = Poses.concatenate([poses, again])
+            poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
+            poses, votes = self._climb(field, camera, poses, votes, rounds, spread, deadline)
             poses, votes = self._fit_all(field, camera, poses)
-        best = np.argsort(-votes, kind="stable")
-        return Candidates(poses[best], votes[best])
+            poses, votes = self._keep(poses, votes, len(poses))
+        return Candidates(poses, votes)
+
+    @staticmethod
+    def _rivals(poses: Poses, votes: Array) -> np.ndarray:
+        """Indices of the best and of those, best first, that might overtake it and look another way."""
+        keep = [0]
+        for i in np.flatnonzero(votes > RIVAL * votes[0]):
+            turned = np.einsum("kij,ij->k", poses.R[keep], poses.R[i])  # trace of the turn from one to the other
+            if (turned < 1 + 2 * np.cos(RIVAL_RAD)).all():
+                keep.append(int(i))
+        return np.array(keep)
+
+    def _climb(
+        self,
+        field: LabelField,
+        camera: Camera,
+        poses: Poses,
+        votes: Array,
+        rounds: int,
+        spread: float,
+        deadline: Deadline,
+    ) -> tuple[Poses, Array]:
+        """Local search on the votes of the whole object."""
+        kin = self.surface.kinematics
+        if COMPILED:
+            value = Value(len(self.target.model.components), self.root, HIDDEN_COST)
+            moves, view = moves_of(kin, camera, rounds), view_of(field, camera)
+            R, t, q, best = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
+            climbing.climb(self.surface.compiled, kin.chain, view, LIMITS, value, moves, spread, R, t, q, best)
+            return Poses(R, t, q), best
+        votes_of = lambda p: self.votes(field, camera, p, occlusion=True)  # noqa: E731
+        return climb(votes_of, kin, camera, poses, votes, rounds, spread, deadline)
 
     def _with_joints(self, field: LabelField, camera: Camera, blob: Blob) -> tuple[Poses, Array]:
         """Guesses from a blob's shape, with the joints at which the labels like the other components best."""

@@ -9,14 +9,17 @@ import pytest
 from solids import BENT, RATIONAL, RED, camera_of, random_poses, truck
 
 from artrec_ros.core import bank as bank_module
-from artrec_ros.core import guesses, kinematics, posefit, spatial
+from artrec_ros.core import guesses, kinematics, posefit, spatial, whole_object
 from artrec_ros.core.bank import blob_shape
 from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.compiled import geometry, jit
 from artrec_ros.core.config import RecognizerConfig
+from artrec_ros.core.datatypes import Target
+from artrec_ros.core.deadline import Deadline
 from artrec_ros.core.evidence import LabelField
 from artrec_ros.core.projection import project
 from artrec_ros.core.spatial import SpatialModel
+from artrec_ros.core.whole_object import WholeObjectFinder
 
 LENSES = pytest.mark.parametrize("lens", [(), BENT[:4], BENT, RATIONAL], ids=len)
 pytestmark = pytest.mark.skipif(not jit.COMPILED, reason="numba is not installed")
@@ -119,6 +122,20 @@ def test_normal_equations_agree(scene, lens, monkeypatch):
     assert np.abs(plain[0]).max() > 0
     for one, other in zip(compiled, plain, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(other).max())
+
+
+def test_climbing_leads_the_same_way(scene, monkeypatch):
+    surface, poses, field = scene
+    finder, camera, clock = WholeObjectFinder(Target("truck", surface.model, RED)), camera_of(), Deadline(60.0)
+    votes = finder.votes(field, camera, poses, occlusion=True)
+    found, best = finder._climb(field, camera, poses, votes, 4, 1.0, clock)
+    assert (best >= votes).all() and (best > votes).any()
+    np.testing.assert_allclose(finder.votes(field, camera, found, occlusion=True), best, atol=1e-3)
+    plainly(monkeypatch, whole_object)
+    plain, plain_best = finder._climb(field, camera, poses, votes, 4, 1.0, clock)
+    np.testing.assert_allclose(best, plain_best, atol=1e-3)
+    for name in ("R", "t", "q"):
+        np.testing.assert_allclose(getattr(found, name), getattr(plain, name), atol=1e-9)
 
 
 def test_alignments_with_a_blob_agree(monkeypatch):

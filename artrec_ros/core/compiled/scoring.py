@@ -139,10 +139,31 @@ def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, ring_px: float, a
     return ring / m
 
 
+class Room(NamedTuple):
+    """Scratch arrays of one hypothesis."""
+
+    at: Any  # (2, n) pixels
+    hidden: Any  # (n,)
+    near: Any  # (B,)
+    box_rotation: Any  # (B, 3, 3)
+    eye: Any  # (B, 3)
+    middle: Any  # (B, 3)
+
+
 @jit
 def scratch_of(s: Surface) -> Any:
     """Room for the pixels of a patch."""
     return np.empty((2, max(s.contour.shape[2], np.diff(s.starts).max())), np.int32)
+
+
+@jit
+def room_of(s: Surface) -> Room:
+    """Scratch arrays that fit a surface."""
+    n = len(s.half)
+    return Room(
+        scratch_of(s), np.empty(np.diff(s.starts).max(), np.bool_), np.empty(n, np.int64),
+        np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
+    )  # fmt: skip
 
 
 @jit
@@ -161,40 +182,48 @@ def score_patches(
     votes: Any, area_px: Any, agree: Any,
 ) -> None:  # fmt: skip
     """Fill votes, area_px and agree (H, P) of hypotheses R (H, C, 3, 3), t (H, C, 3) as `SpatialModel.score` does."""
-    n_boxes = len(s.half) if occlusion else 0
-    near, hidden = np.empty(len(s.half), np.int64), np.empty(np.diff(s.starts).max(), np.bool_)
-    box_R, eye, middle = np.empty((len(s.half), 3, 3)), np.empty((len(s.half), 3)), np.empty((len(s.half), 3))
-    at, f2 = scratch_of(s), view.K[0, 0] * view.K[1, 1]
+    room = room_of(s)
     for h in range(len(R)):
-        if n_boxes:
-            boxes_in_camera(s, R[h], t[h], box_R, eye, middle)
-        for column in range(len(patches)):
-            p = patches[column]
-            A, b = R[h, s.component[p]], t[h, s.component[p]]
-            cosine, mx, my, mz = aspect(s, p, A, b)
-            votes[h, column] = area_px[h, column] = agree[h, column] = 0.0
-            if not (cosine > limits.least_cosine and mz > 0.02):
+        score_hypothesis(s, R[h], t[h], patches, view, limits, occlusion, room, votes[h], area_px[h], agree[h])
+
+
+@jit
+def score_hypothesis(
+    s: Surface, R: Any, t: Any, patches: Any, view: View, limits: Limits, occlusion: bool, room: Room,
+    votes: Any, area_px: Any, agree: Any,
+) -> None:  # fmt: skip
+    """The same for one hypothesis: (C, 3, 3), (C, 3), and (P,) each to fill."""
+    blocked = occlusion and len(s.half) > 0
+    f2 = view.K[0, 0] * view.K[1, 1]
+    if blocked:
+        boxes_in_camera(s, R, t, room.box_rotation, room.eye, room.middle)
+    for column in range(len(patches)):
+        p = patches[column]
+        A, b = R[s.component[p]], t[s.component[p]]
+        cosine, mx, my, mz = aspect(s, p, A, b)
+        votes[column] = area_px[column] = agree[column] = 0.0
+        if not (cosine > limits.least_cosine and mz > 0.02):
+            continue
+        n_near = boxes_in_front(s, p, mx, my, mz, room.middle, room.near) if blocked else 0
+        total, seen, same, first, role = 0.0, 0, 0, s.starts[p], s.table[s.role[p]]
+        count = s.starts[p + 1] - first
+        locate(A, b, s.points, first, first + count, view, room.at[0])
+        if n_near:
+            hide(s, A, b, first, count, room.near, n_near, room.box_rotation, room.eye, limits.behind, room.hidden)
+        for i in range(count):
+            if n_near and room.hidden[i]:
                 continue
-            n_near = boxes_in_front(s, p, mx, my, mz, middle, near) if n_boxes else 0
-            total, seen, same, first, role = 0.0, 0, 0, s.starts[p], s.table[s.role[p]]
-            count = s.starts[p + 1] - first
-            locate(A, b, s.points, first, first + count, view, at[0])
-            if n_near:
-                hide(s, A, b, first, count, near, n_near, box_R, eye, limits.behind, hidden)
-            for i in range(count):
-                if n_near and hidden[i]:
-                    continue
-                seen += 1
-                found = view.padded[at[0, i]]
-                total += role[found]
-                same += found == s.label[p]
-            size, visible = s.area[p] * f2 / mz**2 * cosine, seen / count
-            value, k = total / count * size, s.marker_of[p]
-            if k >= 0 and visible > 0.5:
-                value += ring_votes(s, k, A, b, view, limits.ring_px, at) * ring_px2(s, k, cosine, mz, f2, limits)
-            votes[h, column] = value
-            area_px[h, column] = size * visible
-            agree[h, column] = same / max(visible * count, 1.0)
+            seen += 1
+            found = view.padded[room.at[0, i]]
+            total += role[found]
+            same += found == s.label[p]
+        size, visible = s.area[p] * f2 / mz**2 * cosine, seen / count
+        value, k = total / count * size, s.marker_of[p]
+        if k >= 0 and visible > 0.5:
+            value += ring_votes(s, k, A, b, view, limits.ring_px, room.at) * ring_px2(s, k, cosine, mz, f2, limits)
+        votes[column] = value
+        area_px[column] = size * visible
+        agree[column] = same / max(visible * count, 1.0)
 
 
 @jit

@@ -1,0 +1,131 @@
+"""Local search on the votes, a hypothesis and a try at a time."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .chains import Chain, about_axis, multiply, place
+from .geometry import View
+from .jit import jit
+from .scoring import Limits, Room, Surface, room_of, score_hypothesis
+
+
+class Value(NamedTuple):
+    """How patches' votes add up: `WholeObjectFinder.total`."""
+
+    n_components: int
+    root: int
+    hidden_cost: float
+
+
+class Moves(NamedTuple):
+    """The steps of `local_search`, and the joints' limits."""
+
+    z: Any  # (rounds, tries, 6 + J) draws
+    px: float
+    depth: float
+    rad: float
+    joint: float
+    shrink: float
+    focal: float
+    lower: Any  # (J,)
+    upper: Any
+    unit: Any
+    endless: Any  # (J,) bool
+
+
+class Body(NamedTuple):
+    """One hypothesis placed: frames of its components, and what its patches are worth."""
+
+    R: Any  # (C, 3, 3)
+    t: Any  # (C, 3)
+    votes: Any  # (P,)
+    area_px: Any
+    agree: Any
+    sums: Any  # (2, C)
+    scratch: Any  # (4, 3, 3)
+
+
+@jit
+def place_all(chain: Chain, R: Any, t: Any, q: Any, body: Body) -> None:
+    """Frames of all components of one hypothesis: object R (3, 3), t (3,), joints q (J,)."""
+    for c in range(len(chain.parent)):
+        if chain.parent[c] < 0:
+            body.R[c], body.t[c] = R, t
+            continue
+        j = chain.joint_of[c]
+        value = q[j] if j >= 0 else 0.0
+        place(chain, c, body.R, body.t, value, body.scratch[2, 0], body.scratch[2, 1], body.scratch[0], body.scratch[1])
+
+
+@jit
+def total_votes(s: Surface, patches: Any, view: View, limits: Limits, value: Value, body: Body, room: Room) -> float:
+    """Votes of a whole placed object; a component that speaks against itself counts as hidden, at a price."""
+    score_hypothesis(s, body.R, body.t, patches, view, limits, True, room, body.votes, body.area_px, body.agree)
+    body.sums[:] = 0.0
+    for p in range(len(patches)):
+        c = s.component[p]
+        body.sums[0, c] += body.votes[p]
+        if s.marker_of[p] >= 0:
+            body.sums[1, c] += body.area_px[p]
+    total = 0.0
+    for c in range(value.n_components):
+        votes = body.sums[0, c]
+        total += votes if c == value.root else max(votes, -value.hidden_cost * body.sums[1, c])
+    return total
+
+
+@jit
+def move(m: Moves, z: Any, step: float, R: Any, t: Any, q: Any, turn: Any, R_new: Any, t_new: Any, q_new: Any) -> None:
+    """A try: `local_search._perturbed` of one hypothesis."""
+    near = 1 + m.depth * step * z[2]
+    across = m.px * step / m.focal * t[2]
+    t_new[0], t_new[1], t_new[2] = t[0] * near + across * z[0], t[1] * near + across * z[1], t[2] * near
+    x, y, w = m.rad * step * z[3], m.rad * step * z[4], m.rad * step * z[5]
+    angle = math.sqrt(x * x + y * y + w * w)
+    if angle > 1e-9:
+        t_axis = turn[1, 0]
+        t_axis[0], t_axis[1], t_axis[2] = x / angle, y / angle, w / angle
+        about_axis(t_axis, angle, turn[0])
+        multiply(turn[0], R, R_new)
+    else:
+        R_new[:] = R
+    for j in range(len(q)):
+        value = q[j] + m.joint * step * m.unit[j] * z[6 + j]
+        if m.endless[j]:
+            value = m.lower[j] + (value - m.lower[j]) % (2 * math.pi)
+        else:
+            value = min(max(value, m.lower[j]), m.upper[j])
+        q_new[j] = value
+
+
+@jit
+def climb(
+    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, spread: float,
+    R: Any, t: Any, q: Any, votes: Any,
+) -> None:  # fmt: skip
+    """Move hypotheses R (H, 3, 3), t (H, 3), q (H, J) to better ones nearby, as `local_search.climb` does."""
+    patches, room, n_c, n_p = np.arange(len(s.area)), room_of(s), value.n_components, len(s.area)
+    body = Body(
+        np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty(n_p), np.empty(n_p), np.empty(n_p),
+        np.empty((2, n_c)), np.empty((4, 3, 3)),
+    )  # fmt: skip
+    R_new, t_new, q_new, turn = np.empty((2, 3, 3)), np.empty((2, 3)), np.empty((2, q.shape[1])), np.empty((2, 3, 3))
+    for h in range(len(R)):
+        step = spread
+        for r in range(len(m.z)):
+            best = votes[h]
+            for i in range(m.z.shape[1]):
+                move(m, m.z[r, i], step, R[h], t[h], q[h], turn, R_new[0], t_new[0], q_new[0])
+                place_all(chain, R_new[0], t_new[0], q_new[0], body)
+                found = total_votes(s, patches, view, limits, value, body, room)
+                if found > best:
+                    best = found
+                    R_new[1], t_new[1], q_new[1] = R_new[0], t_new[0], q_new[0]
+            if best > votes[h]:
+                R[h], t[h], q[h], votes[h] = R_new[1], t_new[1], q_new[1], best
+            else:
+                step *= m.shrink

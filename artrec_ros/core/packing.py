@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled import packing as compiled
+from .compiled.jit import COMPILED
 from .deadline import Deadline
 from .transforms import Array
+
+_NODES_BETWEEN_LOOKS = 64  # at the clock
 
 
 def pack(weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: Deadline) -> tuple[list[int], bool]:
@@ -20,8 +24,11 @@ def pack(weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: 
     """
     chosen: list[int] = []
     exact = True
-    for part in connected_parts(conflict):
-        best, proven = _pack_part(sorted(part, key=lambda g: -weight[g]), weight, conflict, node_limit, deadline)
+    kept = _heaviest_of_like(weight, conflict)
+    pack_part = _pack_part_compiled if COMPILED else _pack_part
+    for part in connected_parts(conflict[np.ix_(kept, kept)]):
+        order = kept[sorted(part, key=lambda n: (-weight[kept[n]], n))].tolist()
+        best, proven = pack_part(order, weight, conflict, node_limit, deadline)
         chosen += best
         exact &= proven
     return sorted(chosen), exact
@@ -43,6 +50,28 @@ def connected_parts(conflict: NDArray[np.bool_]) -> list[list[int]]:
     return parts
 
 
+def _heaviest_of_like(weight: Array, conflict: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Groups, ascending, without those that conflict with just what a heavier one conflicts with."""
+    heaviest: dict[bytes, int] = {}
+    rows = np.packbits(conflict | np.eye(len(conflict), dtype=bool), axis=1)
+    for g in np.argsort(-weight, kind="stable").tolist():
+        heaviest.setdefault(rows[g].tobytes(), g)
+    return np.array(sorted(heaviest.values()), np.int64)
+
+
+def _pack_part_compiled(
+    order: list[int], weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: Deadline
+) -> tuple[list[int], bool]:
+    mine, among = weight[order], conflict[np.ix_(order, order)]
+    state = compiled.start(mine, among)
+    left, over = node_limit, False
+    while left > 0 and not over and not deadline.expired:
+        over = compiled.search(mine, among, state, min(left, _NODES_BETWEEN_LOOKS))
+        left -= _NODES_BETWEEN_LOOKS
+    *_, best, size, _ = state
+    return [order[n] for n in best[: size[0]].tolist()], over
+
+
 def _greedy(order: list[int], conflict: NDArray[np.bool_]) -> list[int]:
     chosen: list[int] = []
     for g in order:
@@ -62,7 +91,7 @@ def _pack_part(
     while stack:
         free, chosen, value = stack.pop()
         nodes += 1
-        if nodes > node_limit or (nodes % 64 == 0 and deadline.expired):
+        if nodes > node_limit or (nodes % _NODES_BETWEEN_LOOKS == 0 and deadline.expired):
             return best, False
         if value > best_weight + 1e-12:
             best, best_weight = chosen, value

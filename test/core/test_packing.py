@@ -3,6 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
+from artrec_ros.core import packing
 from artrec_ros.core.deadline import Deadline
 from artrec_ros.core.packing import connected_parts, pack
 
@@ -21,6 +22,11 @@ def best_by_trying_all(weight, conflict):
             if not any(conflict[a, b] for a, b in itertools.combinations(chosen, 2)):
                 best = max(best, weight[list(chosen)].sum())
     return best
+
+
+@pytest.fixture(params=[packing.COMPILED, False], autouse=True)
+def with_and_without_numba(request, monkeypatch):
+    monkeypatch.setattr(packing, "COMPILED", request.param)
 
 
 @pytest.mark.parametrize("seed", range(15))
@@ -58,3 +64,12 @@ def test_connected_parts():
 
 def test_nothing_to_choose_from():
     assert pack(np.zeros(0), np.zeros((0, 0), bool), 10, Deadline()) == ([], True)
+
+
+def test_of_groups_that_rule_out_the_same_others_the_heaviest_is_left():
+    weight, conflict = random_problem(np.random.default_rng(1), 9)
+    like = np.concatenate([np.arange(9), np.arange(9)])  # each group twice, the second one lighter
+    weights, conflicts = np.concatenate([weight, 0.9 * weight]), conflict[np.ix_(like, like)]
+    assert pack(weights, conflicts, 10**5, Deadline()) == pack(weight, conflict, 10**5, Deadline())
+    apart = np.zeros((3, 3), bool)
+    assert pack(np.ones(3), apart, 100, Deadline()) == ([0, 1, 2], True)

@@ -126,10 +126,11 @@ def _object(o: dict[str, Any]) -> TrueObject:
         name: TrueComponent(float(c["full_px"]), float(c["visible_px"]), _point(c["centre"]))
         for name, c in o["components"].items()
     }
-    pose = Pose(np.array(o["rotation"], float), np.array(o["position"], float))
+    pose = Pose(np.array(o["rotation"], float), np.array(o["position"], float)) if "position" in o else None
     joints = {str(name): float(q) for name, q in (o.get("joints") or {}).items()}
     name = None if o.get("object") is None else str(o["object"])
-    return TrueObject(int(o["team"]), pose, components, _point(o.get("centre_px")), name, joints)
+    label = int(o["team"]) if name is None or "team" in o else None
+    return TrueObject(label, pose, components, _point(o.get("centre_px")), name, joints)
 
 
 def _point(value: Any) -> Array | None:

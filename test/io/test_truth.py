@@ -121,6 +121,18 @@ def test_lines_of_truth_may_bear_names_and_joints(tmp_path):
     assert second.name is None and second.joints == {} and second.centre_px is None
 
 
+def test_truth_of_the_image_plane_has_no_poses_and_objects_go_by_name_or_label(tmp_path):
+    part = {"full_px": 50, "visible_px": 40, "centre": [3, 4]}
+    (tmp_path / "t.jsonl").write_text(
+        json.dumps({"stamp_ns": 5, "objects": [{"object": "a", "components": {"x": part}}]})
+    )
+    (o,) = read_truth(tmp_path / "t.jsonl").frames[5]
+    assert (o.pose, o.label, o.name) == (None, None, "a") and o.components["x"].visible_px == 40
+    (tmp_path / "t.jsonl").write_text(json.dumps({"stamp_ns": 5, "objects": [{"components": {}}]}))
+    with pytest.raises(SourceError, match="line 1.*team"):
+        read_truth(tmp_path / "t.jsonl")
+
+
 def test_what_is_no_truth(tmp_path):
     with pytest.raises(SourceError, match="truth is read from a bag"):
         read_truth(tmp_path / "truth.yaml")

@@ -14,6 +14,7 @@ import numpy as np
 from .failures import FALSE, MISSED, FailedFrame, Failure
 from .scoring import Evaluation
 
+MOST_CARDS = 500
 _WIDTH_PX = 480
 _WEBP_QUALITY = 50
 _COLOURS = {MISSED: (60, 60, 255), FALSE: (255, 80, 255)}  # BGR
@@ -33,12 +34,16 @@ class Card:
 
 
 def cards(evaluations: Sequence[Evaluation], failed: Sequence[Sequence[FailedFrame]], most: int) -> list[Card]:
-    """All failed frames in the truth's order, runs beside each other; pictures for `most` of each run, the worst."""
+    """Failed frames in the truth's order, runs beside each other: those of each in which most failed, up to a limit.
+
+    :param most: how many pictures of each run, again where most failed.
+    """
     found = []
     for number, (evaluation, frames) in enumerate(zip(evaluations, failed, strict=True)):
         ranked = sorted(frames, key=lambda f: -len(f.failures))
-        shown = {id(f) for f in ranked[:most]}
-        found += [Card(number, f, picture(evaluation, f) if id(f) in shown else "") for f in frames]
+        found += [
+            Card(number, f, picture(evaluation, f) if i < most else "") for i, f in enumerate(ranked[:MOST_CARDS])
+        ]
     order = {frame.key: i for i, frame in enumerate(evaluations[0].frames)}
     return sorted(found, key=lambda card: (order[card.failed.frame.key], card.run))
 

@@ -13,7 +13,7 @@ from . import figures as f
 from . import table
 from .comparison import Change
 from .failures import FALSE, MISSED, NOT_RIGHT, failed_frames
-from .gallery import cards
+from .gallery import MOST_CARDS, cards
 from .plots import COLOURS, distribution_plots, reliability_plots, strata_plots
 from .result import Result
 
@@ -38,6 +38,7 @@ def render(results: Sequence[Result], changes: Sequence[Mapping[str, Change]] = 
         changes=[(r.name, _changed(change)) for r, change in zip(results[1:], changes, strict=False)],
         plots=[*distribution_plots(results), *reliability_plots(results), *strata_plots(results)],
         cards=cards(evaluations, failed, pictures),
+        left_out=sum(max(0, len(f) - MOST_CARDS) for f in failed),
         frames=len(evaluations[0].frames),
         kinds=[MISSED, NOT_RIGHT, FALSE],
         names=list(dict.fromkeys(name for e in evaluations for name in e.names)),

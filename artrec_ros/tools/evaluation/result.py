@@ -10,6 +10,7 @@ from ..summary import versions
 from . import figures as f
 from .calibration import Calibration, calibrate
 from .comparison import Change
+from .failures import FailedFrame, failed_frames
 from .figures import Figures
 from .intervals import CONFIDENCE, rounded
 from .scoring import Evaluation
@@ -47,6 +48,7 @@ class Result:
             "latency": f.to_dict(self.latency),
             "calibration": _calibration_to_dict(self.calibration),
             **{f"by_{s.key}": [_bin_to_dict(b) for b in s.bins] for s in self.strata},
+            "failed_frames": [_failed_to_dict(frame) for frame in failed_frames(e)],
             "parameters": dict(e.run.parameters),
             "versions": {"replay": e.run.summary.get("versions"), "evaluate": versions()},
         }
@@ -74,6 +76,11 @@ def _result(evaluation: Evaluation, strata: tuple[Stratum, ...]) -> Result:
         "calibration_error": calibration.error,
     }
     return Result(evaluation, overall, figures, latency, strata, calibration)
+
+
+def _failed_to_dict(failed: FailedFrame) -> dict[str, Any]:
+    failures = [{"kind": x.kind, "object": x.name, "reason": x.reason} for x in failed.failures]
+    return {"frame": failed.frame.key, "index": failed.frame.index, "failures": failures}
 
 
 def _bin_to_dict(part: Any) -> dict[str, Any]:

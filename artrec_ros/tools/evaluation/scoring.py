@@ -61,26 +61,18 @@ class Evaluation:
 
     def counts(self, name: str | None = None) -> Counts:
         """Of one object name, or of all: the frames count once."""
-        parts = [
-            Counts.of(
-                (o for _, o in self.outcomes([n])), sum(1 for _ in self.false([n])), sliding=self.sliding.get(n, ())
-            )
-            for n in ([name] if name else self.names)
-        ]
+        names = [name] if name else self.names
         without = sum(f.index is None for f in self.frames)
-        return sum(parts, Counts(frames=len(self.frames), frames_without_result=without))
+        found = self.counts_of(list(self.outcomes(names)), sum(1 for _ in self.false(names)))
+        return found + Counts(frames=len(self.frames), frames_without_result=without)
 
-    def counts_where(self, select: Callable[[TrueObject | Detection, str], bool]) -> Counts:
-        """Of the true objects and false detections that `select` (value, object name) takes; no frames."""
+    def counts_of(self, outcomes: Sequence[tuple[str, Outcome]], false: int) -> Counts:
+        """Of some true objects (object name, outcome) and so many false detections; without frames."""
         parts = [
-            Counts.of(
-                [o for _, o in self.outcomes([n]) if select(o.truth, n)],
-                sum(select(d, n) for d in self.false([n])),
-                sliding=self.sliding.get(n, ()),
-            )
-            for n in self.names
+            Counts.of([o for n, o in outcomes if n == name], 0, sliding=self.sliding.get(name, ()))
+            for name in self.names
         ]
-        return sum(parts, Counts())
+        return sum(parts, Counts(false=false))
 
     @cached_property
     def scores(self) -> list[tuple[float, bool]]:

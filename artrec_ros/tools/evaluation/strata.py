@@ -75,8 +75,14 @@ def stratify(evaluations: Sequence[Evaluation]) -> list[list[Stratum]]:
 
 
 def _parts(evaluation: Evaluation, measure: Measure, edges: Edges) -> list[Bin]:
-    tells_false = all(measure(d, d.object) is not None for d in evaluation.false())
-    return [Bin(n, a, b, evaluation.counts_where(_within(measure, a, b)), tells_false) for n, a, b in edges]
+    outcomes = [(measure(o.truth, name), name, o) for name, o in evaluation.outcomes()]
+    false = [measure(d, d.object) for d in evaluation.false()]
+    parts = []
+    for title, low, high in edges:
+        inside = [(name, o) for v, name, o in outcomes if v is not None and low <= v < high]
+        count = sum(v is not None and low <= v < high for v in false)
+        parts.append(Bin(title, low, high, evaluation.counts_of(inside, count), None not in false))
+    return parts
 
 
 def _conditions(evaluations: Sequence[Evaluation]) -> list[tuple[str, str, Callable[[Evaluation], Measure], Edges]]:
@@ -111,14 +117,6 @@ def _named(edges: Sequence[float]) -> Edges:
         (f"{a:g} to {b:g}" if np.isfinite(b) else f"{a:g} and more", float(a), float(b))
         for a, b in zip(edges[:-1], edges[1:], strict=True)
     ]
-
-
-def _within(measure: Measure, low: float, high: float) -> Callable[[TrueObject | Detection, str], bool]:
-    def select(value: TrueObject | Detection, name: str) -> bool:
-        v = measure(value, name)
-        return v is not None and low <= v < high
-
-    return select
 
 
 def _range_m(v: TrueObject | Detection) -> float | None:

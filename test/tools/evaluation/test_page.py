@@ -13,6 +13,7 @@ import pytest
 
 from artrec_ros.core.datatypes import Rejection
 from artrec_ros.tools.evaluate import evaluate
+from artrec_ros.tools.evaluation import gallery
 from artrec_ros.tools.evaluation.failures import failed_frames
 from artrec_ros.tools.evaluation.gallery import cards
 from artrec_ros.tools.main import main
@@ -20,8 +21,7 @@ from artrec_ros.tools.main import main
 from .browser import BROWSER, DRIVER, Browser
 from .makers import found_thing, record, true_thing, write_run, write_truth
 
-pytest.importorskip("matplotlib")
-pytest.importorskip("jinja2")
+page = pytest.importorskip("artrec_ros.tools.evaluation.page", reason="the extra `report` is not installed")
 ODD = 'votes < 3 & "odd" <script>alert(1)</script>'
 FRAMES = {t: [true_thing(0.05 * t - 0.2, z=1 + 0.3 * t)] for t in range(1, 6)}
 
@@ -105,6 +105,19 @@ def test_the_same_results_give_the_same_page(pages, tmp_path):
     folder = pages[0].parent
     assert main(["evaluate", str(folder), "--truth", str(folder.parent / "t.jsonl")]) == 0
     assert pages[0].read_bytes() == before
+
+
+def test_very_many_failed_frames_are_listed_in_metrics_and_a_part_on_the_page(tmp_path, monkeypatch):
+    monkeypatch.setattr(gallery, "MOST_CARDS", 2)
+    monkeypatch.setattr(page, "MOST_CARDS", 2)
+    run = write_run(tmp_path / "r", [record(t) for t in (1, 2, 3)])
+    two = [true_thing(), true_thing(0.2)]
+    truth = write_truth(tmp_path / "t.jsonl", {1: two, 2: two[:1], 3: two})
+    ((result,), _) = evaluate([run], truth)
+    text = page.render([result])
+    assert re.findall(r'data-frame="(\d)"', text) == ["1", "3"] and "Left out here: 1 failed" in text
+    listed = result.to_dict()["failed_frames"]
+    assert [len(f["failures"]) for f in listed] == [2, 1, 2] and listed[1]["failures"][0]["kind"] == "missed"
 
 
 def test_without_overlays_the_gallery_says_so(tmp_path):

@@ -54,15 +54,13 @@ class FlatStage:
                 for target, shape_of in zip(self._targets, self._shape_of, strict=True)
                 for g in group_literally(target, shape_of, matches, self._config, deadline)
             ]
-            return detections_of(groups, matches, self._targets), (), True
+            return detections_of(groups, matches, self._targets, literal=True), (), True
         searches = [
             GroupSearch(candidates_of_roles(roles, matches, self._config), matches, self._config, deadline)
             for roles in self._roles
         ]
         solution = solve(searches, matches, self._config, deadline)
-        detections = detections_of(
-            solution.accepted, matches, self._targets, solution.margins, as_annotated=True
-        )
+        detections = detections_of(solution.accepted, matches, self._targets, solution.margins)
         return detections, rejections_of(solution, searches, matches, self._config), solution.exact
 
 

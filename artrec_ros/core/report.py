@@ -16,6 +16,7 @@ from .grouping import Group, GroupSearch
 from .matching import Matches
 from .pairs import Key
 from .solution import Solution
+from .trust import probability
 
 _MAX_REJECTIONS = 20  # a frame; the strongest
 
@@ -45,26 +46,27 @@ def detections_of(
     targets: tuple[Target, ...],
     margins: Sequence[float | None] = (),
     *,
-    as_annotated: bool = False,
+    literal: bool = False,
 ) -> tuple[Detection, ...]:
     """Detections by target and score; ids count within a target.
 
     :param margins: of each group, where they are known.
-    :param as_annotated: directions of axes are those that annotations would have, where training knows how.
+    :param literal: scores and directions as the published method has them; else scores are probabilities, and axes
+        point where annotations would have them, as far as training could tell.
     """
     detections = []
     margin_of = dict(zip(map(id, groups), margins, strict=False))
     for target in targets:
-        mine = sorted((g for g in groups if g.candidates.target is target), key=lambda g: -g.score)
-        for number, group in enumerate(mine):
+        own = [(g.score if literal else probability(g), g) for g in groups if g.candidates.target is target]
+        for number, (score, group) in enumerate(sorted(own, key=lambda o: -o[0])):
             order = sorted(group.members, key=lambda n: int(group.candidates.component[n]))
             parts = tuple(instance_of(group.candidates, n, matches) for n in order)
-            if as_annotated:
+            if not literal:
                 parts = tuple(_as_annotated(p, target) for p in parts)
             base = next(p for p in parts if p.component == target.model.required.name)
             image = ImagePose(base.x, base.y, base.theta, base.scale)
             margin = margin_of.get(id(group))
-            detections.append(Detection(target.name, number, group.score, image, parts, margin=margin))
+            detections.append(Detection(target.name, number, score, image, parts, margin=margin))
     return tuple(detections)
 
 

@@ -11,6 +11,10 @@ from typing import Any
 from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
 from .files import Value
 
+LIVE = ("image.", "recognizer.", "tracking.", "marker_lifetime_s", "no_image_after_s")
+"""What may be changed while the node runs: all parameters of a group, or one."""
+_FIXED = ("image.classes",)  # it decides which other parameters there are
+
 
 @dataclass(frozen=True)
 class Spec:
@@ -25,6 +29,11 @@ class Spec:
     low: float | None
     high: float | None
     choices: tuple[str, ...]
+
+    @property
+    def is_live(self) -> bool:
+        """Whether it may be changed while the node runs."""
+        return self.name.startswith(LIVE) and self.name not in _FIXED
 
     def read(self, value: Value) -> Any:
         """The value in this parameter's type, a tuple for lists; `ConfigError` where it does not fit."""

@@ -22,9 +22,6 @@ _ARRAYS = {
     float: Parameter.Type.DOUBLE_ARRAY,
     str: Parameter.Type.STRING_ARRAY,
 }
-_LIVE = ("image.", "recognizer.", "tracking.")
-_LIVE_NAMES = ("marker_lifetime_s", "no_image_after_s")
-_FIXED = ("image.classes",)  # it decides which other parameters there are
 
 
 def read_overrides(node: Node) -> dict[str, Any]:
@@ -143,15 +140,10 @@ def coerce(spec: Spec, parameter: Parameter) -> Parameter:
     return parameter
 
 
-def is_live(name: str) -> bool:
-    """Whether a parameter may be changed while the node runs."""
-    return name in _LIVE_NAMES or (name.startswith(_LIVE) and name not in _FIXED)
-
-
 def describe(spec: Spec) -> ParameterDescriptor:
     """What tools show of a parameter."""
     unit = f" [{spec.unit}]" if spec.unit else ""
-    descriptor = ParameterDescriptor(description=spec.description + unit, read_only=not is_live(spec.name))
+    descriptor = ParameterDescriptor(description=spec.description + unit, read_only=not spec.is_live)
     if spec.choices:
         descriptor.additional_constraints = f"one of: {', '.join(spec.choices)}"
     if spec.low is None and spec.high is None:
@@ -180,5 +172,5 @@ def _declare(node: Node, spec: Spec, value: Any) -> None:
         node.declare_parameter(spec.name, [spec.type(v) for v in value], describe(spec), ignore_override=True)
     else:  # rclpy takes [] for bytes: give the type first
         node.declare_parameter(spec.name, _ARRAYS[spec.type], describe(spec), ignore_override=True)
-        if is_live(spec.name):
+        if spec.is_live:
             node.set_parameters([Parameter(spec.name, _ARRAYS[spec.type], [])])

@@ -1,22 +1,29 @@
-"""Makes docs/parameters.md from the dataclasses of core/config.py; prints it."""
+"""Prints what is made from the code: docs/parameters.md, docs/topics.md and config/all_parameters.yaml.
+
+python -m artrec_ros.tools.reference parameters|topics|yaml
+"""
 
 from __future__ import annotations
 
+import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
-from ..io.specs import Spec, specs_of
+from ..io.node_topics import INPUTS, OUTPUTS, NodeTopic
+from ..io.specs import LIVE, Spec, specs_of
 
 _INTRO = """\
 # Parameters
 
-Made by `python -m artrec_ros.tools.reference`; the text comes from `artrec_ros/core/config.py`.
+Made by `python -m artrec_ros.tools.reference parameters`; the text comes from `artrec_ros/core/config/`.
+[config/all_parameters.yaml](../config/all_parameters.yaml) has all of them with their defaults, to copy from.
 
 `artrec_node` and `artrec replay --params-file` read the same ROS parameter file. Offline it is read without ROS: a
 section `/**:` applies to every node, the section of a node `artrec...` (or else of the one that has `objects`) goes
-before it, other nodes' sections are passed over. Dots in names are nesting in YAML. A wrong name, type or value is
-refused with its key and what would be valid.
+before it, other nodes' sections are passed over. Dots in names are nesting in YAML. A wrong type or value is refused
+with its key and what would be valid. So is a wrong name, by `artrec`; the node, whose file may serve other nodes too,
+warns of it and names the nearest one that there is.
 `artrec replay` saves all parameters, defaults included, as `parameters.yaml` beside its results: again such a file.
 
 ```yaml
@@ -29,7 +36,11 @@ refused with its key and what would be valid.
     recognizer: {time_budget_ms: 500.0}
 ```
 
-Paths are relative to the parameter file (to `config_dir` where that is given), or `package://PACKAGE/PATH`.
+Paths are relative to the parameter file (to `config_dir` where that is given), or `package://PACKAGE/PATH`; within
+braces ROS' own reader wants the latter in quotes.
+
+While the node runs, these can be changed, several at once or none: {live}. Files are read again
+only where labels change.
 """
 
 _SECTIONS: tuple[tuple[str, str, type], ...] = (
@@ -45,13 +56,93 @@ _HEAD = "| name | type | default | valid | meaning |\n| --- | --- | --- | --- | 
 _TYPES = {int: "integer", float: "number", str: "text", bool: "true/false"}
 
 
+_TOPICS = """\
+# Topics
+
+Made by `python -m artrec_ros.tools.reference topics`; the text comes from `artrec_ros/io/node_topics.py`.
+
+All names but `/diagnostics` are relative to the node's namespace, and can be remapped. `{{object}}` is each name in the
+parameter `objects`. Every message bears the stamp and the frame of the image that it is about. Only messages of
+common_interfaces are used.
+
+## Subscribed
+
+{inputs}
+
+Reliability is that of the publishers (`qos_reliability: auto`), and so is durability; the newest image is looked at,
+and those that it overtakes are counted as dropped.
+
+## Published
+
+{outputs}
+
+Reliable, volatile. A subscriber that asks for more hears nothing, and is named in `/diagnostics`. With `publish_tf` the
+objects' frames also go to tf: `red_0`, with the node's namespace before it, under the image's frame.
+
+## Diagnostics
+
+| status | tells |
+| --- | --- |
+| `input` | rate; images processed, failed (not usable), dropped (a newer one came), lost (never arrived); last error |
+| `calibration` | whether metric poses can be told, and why not |
+| `recognition` | objects found; time from reception to publication, the recogniser's part of it, the rest: ms |
+| `output` | subscribers that cannot hear |
+
+## Lifecycle
+
+The node is a lifecycle node: `~/change_state`, `~/get_state` and their kin. By default (`autostart`) it configures and
+activates itself. Configuring reads the files anew; deactivating unsubscribes and deletes the markers.
+"""
+
+_YAML = """\
+# Every parameter with its default, unit and range. Made by `python -m artrec_ros.tools.reference yaml`.
+# Copy what you change: what is left out keeps its default. Empty lists are commented out: ROS cannot tell their type.
+/**:
+  ros__parameters:
+    objects: [red]                # names; each has a section of its own
+"""
+_PATHS = {"object_file": "objects/quadruped.yaml", "constraint_file": "constraints/quadruped.yaml", "label": 3}
+
+
 def parameters_page() -> str:
-    """The page as Markdown."""
-    parts = [_INTRO]
+    """docs/parameters.md."""
+    parts = [_INTRO.replace("{live}", ", ".join(f"`{name}`" for name in LIVE))]
     for title, intro, config in _SECTIONS:
         rows = "\n".join(_row(spec) for spec in specs_of(config))
         parts.append(f"## {title}\n\n{intro}\n\n{_HEAD}{rows}\n")
     return "\n".join(parts)
+
+
+def topics_page() -> str:
+    """docs/topics.md."""
+    return _TOPICS.format(inputs=_topic_table(INPUTS), outputs=_topic_table(OUTPUTS))
+
+
+def _topic_table(topics: Sequence[NodeTopic]) -> str:
+    head = "| topic | type | queue | |\n| --- | --- | --- | --- |\n"
+    return head + "\n".join(f"| `{t.name}` | {t.type.replace('/msg', '')} | {t.depth} | {t.meaning} |" for t in topics)
+
+
+def parameters_yaml() -> str:
+    """config/all_parameters.yaml."""
+    parts = [_YAML, _yaml_section("red", ObjectConfig, _PATHS), _yaml_section("image", ImageConfig)]
+    parts += ["      # classes: [pale]\n", _yaml_section("pale", ClassConfig, None, "      # ")]
+    parts += [_yaml_section("recognizer", RecognizerConfig), _yaml_section("tracking", TrackingConfig)]
+    return "".join([*parts, *(_yaml_line(spec, spec.default, "    ") for spec in specs_of(NodeConfig))])
+
+
+def _yaml_section(name: str, config: type, values: Mapping[str, object] | None = None, indent: str = "    ") -> str:
+    lines = [_yaml_line(spec, (values or {}).get(spec.name, spec.default), indent + "  ") for spec in specs_of(config)]
+    return "".join([f"{indent}{name}:\n", *lines])
+
+
+def _yaml_line(spec: Spec, value: object, indent: str) -> str:
+    # ROS takes 1 for an integer even where a number is declared: always with a point
+    text = json.dumps(list(value) if isinstance(value, tuple) else value)
+    limits = ", ".join(filter(None, [spec.unit, _valid(spec).replace("`", "")]))
+    about = f"{spec.description} [{limits}]" if limits else spec.description
+    unset = "# " if value == () and "#" not in indent else ""
+    return f"{indent}{unset}{f'{spec.name}: {text}':<34}  # {about}\n"
 
 
 def _row(spec: Spec) -> str:
@@ -79,5 +170,10 @@ def _valid(spec: Spec) -> str:
     return f"from {low}" if low is not None else f"to {high}" if high is not None else ""
 
 
+_PAGES = {"parameters": parameters_page, "topics": topics_page, "yaml": parameters_yaml}
+
 if __name__ == "__main__":
-    sys.stdout.write(parameters_page())
+    page = (sys.argv[1:] or ["parameters"])[0]
+    if page not in _PAGES:
+        sys.exit(f"usage: python -m artrec_ros.tools.reference {'|'.join(_PAGES)}")
+    sys.stdout.write(_PAGES[page]())

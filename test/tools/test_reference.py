@@ -1,22 +1,47 @@
-"""The parameters' page is what the dataclasses say."""
+"""The pages of reference are what the code says."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from artrec_ros.io.specs import all_specs
-from artrec_ros.tools.reference import parameters_page
+import pytest
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "parameters.md"
+from artrec_ros.core.config import ImageConfig, NodeConfig, RecognizerConfig
+from artrec_ros.io.node_topics import INPUTS, OUTPUTS
+from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.specs import LIVE, all_specs
+from artrec_ros.tools.reference import parameters_page, parameters_yaml, topics_page
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_the_page_is_up_to_date() -> None:
-    assert PAGE.read_text(encoding="utf-8") == parameters_page(), (
-        "python -m artrec_ros.tools.reference > docs/parameters.md"
-    )
+@pytest.mark.parametrize(
+    ("path", "page", "name"),
+    [
+        ("docs/parameters.md", parameters_page, "parameters"),
+        ("docs/topics.md", topics_page, "topics"),
+        ("config/all_parameters.yaml", parameters_yaml, "yaml"),
+    ],
+)
+def test_the_pages_are_up_to_date(path: str, page: Callable[[], str], name: str) -> None:
+    assert (ROOT / path).read_text(encoding="utf-8") == page(), f"python -m artrec_ros.tools.reference {name} > {path}"
 
 
-def test_every_parameter_is_on_the_page() -> None:
-    page = parameters_page()
+def test_every_parameter_is_told() -> None:
+    page, file = parameters_page(), parameters_yaml()
     for name in all_specs(["red"], ["pale"]):
-        assert f"`{name.rpartition('.')[2]}`" in page or f"`{name}`" in page
+        last = name.rpartition(".")[2]
+        assert f"`{last}`" in page or f"`{name}`" in page
+        assert f" {last}:" in file
+    assert all(f"`{name}`" in page for name in LIVE)
+
+
+def test_the_file_of_all_parameters_gives_the_defaults() -> None:
+    setup = load_parameters(ROOT / "config" / "all_parameters.yaml")
+    assert (setup.image, setup.recognizer, setup.node) == (ImageConfig(), RecognizerConfig(), NodeConfig())
+
+
+def test_every_topic_is_told() -> None:
+    page = topics_page()
+    assert all(f"| `{t.name}` | {t.type.replace('/msg', '')} |" in page for t in (*INPUTS, *OUTPUTS))

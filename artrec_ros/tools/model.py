@@ -154,5 +154,6 @@ def _write_sheet(path: Path, found: Ambiguities, camera: Camera, label: int) -> 
         notes = f"found to {row.found_m:.2f} m, told to {row.told_m:.2f} m"
         cells.append(MarkerCell(component.marker(row.keys[0][1]), shown, row.names, notes))
     path.parent.mkdir(parents=True, exist_ok=True)
-    if not cv2.imwrite(str(path), model_sheet(Target(model.name, model, label), cells)):
+    small = [cv2.IMWRITE_PNG_COMPRESSION, 9] if path.suffix.lower() == ".png" else []
+    if not cv2.imwrite(str(path), model_sheet(Target(model.name, model, label), cells), small):
         raise ConfigError(f"{path}: cannot be written")

@@ -20,7 +20,7 @@ from .pairs import Key, key_from_text
 from .transforms import Array, wrap_angle
 
 _LEAST_EXAMPLES = 8
-_CLEARLY_BETTER = 10.0  # in Schwarz's criterion: odds of 150 to one, "very strong" (Kass and Raftery 1995)
+_CLEARLY_BETTER = 20.0  # in Schwarz's criterion; of noise alone less than one marker in a hundred passes
 _HUBER = 1.5
 _STEPS = 30
 _MAD = 1.4826  # of a normal distribution's median absolute deviation, its standard deviation

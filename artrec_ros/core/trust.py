@@ -1,7 +1,7 @@
 """How far a group of the image plane can be trusted: the probability that all of it is right.
 
 A logistic model of what the labels and the constraints confirm. Its weights were fitted on objects made up at random
-among what looks like them (`benchmarks/calibration.py`), which also measures on other objects how well it is calibrated.
+among what looks like them (`benchmarks/calibration.py`), which also measures on others how well it is calibrated.
 """
 
 from __future__ import annotations

@@ -40,12 +40,16 @@ class _Loader(yaml.SafeLoader):
 _FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$")  # YAML 1.2 and ROS: no dot needed before the exponent
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
 
+_FEW = 12  # names that a message may list
+
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """The rest of a message about an unknown name: the nearest known one and all that are known."""
+    """The rest of a message about an unknown name: the nearest known one, and all that are known if they are few."""
     known = list(known)
     close = difflib.get_close_matches(name, known, 1, cutoff=0.5)
     hint = f"; did you mean '{close[0]}'?" if close else ""
+    if hint and len(known) > _FEW:
+        return hint
     return f"{hint} (known: {', '.join(known) if known else 'none'})"
 
 

@@ -158,10 +158,9 @@ def _known(
         if key in specs or key in _ROS_OWN or key.startswith(_ROS_OWN_PREFIX):
             known[key] = value
             continue
-        error = value.error(f"unknown parameter{hint(key, specs)}")
         if warn is None:
-            raise error
-        warn(f"{error}; it is ignored")
+            raise value.error(f"unknown parameter{hint(key, specs)}")
+        warn(str(value.error(f"unknown parameter, ignored{hint(key, specs)}")))
     return known
 
 

@@ -44,9 +44,10 @@ def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | N
         return 2
     parser.parse_args(own)
     sys.setswitchinterval(_SWITCH_S)
-    node = None
+    node, begun = None, False
     try:
         rclpy.init(args=["artrec_node", *arguments])
+        begun = True
         from .node import RecognizerNode
 
         node = (node_class or RecognizerNode)(arguments)
@@ -55,6 +56,8 @@ def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | N
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
     except (ArtrecError, RuntimeError) as error:  # rclpy raises RuntimeErrors for bad arguments and parameter files
+        if begun and not rclpy.ok():  # a signal came while it started
+            return 0
         print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
         return 1
     finally:

@@ -20,11 +20,19 @@ from sensor_msgs.msg import CompressedImage, MultiDOFJointState
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_signals_stop_it_cleanly(number: signal.Signals, parameter_file: Path, tmp_path: Path) -> None:
-    with NodeProcess(*ros(parameter_file), log=tmp_path / "log") as process:
+@pytest.mark.parametrize("busy", [False, True])
+def test_signals_stop_it_cleanly(
+    busy: bool, number: signal.Signals, parameter_file: Path, picture: np.ndarray, tmp_path: Path
+) -> None:
+    with NodeProcess(*ros(parameter_file), log=tmp_path / "log") as process, Peer() as peer:
         process.wait_for_output(STARTED)
+        if busy:
+            peer.listen("toy/poses", PoseArray)
+            peer.connect(label_image(picture))
+            for _ in range(20):
+                peer.send(label_image(picture))
         assert process.stop(number) == 0
-        assert "Traceback" not in process.output
+        assert "Traceback" not in process.output and "internal error" not in process.output
 
 
 @pytest.mark.parametrize(

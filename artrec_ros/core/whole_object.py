@@ -80,13 +80,24 @@ class WholeObjectFinder:
                 break
             keep = self._rivals(poses, votes) if is_sure(poses[:1]) else np.flatnonzero(votes > 0)
             poses, votes = poses[keep[:count]], votes[keep[:count]]
-            again = self._search_joints(field, camera, poses)  # a better pose may show a limb that a worse one missed
-            poses = Poses.concatenate([poses, again])
+            # a better pose may show a limb that a worse one missed
+            poses = Poses.concatenate([poses, self._search_joints(field, camera, poses)])
             poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
+            poses, votes = self._with_rival_flips(field, camera, poses, votes)
             poses, votes = self._climb(field, camera, poses, votes, rounds, spread, deadline)
             poses, votes = self._fit_all(field, camera, poses)
             poses, votes = self._keep(poses, votes, len(poses))
         return Candidates(poses, votes)
+
+    def _with_rival_flips(self, field: LabelField, camera: Camera, poses: Poses, votes: Array) -> tuple[Poses, Array]:
+        """Add the best one's siblings that come near to it."""
+        flips = self._with_flips(poses[:1], votes[:1])[1:]
+        if not len(flips):
+            return poses, votes
+        flips, flip_votes = self._fit_all(field, camera, flips)
+        flips, flip_votes = self._keep(flips, flip_votes, FLIP_KEEP)
+        near = flip_votes > RIVAL * votes[0]
+        return Poses.concatenate([poses, flips[near]]), np.concatenate([votes, flip_votes[near]])
 
     @staticmethod
     def _rivals(poses: Poses, votes: Array) -> np.ndarray:

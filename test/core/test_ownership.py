@@ -9,7 +9,7 @@ from artrec_ros.core.datatypes import Target
 from artrec_ros.core.evidence import LabelField
 from artrec_ros.core.ownership import share_out, silhouette
 from artrec_ros.core.spatial import Poses, SpatialModel
-from artrec_ros.core.whole_object import Candidates, WholeObjectFinder
+from artrec_ros.core.whole_object import WholeObjectFinder
 
 CAMERA = camera_of()
 TRUCK = truck()
@@ -56,7 +56,7 @@ def test_silhouettes_beyond_the_border_are_cut_and_those_out_of_view_are_empty()
 def candidates(finder, field, poses):
     votes = finder.votes(field, CAMERA, poses, occlusion=True)
     order = np.argsort(-votes, kind="stable")
-    return Candidates(poses[order], votes[order])
+    return poses[order]
 
 
 def image_of_two():
@@ -130,7 +130,7 @@ def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
 def test_nothing_found_gives_nothing():
     field = image_of_two()
     finder = WholeObjectFinder(Target("chain", chain(), RED))
-    none = Candidates(pose(model=chain())[np.zeros(0, int)], np.zeros(0))
+    none = pose(model=chain())[np.zeros(0, int)]
     for found in ([], [(finder, none)]):
         accepted, others = share_out(found, field, CAMERA, LEAST, everything)
         assert list(accepted) == list(others) == []

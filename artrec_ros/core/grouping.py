@@ -223,9 +223,10 @@ def _relevant(
     others = np.flatnonzero(all_.component != required)
     with_seeds = pair_table(all_, seeds, others, matches, config)
     near = (~with_seeds.forbidden & (with_seeds.violation <= 0)).any(axis=0)
-    if len(others):  # each seed's nearest miss, for the reason of its rejection
-        miss = np.where(with_seeds.checked & ~with_seeds.forbidden, with_seeds.violation, np.inf)
-        near = near | np.isin(np.arange(len(others)), miss.argmin(axis=1))
+    miss = np.where(with_seeds.checked & ~with_seeds.forbidden, with_seeds.violation, np.inf)
+    for component in np.unique(all_.component[others]):  # each seed's nearest miss, to say why it is one
+        mine = np.flatnonzero(all_.component[others] == component)
+        near[mine[miss[:, mine].argmin(axis=1)]] = True
     partners = others[near]
     partners = np.sort(partners[np.argsort(-all_.weight[partners], kind="stable")][:_MAX_PARTNERS])
     kept = np.concatenate([seeds, partners])

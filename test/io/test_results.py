@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance, Rejection
+from artrec_ros.core.datatypes import (
+    ClassFit,
+    ConstraintFailure,
+    Detection,
+    FrameResult,
+    ImagePose,
+    Instance,
+    Rejection,
+)
 from artrec_ros.core.errors import SourceError
 from artrec_ros.core.transforms import Pose
 from artrec_ros.io.results import FrameRecord, read_results
@@ -71,3 +80,24 @@ def test_a_broken_line_is_named(tmp_path):
         next(records)
     with pytest.raises(SourceError, match="cannot be read"):
         next(read_results(tmp_path / "nothing"))
+
+
+@pytest.mark.parametrize("fit", [ClassFit("wave", 0.93, "rest", 0.05), ClassFit(None, 0.8, "rest", 0.1, "too far")])
+def test_a_class_a_margin_and_a_failed_constraint_come_back(fit):
+    detection = replace(DETECTION, class_fit=fit, margin=0.25)
+    failed = ConstraintFailure("base/front", "arm/side", "turn_rad", 1.5, -0.5, 0.5, 0.9)
+    result = FrameResult((8, 6), (detection,), (Rejection("arm", "no", 0.1, 1, 2, failed),))
+    line = FrameRecord.of(7, "a.png", result).to_json()
+    told = json.loads(line)["objects"][0]
+    assert told["class"]["name"] == fit.name and told["class"]["runner_up"] == "rest"
+    assert ("reason" in told["class"]) == (fit.name is None)
+    assert told["margin"] == 0.25
+    back = FrameRecord.from_json(line)
+    assert (back.detections[0].class_fit, back.detections[0].margin) == (fit, 0.25)
+    assert back.rejected[0].failed == failed
+
+
+def test_results_that_are_no_text_are_told(tmp_path):
+    (tmp_path / "detections.jsonl").write_bytes(b'{"stamp_ns": 1\xff}\n')
+    with pytest.raises(SourceError, match="no text file"):
+        list(read_results(tmp_path / "detections.jsonl"))

@@ -5,18 +5,20 @@ import pytest
 pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 
 import array
+import dataclasses
 
 import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
-from artrec_ros.core.datatypes import Detection, ImagePose
+from artrec_ros.core.datatypes import ClassFit, Detection, ImagePose
 from artrec_ros.core.errors import ConfigError, ImageError
 from artrec_ros.core.transforms import Pose
 from artrec_ros.node.conversions import (
     best_pose,
     camera_from_msg,
+    classes,
     image_from_msg,
     image_to_msg,
     joint_states,
@@ -86,6 +88,18 @@ def test_the_best_pose_is_of_those_with_a_covariance() -> None:
     msg = wire(best_pose(found, HEADER))
     assert msg.pose.pose.position.x == 2
     np.testing.assert_allclose(np.reshape(msg.pose.covariance, (6, 6)), np.eye(6) * 0.01, rtol=1e-6)
+
+
+def test_classes_are_told_of_objects_that_have_them() -> None:
+    fits = [ClassFit("wave", 0.9, "rest", 0.1), ClassFit(None, 0.7, "rest", 0.2, "far off"), None]
+    found = [dataclasses.replace(detection(n, 0.5, posed=False), class_fit=fit) for n, fit in enumerate(fits)]
+    msg = wire(classes(found, HEADER))
+    assert msg.header.frame_id == "eye"
+    assert [(s.name, s.message) for s in msg.status] == [("red_0", "wave"), ("red_1", "")]
+    values = [{v.key: v.value for v in s.values} for s in msg.status]
+    assert float(values[0]["confidence"]) == 0.9 and values[0]["runner_up"] == "rest"
+    assert values[1]["reason"] == "far off" and "reason" not in values[0]
+    assert wire(classes([], HEADER)).status == []
 
 
 def info(**changes: object) -> CameraInfo:

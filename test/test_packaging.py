@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib.util
+import json
 import os
 import re
 import runpy
@@ -14,10 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 import artrec_ros
 from artrec_ros.core.config import NodeConfig
 from artrec_ros.core.errors import ConfigError
+from artrec_ros.io.node_topics import OUTPUTS
 from artrec_ros.io.shared_files import resolve_path, share_directory
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -192,3 +195,24 @@ def test_two_cameras_have_a_node_each() -> None:
             action.execute(context)
     assert [values["namespace"] for values in included] == ["left", "right"]
     assert all(values["image"] == "image" and values["autostart"] == "true" for values in included)
+
+
+def test_the_views_shipped_show_topics_that_there_are() -> None:
+    known = {"/" + t.of("red").lstrip("/") for t in OUTPUTS}
+    folder = ROOT / "config" / "visualization"
+    rviz = yaml.safe_load((folder / "artrec.rviz").read_text())["Visualization Manager"]["Displays"]
+    shown = {d["Topic"]["Value"] for d in rviz if "Topic" in d}
+    assert len(shown) >= 4 and shown <= known
+    panels = json.loads((folder / "foxglove.json").read_text())["configById"]
+    shown = set(panels["3D!artrec"]["topics"]) | {panels["Image!artrec"]["imageMode"]["imageTopic"]}
+    assert shown <= known and panels["Plot!artrec"]["paths"][0]["value"].partition(".")[0] in known
+
+
+def test_the_dds_profile_holds_several_large_images() -> None:
+    tree = ET.parse(ROOT / "config" / "dds" / "large_images.xml")
+    names = {"p": "http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"}
+    size = int(tree.findtext(".//p:segment_size", namespaces=names) or 0)
+    assert size > 4 * 1280 * 720 * 3
+    made = [e.text for e in tree.findall(".//p:transport_descriptor/p:transport_id", names)]
+    used = [e.text for e in tree.findall(".//p:userTransports/p:transport_id", names)]
+    assert made == used and len(made) == 2

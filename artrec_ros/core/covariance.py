@@ -7,7 +7,9 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
   points nearer than a pixel see the same labels and count as one;
 * all points together, outwards or inwards: where in the seam that a segmenter leaves between two classes the edge
   lies is not known, and is the same all around;
-* each marker as a whole, sideways: pixels' borders, and what a flat rigid model leaves out.
+* each marker as a whole, sideways: pixels' borders, and what a flat rigid model leaves out;
+* each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
+  estimate of Liang and Zeger, 1986).
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ REACH_PX = 3
 FLOOR_PX = 0.15  # a contour's points are never surer than this
 SEAM_SHARE = 0.6  # standard deviation of an edge's place, as a share of half the seam
 SHIFT_PX = 0.1  # of a marker as a whole, in each direction
-TAILS = 1.15  # variances are so much greater than those of the bulk: half hidden and merged contours
+STRETCHES = 4  # of a contour, whose points err together
+STRETCH_SHARE = 0.5  # of what the stretches' residuals pull counts: the rest is the other terms' already
 MOST_TURN_RAD, MOST_RANGE_SHARE = 1.0, 0.5  # what is known of a pose without any contour
 
 
@@ -40,7 +43,7 @@ def pose_covariance(model: SpatialModel, field: LabelField, camera: Camera, pose
     seam_px = field.seam_px(int(model.label[model.markers[np.flatnonzero(use[0])[0]]]))
     Jw = fit.jacobian[0] * fit.weight[0][..., None]  # (M, m, 6+J)
     A = np.einsum("mkp,mkq->pq", Jw, fit.jacobian[0]) / POINT_SIGMA_PX**2 + prior
-    noise = TAILS * _noise(fit, Jw, seam_px) / POINT_SIGMA_PX**4 + prior
+    noise = _noise(fit, Jw, seam_px) / POINT_SIGMA_PX**4 + prior
     inverse = np.linalg.inv(A)
     covariance = (inverse @ noise @ inverse)[:6, :6]
     return np.asarray((covariance + covariance.T) / 2, np.float64)
@@ -51,12 +54,16 @@ def _noise(fit: ContourFit, Jw: Array, seam_px: float) -> Array:
     w, n_par = fit.weight[0], Jw.shape[-1]
     independent = np.minimum(1.0, fit.spacing_px[0])[:, None] * np.ones_like(w)  # of each point, a share
     n = float(independent[w > 0].sum())
-    spread = float(np.sum(w * fit.residual[0] ** 2) / max(w.sum(), 1e-9)) * n / max(n - n_par, 0.25 * n, 1e-9)
+    freedom = n / max(n - n_par, 0.25 * n, 1e-9)
+    spread = float(np.sum(w * fit.residual[0] ** 2) / max(w.sum(), 1e-9)) * freedom
     points = np.einsum("mkp,mkq,mk->pq", Jw, Jw, (FLOOR_PX**2 + spread) / np.maximum(independent, 1e-3))
     outwards = Jw.sum(axis=(0, 1))
     sideways = np.einsum("mkp,mki->mpi", Jw, fit.normal[0])
     shift = np.einsum("mpi,mqi->pq", sideways, sideways)
-    return points + (SEAM_SHARE * seam_px) ** 2 * np.outer(outwards, outwards) + SHIFT_PX**2 * shift
+    starts = np.linspace(0, w.shape[1], STRETCHES, endpoint=False).astype(int)
+    pull = np.add.reduceat(Jw * fit.residual[0][..., None], starts, axis=1).reshape(-1, n_par)
+    robust = STRETCH_SHARE * freedom * pull.T @ pull
+    return points + (SEAM_SHARE * seam_px) ** 2 * np.outer(outwards, outwards) + SHIFT_PX**2 * shift + robust
 
 
 def _prior(model: SpatialModel, poses: Poses) -> Array:

@@ -5,7 +5,7 @@ Scales are pixels per metre of a marker that is seen straight on: focal length (
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 
@@ -50,12 +50,14 @@ class Likeness:
 
     :param told: scale (px/m) from which their outlines differ by more than a contour's noise; inf: they are the same.
     :param turn_rad: turn of the second at which it is most like the first.
+    :param mirrored: each is the other's mirror image.
     """
 
     first: tuple[str, str]
     second: tuple[str, str]
     told: float
     turn_rad: float
+    mirrored: bool = False
 
     @property
     def same(self) -> bool:
@@ -125,7 +127,12 @@ def _compare(
     keys = [(c.name, m.name) for c, m in pair]
     told = np.inf if distance < _SAME_SHARE * radius else _SIGMAS * config.contour_noise_px / distance
     found = max(_limits(c, m, s, config).found for (c, m), s in zip(pair, (a, b), strict=True))
-    return Likeness(keys[0], keys[1], float(told), turn) if told > found else None
+    mirrored = unlikeness(_mirror(a), b)[0] < _SAME_SHARE * radius
+    return Likeness(keys[0], keys[1], float(told), turn, mirrored) if told > found else None
+
+
+def _mirror(a: Shape) -> Shape:
+    return replace(a, points=-a.points.conj(), outline=a.outline * (-1, 1))
 
 
 def unlikeness(a: Shape, b: Shape) -> tuple[float, float]:

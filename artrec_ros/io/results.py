@@ -78,6 +78,8 @@ def read_results(path: Path) -> Iterator[FrameRecord]:
                     yield FrameRecord.from_json(line)
                 except (KeyError, ValueError, TypeError) as error:
                     raise SourceError(f"{path}: line {number} is no result of a replay: {error!r}") from error
+    except UnicodeDecodeError as error:
+        raise SourceError(f"{path}: is no text file (UTF-8)") from error
     except OSError as error:
         raise SourceError(f"{path}: cannot be read: {error.strerror}") from error
 
@@ -133,8 +135,14 @@ def _place_to_dict(p: ImagePose | Instance) -> dict[str, float]:
     return {"x": _f(p.x, 3), "y": _f(p.y, 3), "theta": _f(p.theta, 6), "scale": _f(p.scale, 4)}
 
 
+def _pose_from_dict(p: dict[str, Any]) -> Pose:
+    if not np.linalg.norm(p["orientation"]) > 0:
+        raise ValueError(f"orientation {p['orientation']} has no length")
+    return Pose(rotation_from_quaternion(p["orientation"]), np.array(p["position"]))
+
+
 def _detection_from_dict(o: dict[str, Any]) -> Detection:
-    pose = o["pose"] and Pose(rotation_from_quaternion(o["pose"]["orientation"]), np.array(o["pose"]["position"]))
+    pose = o["pose"] and _pose_from_dict(o["pose"])
     return Detection(
         object=o["object"],
         id=o["id"],

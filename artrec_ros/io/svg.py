@@ -20,6 +20,7 @@ _PPI = 96.0  # CSS: user units to the inch; a drawing with a physical width is s
 _METRES = 0.0254 / _PPI
 _CURVE_STEPS = 48
 _PHYSICAL = re.compile(r"\s*[\d.eE+-]+\s*(mm|cm|in|pt|pc|q)\s*", re.IGNORECASE)
+_GROUP_MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"  # a layer is no part of an object
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _AXIS = ".axis"
 _ROUND = 0.01  # radii of a circle that was stretched by more than this share are those of an ellipse
@@ -93,20 +94,26 @@ def _shapes(elements: Any, group: Any, name: str) -> Iterator[tuple[str, str, An
     for number, element in enumerate(group):
         own = _name(element)
         if isinstance(element, elements.Group):
-            yield from _shapes(elements, element, own or name)
+            part = name if _own(element).get(_GROUP_MODE) == "layer" else own or name
+            yield from _shapes(elements, element, part)
         elif isinstance(element, elements.Shape):
             yield name, own or f"{name or 'shape'}_{number + 1}", element
 
 
 def _name(element: Any) -> str:
-    own = element.values.get("attributes") or {}
-    name = own.get(_LABEL) or own.get("id") or ""
+    name = _own(element).get(_LABEL) or _own(element).get("id") or ""
     stem, axis = name.removesuffix(_AXIS), name.endswith(_AXIS)
     return safe_name(stem) + (_AXIS if axis else "") if stem else ""
 
 
+def _own(element: Any) -> dict[str, str]:
+    """An element's attributes without those that it inherits."""
+    return element.values.get("attributes") or {}
+
+
 def _is_filled(shape: Any) -> bool:
-    return shape.fill is not None and shape.fill.value is not None and shape.values.get("display") != "none"
+    hidden = shape.values.get("display") == "none" or shape.values.get("visibility") == "hidden"
+    return not hidden and shape.fill is not None and shape.fill.value is not None
 
 
 def _points(elements: Any, shape: Any, name: str, path: Path) -> list[Array]:

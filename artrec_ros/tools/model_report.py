@@ -162,7 +162,8 @@ def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iter
             continue
         yield (
             f"{'note' if distance_m is None else 'warning'}: {'/'.join(p.first)} and {'/'.join(p.second)} are told "
-            f"apart to {reach:.2f} m only (most alike at {math.degrees(p.turn_rad):.0f} degrees)"
+            f"apart to {reach:.2f} m only ({'mirror images, ' if p.mirrored else ''}most alike at "
+            f"{math.degrees(p.turn_rad):.0f} degrees)"
         )
 
 

@@ -72,6 +72,10 @@ def test_same_shapes_of_one_class_are_the_same_and_mirrored_ones_nearly():
     near = FLAG + np.array([[0, 0], [0, 0], [0, 0.004], [0, 0.004], [0, 0], [0, 0]])
     pairs = find_ambiguities(model(("a", 1, [marker("x", FLAG), marker("z", near)]))).alike
     assert len(pairs) == 1 and not pairs[0].same and np.isfinite(pairs[0].told)
+    assert not pairs[0].mirrored
+    cab = np.array([[-0.1, -0.03], [0.1, -0.03], [0.1, 0.0], [0.02, 0.03], [-0.1, 0.03]])
+    (pair,) = find_ambiguities(model(("a", 1, [marker("r", cab), marker("l", cab[::-1] * (-1, 1))]))).alike
+    assert pair.mirrored and not pair.same
     mirrored = find_ambiguities(model(("a", 1, [marker("x", FLAG), marker("m", flip)]))).alike
     assert not any(p.same for p in mirrored)
 

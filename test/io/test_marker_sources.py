@@ -59,6 +59,15 @@ def test_a_drawing_gives_its_filled_shapes_in_metres(drawing):
     assert found["arm", "ring"].area == pytest.approx(4e-4, rel=1e-3)  # the hole is filled
 
 
+def test_layers_are_no_components_and_hidden_shapes_no_markers(drawing):
+    text = DRAWING.replace('<g id="base">', '<g id="base" inkscape:groupmode="layer" inkscape:label="Layer 1">')
+    text = text.replace('id="tip"', 'id="tip" style="display:none"').replace(
+        'id="ring"', 'id="ring" visibility="hidden"'
+    )
+    found = [(m.component, m.marker.name) for m in svg_markers(drawing(text))]
+    assert found == [("side", "side"), ("arm", "ribbon")]
+
+
 def test_a_drawings_size_can_be_given(drawing):
     without = DRAWING.replace('width="200mm" height="100mm"', "")
     with pytest.raises(ConfigError, match="--width in metres"):

@@ -101,3 +101,12 @@ def test_results_that_are_no_text_are_told(tmp_path):
     (tmp_path / "detections.jsonl").write_bytes(b'{"stamp_ns": 1\xff}\n')
     with pytest.raises(SourceError, match="no text file"):
         list(read_results(tmp_path / "detections.jsonl"))
+
+
+def test_an_orientation_without_length_is_refused(tmp_path):
+    found = {"object": "red", "id": 0, "score": 1, "image": {"x": 0, "y": 0, "theta": 0, "scale": 1}, "joints": {}}
+    pose = {"frame_id": "cam", "position": [0, 0, 1], "orientation": [0, 0, 0, 0]}
+    line = {"stamp_ns": 1, "frame": "f", "objects": [{**found, "components": [], "pose": pose}]}
+    (tmp_path / "detections.jsonl").write_text(json.dumps(line) + "\n")
+    with pytest.raises(SourceError, match="has no length"):
+        list(read_results(tmp_path / "detections.jsonl"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -30,6 +31,7 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _LEAST_WIDTH_PX = 600
 _MOST_REJECTIONS, _LONGEST_REASON = 4, 46
 _NEAR_PX, _CLUSTER_PX = 3.0, 25.0  # of the original image
+_SMALL = 0.35  # size of faint texts
 _SHIFT = 4  # cv2's sub-pixel bits
 
 
@@ -66,8 +68,11 @@ def draw_result(
         canvas.name(detection, object_colour(object_names, detection.object))
     for detection in result.detections:
         canvas.keep_clear(detection)
-    for rejection, others in _told_rejections(result):
+    told = _told_rejections(result)
+    for rejection, others in told:
         canvas.rejection(rejection, others)
+    if told and len(told[0][0].reason) > _LONGEST_REASON:
+        canvas.footer(f"{told[0][0].object}: {told[0][0].reason}")
     return canvas.picture
 
 
@@ -168,6 +173,14 @@ class _Canvas:
             (left, top), (right, bottom) = corners.astype(int).tolist()
             self._taken.append((left, bottom, right - left, bottom - top))
 
+    def footer(self, text: str) -> None:
+        """A whole text along the bottom, in as many lines as it takes."""
+        (width, height), below = cv2.getTextSize(text, _FONT, _SMALL, 1)
+        per_line = max(20, int(len(text) * (self.picture.shape[1] - 8) / max(width, 1)))
+        lines = textwrap.wrap(text, per_line)
+        for i, line in enumerate(reversed(lines)):
+            self.text(line, (4, self.picture.shape[0] - below - 2 - i * (height + below + 2)), _FAINT, _SMALL)
+
     def _is_taken(self, x: int, y: int, width: int, height: int) -> bool:
         return any(x < x1 + w and x1 < x + width and y - height < y1 and y1 - h < y for x1, y1, w, h in self._taken)
 
@@ -214,4 +227,4 @@ class _Canvas:
             rejection.reason if len(rejection.reason) <= _LONGEST_REASON else rejection.reason[:_LONGEST_REASON] + "..."
         )
         more = f" (+{others})" if others else ""
-        self.label(f"{rejection.object}: {reason}{more}", x, y - 8, _FAINT, 0.35)
+        self.label(f"{rejection.object}: {reason}{more}", x, y - 8, _FAINT, _SMALL)

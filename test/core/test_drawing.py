@@ -79,6 +79,15 @@ def test_rejected_candidates_are_marked_once_a_place_and_never_on_an_object():
     assert not changed(FrameResult((200, 160), rejected=(Rejection("arm", "no place"),))).any()
 
 
+def test_a_long_reason_of_the_best_candidate_stands_whole_along_the_bottom():
+    short, long = ("too small", " ".join(["why"] * 60))
+    bottom = changed(FrameResult((200, 160), rejected=(Rejection("arm", long, 0.5, 30, 60),)))[130:]
+    assert bottom[:, :20].any() and bottom[:, -40:].any() and not bottom[:, -1].any()
+    assert not changed(FrameResult((200, 160), rejected=(Rejection("arm", short, 0.5, 30, 60),)))[130:].any()
+    behind = (Rejection("arm", short, 0.9, 30, 60), Rejection("arm", long, 0.5, 150, 60))
+    assert not changed(FrameResult((200, 160), rejected=behind))[130:].any(), "the best one's only"
+
+
 def test_names_stay_within_the_picture():
     for x, y in ((0, 0), (199, 0), (0, 159), (199, 159)):
         parts = (Instance("base", "m", 0.9, x, y, 0.0, 100),)

@@ -38,7 +38,7 @@ def pose_covariance(model: SpatialModel, field: LabelField, camera: Camera, pose
     """
     prior = _prior(model, poses)
     if not use.any():
-        return np.linalg.inv(prior)[:6, :6]
+        return np.diag(1 / np.diag(prior)[:6])
     fit = contour_fit(model, field, camera, poses, use, REACH_PX)
     seam_px = field.seam_px(int(model.label[model.markers[np.flatnonzero(use[0])[0]]]))
     Jw = fit.jacobian[0] * fit.weight[0][..., None]  # (M, m, 6+J)

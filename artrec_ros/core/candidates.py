@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,10 @@ class Candidates:
     def __len__(self) -> int:
         return len(self.component)
 
+    @cached_property
+    def component_list(self) -> list[int]:
+        return self.component.tolist()
+
     @property
     def target(self) -> Target:
         return self.roles.target
@@ -96,7 +101,7 @@ class Roles:
     """What instances can be in one target: a row per component and marker, in the model's order.
 
     :param shape, label, axis_angle: (K,) the marker's shape, class and axis in the shape.
-    :param boxes: the target's constraints.
+    :param boxes: the target's constraints. :param least_perimeter_m: (N,) of each component's shortest marker.
     """
 
     target: Target
@@ -106,6 +111,7 @@ class Roles:
     label: NDArray[np.int64]
     axis_angle: Array
     boxes: Boxes
+    least_perimeter_m: Array
 
     @classmethod
     def of(cls, target: Target, shape_of: ShapeOf) -> Roles:
@@ -116,7 +122,8 @@ class Roles:
         ]
         angles = np.array([m.axis_angle for c in target.model.components for m in c.markers])
         component, marker, shape, label = np.array(rows, np.int64).T
-        return cls(target, component, marker, shape, label, angles, pack_boxes(target))
+        perimeters = np.array([min(m.perimeter for m in c.markers) for c in target.model.components])
+        return cls(target, component, marker, shape, label, angles, pack_boxes(target), perimeters)
 
 
 def candidates_of(target: Target, shape_of: ShapeOf, matches: Matches, config: RecognizerConfig) -> Candidates:

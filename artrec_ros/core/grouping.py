@@ -21,6 +21,7 @@ _MAX_OPTIONS = 12  # candidates of a component carried for one seed
 _MAX_PARTNERS = 500  # candidates that go with any seed of a target
 _DISAGREEMENT = (0.25, 1.0)  # weight lost by a pair just violated and by one far out, in shares of the lighter member's
 _LEAST_WEIGHT = 0.05  # of an object whose missing components would cost more than it explains
+_SEEDS_BETWEEN_LOOKS = 16  # at the clock
 _FAR_OUT = 0.5  # a violation: radians, or share of the pair's greatest length
 
 
@@ -50,7 +51,7 @@ class Group:
     @property
     def components(self) -> tuple[int, ...]:
         """Numbers of the members' components, in the members' order."""
-        return tuple(int(c) for c in self.candidates.component[list(self.members)])
+        return tuple(self.candidates.component_list[m] for m in self.members)
 
 
 class GroupSearch:
@@ -62,25 +63,37 @@ class GroupSearch:
         components = candidates.target.model.components
         self._count = len(components)
         self._required = components.index(candidates.target.model.required)
-        self._perimeter_m = least_perimeters_m(candidates)
+        self._perimeter_m = candidates.roles.least_perimeter_m
         self.seeds, self.candidates, self.table = _relevant(candidates, self._required, matches, config)
         self._instances = len(matches)
         self.exact = True
 
     def best_groups(self, seed: int, banned: frozenset[int] = frozenset()) -> list[Group]:
         """The heaviest groups around a seed, at most `groups_per_seed`; instances in `banned` are left out."""
-        return self._search_compiled(seed, banned) if COMPILED else self._search(seed, banned)
+        return self._search_compiled(np.array([seed]), banned) if COMPILED else self._search(seed, banned)
 
-    def _search_compiled(self, seed: int, banned: frozenset[int]) -> list[Group]:
+    def groups_of_all_seeds(self) -> list[Group]:
+        """Each seed's `best_groups` in turn, by the deadline."""
+        groups: list[Group] = []
+        for start in range(0, len(self.seeds), _SEEDS_BETWEEN_LOOKS):
+            if self._deadline.expired:
+                break
+            seeds = self.seeds[start : start + _SEEDS_BETWEEN_LOOKS]
+            if COMPILED:
+                groups += self._search_compiled(seeds, frozenset())
+            else:
+                groups += [g for seed in seeds for g in self._search(int(seed), frozenset())]
+        return groups
+
+    def _search_compiled(self, seeds: NDArray[np.int64], banned: frozenset[int]) -> list[Group]:
         out = np.zeros(self._instances, bool)
         out[list(banned)] = True
-        *found, exact = compiled.best_groups(self._pool, seed, self._rules, out)
+        *found, exact = compiled.best_groups_of(self._pool, seeds, self._rules, out)
         self.exact &= exact
-        groups = []
-        for row, weight, score, satisfied, checked in zip(*(column.tolist() for column in found), strict=True):
-            members = tuple(m for m in row if m >= 0)
-            matches = tuple(self._match[m] for m in members)
-            groups.append(Group(self.candidates, members, matches, weight, score, satisfied, checked))
+        match, candidates, groups = self._match, self.candidates, []
+        for count, row, *values in zip(*(column.tolist() for column in found), strict=True):
+            members = tuple(row[:count])
+            groups.append(Group(candidates, members, tuple([match[m] for m in members]), *values))
         return groups
 
     @cached_property
@@ -201,18 +214,6 @@ def _pair_costs(candidates: Candidates, table: PairTable) -> Array:
     lighter = np.minimum(candidates.weight[:, None], candidates.weight[None])
     share = np.interp(table.violation, (0.0, _FAR_OUT), _DISAGREEMENT) * (table.violation > 0)
     return np.where(table.forbidden, np.inf, share * lighter)
-
-
-def least_perimeters_m(candidates: Candidates) -> Array:
-    """(N,) perimeter of each component's shortest marker."""
-    return np.array(
-        [
-            min(
-                float(np.linalg.norm(np.diff(m.outline, axis=0, append=m.outline[:1]), axis=1).sum()) for m in c.markers
-            )
-            for c in candidates.target.model.components
-        ]
-    )
 
 
 def _relevant(

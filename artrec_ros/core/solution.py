@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled import group_search as compiled
+from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .grouping import Group, GroupSearch
@@ -45,10 +47,7 @@ def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfi
     """Choose the groups that together explain the most contour without sharing pixels."""
     pool: list[Group] = []
     for search in searches:
-        for seed in search.seeds:
-            if deadline.expired:
-                break
-            pool += search.best_groups(int(seed))
+        pool += search.groups_of_all_seeds()
     if not pool:
         return Solution([], [], not deadline.hit, [])
     pool += _without_contested(searches, pool, matches, config, deadline)
@@ -88,6 +87,12 @@ def _without_contested(
 
 def _conflicts(pool: list[Group], matches: Matches, config: RecognizerConfig) -> NDArray[np.bool_]:
     """(G, G) groups that lay claim to the same pixels; a group conflicts with itself."""
+    if COMPILED:
+        counts = np.array([len(g.matches) for g in pool])
+        members = np.zeros((len(pool), counts.max()), np.int64)
+        for g, group in enumerate(pool):
+            members[g, : counts[g]] = group.matches
+        return compiled.conflicts(members, counts, matches.overlap > config.max_overlap)
     member = np.zeros((len(pool), len(matches)), np.float32)
     for g, group in enumerate(pool):
         member[g, list(group.matches)] = 1

@@ -57,37 +57,82 @@ def _solve(A: Any, b: Any, n: int) -> None:
 
 
 @jit
-def _accumulate(
-    contours: Any, slot: int, points: Any, normals: Any, step: int, radius: float, t: complex, z: complex, w: complex,
-    gate: float, agreement: float, n: int, A: Any, b: Any,
+def _weight(turned: complex, normal: complex, off: complex, gate: float, agreement: float) -> float:
+    """Tukey's weight of a point that lies `off` from its nearest contour point; 0 where it is no correspondence."""
+    if off.real * off.real + off.imag * off.imag >= 4 * gate * gate or not _agree(turned, normal, agreement):
+        return 0.0
+    far = (normal.real * off.real + normal.imag * off.imag) / gate
+    return max(1 - far * far, 0.0) ** 2
+
+
+@jit
+def _similarity_step(
+    contours: Any, slot: int, points: Any, normals: Any, step: int, t: complex, z: complex, gate: float,
+    agreement: float, damping: float, A: Any, b: Any,
 ) -> None:  # fmt: skip
-    """Normal equations of one step: A (lower half) and b are overwritten. z and w are in pixels."""
+    """b becomes the changes of (x, y, Re z, Im z); z is in units of the points. A is scratch."""
+    a00 = a10 = a11 = a20 = a21 = a22 = a30 = a31 = a32 = a33 = b0 = b1 = b2 = b3 = 0.0
+    for i in range(0, len(points), step):
+        p = points[i]
+        where = t + z * p
+        at = _nearest(contours, slot, where.real, where.imag)
+        normal = contours.normals[at]
+        off = where - contours.points[at]
+        weight = _weight(z * normals[i], normal, off, gate, agreement)
+        if weight == 0.0:
+            continue
+        nx, ny = normal.real, normal.imag
+        along, across = nx * p.real + ny * p.imag, ny * p.real - nx * p.imag
+        wx, wy, wa, wc = weight * nx, weight * ny, weight * along, weight * across
+        residual = nx * off.real + ny * off.imag
+        a00 += wx * nx
+        a10 += wx * ny
+        a11 += wy * ny
+        a20 += wa * nx
+        a21 += wa * ny
+        a22 += wa * along
+        a30 += wc * nx
+        a31 += wc * ny
+        a32 += wc * along
+        a33 += wc * across
+        b0 -= wx * residual
+        b1 -= wy * residual
+        b2 -= wa * residual
+        b3 -= wc * residual
+    A[0, 0], A[1, 0], A[1, 1], A[2, 0], A[2, 1] = a00 + damping, a10, a11 + damping, a20, a21
+    A[2, 2], A[3, 0], A[3, 1], A[3, 2], A[3, 3] = a22 + damping, a30, a31, a32, a33 + damping
+    b[0], b[1], b[2], b[3] = b0, b1, b2, b3
+    _solve(A, b, 4)
+
+
+@jit
+def _affine_step(
+    contours: Any, slot: int, points: Any, normals: Any, step: int, t: complex, z: complex, w: complex, gate: float,
+    agreement: float, damping: float, A: Any, b: Any,
+) -> None:  # fmt: skip
+    """b becomes the changes of (x, y, Re z, Im z, Re w, Im w)."""
     A[:], b[:] = 0.0, 0.0
     row = np.empty(6)
-    unit = 1 / radius
     for i in range(0, len(points), step):
-        p = points[i] * unit
+        p = points[i]
         where = t + z * p + w * np.conj(p)
         at = _nearest(contours, slot, where.real, where.imag)
         normal = contours.normals[at]
         off = where - contours.points[at]
-        if off.real * off.real + off.imag * off.imag >= 4 * gate * gate:
-            continue
-        if not _agree(z * normals[i] - w * np.conj(normals[i]), normal, agreement):
+        weight = _weight(z * normals[i] - w * np.conj(normals[i]), normal, off, gate, agreement)
+        if weight == 0.0:
             continue
         residual = normal.real * off.real + normal.imag * off.imag
-        weight = 1 - (residual / gate) ** 2
-        if weight <= 0:
-            continue
-        weight *= weight
         along, across = np.conj(normal) * p, np.conj(normal) * np.conj(p)
         row[0], row[1], row[2], row[3] = normal.real, normal.imag, along.real, -along.imag
         row[4], row[5] = across.real, -across.imag
-        for j in range(n):
-            weighted = weight * row[j]
-            b[j] -= weighted * residual
+        for j in range(6):
+            b[j] -= weight * row[j] * residual
             for k in range(j + 1):
-                A[j, k] += weighted * row[k]
+                A[j, k] += weight * row[j] * row[k]
+    for j in range(6):
+        A[j, j] += damping
+    _solve(A, b, 6)
 
 
 @jit
@@ -97,9 +142,9 @@ def refine(
 ) -> Any:  # fmt: skip
     """(t, z, w) refined; `squeeze`: greatest |w| / |z|, 0 for similarities alone; `most`: greatest change of scale."""
     new_t, new_z, new_w = t.copy(), z.copy(), w.copy()
-    unknowns = 6 if squeeze > 0 else 4
-    used = (shape_points.shape[1] + step - 1) // step
+    damping = damping * ((shape_points.shape[1] + step - 1) // step)
     A, b = np.empty((6, 6)), np.empty(6)
+    points = shape_points / radius.reshape(-1, 1)
     for h in range(len(t)):
         s = shape[h]
         r = radius[s]
@@ -107,11 +152,12 @@ def refine(
         start = abs(zh) + abs(wh)
         for gate in gates:
             limit = min(gate, max(1.5, 0.5 * abs(zh)))
-            _accumulate(contours, slot[h], shape_points[s], shape_normals[s], step, r, th, zh, wh, limit, agreement,
-                        unknowns, A, b)  # fmt: skip
-            for j in range(unknowns):
-                A[j, j] += damping * used
-            _solve(A, b, unknowns)
+            if squeeze > 0:
+                _affine_step(contours, slot[h], points[s], shape_normals[s], step, th, zh, wh, limit, agreement,
+                             damping, A, b)  # fmt: skip
+            else:
+                _similarity_step(contours, slot[h], points[s], shape_normals[s], step, th, zh, limit, agreement,
+                                 damping, A, b)  # fmt: skip
             th += complex(b[0], b[1])
             zh += complex(b[2], b[3])
             if squeeze > 0:

@@ -117,7 +117,7 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
     """The heaviest groups around a seed, heaviest first.
 
     :param banned: (instances,) not to be used.
-    :return: (G, N) members, the seed first, -1 after the last; weight, score, satisfied, checked; whether exact.
+    :return: count of members; (G, N) members, the seed first; weight, score, satisfied, checked; whether exact.
     """
     components = len(rules.absent_m)
     options, sizes = _options(pool, seed, rules, banned)
@@ -129,7 +129,7 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
     for d in range(depths - 1, -1, -1):
         best = options[order[d], 0]
         rest[d] = rest[d + 1] + pool.weight[best] + absent[order[d]]
-    found = np.full((rules.most_groups, components), -1, np.int64)
+    found, held = np.zeros((rules.most_groups, components), np.int64), np.zeros(rules.most_groups, np.int64)
     weight, score = np.zeros(rules.most_groups), np.zeros(rules.most_groups)
     satisfied, checked = np.zeros(rules.most_groups, np.int64), np.zeros(rules.most_groups, np.int64)
     number = np.zeros(rules.most_groups, np.int64)
@@ -153,8 +153,7 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
                 if valid and (not full or heavy >= weight[lightest]):
                     at = lightest if full else n
                     n += not full
-                    found[at, :] = -1
-                    found[at, : len(mine)] = mine
+                    found[at, : len(mine)], held[at] = mine, len(mine)
                     weight[at], score[at], number[at] = heavy, mine_score, nodes
                     satisfied[at], checked[at] = mine_satisfied, mine_checked
                     lightest = 0
@@ -184,6 +183,7 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
     by_weight = np.argsort(number[:n])
     by_weight = by_weight[np.argsort(-weight[by_weight], kind="mergesort")]  # of equal ones the first found
     return (
+        held[by_weight],
         found[by_weight],
         weight[by_weight],
         score[by_weight],
@@ -191,3 +191,39 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
         checked[by_weight],
         nodes <= rules.most_nodes,
     )
+
+
+@jit
+def best_groups_of(pool: Any, seeds: Any, rules: Any, banned: Any) -> Any:
+    """`best_groups` of several seeds, one after another."""
+    room, components = len(seeds) * rules.most_groups, len(rules.absent_m)
+    held, members = np.empty(room, np.int64), np.empty((room, components), np.int64)
+    weight, score = np.empty(room), np.empty(room)
+    satisfied, checked = np.empty(room, np.int64), np.empty(room, np.int64)
+    n, exact = 0, True
+    for seed in seeds:
+        mine = best_groups(pool, seed, rules, banned)
+        end = n + len(mine[0])
+        held[n:end], members[n:end], weight[n:end], score[n:end] = mine[0], mine[1], mine[2], mine[3]
+        satisfied[n:end], checked[n:end] = mine[4], mine[5]
+        exact = exact and mine[6]
+        n = end
+    return held[:n], members[:n], weight[:n], score[:n], satisfied[:n], checked[:n], exact
+
+
+@jit
+def conflicts(members: Any, counts: Any, shared: Any) -> Any:
+    """(G, G) whether any of two groups' instances share pixels. :param members: (G, N) instances, `counts` of them."""
+    out = np.zeros((len(counts), len(counts)), np.bool_)
+    blocked = np.empty(len(shared), np.bool_)
+    for g in range(len(counts)):
+        blocked[:] = False
+        for i in range(counts[g]):
+            for k in range(len(shared)):
+                blocked[k] |= shared[members[g, i], k]
+        for h in range(g + 1):
+            for j in range(counts[h]):
+                if blocked[members[h, j]]:
+                    out[g, h] = out[h, g] = True
+                    break
+    return out

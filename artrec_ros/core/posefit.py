@@ -142,7 +142,7 @@ def _normal_equations_compiled(
 
 def _places(reach: int) -> Array:
     """Where a boundary may cross a normal: between the pixels looked at, and before and behind them all."""
-    return np.arange(-reach, reach + 2) - 0.5
+    return np.arange(-reach, reach + 2, dtype=np.float64) - 0.5
 
 
 def _log_prior(reach: int) -> Array:

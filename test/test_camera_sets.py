@@ -6,6 +6,7 @@ import csv
 import math
 import os
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -48,6 +49,21 @@ def test_both_links_of_the_pendulum_point_where_the_truth_says(light: float):
         result = recognizer.recognize(cv2.convertScaleAbs(image, alpha=light))
         assert [d.object for d in result.detections] == ["pendulum"], row["file"]
         assert max(link_errors_deg(row, result.detections[0])) < 2.0, row["file"]
+
+
+@needs_pendulum
+@pytest.mark.parametrize(("light", "size"), [(1.0, 1.0), (0.5, 1.0), (1.0, 0.5)])
+def test_the_upper_links_direction_is_as_annotated_by_what_a_third_of_the_frames_taught(light: float, size: float):
+    setup = load_parameters(ROOT / "config" / "pendulum.yaml")
+    blank = tuple(int(v * size) for v in setup.image.blank)
+    recognizer = replace(setup, image=replace(setup.image, blank=blank)).build()
+    errors = []
+    for row in truth_rows(every=3):
+        image = cv2.resize(cv2.imread(str(DATA / "pendulum" / row["file"])), None, fx=size, fy=size)
+        result = recognizer.recognize(cv2.convertScaleAbs(image, alpha=light))
+        errors.append(link_errors_deg(row, result.detections[0]))
+    upper, lower = np.median(errors, axis=0)
+    assert upper <= 0.25 and lower <= 0.15
 
 
 @needs_pendulum

@@ -56,5 +56,6 @@ def test_too_few_examples_get_a_margin_at_least_as_wide_as_any_score():
 
 def test_angles_are_seen_from_the_middle_and_widened_to_a_full_turn_at_most():
     interval = Interval.around_angles([3.0, -3.0])
-    np.testing.assert_allclose(np.sort(unwrapped(np.array([3.0, -3.0]), interval)), [-interval.width / 2, interval.width / 2])
+    half = interval.width / 2
+    np.testing.assert_allclose(np.sort(unwrapped(np.array([3.0, -3.0]), interval)), [-half, half])
     assert widened(interval, 1e6, 0.1).width == pytest.approx(2 * np.pi)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,15 @@ import numpy as np
 import pytest
 import yaml
 
+from artrec_ros.core.axis_offsets import AxisOffset
+from artrec_ros.core.classes import ConfigurationClass, JointRange
 from artrec_ros.core.constraints import ConstraintSet
 from artrec_ros.core.datatypes import Instance
 from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.intervals import Interval
 from artrec_ros.core.learning import learn
-from artrec_ros.core.objects import Component, Marker, ObjectModel
+from artrec_ros.core.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.transforms import Pose
 from artrec_ros.io.constraints import load_constraints, save_constraints
 
 FLAG = Marker("flag", np.array([[0, 0], [0.4, 0], [0.3, 0.1], [0.4, 0.2], [0, 0.2]]), [0, 0.1], [0.3, 0.1])
@@ -46,6 +51,69 @@ def test_round_trip(tmp_path: Path, constraints: ConstraintSet) -> None:
         assert (kept.low, kept.high, kept.period) == pytest.approx(
             (interval.low, interval.high, interval.period), abs=1e-6
         )
+
+
+JOINED = ObjectModel(
+    "toy",
+    (
+        Component("base", (FLAG,), required=True),
+        Component("arm", (FLAG,), joint=Joint("base", Pose.identity(), np.array([1.0, 0, 0]), -3.2, 3.2)),
+    ),
+)
+
+
+@pytest.fixture
+def everything(constraints: ConstraintSet) -> ConstraintSet:
+    """With two classes, joints among what they compare, and an axis."""
+    still = ConfigurationClass("still", 12, constraints.pairs)
+    wide = Interval(2.9, 3.6, 2 * np.pi)
+    moving = ConfigurationClass("moving", 9, (), {"arm": JointRange(9, wide, Interval(3.0, 3.5, 2 * np.pi))})
+    axis = AxisOffset(("arm", "flag"), (0.001, -0.002), 0.03, 12, 1.5, 0.1)
+    return replace(constraints, classes=(still, moving), axes=(axis,))
+
+
+def test_classes_and_axes_come_back(tmp_path: Path, everything: ConstraintSet) -> None:
+    save_constraints(tmp_path / "c.yaml", everything)
+    again = load_constraints(tmp_path / "c.yaml", JOINED)
+    assert again.axes == everything.axes
+    assert [c.name for c in again.classes] == ["still", "moving"]
+    allowed = again.classes[1].joints["arm"].allowed
+    assert (allowed.low, allowed.high, allowed.period) == pytest.approx((2.9, 3.6, 2 * np.pi), abs=1e-5)
+    text = (tmp_path / "c.yaml").read_text()
+    assert "# classes:" in text and "# axes:" in text
+
+
+@pytest.mark.parametrize(
+    ("change", "value", "parts"),
+    [
+        ("classes/0/name", None, ("classes[0]", "name")),
+        ("classes/1/name", "still", ("name of its own",)),
+        ("classes/1/joints", {"amr": {}}, ("'amr'", "'arm'")),
+        ("classes/1/joints/arm/allowed", [1, 0], ("arm.allowed", "above")),
+        ("classes/0/pairs/0/first", "bse/flag", ("bse/flag", "'base/flag'")),
+        ("axes/0/marker", "arm/flg", ("arm/flg", "'arm/flag'")),
+        ("axes/0/shift_m", [1], ("shift_m", "[x, y]")),
+    ],
+)
+def test_mistakes_in_classes_and_axes_are_named(
+    tmp_path: Path, everything: ConstraintSet, change: str, value: Any, parts: tuple[str, ...]
+) -> None:
+    path = tmp_path / "c.yaml"
+    save_constraints(path, everything)
+    content = yaml.safe_load(path.read_text())
+    *groups, key = [int(part) if part.isdigit() else part for part in change.split("/")]
+    place: Any = content
+    for group in groups:
+        place = place[group]
+    if value is None:
+        del place[key]
+    else:
+        place[key] = value
+    path.write_text(yaml.safe_dump(content))
+    with pytest.raises(ConfigError) as caught:
+        load_constraints(path, JOINED)
+    for part in (str(path), *parts):
+        assert part in str(caught.value)
 
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, constraints: ConstraintSet) -> None:

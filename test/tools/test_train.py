@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
+import yaml
 
 from artrec_ros.io.constraints import load_constraints
 from artrec_ros.io.objects import load_object
@@ -113,6 +116,87 @@ def test_examples_without_a_pair_teach_nothing(folder: Path, capsys: pytest.Capt
         row["keypoints"][6:] = [0] * 6
     assert _train(folder, coco) == 1
     assert "no pair of its components is seen together" in capsys.readouterr().err
+
+
+def _classes() -> dict[str, Any]:
+    """The arm turns about -0.6 in one category, about +0.6 in the other."""
+    coco = _coco(12, 0.1)
+    both = copy.deepcopy(coco)
+    both["categories"].append({**coco["categories"][0], "id": 2, "name": "bent"})
+    for row in _coco(12, 0.1)["annotations"]:
+        points = np.array(row["keypoints"], float).reshape(-1, 3)
+        turn = np.array([[np.cos(1.2), np.sin(1.2)], [-np.sin(1.2), np.cos(1.2)]])
+        points[2:, :2] = (points[2:, :2] - points[0, :2]) @ turn + points[0, :2]
+        both["annotations"].append({**row, "category_id": 2, "keypoints": points.ravel().tolist()})
+    return both
+
+
+def test_several_categories_become_classes(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert _train(folder, _classes(), "--category", "toy", "bent") == 0
+    learned = load_constraints(folder / "out.yaml", load_object(folder / "toy.yaml"))
+    assert [c.name for c in learned.classes] == ["toy", "bent"]
+    straight, bent = (c.pairs[0].seen["turn_rad"] for c in learned.classes)
+    assert (straight.low, straight.high) == pytest.approx((-0.1, 0.1), abs=1e-4)
+    assert (bent.low, bent.high) == pytest.approx((1.1, 1.3), abs=1e-4)
+    general = learned.pairs[0].seen["turn_rad"]
+    assert (general.low, general.high) == pytest.approx((-0.1, 1.3), abs=1e-4)
+    printed = capsys.readouterr().out
+    assert "class 'bent': 12 examples" in printed and "7 more examples are wanted" in printed
+    assert _train(folder, _classes(), "--category", "bent") == 0
+    assert load_constraints(folder / "out.yaml", load_object(folder / "toy.yaml")).classes == ()
+
+
+def test_a_class_without_pairs_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    coco = _classes()
+    for row in coco["annotations"][12:]:
+        row["keypoints"][6:] = [0] * 6
+    assert _train(folder, coco, "--category", "toy", "bent") == 1
+    assert "category 'bent'" in capsys.readouterr().err
+
+
+def _askew_images(folder: Path, count: int, askew_rad: float) -> dict[str, Any]:
+    """Pictures of the toy, its arm's axis annotated as turned by `askew_rad`."""
+    coco, rng = _coco(count, 0.3), np.random.default_rng(0)
+    outline = np.array([[0, 0], [0.4, 0], [0.3, 0.1], [0.4, 0.2], [0, 0.2]]) - [0, 0.1]
+    for row, turn in zip(coco["annotations"], np.linspace(-0.3, 0.3, count), strict=True):
+        labels, points = np.zeros((240, 320), np.uint8), []
+        heading = rng.uniform(-np.pi, np.pi)
+        for n, angle in enumerate((heading, heading + turn)):
+            along = np.array([np.cos(angle), np.sin(angle)])
+            tail = np.array([150.0, 120.0]) + n * 70 * np.array([np.cos(heading), np.sin(heading)])
+            across = np.array([along[1], -along[0]])  # the marker's y is up
+            corners = tail + 100 * (outline[:, :1] * along + outline[:, 1:] * across)
+            cv2.fillPoly(labels, [np.round(corners * 16).astype(np.int32)], 2, shift=4)
+            shown = angle + n * askew_rad
+            points += [tail, tail + 30 * np.array([np.cos(shown), np.sin(shown)])]
+        row["keypoints"] = [float(v) for p in points for v in (*p, 2)]
+        (folder / "pictures").mkdir(exist_ok=True)
+        cv2.imwrite(str(folder / "pictures" / f"{row['image_id']}.png"), labels)
+    return coco
+
+
+def test_axes_that_are_annotated_askew_are_learned_from_the_images(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    coco = _askew_images(folder, 24, askew_rad=0.08)
+    parameters = {"objects": ["it"], "it": {"object_file": "toy.yaml", "constraint_file": "out.yaml", "label": 2}}
+    (folder / "node.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
+    more = ("--params-file", str(folder / "node.yaml"), "--images", str(folder / "pictures"))
+    assert _train(folder, coco, *more) == 0
+    printed = capsys.readouterr().out
+    assert "24 of 24 annotated objects" in printed and "axis of arm/flag" in printed
+    learned = load_constraints(folder / "out.yaml", load_object(folder / "toy.yaml"))
+    (axis,) = learned.axes
+    assert axis.key == ("arm", "flag") and axis.after_deg < 0.5 < axis.before_deg
+    assert axis.turn_rad == pytest.approx(0.08, abs=0.01)
+
+
+def test_images_that_are_not_there_are_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    parameters = {"objects": ["it"], "it": {"object_file": "toy.yaml", "label": 2}}
+    (folder / "node.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
+    assert _train(folder, _coco(9, 0.3), "--params-file", str(folder / "node.yaml")) == 1
+    error = capsys.readouterr().err
+    assert "0.png" in error and "--images" in error and error.count("\n") == 1
 
 
 @pytest.mark.skipif(not (SHARED / "data" / "aibo_vga_train").is_dir(), reason="the shared data are not here")

@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 from .blobs import Blob
 from .compiled import contour_fit as compiled
 from .compiled.jit import COMPILED
+from .compiled.outlining import merge_boxes
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .shapes import SAMPLES, Shape, pack_shapes
 
 _MARGIN_PX = 16
 STEPS_PER_PX = 15.0  # of the quantised distance: 255 stands for 17 px and more
+_MOST_BOXES = 64  # are looked at one by one
 _CHUNK = 8192  # hypotheses a batch; cv2.remap takes fewer than 32767 rows
 _NORMAL_AGREEMENT = 0.6  # cosine
 
@@ -50,27 +52,34 @@ class ContourMap:
     @classmethod
     def build(cls, blobs: tuple[Blob, ...], image_size: tuple[int, int]) -> ContourMap:
         """:param image_size: (width, height) of the image."""
-        low = np.min([b.pixels.min(axis=0) for b in blobs], axis=0) - _MARGIN_PX
-        high = np.max([b.pixels.max(axis=0) for b in blobs], axis=0) + _MARGIN_PX + 1
-        w, h = (int(v) for v in high - low)
-        slots = {label: s for s, label in enumerate(sorted({b.label for b in blobs}))}
+        count = np.array([len(b.pixels) for b in blobs])
+        starts = np.cumsum(count) - count
+        pixels = np.concatenate([b.pixels for b in blobs])
+        cut = np.concatenate([b.cut for b in blobs])
+        boxes = np.concatenate(  # of each blob: left, top, right, bottom, with a margin
+            [
+                np.minimum.reduceat(pixels, starts) - _MARGIN_PX,
+                np.maximum.reduceat(pixels, starts) + _MARGIN_PX + 1,
+            ],
+            axis=1,
+        ).astype(np.int64)
+        low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
+        w, h = (high - low).tolist()
+        labels = np.array([b.label for b in blobs])
+        slots = {label: s for s, label in enumerate(sorted(set(labels.tolist())))}
         # One more point, far off, stands for "no contour here at all".
-        points = np.concatenate([b.contour for b in blobs] + [np.full((1, 2), -1e6)]) @ np.array([1, 1j])
-        normals = np.concatenate([b.normals for b in blobs] + [np.zeros((1, 2))]) @ np.array([1, 1j])
-        blob = np.concatenate([np.full(len(b.pixels), i, np.int32) for i, b in enumerate(blobs)] + [[-1]])
+        points = _as_complex([*(b.contour for b in blobs), np.full((1, 2), -1e6)])
+        normals = _as_complex([*(b.normals for b in blobs), np.zeros((1, 2))])
+        blob = np.repeat(np.arange(len(blobs), dtype=np.int32), count)
         distance = np.full((len(slots) * h, w), 255, np.uint8)
         nearest = np.full((len(slots) * h, w), len(points) - 1, np.int32)
-        starts = np.concatenate([[0], np.cumsum([len(b.pixels) for b in blobs])])
         for label, slot in slots.items():
-            mine = [i for i, b in enumerate(blobs) if b.label == label]
-            pixels = np.concatenate([blobs[i].pixels[~blobs[i].cut] for i in mine]) - low
-            index = np.concatenate([np.flatnonzero(~blobs[i].cut) + starts[i] for i in mine])
-            if len(pixels):
-                rows = slice(slot * h, (slot + 1) * h)
-                distance[rows], nearest[rows] = _nearest_contour(pixels, index, (h, w))
-        return cls(
-            distance, nearest, points, normals, blob.astype(np.int32), slots, (int(low[0]), int(low[1])), h, image_size
-        )
+            index = np.flatnonzero(~cut & (labels == label)[blob])
+            rows = slice(slot * h, (slot + 1) * h)
+            for box in _apart(boxes[labels == label]) - np.tile(low, 2):
+                _fill_nearest(pixels[index] - low, index, box.tolist(), distance[rows], nearest[rows])
+        origin = (int(low[0]), int(low[1]))
+        return cls(distance, nearest, points, normals, np.append(blob, np.int32(-1)), slots, origin, h, image_size)
 
     def distances(self, t: np.ndarray, z: np.ndarray, slot: np.ndarray, points: np.ndarray) -> NDArray[np.uint8]:
         """(H, m) quantised distance of every placed point: one look-up for the whole batch.
@@ -114,16 +123,38 @@ class ContourMap:
         return np.unique(points[use]).astype(np.int32)
 
 
-def _nearest_contour(
-    pixels: NDArray[np.int64], index: NDArray[np.int64], shape: tuple[int, int]
-) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    canvas = np.full(shape, 255, np.uint8)
+def _as_complex(parts: list[NDArray[np.float64]]) -> np.ndarray:
+    return np.concatenate(parts).view(np.complex128)[:, 0]
+
+
+def _apart(boxes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Boxes that do not overlap, round all: what lies in one is nearest to, or far from, what is in it."""
+    if len(boxes) <= _MOST_BOXES:
+        return merge_boxes(boxes)
+    return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])[None]
+
+
+def _fill_nearest(
+    pixels: NDArray[np.int64],
+    index: NDArray[np.int64],
+    box: list[int],
+    distance: NDArray[np.uint8],
+    nearest: NDArray[np.int32],
+) -> None:
+    """Write distances to, and indices of, the nearest of the pixels into one box of a slot."""
+    left, top, right, bottom = box
     x, y = pixels.T
+    inside = (x >= left) & (x < right) & (y >= top) & (y < bottom)
+    x, y = x[inside] - left, y[inside] - top
+    if not len(x):
+        return
+    canvas = np.full((bottom - top, right - left), 255, np.uint8)
     canvas[y, x] = 0
     dist, zone = cv2.distanceTransformWithLabels(canvas, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
-    of_zone = np.zeros(int(zone.max()) + 1, np.int32)
-    of_zone[zone[y, x]] = index
-    return cv2.convertScaleAbs(dist, alpha=STEPS_PER_PX), of_zone[zone]
+    of_zone = np.zeros(len(x) + 1, np.int32)
+    of_zone[zone[y, x]] = index[inside]
+    distance[top:bottom, left:right] = cv2.convertScaleAbs(dist, alpha=STEPS_PER_PX)
+    nearest[top:bottom, left:right] = of_zone[zone]
 
 
 def tolerance_px(area_px: np.ndarray | float, config: RecognizerConfig) -> np.ndarray:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled.jit import COMPILED
+from .compiled.outlining import outline
 from .config import RecognizerConfig
+from .deadline import Deadline
 from .transforms import Array
 
 
@@ -38,27 +41,33 @@ def find_blobs(
     wanted: Iterable[int],
     config: RecognizerConfig,
     blank: tuple[int, ...] = (),
+    deadline: Deadline | None = None,
 ) -> tuple[Blob, ...]:
     """Blobs of the wanted classes, the largest `max_blobs` of them, by label and then from large to small.
 
     :param labels: (H, W) class number per pixel.
     :param blank: ignored rectangles x,y,width,height,...: a contour along them is no evidence.
+    :param deadline: classes that it leaves are not looked at.
     """
-    found: list[Blob] = []
+    found: list[tuple[float, int, NDArray[np.int32]]] = []  # pixels enclosed, label, chain
     for label in sorted(set(wanted)):
-        mask = (labels == label).view(np.uint8)
-        found += _blobs_of_mask(mask, label, config, blank)
+        if deadline is not None and deadline.expired:
+            break
+        chains = cv2.findContours((labels == label).view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+        found += [(area, label, chain) for area, chain in _large_enough(chains, config)]
     if len(found) > config.max_blobs:
-        found = sorted(found, key=lambda b: -b.area_px)[: config.max_blobs]
-    return tuple(sorted(found, key=lambda b: (b.label, -b.area_px)))
+        found = sorted(found, key=lambda f: -f[0])[: config.max_blobs]
+    found.sort(key=lambda f: (f[1], -f[0]))
+    return tuple(_blob(chain[:, 0], label, area, labels.shape, blank) for area, label, chain in found)
 
 
-def _blobs_of_mask(mask: NDArray[np.uint8], label: int, config: RecognizerConfig, blank: tuple[int, ...]) -> list[Blob]:
-    chains = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
-    # A blob of n pixels has no more than n contour pixels, most specks fewer than the least: sorted out unseen.
-    measured = [(_pixels_enclosed(c), c) for c in chains if len(c) >= 4]
-    kept = sorted((m for m in measured if m[0] >= config.min_blob_px), key=lambda m: -m[0])
-    return [_blob(chain[:, 0], label, area, mask.shape, blank) for area, chain in kept[: config.max_blobs]]
+def _large_enough(
+    chains: Sequence[NDArray[np.int32]], config: RecognizerConfig
+) -> list[tuple[float, NDArray[np.int32]]]:
+    # n pixels of a contour enclose most as a diamond, n^2 / 8 + n / 2 + 1: most specks are sorted out by their length.
+    least = max(4, int(np.sqrt(8 * max(config.min_blob_px, 1) - 4)) - 2)
+    measured = [(_pixels_enclosed(c), c) for c in chains if len(c) >= least]
+    return [m for m in measured if m[0] >= config.min_blob_px]
 
 
 def _pixels_enclosed(chain: NDArray[np.int32]) -> float:
@@ -69,6 +78,9 @@ def _pixels_enclosed(chain: NDArray[np.int32]) -> float:
 def _blob(
     pixels: NDArray[np.int32], label: int, area_px: float, shape: tuple[int, ...], blank: tuple[int, ...]
 ) -> Blob:
+    if COMPILED:
+        rectangles = np.reshape(np.array(blank, np.int64), (-1, 4))
+        return Blob(label, *outline(pixels, shape[1], shape[0], rectangles), area_px)
     x, y = pixels.T.astype(np.int64)
     if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
         pixels = pixels[::-1]

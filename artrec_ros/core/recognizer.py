@@ -93,7 +93,7 @@ class Recognizer:
         size = (int(labels.shape[1]), int(labels.shape[0]))
         flat = self._flat if camera is None else self._flat_rest
         with watch.stage("blobs"):
-            blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank)
+            blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank, deadline)
         with watch.stage("alignment"):
             matches = flat.align(blobs, size, deadline.part(_ALIGNMENT))
         with watch.stage("grouping"):

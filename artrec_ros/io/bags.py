@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import chain
+from itertools import chain, pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -65,13 +65,13 @@ class _StorageFile:
         self.path, self.shown = path, shown
         self.ros1 = path.suffix == ".bag"
         self.problem: str | None = None
-        self._indexed = True
+        self.indexed = True
         try:
             with self._reader() as reader:
                 self.topics = [Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections]
                 self.start_ns, self.end_ns = reader.start_time, reader.end_time
         except Exception as error:  # rosbags raises whatever damaged bytes lead to: assertions, struct and type errors
-            self._indexed = False
+            self.indexed = False
             self.problem = _one_line(error)
             self._survey()
 
@@ -96,7 +96,7 @@ class _StorageFile:
             self.problem = str(error)
 
     def messages(self, names: Collection[str], start_ns: int | None, stop_ns: int | None) -> Iterator[RawMessage]:
-        if self._indexed:
+        if self.indexed:
             yield from self._read_indexed(names, start_ns, stop_ns)
             return
         start, stop = start_ns or 0, sys.maxsize if stop_ns is None else stop_ns
@@ -148,6 +148,12 @@ class Bag:
 
     def __exit__(self, *_: object) -> None:
         self._stack.close()
+
+    @property
+    def in_order(self) -> bool:
+        """Whether messages come in the order of their times, so that those from a time on are the rest of all."""
+        indexed = all(file.indexed for file in self._files)
+        return indexed and all(a.end_ns <= b.start_ns for a, b in pairwise(self._files))
 
     @property
     def problems(self) -> list[str]:

@@ -29,7 +29,7 @@ def test_every_parameter_is_described(spec: Spec) -> None:
 
 def test_what_works_while_it_runs_may_be_changed() -> None:
     live = {name for name, spec in SPECS.items() if not describe(spec).read_only}
-    assert "recognizer.min_match" in live and "image.pale.hue" in live
+    assert {"recognizer.min_match", "image.pale.hue", "tracking.enabled"} <= live
     assert not live & {"objects", "image.classes", "red.object_file", "red.label", "image_transport"}
 
 

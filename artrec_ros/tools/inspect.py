@@ -12,7 +12,8 @@ from ..core.constraints import ConstraintSet
 from ..core.datatypes import Camera
 from ..core.objects import ObjectModel
 from ..io.annotations import Annotations
-from ..io.inventory import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent, take_stock
+from ..io.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
+from ..io.inventory import take_stock
 from ..io.parameters import Setup
 from ..io.specs import all_specs
 from .inspection import problems

@@ -13,7 +13,8 @@ from ..core.errors import ConfigError, ImageError, SourceError
 from ..core.objects import ObjectModel
 from ..core.segmentation import Segmenter
 from ..io.annotations import Annotations
-from ..io.inventory import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent, image_stamps
+from ..io.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
+from ..io.inventory import image_stamps
 from ..io.parameters import Setup
 
 T = TypeVar("T")

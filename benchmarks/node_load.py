@@ -57,21 +57,24 @@ def draw(size: tuple[int, int], turn_rad: float) -> np.ndarray:
     return image
 
 
-def run_node(arguments: list[str], record: Path) -> int:
+def run_node(arguments: list[str], record: Path, capacity: int) -> int:
     """The node itself, which keeps each image's times and writes them at its end."""
     from artrec_ros.node.main import main
     from artrec_ros.node.node import RecognizerNode
     from artrec_ros.node.pipeline import FrameReport
 
-    rows: list[tuple[float, ...]] = []
+    rows = np.full((capacity, 4), -1.0)  # made in full at once: keeping records must not look like growth
+    count = 0
 
     class Measured(RecognizerNode):
         def account(self, report: FrameReport) -> None:
-            rows.append((time.time(), report.latency_ms, report.recognition_ms, report.n_objects))
+            nonlocal count
+            rows[count % capacity] = time.time(), report.latency_ms, report.recognition_ms, report.n_objects
+            count += 1
             super().account(report)
 
     code = main(arguments, Measured)
-    np.save(record, np.array(rows).reshape(-1, 4))
+    np.save(record, rows[:count])
     return code
 
 
@@ -128,14 +131,15 @@ def report(sent: np.ndarray, rows: np.ndarray, memory: list[tuple[float, float]]
     mib = np.array([m for t, m in memory if t >= start])
     part = max(1, len(mib) // 10)
     growth = float(np.mean(mib[-part:]) / np.mean(mib[:part]) - 1)
-    dropped = max(0.0, 1 - len(rows) / n_sent)
+    n_dropped = max(0, n_sent - len(rows))  # at the ends of the time one more may be answered than was sent
+    dropped = n_dropped / n_sent
     latency, added = rows[:, 1], rows[:, 1] - rows[:, 2]
     rate = n_sent / (stop - start)
     print(
         f"images:      {n_sent} sent in {stop - start:.0f} s ({rate:.1f} Hz), {rows[:, 3].mean():.2f} objects in each"
     )
     print(f"node:        {'alive at the end' if alive else 'DEAD'}")
-    print(f"dropped:     {n_sent - len(rows)} ({dropped:.3%}; bar {DROPPED:.1%})")
+    print(f"dropped:     {n_dropped} ({dropped:.3%}; bar {DROPPED:.1%})")
     print(f"memory:      {np.mean(mib[:part]):.1f} to {np.mean(mib[-part:]):.1f} MiB ({growth:+.2%}; bar {GROWN:.0%})")
     for name, values in (("received to published", latency), ("of it, the recogniser", rows[:, 2]), ("added", added)):
         median, high = np.percentile(values, [50, 99])
@@ -158,7 +162,9 @@ def main() -> int:
         parameters, record = Path(folder) / "load.yaml", Path(folder) / "times.npy"
         parameters.write_text(PARAMETERS + (PALETTE if args.encoding == "bgr8" else ""))
         os.environ.setdefault("ROS_LOG_DIR", folder)
-        command = [sys.executable, __file__, "--node", str(record), "--ros-args", "--params-file", str(parameters)]
+        capacity = str(int(args.rate * (60 * args.minutes + 3 * WARM_UP_S)))
+        ros = ["--ros-args", "--params-file", str(parameters)]
+        command = [sys.executable, __file__, "--node", str(record), capacity, *ros]
         with subprocess.Popen(command) as node:
             sent, memory = publish(args, node)
             alive = node.poll() is None
@@ -169,5 +175,5 @@ def main() -> int:
 
 if __name__ == "__main__":
     if "--node" in sys.argv[1:2]:
-        sys.exit(run_node(sys.argv[3:], Path(sys.argv[2])))
+        sys.exit(run_node(sys.argv[4:], Path(sys.argv[2]), int(sys.argv[3])))
     sys.exit(main())

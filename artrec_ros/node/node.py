@@ -28,6 +28,25 @@ _FOLLOW_PERIOD_S = 0.25
 _REPORT_PERIOD_S = 1.0
 
 
+def survive_wrong_transitions(node: LifecycleNode) -> None:
+    """Answer a transition that the node's state does not allow with a refusal.
+
+    rclpy 7.1 raises in the service's callback, and that ends the executor's spin.
+    """
+    service = node._service_change_state
+    answer = service.callback
+
+    def answer_or_refuse(request: Any, response: Any) -> Any:
+        try:
+            return answer(request, response)
+        except RuntimeError as error:
+            node.get_logger().warning(f"transition refused: {one_line(error)}")
+            response.success = False
+            return response
+
+    service.callback = answer_or_refuse
+
+
 class RecognizerNode(LifecycleNode):
     """Recognises the objects that its parameters name in every image that it receives.
 
@@ -42,6 +61,7 @@ class RecognizerNode(LifecycleNode):
 
     def __init__(self, arguments: Sequence[str] = (), name: str = "artrec_node", **ros: Any) -> None:
         super().__init__(name, **ros)
+        survive_wrong_transitions(self)
         self._calibrations = Calibrations()
         self._outputs: Publishers | None = None
         self._pipeline: Pipeline | None = None

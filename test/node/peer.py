@@ -210,13 +210,14 @@ class Peer:
         request = SetParametersAtomically.Request()
         names = {name.replace("__", "."): value for name, value in values.items()}
         request.parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in names.items()]
-        return self._call(SetParametersAtomically, "set_parameters_atomically", request).result
+        return self.call(SetParametersAtomically, "set_parameters_atomically", request).result
 
     def get_parameter(self, name: str) -> Any:
-        answer = self._call(GetParameters, "get_parameters", GetParameters.Request(names=[name]))
+        answer = self.call(GetParameters, "get_parameters", GetParameters.Request(names=[name]))
         return rclpy.parameter.parameter_value_to_python(answer.values[0])
 
-    def _call(self, service: Any, name: str, request: Any) -> Any:
+    def call(self, service: Any, name: str, request: Any) -> Any:
+        """The node's answer to a request of one of its services."""
         client = self.node.create_client(service, f"artrec_node/{name}")
         assert self.spin_until(client.service_is_ready)
         future = client.call_async(request)

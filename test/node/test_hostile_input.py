@@ -1,6 +1,7 @@
 """Whatever is sent, the node lives, counts it, and says why in one line.
 
-`pytest --hypothesis-profile=nightly test/node/test_hostile_input.py` tries 20,000 messages.
+`pytest --hypothesis-profile=nightly test/node/test_hostile_input.py` tries 20,000 messages for each kind of
+image.
 """
 
 from __future__ import annotations
@@ -17,24 +18,33 @@ pytest.importorskip("hypothesis")
 import hostile
 import numpy as np
 import rclpy
+import toy
 from geometry_msgs.msg import PoseArray
 from hypothesis import HealthCheck, given, settings
 from peer import STARTED, NodeProcess, Peer, label_image, ros
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
+from artrec_ros.node.conversions import image_to_msg
 from artrec_ros.node.node import RecognizerNode
 
-CASES = max(settings.default.max_examples, 300)  # more with a profile that wants more
-TRIES = settings(max_examples=CASES, deadline=None, suppress_health_check=list(HealthCheck), database=None)
+CLASS = "{kind: %s, classes: [toy], toy: {label: 7, %s}}"
+KINDS = {  # image.kind -> the section `image` of the parameter file
+    "labels": "image: {kind: labels}",
+    "palette": "image: " + CLASS % ("palette", "rgb: [200, 20, 20]"),
+    "colour": "image: " + CLASS % ("colour", "hue: [340.0, 20.0], saturation: [0.5, 1.0]"),
+}
+TRIES = settings(deadline=None, suppress_health_check=list(HealthCheck), database=None)
 
 
-@pytest.fixture(scope="module")
-def node(parameter_file: Path) -> Iterator[RecognizerNode]:
-    """An active node in this process; nothing spins it, messages are handed to it."""
+@pytest.fixture(scope="module", params=KINDS)
+def node(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[RecognizerNode]:
+    """An active node in this process, for images of each kind; nothing spins it, messages are handed to it."""
     context = rclpy.Context()
     context.init()
-    arguments = ros(parameter_file, "-p", "recognizer.time_budget_ms:=200.0", "-r", "__ns:=/alone")
+    file = toy.write_files(tmp_path_factory.mktemp(request.param) / "config")
+    file.write_text(file.read_text().replace("image: {kind: labels, blank: []}", KINDS[request.param]))
+    arguments = ros(file, "-p", "recognizer.time_budget_ms:=200.0", "-r", "__ns:=/alone")
     node = RecognizerNode(arguments, cli_args=arguments, context=context)
     node.autostart()
     yield node
@@ -42,18 +52,27 @@ def node(parameter_file: Path) -> Iterator[RecognizerNode]:
     context.try_shutdown()
 
 
+@pytest.fixture
+def good(node: RecognizerNode, picture: np.ndarray) -> Image:
+    """An image with a toy, as the node reads it."""
+    msg = label_image(picture)
+    if node.get_parameter("image.kind").value == "labels":
+        return msg
+    colours = np.where(picture[:, :, None] > 0, np.uint8([20, 20, 200]), np.uint8([90, 90, 90]))
+    return image_to_msg(np.ascontiguousarray(colours, np.uint8), msg.header)
+
+
 @given(msg=hostile.any_message())
 @TRIES
-def test_every_message_is_survived_and_counted(node: RecognizerNode, msg: object) -> None:
+def test_every_message_is_survived_and_counted(node: RecognizerNode, good: Image, msg: object) -> None:
     counters = node.counters
     before = counters.processed, counters.failed
     msg = deserialize_message(serialize_message(msg), type(msg))  # as a subscriber gets it
     if isinstance(msg, CameraInfo):
         node.take_camera_info(msg)
-        picture = label_image(np.zeros((240, 320), np.uint8))
-        picture.header = msg.header
-        node.take_image(picture, time.time_ns())
-        assert (counters.processed, counters.failed) == (before[0] + 1, before[1]), "a calibration costs no image"
+        good.header = msg.header
+        node.take_image(good, time.time_ns())
+        assert (counters.processed, counters.failed) == (before[0] + 1, before[1]), counters.last_error
         return
     node.take_image(msg, time.time_ns())
     assert (counters.processed - before[0]) + (counters.failed - before[1]) == 1
@@ -62,9 +81,10 @@ def test_every_message_is_survived_and_counted(node: RecognizerNode, msg: object
         assert "internal" not in counters.last_error
 
 
-def test_a_node_that_was_treated_so_still_works(node: RecognizerNode, picture: np.ndarray) -> None:
+def test_a_node_that_was_treated_so_still_works(node: RecognizerNode, good: Image) -> None:
     objects = node.counters.objects
-    node.take_image(label_image(picture), time.time_ns())
+    node.take_camera_info(CameraInfo())
+    node.take_image(good, time.time_ns())
     assert node.counters.objects == objects + 1
 
 

@@ -13,7 +13,10 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 import numpy as np
 import rclpy
 import toy
-from peer import Peer, label_image, ros
+from geometry_msgs.msg import PoseArray
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from peer import NodeProcess, Peer, label_image, ros
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from visualization_msgs.msg import Marker, MarkerArray
@@ -111,3 +114,23 @@ def test_two_nodes_share_a_process_and_keep_apart(make: Callable[..., Recognizer
         assert peer.spin_until(lambda: heard["left"] and {m.action for m in heard["left"][-1].markers} == deleted)
         assert topics(left) == set() and len(list(right.subscriptions)) == 2
     executor.shutdown()
+
+
+def test_a_lifecycle_manager_starts_and_stops_it(parameter_file: Path, picture: np.ndarray, tmp_path: Path) -> None:
+    """Over the wire, with the services that such managers use."""
+    arguments = ros(parameter_file, "-p", "autostart:=false")
+    with NodeProcess(*arguments, log=tmp_path / "log") as process, Peer() as peer:
+        process.wait_for_output("waiting for a lifecycle manager")
+        assert "not active" in peer.diagnose("input", "not active").message
+
+        def change(transition: int) -> bool:
+            request = ChangeState.Request(transition=Transition(id=transition))
+            return bool(peer.call(ChangeState, "change_state", request).success)
+
+        assert not change(Transition.TRANSITION_ACTIVATE), "configure comes first"
+        assert change(Transition.TRANSITION_CONFIGURE) and change(Transition.TRANSITION_ACTIVATE)
+        peer.listen("toy/poses", PoseArray)
+        peer.connect(label_image(picture))
+        assert change(Transition.TRANSITION_DEACTIVATE)
+        assert peer.diagnose("input", "not active")
+        assert process.running and "Traceback" not in process.output

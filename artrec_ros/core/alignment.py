@@ -111,16 +111,8 @@ class ContourMap:
 
         :param index: (m,) contour points in the order of the contour; -1 for none.
         """
-        here = index[index >= 0]
-        after = np.roll(index, -1)[index >= 0]
-        blob = self.blob[here]
-        first, end = np.searchsorted(self.blob[:-1], blob), np.searchsorted(self.blob[:-1], blob, side="right")
-        count = np.where((after >= 0) & (self.blob[after] == blob), (after - here) % np.maximum(end - first, 1), 0)
-        steps = np.arange(longest)  # 0 is the point itself
-        points = here[:, None] + steps
-        points = np.where(points >= end[:, None], points - (end - first)[:, None], points)
-        use = steps <= np.where(count <= longest, count, 0)[:, None]
-        return np.unique(points[use]).astype(np.int32)
+        count = np.bincount(self.blob[:-1])
+        return compiled.stretches(index, self.blob, np.cumsum(count) - count, count, longest)
 
 
 def _as_complex(parts: list[NDArray[np.float64]]) -> np.ndarray:

@@ -36,18 +36,10 @@ def pack(weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: 
 
 def connected_parts(conflict: NDArray[np.bool_]) -> list[list[int]]:
     """Connected parts of a graph given as (G, G) adjacency."""
-    left = set(range(len(conflict)))
-    parts = []
-    while left:
-        front = [left.pop()]
-        part = list(front)
-        while front:
-            near = [int(n) for n in np.flatnonzero(conflict[front.pop()]) if int(n) in left]
-            left.difference_update(near)
-            front += near
-            part += near
-        parts.append(part)
-    return parts
+    parts: dict[int, list[int]] = {}
+    for node, part in enumerate(compiled.part_numbers(conflict).tolist()):
+        parts.setdefault(part, []).append(node)
+    return list(parts.values())
 
 
 def _heaviest_of_like(weight: Array, conflict: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -112,10 +112,10 @@ def _missing(group: Group, search: GroupSearch, used: set[int], config: Recogniz
     if search.candidates is not group.candidates:
         return
     c, table, seed = group.candidates, search.table, group.members[0]
-    for component in range(len(c.target.model.components)):
-        free = (c.component == component) & table.checked[seed] & ~np.isin(c.match, sorted(used))
-        near = np.flatnonzero(free & ~table.forbidden[seed])
-        if component in group.components or not len(near):
+    unused = table.checked[seed] & ~table.forbidden[seed] & ~np.isin(c.match, sorted(used))
+    for component in sorted(set(range(len(c.target.model.components))) - set(group.components)):
+        near = np.flatnonzero(unused & (c.component == component))
+        if not len(near):
             continue
         members = np.array(group.members)
         forbidden = table.forbidden[np.ix_(near, members)].any(axis=1)

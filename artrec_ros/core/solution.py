@@ -71,17 +71,22 @@ def _without_contested(
 ) -> list[Group]:
     """Groups that do without the instances other seeds claim too: a leg between two torsos can go to either."""
     shared = matches.overlap > config.max_overlap
+    members: dict[int, list[int]] = {}  # seed's instance -> instances of its groups
+    mine: dict[tuple[int, int], set[int]] = {}  # (search, seed) -> instances besides the seed
+    number = {id(search.candidates): n for n, search in enumerate(searches)}
+    for g in pool:
+        members.setdefault(g.seed, []).extend(g.matches)
+        mine.setdefault((number[id(g.candidates)], g.members[0]), set()).update(g.matches[1:])
+    uses = np.bincount([m for matches_of in members.values() for m in matches_of], minlength=len(matches))
     extra: list[Group] = []
-    for search in searches:
-        of_search = [g for g in pool if g.candidates is search.candidates]
-        for seed in sorted({g.members[0] for g in of_search}):
-            mine = [g for g in of_search if g.members[0] == seed]
-            theirs = np.unique([m for g in pool if g.seed != mine[0].seed for m in g.matches]).astype(int)
-            own = np.unique([m for g in mine for m in g.matches[1:]]).astype(int)
-            contested = own[shared[np.ix_(own, theirs)].any(axis=1)]
-            for banned in {frozenset([int(m)]) for m in contested} | {frozenset(int(m) for m in contested)}:
-                if banned and not deadline.expired:
-                    extra += search.best_groups(seed, banned)[:1]
+    for (n, seed), others in sorted(mine.items()):
+        own = np.array(sorted(others), int)
+        instance = int(searches[n].candidates.match[seed])
+        theirs = uses > np.bincount(members[instance], minlength=len(matches))
+        contested = own[(shared[own] & theirs).any(axis=1)].tolist()
+        for banned in {frozenset([m]) for m in contested} | {frozenset(contested)}:
+            if banned and not deadline.expired:
+                extra += searches[n].best_groups(seed, banned)[:1]
     return extra
 
 

@@ -209,3 +209,21 @@ def evidence(
                 worth += 1 - 0.5 * off2 / (tolerance[h] * tolerance[h])
         share[h], score[h], visible[h] = hits / max(seen, 1), worth / max(seen, 1), seen / samples
     return share, score, visible, matched
+
+
+@jit
+def stretches(index: Any, blob: Any, first: Any, count: Any, longest: int) -> Any:
+    """`ContourMap.stretches`; contours are those of blobs that start at `first` and have `count` points."""
+    held = np.zeros(len(blob), np.bool_)
+    for i in range(len(index)):
+        here, after = index[i], index[(i + 1) % len(index)]
+        if here < 0:
+            continue
+        held[here] = True
+        b = blob[here]
+        if after < 0 or blob[after] != b:
+            continue
+        between = (after - here) % count[b]
+        for step in range(1, between if between <= longest else 0):
+            held[first[b] + (here - first[b] + step) % count[b]] = True
+    return np.flatnonzero(held).astype(np.int32)

@@ -35,6 +35,27 @@ def _bound(free: Any, weight: Any, conflict: Any, cliques: Any, sizes: Any) -> f
 
 
 @jit
+def part_numbers(adjacency: Any) -> Any:
+    """(n,) number of the connected part that each node of a graph belongs to, counted as they come up."""
+    n = len(adjacency)
+    part, front, parts = np.full(n, -1, np.int64), np.empty(n, np.int64), 0
+    for first in range(n):
+        if part[first] >= 0:
+            continue
+        front[0], waiting, part[first] = first, 1, parts
+        while waiting:
+            waiting -= 1
+            row = adjacency[front[waiting]]
+            for other in range(n):
+                if row[other] and part[other] < 0:
+                    part[other] = parts
+                    front[waiting] = other
+                    waiting += 1
+        parts += 1
+    return part
+
+
+@jit
 def start(weight: Any, conflict: Any) -> Any:
     """State of a search over groups by descending weight: stacks of free and chosen groups, their lengths and
     values, [entries, nodes], the best choice so far (greedy), [its length], [its weight]."""

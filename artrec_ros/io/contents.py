@@ -84,9 +84,17 @@ class ResultContent:
     objects: Mapping[str, int]
 
 
+@dataclass(frozen=True)
+class Supplement:
+    """A parameter file without objects: it is read after another one, whose values it replaces."""
+
+    names: tuple[str, ...]
+
+
 Content = (
-    BagContent | Sample | ObjectModel | ConstraintContent | Setup | Annotations | TruthContent | ResultContent | Camera
-)
+    BagContent | Sample | ObjectModel | ConstraintContent | Setup | Annotations | TruthContent | ResultContent
+    | Camera | Supplement
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

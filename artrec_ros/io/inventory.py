@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,32 +14,48 @@ from .annotations import load_coco
 from .bags import BAG_SUFFIXES, Bag, Topic
 from .cameras import load_camera
 from .constraints import FORMAT as CONSTRAINT_FORMAT
-from .contents import BagContent, ConstraintContent, Content, Item, ResultContent, Sample, TruthContent
+from .contents import BagContent, ConstraintContent, Content, Item, ResultContent, Sample, Supplement, TruthContent
 from .files import load_value
 from .images import IMAGE_SUFFIXES, read_image
 from .objects import FORMAT as OBJECT_FORMAT
 from .objects import load_object
-from .parameters import load_parameters
+from .parameters import load_parameters, read_flat
 from .results import DETECTIONS_FILE, read_results
 from .topics import IMAGE_TYPES, camera_info_topic, camera_of, decode_message, stamp_of
 from .truth import load_truth
 
+_YAML = (".yaml", ".yml")
 _SAMPLES = 5  # images of a bag or folder that are looked at, evenly spread
 
 
-def take_stock(path: Path) -> Iterator[Item]:
-    """What a path holds; of a folder that is neither bag nor images, what lies in it. Nothing is raised."""
+def take_stock(paths: Sequence[Path]) -> list[Item]:
+    """What each path holds; of a folder that is neither bag nor images, what lies in it. Nothing is raised.
+
+    Parameter files without objects are read after each of those that have some, in the order given.
+    """
+    more = [p for p in paths if _is_supplement(p)]
+    return [item for path in paths for item in _look(path, more)]
+
+
+def _is_supplement(path: Path) -> bool:
+    try:
+        return path.suffix.lower() in _YAML and path.is_file() and "objects" not in read_flat(path)
+    except ArtrecError:
+        return False  # another kind of file, or one whose problem is told when it is read
+
+
+def _look(path: Path, more: Sequence[Path]) -> Iterator[Item]:
     if path.is_dir() and not _is_bag(path) and not _images(path):
         inside = sorted(path.iterdir())
         parts = [p for p in inside if _known_kind(p)] or [p for p in inside if p.is_dir() and _images(p)]
         if not parts:
             yield Item(path, "folder", error="neither a bag, nor images, nor files that artrec reads")
         for part in parts:
-            yield from take_stock(part)
+            yield from _look(part, more)
         return
     kind = "unknown"
     try:
-        kind, read = _reader(path)
+        kind, read = _reader(path, more)
         yield Item(path, kind, read(path))
     except ArtrecError as error:
         yield Item(path, kind, error=str(error).removeprefix(f"{path}: "))
@@ -48,13 +64,13 @@ def take_stock(path: Path) -> Iterator[Item]:
 def _known_kind(path: Path) -> bool:
     if path.is_dir():
         return _is_bag(path)
-    return path.suffix in (".yaml", ".yml", ".json", ".jsonl", *BAG_SUFFIXES) and path.name not in _OTHERS
+    return path.suffix in (*_YAML, ".json", ".jsonl", *BAG_SUFFIXES) and path.name not in _OTHERS
 
 
 _OTHERS = ("summary.json", "metrics.json", "metadata.yaml")
 
 
-def _reader(path: Path) -> tuple[str, Callable[[Path], Content]]:
+def _reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Content]]:
     """The kind of a path, and what reads it."""
     if not path.exists():
         raise SourceError(f"{path}: there is no such file or folder")
@@ -69,12 +85,12 @@ def _reader(path: Path) -> tuple[str, Callable[[Path], Content]]:
         return "annotations", lambda p: load_coco([p])
     if suffix == ".jsonl":
         return ("results", _read_results) if path.name == DETECTIONS_FILE else ("truth", _read_truth)
-    if suffix in (".yaml", ".yml"):
-        return _yaml_reader(path)
+    if suffix in _YAML:
+        return _yaml_reader(path, more)
     raise SourceError(f"{path}: '{suffix or path.name}' is no kind of file that artrec reads")
 
 
-def _yaml_reader(path: Path) -> tuple[str, Callable[[Path], Content]]:
+def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Content]]:
     keys = load_value(path).entries()
     format = keys["format"].raw if "format" in keys else None
     kinds: dict[str, tuple[str, Callable[[Path], Content]]] = {
@@ -86,7 +102,9 @@ def _yaml_reader(path: Path) -> tuple[str, Callable[[Path], Content]]:
     if "camera_matrix" in keys or "image_width" in keys:
         return "calibration", lambda p: load_camera(p)
     if any("ros__parameters" in str(v.raw) for v in keys.values()):
-        return "parameters", lambda p: load_parameters(p)
+        if path in more:
+            return "parameters", lambda p: Supplement(tuple(read_flat(p)))
+        return "parameters", lambda p: load_parameters(p, *more)
     raise ConfigError(f"{path}: neither an object, constraints, parameters (ros__parameters) nor a calibration")
 
 

@@ -12,7 +12,7 @@ from ..core.constraints import ConstraintSet
 from ..core.datatypes import Camera
 from ..core.objects import ObjectModel
 from ..io.annotations import Annotations
-from ..io.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
+from ..io.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, Supplement, TruthContent
 from ..io.inventory import take_stock
 from ..io.parameters import Setup
 from ..io.specs import all_specs
@@ -36,7 +36,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code 1 where something is wrong or does not fit."""
-    items = [item for path in args.paths for item in take_stock(path)]
+    items = take_stock(args.paths)
     for item in items:
         for n, line in enumerate(describe(item)):
             print(f"{'  ' if n else ''}{line}")
@@ -70,6 +70,9 @@ def describe(item: Item) -> Iterator[str]:
         yield f"{head}, {counted(content.frames, 'frame')}, objects by label: {_counts(content.labels)}"
     elif isinstance(content, ResultContent):
         yield f"{head}, {counted(content.frames, 'frame')}, objects found: {_counts(content.objects)}"
+    elif isinstance(content, Supplement):
+        shown = ", ".join(content.names[:6]) + (" ..." if len(content.names) > 6 else "")
+        yield f"{head} without objects, to be read after others: {shown}"
     elif isinstance(content, Camera):
         yield f"{head}, {_camera(content)}"
     else:

@@ -210,3 +210,13 @@ def test_what_cannot_be_read_is_one_line(tmp_path, capsys, name, text, message):
 def test_an_empty_folder_is_told(tmp_path, capsys):
     code, _, problems = inspect(capsys, tmp_path)
     assert code == 1 and "neither a bag, nor images" in problems[0]
+
+
+def test_parameters_without_objects_go_with_those_that_have_some(tmp_path, config, capsys):
+    (tmp_path / "more.yaml").write_text(
+        "/**: {ros__parameters: {image: {kind: colour, classes: [red], red: {label: 2}}}}"
+    )
+    code, printed, problems = inspect(capsys, config / "excavator.yaml", tmp_path / "more.yaml")
+    assert (code, problems) == (0, []), printed
+    assert "image.kind 'colour'" in printed and "without objects, to be read after others: image.kind" in printed
+    assert inspect(capsys, tmp_path / "more.yaml")[0] == 0

@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import dataclasses
+import os
+
+import numpy as np
+import pytest
+
+from artrec_ros.core.datatypes import (
+    ClassFit,
+    ConstraintFailure,
+    Detection,
+    FrameResult,
+    ImagePose,
+    Instance,
+    Rejection,
+)
+from artrec_ros.core.errors import SourceError
+from artrec_ros.core.transforms import Pose
+from artrec_ros.io.journal import Journal, Recognised
+from artrec_ros.io.whole_files import LineFile, write_whole
+
+
+def frame(stamp_ns: int = 10) -> Recognised:
+    random = np.random.default_rng(stamp_ns)
+    pose = Pose.from_xyz_rpy(random.normal(size=3), random.normal(size=3))
+    part = Instance("base", "patch", np.float32(0.3), *random.normal(size=4), contour=random.normal(size=(5, 2)))
+    found = Detection(
+        "arm", 2, 0.1 + 0.2, ImagePose(1, 2, 3, 4), (part,), pose, {"lever": np.float64(1 / 3)},
+        random.normal(size=(6, 6)), ClassFit("waving", 0.7, None), 0.25,
+    )  # fmt: skip
+    failed = ConstraintFailure("a/b", "c/d", "distance_m", 1 / 3, 0.1, 0.2, 0.13)
+    rejected = (Rejection("arm", "weiß nicht", 0.5, 1.5, 2.5, failed), Rejection("arm", "other"))
+    result = FrameResult((8, 6), (found,), rejected, {"total": 1.25}, True, np.zeros((6, 8), np.uint8))
+    return Recognised(stamp_ns, "/camera/image", result, "eye")
+
+
+def same(a: object, b: object) -> bool:
+    """Digit by digit, and of the same types but for numpy's numbers."""
+    if dataclasses.is_dataclass(a):
+        return type(a) is type(b) and all(same(getattr(a, f.name), getattr(b, f.name)) for f in dataclasses.fields(a))
+    if isinstance(a, np.ndarray):
+        return isinstance(b, np.ndarray) and a.shape == b.shape and np.array_equal(a, b)
+    if isinstance(a, tuple):
+        return isinstance(b, tuple) and len(a) == len(b) and all(map(same, a, b))
+    return a == b
+
+
+def test_what_is_read_is_what_was_written(tmp_path):
+    written = [frame(1), Recognised(2, "bad.png", error="no image"), frame(3)]
+    with Journal(tmp_path / "j") as journal:
+        returned = [journal.append(i, f) for i, f in enumerate(written)]
+    with Journal(tmp_path / "j") as journal:
+        numbers, read = zip(*journal.frames(), strict=True)
+    assert numbers == (0, 1, 2)
+    for before, back, later in zip(written, returned, read, strict=True):
+        result = before.result and dataclasses.replace(before.result, labels=None)
+        assert same(dataclasses.replace(before, result=result), later) and same(back, later)
+        assert later.record().to_json() == before.record().to_json()
+
+
+def test_a_line_that_was_cut_off_is_dropped_and_overwritten(tmp_path):
+    with Journal(tmp_path / "j") as journal:
+        for i in range(3):
+            journal.append(i, frame(i))
+    os.truncate(tmp_path / "j", (tmp_path / "j").stat().st_size - 5)
+    with Journal(tmp_path / "j") as journal:
+        journal.append(7, frame())
+        assert [n for n, _ in journal.frames()] == [0, 1, 7]
+
+
+@pytest.mark.parametrize("line", ["[1]", "{}", '[1, {"type": "Popen"}]', '["x", null]', "nonsense"])
+def test_a_line_that_is_no_frame_is_named(tmp_path, line):
+    (tmp_path / "j").write_text(line + "\n")
+    with Journal(tmp_path / "j") as journal, pytest.raises(SourceError, match="j: line 1 is no frame"):
+        list(journal.frames())
+
+
+def test_a_full_disk_leaves_whole_lines(tmp_path, monkeypatch):
+    """The second piece of a line finds no room."""
+    real = os.pwrite
+    room = [10**6]
+
+    def pwrite(handle: int, data: bytes, offset: int) -> int:
+        if not room[0]:
+            raise OSError(28, "No space left on device")
+        written = real(handle, data[: room[0]], offset)
+        room[0] -= written
+        return written
+
+    monkeypatch.setattr(os, "pwrite", pwrite)
+    with LineFile(tmp_path / "f") as file:
+        file.append("first")
+        room[0] = 3
+        with pytest.raises(OSError, match="No space"):
+            file.append("second")
+        assert file.count == 1 and (tmp_path / "f").read_text() == "first\n"
+        room[0] = 100
+        file.append("third")
+    assert (tmp_path / "f").read_text() == "first\nthird\n"
+
+
+def test_a_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
+    path = tmp_path / "f"
+    write_whole(path, "before")
+    monkeypatch.setattr("artrec_ros.io.whole_files.os.replace", lambda *_: (_ for _ in ()).throw(OSError(28, "full")))
+    with pytest.raises(OSError, match="full"):
+        write_whole(path, "after")
+    assert path.read_text() == "before" and [p.name for p in tmp_path.iterdir()] == ["f"]

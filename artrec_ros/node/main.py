@@ -19,6 +19,7 @@ example: artrec_node --ros-args --params-file config/aibo.yaml -r image:=/camera
 
 MISSING = "ROS 2 is missing ({}); source one, or install artrec_ros with pip"
 _SWITCH_S = 1e-4  # an image that comes in must not wait 5 ms, Python's default, for the thread that recognises
+_MOST_FAULTS = 100  # in a row
 
 
 def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | None = None) -> int:
@@ -52,7 +53,7 @@ def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | N
 
         node = (node_class or RecognizerNode)(arguments)
         node.autostart()
-        rclpy.spin(node)
+        _spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
     except (ArtrecError, RuntimeError) as error:  # rclpy raises RuntimeErrors for bad arguments and parameter files
@@ -65,6 +66,28 @@ def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | N
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _spin(node: RecognizerNode) -> None:
+    """As rclpy.spin, which a fault in a callback ends: rclpy's own services raise at requests they do not expect.
+
+    :raises Exception: a fault that nothing but faults follow.
+    """
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+
+    executor, faults = SingleThreadedExecutor(context=node.context), 0
+    executor.add_node(node)
+    while node.context.ok():
+        try:
+            executor.spin_once()
+            faults = 0
+        except ExternalShutdownException:
+            raise
+        except Exception as error:
+            faults += 1
+            if faults > _MOST_FAULTS or not node.context.ok():
+                raise
+            node.get_logger().error(f"a callback failed: {_one_line(error)!r}", throttle_duration_sec=5.0)
 
 
 def _one_line(error: Exception) -> str:

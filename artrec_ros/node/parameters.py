@@ -22,6 +22,7 @@ _ARRAYS = {
     float: Parameter.Type.DOUBLE_ARRAY,
     str: Parameter.Type.STRING_ARRAY,
 }
+_STAND_IN = "no_image_after_s"  # any that may be changed
 
 
 def read_overrides(node: Node) -> dict[str, Any]:
@@ -76,6 +77,7 @@ class LiveParameters:
         self._setup = setup
         self._on_change = on_change
         self._commit: Callable[[], None] | None = None
+        self._refusal = ""  # of the batch whose names were looked at last
         for spec in self._specs.values():
             _declare(node, spec, setup.resolved.get(spec.name, []))
         node.add_pre_set_parameters_callback(self._to_declared_types)
@@ -96,13 +98,20 @@ class LiveParameters:
         return self._setup
 
     def _to_declared_types(self, parameters: list[Parameter]) -> list[Parameter]:
-        for name in (p.name for p in parameters if not self._node.has_parameter(p.name)):
-            # rclpy will refuse it, without saying what it might have been
-            self._node.get_logger().warning(f"{name}: unknown parameter{hint(name, self._specs)}")
-        return [coerce(self._specs[p.name], p) if p.name in self._specs else p for p in parameters]
+        """Also sees to it that a batch with an unknown name is refused with a reason; rclpy alone gives none."""
+        unknown = [p.name for p in parameters if not self._node.has_parameter(p.name)]
+        known = [coerce(self._specs[p.name], p) if p.name in self._specs else p for p in parameters]
+        if not unknown:
+            return known
+        self._refusal = f"{unknown[0]}: unknown parameter{hint(unknown[0], self._specs)}"
+        # `_check` is asked only about parameters that there are, and about one at least
+        return [p for p in known if p.name not in unknown] + [self._node.get_parameter(_STAND_IN)]
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
         self._commit = None
+        refusal, self._refusal = self._refusal, ""
+        if refusal:
+            return SetParametersResult(successful=False, reason=refusal)
         ours = {p.name: p.value for p in parameters if p.name in self._specs}
         if not ours:
             return SetParametersResult(successful=True)

@@ -15,6 +15,9 @@ import toy
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseArray
 from peer import STARTED, NodeProcess, Peer, label_image, ros
+from rcl_interfaces.msg import Parameter as ParameterMsg
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import Image, JointState, MultiDOFJointState
 from visualization_msgs.msg import MarkerArray
 
@@ -143,6 +146,21 @@ def test_out_of_range_read_only_and_unknown_changes_are_refused(peer: Peer) -> N
     assert not peer.set_parameters(recognizer__min_match=1.5).successful
     assert "read" in peer.set_parameters(toy__label=3).reason
     assert not peer.set_parameters(objects=["toy", "more"]).successful
+    before = peer.get_parameter("recognizer.refine_steps")
+    unknown = peer.set_parameters(recognizer__refine_steps=before + 1, recognizer__profil="paper")
+    assert not unknown.successful and "did you mean 'recognizer.profile'?" in unknown.reason
+    assert peer.get_parameter("recognizer.refine_steps") == before
+    assert peer.set_parameters(recognizer__refine_steps=before).successful
+
+
+def test_a_request_that_is_none_is_survived(peer: Peer, node: NodeProcess, picture: np.ndarray) -> None:
+    """rclpy's own services raise at some; the node must not end by that."""
+    nonsense = ParameterMsg(name="recognizer.min_match", value=ParameterValue(type=99))
+    client = peer.node.create_client(SetParameters, "artrec_node/set_parameters")
+    assert peer.spin_until(client.service_is_ready)
+    client.call_async(SetParameters.Request(parameters=[nonsense]))
+    assert peer.spin_until(lambda: "a callback failed" in node.output)
+    assert peer.answer("toy/poses", peer.send(label_image(picture)))
 
 
 def test_an_int_is_taken_for_a_double(peer: Peer) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -70,25 +71,35 @@ class GroupSearch:
 
     def best_groups(self, seed: int, banned: frozenset[int] = frozenset()) -> list[Group]:
         """The heaviest groups around a seed, at most `groups_per_seed`; instances in `banned` are left out."""
-        return self._search_compiled(np.array([seed]), banned) if COMPILED else self._search(seed, banned)
+        if COMPILED:
+            return self._search_compiled([seed], [banned], self._config.groups_per_seed)
+        return self._search(seed, banned)
 
-    def groups_of_all_seeds(self) -> list[Group]:
+    def best_groups_of_all(self) -> list[Group]:
         """Each seed's `best_groups` in turn, by the deadline."""
+        return self._by_deadline([(int(seed), frozenset()) for seed in self.seeds], self._config.groups_per_seed)
+
+    def best_without(self, cases: list[tuple[int, frozenset[int]]]) -> list[Group]:
+        """The heaviest group of each (seed, banned), where there is one, by the deadline."""
+        return self._by_deadline(cases, 1)
+
+    def _by_deadline(self, cases: list[tuple[int, frozenset[int]]], most: int) -> list[Group]:
         groups: list[Group] = []
-        for start in range(0, len(self.seeds), _SEEDS_BETWEEN_LOOKS):
+        for start in range(0, len(cases), _SEEDS_BETWEEN_LOOKS):
             if self._deadline.expired:
                 break
-            seeds = self.seeds[start : start + _SEEDS_BETWEEN_LOOKS]
+            part = cases[start : start + _SEEDS_BETWEEN_LOOKS]
             if COMPILED:
-                groups += self._search_compiled(seeds, frozenset())
+                groups += self._search_compiled([seed for seed, _ in part], [banned for _, banned in part], most)
             else:
-                groups += [g for seed in seeds for g in self._search(int(seed), frozenset())]
+                groups += [g for case in part for g in self._search(*case)[:most]]
         return groups
 
-    def _search_compiled(self, seeds: NDArray[np.int64], banned: frozenset[int]) -> list[Group]:
-        out = np.zeros(self._instances, bool)
-        out[list(banned)] = True
-        *found, exact = compiled.best_groups_of(self._pool, seeds, self._rules, out)
+    def _search_compiled(self, seeds: Sequence[int], banned: Sequence[frozenset[int]], most: int) -> list[Group]:
+        out = np.zeros((len(seeds), self._instances), bool)
+        for n, instances in enumerate(banned):
+            out[n, list(instances)] = True
+        *found, exact = compiled.best_groups_of(self._pool, np.array(seeds), self._rules, out, most)
         self.exact &= exact
         match, candidates, groups = self._match, self.candidates, []
         for count, row, *values in zip(*(column.tolist() for column in found), strict=True):

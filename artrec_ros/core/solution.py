@@ -47,10 +47,10 @@ def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfi
     """Choose the groups that together explain the most contour without sharing pixels."""
     pool: list[Group] = []
     for search in searches:
-        pool += search.groups_of_all_seeds()
+        pool += search.best_groups_of_all()
     if not pool:
         return Solution([], [], not deadline.hit, [])
-    pool += _without_contested(searches, pool, matches, config, deadline)
+    pool += _without_contested(searches, pool, matches, config)
     conflict = _conflicts(pool, matches, config)
     weight = np.array([g.weight for g in pool])
     chosen, exact = pack(weight, conflict, config.search_nodes, deadline)
@@ -67,7 +67,7 @@ def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfi
 
 
 def _without_contested(
-    searches: list[GroupSearch], pool: list[Group], matches: Matches, config: RecognizerConfig, deadline: Deadline
+    searches: list[GroupSearch], pool: list[Group], matches: Matches, config: RecognizerConfig
 ) -> list[Group]:
     """Groups that do without the instances other seeds claim too: a leg between two torsos can go to either."""
     shared = matches.overlap > config.max_overlap
@@ -78,16 +78,15 @@ def _without_contested(
         members.setdefault(g.seed, []).extend(g.matches)
         mine.setdefault((number[id(g.candidates)], g.members[0]), set()).update(g.matches[1:])
     uses = np.bincount([m for matches_of in members.values() for m in matches_of], minlength=len(matches))
-    extra: list[Group] = []
+    cases: list[list[tuple[int, frozenset[int]]]] = [[] for _ in searches]
     for (n, seed), others in sorted(mine.items()):
         own = np.array(sorted(others), int)
         instance = int(searches[n].candidates.match[seed])
         theirs = uses > np.bincount(members[instance], minlength=len(matches))
         contested = own[(shared[own] & theirs).any(axis=1)].tolist()
-        for banned in {frozenset([m]) for m in contested} | {frozenset(contested)}:
-            if banned and not deadline.expired:
-                extra += searches[n].best_groups(seed, banned)[:1]
-    return extra
+        without = {frozenset([m]) for m in contested} | ({frozenset(contested)} if contested else set())
+        cases[n] += [(seed, banned) for banned in without]
+    return [g for search, mine_of in zip(searches, cases, strict=True) for g in search.best_without(mine_of)]
 
 
 def _conflicts(pool: list[Group], matches: Matches, config: RecognizerConfig) -> NDArray[np.bool_]:

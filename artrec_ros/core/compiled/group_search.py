@@ -194,18 +194,20 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
 
 
 @jit
-def best_groups_of(pool: Any, seeds: Any, rules: Any, banned: Any) -> Any:
-    """`best_groups` of several seeds, one after another."""
+def best_groups_of(pool: Any, seeds: Any, rules: Any, banned: Any, most: int) -> Any:
+    """`best_groups`, at most so many, of several seeds one after another; `banned`: (seeds, instances)."""
     room, components = len(seeds) * rules.most_groups, len(rules.absent_m)
     held, members = np.empty(room, np.int64), np.empty((room, components), np.int64)
     weight, score = np.empty(room), np.empty(room)
     satisfied, checked = np.empty(room, np.int64), np.empty(room, np.int64)
     n, exact = 0, True
-    for seed in seeds:
-        mine = best_groups(pool, seed, rules, banned)
-        end = n + len(mine[0])
-        held[n:end], members[n:end], weight[n:end], score[n:end] = mine[0], mine[1], mine[2], mine[3]
-        satisfied[n:end], checked[n:end] = mine[4], mine[5]
+    for i in range(len(seeds)):
+        mine = best_groups(pool, seeds[i], rules, banned[i])
+        count = min(len(mine[0]), most)
+        end = n + count
+        held[n:end], members[n:end] = mine[0][:count], mine[1][:count]
+        weight[n:end], score[n:end] = mine[2][:count], mine[3][:count]
+        satisfied[n:end], checked[n:end] = mine[4][:count], mine[5][:count]
         exact = exact and mine[6]
         n = end
     return held[:n], members[:n], weight[:n], score[:n], satisfied[:n], checked[:n], exact

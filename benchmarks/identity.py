@@ -1,6 +1,6 @@
 """How well objects keep their names: switches, lent names and purity of ids in simulated motion.
 
-    python benchmarks/identity.py                       # 200 sequences, poses with noise, misses and false ones
+    python benchmarks/identity.py                       # 50 sequences, poses with noise, misses and false ones
     python benchmarks/identity.py --images 100          # 100 rendered frames, recognised (a second or so a frame)
 
 A switch: an object's id is another one than when it was last found. A lent name: an id that two objects bore.
@@ -149,7 +149,7 @@ def rendered(frames: int, params_file: Path, seed: int) -> Score:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sequences", type=int, default=200)
+    parser.add_argument("--sequences", type=int, default=50)
     parser.add_argument("--frames", type=int, default=150, help="of each sequence")
     parser.add_argument("--images", type=int, metavar="FRAMES", help="render and recognise so many frames instead")
     parser.add_argument("--params-file", type=Path, default=CONFIG / "aibo.yaml", help="with --images")

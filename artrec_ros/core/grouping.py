@@ -234,7 +234,7 @@ def _relevant(
     seeds = np.flatnonzero(all_.component == required)
     others = np.flatnonzero(all_.component != required)
     with_seeds = pair_table(all_, seeds, others, matches, config)
-    near = (~with_seeds.forbidden & (with_seeds.violation <= 0)).any(axis=0)
+    near = np.asarray((~with_seeds.forbidden & (with_seeds.violation <= 0)).any(axis=0))
     miss = np.where(with_seeds.checked & ~with_seeds.forbidden, with_seeds.violation, np.inf)
     for component in np.unique(all_.component[others]):  # each seed's nearest miss, to say why it is one
         mine = np.flatnonzero(all_.component[others] == component)

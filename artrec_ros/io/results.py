@@ -19,7 +19,10 @@ DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 
 @dataclass(frozen=True)
 class FrameRecord:
-    """What was found in one frame, or the `error` why it could not be used."""
+    """What was found in one frame, or the `error` why it could not be used.
+
+    :param source: number of its source in a replay of several; None: there is one.
+    """
 
     stamp_ns: int
     frame: str
@@ -30,6 +33,7 @@ class FrameRecord:
     complete: bool = True
     frame_id: str = ""
     error: str | None = None
+    source: int | None = None
 
     @classmethod
     def of(cls, stamp_ns: int, frame: str, result: FrameResult, frame_id: str = "") -> FrameRecord:
@@ -40,6 +44,8 @@ class FrameRecord:
     def to_json(self) -> str:
         """One line, as interface and README describe it; `complete` is false where the time budget ended the search."""
         content: dict[str, Any] = {"stamp_ns": self.stamp_ns, "frame": self.frame, "size": self.size}
+        if self.source is not None:
+            content["source"] = self.source
         content["objects"] = [_detection_to_dict(d, self.frame_id) for d in self.detections]
         content["rejected"] = [_rejection_to_dict(r) for r in self.rejected]
         content["timing_ms"] = {stage: _f(t, 3) for stage, t in self.timing_ms.items()}
@@ -63,6 +69,7 @@ class FrameRecord:
             complete=bool(c.get("complete", True)),
             frame_id=poses[0]["frame_id"] if poses else "",
             error=c.get("error"),
+            source=c.get("source"),
         )
 
 

@@ -37,10 +37,10 @@ class Summary:
         self.objects.update(d.object for d in record.detections)
         self.frames_without_objects += not record.detections
         self.frames_cut_short += not record.complete
-        self.total_ms.append(record.timing_ms.get("total", 0.0))
+        if "total" in record.timing_ms:
+            self.total_ms.append(record.timing_ms["total"])
 
     def to_dict(self) -> dict[str, Any]:
-        times = np.array(self.total_ms or [0.0])
         return {
             "frames": self.frames,
             "frames_with_error": self.errors.total(),
@@ -48,23 +48,29 @@ class Summary:
             "frames_without_objects": self.frames_without_objects,
             "frames_cut_short_by_time_budget": self.frames_cut_short,
             "objects": dict(sorted(self.objects.items())),
-            "total_ms": {
-                "mean": round(float(times.mean()), 3),
-                "median": round(float(np.median(times)), 3),
-                "p95": round(float(np.percentile(times, 95)), 3),
-                "max": round(float(times.max()), 3),
-            },
+            "total_ms": self._times(),
             "problems": self.problems,
             "interrupted": self.interrupted,
             "versions": versions(),
+        }
+
+    def _times(self) -> dict[str, float] | None:
+        """None: no frame was timed."""
+        if not self.total_ms:
+            return None
+        times = np.array(self.total_ms)
+        return {
+            "mean": round(float(times.mean()), 3),
+            "median": round(float(np.median(times)), 3),
+            "p95": round(float(np.percentile(times, 95)), 3),
+            "max": round(float(times.max()), 3),
         }
 
     def lines(self) -> Iterator[str]:
         """What the user is told at the end."""
         found = ", ".join(f"{n} {name}" for name, n in sorted(self.objects.items())) or "none"
         yield f"frames {self.frames}, objects found: {found}; frames without any: {self.frames_without_objects}"
-        if self.total_ms:
-            t = self.to_dict()["total_ms"]
+        if (t := self._times()) is not None:
             yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
         if self.frames_cut_short:
             yield f"{self.frames_cut_short} frames were cut short by recognizer.time_budget_ms"

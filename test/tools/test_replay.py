@@ -144,7 +144,7 @@ def test_an_interrupted_replay_leaves_what_it_has(tmp_path, params, recogniser, 
     recogniser.at_frame[3] = lambda: os.kill(os.getpid(), number)
     before = signal.getsignal(signal.SIGTERM)
     assert run(params, bag(tmp_path / "bag", [1] * 6), tmp_path / "out") == 1
-    assert len(list(read_results(tmp_path / "out" / "detections.jsonl"))) == 2
+    assert len(list(read_results(tmp_path / "out" / "detections.jsonl"))) == 3  # the frame at hand is finished
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["interrupted"] is True
     assert "interrupted" in capsys.readouterr().out
     assert signal.getsignal(signal.SIGTERM) is before
@@ -162,11 +162,96 @@ def test_existing_results_are_kept_unless_overwritten(tmp_path, params, recognis
     source, out = bag(tmp_path / "bag", [1, 1]), tmp_path / "out"
     assert run(params, source, out) == 0
     (out / "mine.txt").write_text("kept")
-    assert run(params, source, out) == 1
-    assert "--overwrite" in capsys.readouterr().err
+    assert run(params, source, out, "--images", "1", "--no-video") == 1
+    said = capsys.readouterr().err
+    assert "images was None, not 1" in said and "--overwrite" in said
+    assert len(list((out / "frames").iterdir())) == 2 and (out / "video.mp4").exists()
     assert run(params, source, out, "--overwrite", "--images", "1", "--no-video") == 0
     assert len(list((out / "frames").iterdir())) == 1 and not (out / "video.mp4").exists()
     assert (out / "mine.txt").exists()
+
+
+def test_results_that_no_plan_tells_of_are_kept(tmp_path, params, recogniser, capsys):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "detections.jsonl").write_text("mine")
+    assert run(params, bag(tmp_path / "bag", [1]), tmp_path / "out") == 1
+    assert "--overwrite" in capsys.readouterr().err
+    assert (tmp_path / "out" / "detections.jsonl").read_text() == "mine"
+
+
+def test_a_finished_replay_is_not_done_again(tmp_path, params, recogniser, capsys):
+    source, out = bag(tmp_path / "bag", [1, 1, 9]), tmp_path / "out"
+    assert run(params, source, out) == 0
+    first, before = capsys.readouterr().out, (out / "summary.json").read_text()
+    assert run(params, source, out) == 0
+    assert recogniser.seen == 3 and (out / "summary.json").read_text() == before
+    again = capsys.readouterr().out
+    assert again.splitlines()[:-1] == first.splitlines()[:-1] and "--overwrite" in again
+
+
+@pytest.mark.parametrize("changed", ["source", "parameters", "object file"])
+def test_a_replay_of_something_else_is_not_gone_on_with(tmp_path, params, recogniser, capsys, changed):
+    source, out = tmp_path / "images", tmp_path / "out"
+    source.mkdir()
+    cv2.imwrite(str(source / "0.png"), np.ones((24, 32), np.uint8))
+    assert run(params, source, out) == 0
+    if changed == "source":
+        cv2.imwrite(str(source / "1.png"), np.ones((24, 32), np.uint8))
+    elif changed == "parameters":
+        content = yaml.safe_load(params.read_text())
+        content["/**"]["ros__parameters"]["recognizer"] = {"min_match": 0.5}
+        params.write_text(yaml.safe_dump(content))
+    else:
+        (tmp_path / "arm.yaml").write_text(OBJECT.replace("0.05", "0.04"))
+    assert run(params, source, out) == 1
+    told = {"source": "images has changed", "parameters": "min_match was 0.55, not 0.5", "object file": "arm.yaml has"}
+    assert told[changed] in capsys.readouterr().err
+
+
+def test_an_interrupted_replay_goes_on_where_it_was(tmp_path, params, recogniser, monkeypatch):
+    """What was interrupted and went on has the same results as what was not; no frame is recognised twice."""
+    source = bag(tmp_path / "bag", [4, 5, 9, 30, 31, 0, 7, 8] * 3)
+    options = ("--no-timing", "--output-bag")
+    assert run(params, source, tmp_path / "whole", *options) == 0
+    seen = recogniser.seen
+    for stop in (2, 17, 3):
+        recogniser.at_frame[recogniser.seen + stop] = lambda: os.kill(os.getpid(), signal.SIGINT)
+        assert run(params, source, tmp_path / "out", *options) == 1
+    assert run(params, source, tmp_path / "out", *options) == 0
+    assert recogniser.seen == 2 * seen
+    assert same_files(tmp_path / "whole", tmp_path / "out")
+
+
+def same_files(first: Path, second: Path) -> bool:
+    names = [sorted(p.relative_to(d).as_posix() for p in d.rglob("*") if p.is_file()) for d in (first, second)]
+    return names[0] == names[1] and all((first / n).read_bytes() == (second / n).read_bytes() for n in names[0])
+
+
+def test_no_two_replays_write_to_one_folder(tmp_path, params, recogniser, capsys):
+    source, out = bag(tmp_path / "bag", [1, 1]), tmp_path / "out"
+    codes = []
+    recogniser.at_frame[1] = lambda: codes.append(run(params, source, out, "--overwrite"))
+    assert run(params, source, out) == 0
+    assert codes == [1] and "another replay is writing there" in capsys.readouterr().err
+    assert len(list(read_results(out / "detections.jsonl"))) == 2
+
+
+def test_each_source_has_its_counts_and_its_lines(tmp_path, params, recogniser):
+    sources = [bag(tmp_path / "a", [1, 0, 9]), bag(tmp_path / "b", [1])]
+    arguments = ["replay", *map(str, sources), "--params-file", str(params), "-o", str(tmp_path / "out")]
+    assert main(arguments) == 0
+    per_source = json.loads((tmp_path / "out" / "summary.json").read_text())["per_source"]
+    assert [(s["frames"], s["frames_with_error"], s["objects"]) for s in per_source] == [
+        (3, 1, {"arm": 1}), (1, 0, {"arm": 1}),
+    ]  # fmt: skip
+    assert [r.source for r in read_results(tmp_path / "out" / "detections.jsonl")] == [0, 0, 0, 1]
+
+
+def test_without_timing_there_is_none(tmp_path, params, recogniser, capsys):
+    assert run(params, bag(tmp_path / "bag", [1]), tmp_path / "out", "--no-timing") == 0
+    (record,) = read_results(tmp_path / "out" / "detections.jsonl")
+    assert record.timing_ms == {} and json.loads((tmp_path / "out" / "summary.json").read_text())["total_ms"] is None
+    assert "ms per frame" not in capsys.readouterr().out
 
 
 def test_a_wrong_source_leaves_no_folder(tmp_path, params, recogniser):

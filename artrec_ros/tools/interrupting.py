@@ -1,0 +1,48 @@
+"""Signals that end long work softly, and lines that are said once."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from tqdm import tqdm
+
+
+def say(line: str) -> None:
+    """A line for the user, beside a progress bar."""
+    tqdm.write(line, file=sys.stderr)
+
+
+def once(tell: Callable[[str], None]) -> Callable[[str], None]:
+    """Workers each say the same; the user is told once."""
+    said: set[str] = set()
+
+    def say_once(line: str) -> None:
+        if line not in said:
+            said.add(line)
+            tell(line)
+
+    return say_once
+
+
+@contextmanager
+def interruptible(stop: Callable[[], None]) -> Iterator[list[int]]:
+    """SIGINT and SIGTERM call `stop`, and are in the list that this gives; a second one ends at once."""
+    signals: list[int] = []
+    numbers = (signal.SIGINT, signal.SIGTERM)
+
+    def on_signal(number: int, _: object) -> None:
+        signals.append(number)
+        for other in numbers:
+            signal.signal(other, signal.default_int_handler)
+        say("finishing the frames at hand; once more ends at once")
+        stop()
+
+    previous = {number: signal.signal(number, on_signal) for number in numbers}
+    try:
+        yield signals
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)

@@ -1,0 +1,1 @@
+"""`artrec replay`: frames recognised by many workers, put together in order."""

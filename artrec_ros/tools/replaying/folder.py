@@ -1,0 +1,125 @@
+"""The folder of a replay: begun, gone on with, finished."""
+
+from __future__ import annotations
+
+import dataclasses
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import SourceError
+from ...io.journal import JOURNAL_FILE, Journal, Recognised
+from ...io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
+from ...io.whole_files import LineFile, write_whole
+from ..summary import Summary
+from .pictures import FRAMES_FOLDER, UNFINISHED, VIDEO_FILE
+from .plan import PLAN_FILE, check_plan, write_plan
+
+PARAMETERS_FILE = "parameters.yaml"
+_FILES = (DETECTIONS_FILE, SUMMARY_FILE, PARAMETERS_FILE, VIDEO_FILE, JOURNAL_FILE)  # the plan goes last
+
+
+class ReplayFolder:
+    """A context manager; one process at a time holds it.
+
+    :ivar known: what an earlier run recognised, by the frame's number.
+    :ivar finished: there is nothing left to do.
+    """
+
+    def __init__(self, path: Path, plan: Mapping[str, Any], parameters: str, overwrite: bool) -> None:
+        """:raises SourceError: it holds other results, another process is at it, or it cannot be written."""
+        self.path, self._several = path, len(plan["sources"]) > 1
+        self._stack = ExitStack()
+        try:
+            (path / FRAMES_FOLDER).mkdir(parents=True, exist_ok=True)
+            self._lock()
+            if overwrite:
+                clear(path)
+            begun = any((path / name).exists() for name in (PLAN_FILE, DETECTIONS_FILE))
+            if begun:
+                check_plan(path, plan)
+            else:
+                write_whole(path / PARAMETERS_FILE, parameters)
+                write_plan(path, plan)
+            self.finished = begun and not (path / JOURNAL_FILE).exists() and (path / SUMMARY_FILE).exists()
+            self.known: dict[int, Recognised] = {}
+            if not self.finished:
+                self._open()
+        except OSError as error:
+            self._stack.close()
+            raise SourceError(f"{path}: cannot be written: {error.strerror}") from error
+        except BaseException:
+            self._stack.close()
+            raise
+
+    def __enter__(self) -> ReplayFolder:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def _lock(self) -> None:
+        handle = os.open(self.path, os.O_RDONLY)
+        self._stack.callback(os.close, handle)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise SourceError(f"{self.path}: another replay is writing there; wait for it, or name another") from error
+
+    def _open(self) -> None:
+        self.journal = self._stack.enter_context(Journal(self.path / JOURNAL_FILE))
+        self.known = dict(self.journal.frames())
+        self._detections = self._stack.enter_context(LineFile(self.path / DETECTIONS_FILE))
+        self._there = self._detections.count  # of an earlier run: what would be written again is the same
+        self._count = 0
+
+    def write(self, source: int, record: FrameRecord) -> None:
+        """The next frame. :raises OSError: it cannot be written; earlier ones stay whole."""
+        self._count += 1
+        if self._count > self._there:
+            record = dataclasses.replace(record, source=source) if self._several else record
+            self._detections.append(record.to_json())
+
+    def finish(self, summary: Mapping[str, Any], done: bool) -> None:
+        """:param done: nothing is left to do; what an interrupted replay would go on from goes."""
+        write_whole(self.path / SUMMARY_FILE, json.dumps(summary, indent=2, ensure_ascii=False) + "\n")
+        if done:
+            (self.path / JOURNAL_FILE).unlink()
+
+    def summary(self) -> Summary:
+        """Of a finished replay."""
+        content = json.loads((self.path / SUMMARY_FILE).read_text(encoding="utf-8"))
+        summary = Summary(problems=content["problems"])
+        for record in read_results(self.path / DETECTIONS_FILE):
+            summary.add(record)
+        return summary
+
+
+def clear(folder: Path) -> None:
+    """Removes what a replay writes, and nothing else."""
+    for name in (*_FILES, PLAN_FILE):
+        (folder / name).unlink(missing_ok=True)
+    for picture in (folder / FRAMES_FOLDER).glob("[0-9]*.png"):
+        picture.unlink()
+    for bag in (folder / UNFINISHED, *folder.glob("bag_[0-9]*")):
+        shutil.rmtree(bag, ignore_errors=True)
+
+
+def counted(
+    summaries: Sequence[Summary], folder: ReplayFolder, with_timing: bool, progress: Callable[[], object]
+) -> Callable[[int, FrameRecord], None]:
+    """What takes each record: into the folder and its summaries, the first of all, the others of each source."""
+
+    def take(source: int, record: FrameRecord) -> None:
+        record = record if with_timing else dataclasses.replace(record, timing_ms={})
+        folder.write(source, record)
+        summaries[0].add(record)
+        summaries[1 + source].add(record)
+        progress()
+
+    return take

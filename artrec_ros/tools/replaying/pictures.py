@@ -1,0 +1,123 @@
+"""What is made of the overlays: files, a video, and a bag for each source. In the order of the frames."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+
+from ...core.datatypes import Target
+from ...core.errors import SourceError
+from ...io.frames import Source
+from ...io.journal import Recognised
+from ...io.result_bag import ResultBag
+from ...io.video import VideoWriter
+from ...io.whole_files import write_whole
+from .work import Drawn, Wanted
+
+FRAMES_FOLDER, VIDEO_FILE, UNFINISHED = "frames", "video.mp4", "unfinished"
+
+
+@dataclass(frozen=True)
+class PictureOptions:
+    """What is wanted.
+
+    :param images: overlay files of so many frames, from the first one on; None: of all.
+    :param bag_storage: mcap or sqlite3: a bag for each source; None: no bags.
+    """
+
+    images: int | None = None
+    video: bool = True
+    bag_storage: str | None = None
+
+    @property
+    def in_order(self) -> bool:
+        """Whether something needs all frames."""
+        return self.video or self.bag_storage is not None
+
+
+class Pictures:
+    """Files, video and bags in a folder. A context manager; what is closed halfway is whole as far as it goes."""
+
+    def __init__(
+        self, folder: Path, options: PictureOptions, sources: Sequence[Source], targets: Sequence[Target]
+    ) -> None:
+        self._folder, self._options, self._sources, self._targets = folder, options, sources, targets
+        self._unfinished = folder / UNFINISHED
+        self._video: VideoWriter | None = None
+        self._bag: ResultBag | None = None
+        self._bag_number = -1
+
+    def __enter__(self) -> Pictures:
+        shutil.rmtree(self._unfinished, ignore_errors=True)
+        if self._options.in_order:
+            self._unfinished.mkdir()
+        if self._options.video:
+            self._video = VideoWriter(self._unfinished / VIDEO_FILE).__enter__()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            self._close_video()
+            self._close_bag()
+        except (OSError, SourceError):
+            if kind is None:
+                raise
+        finally:  # of what could not be finished nothing stays
+            shutil.rmtree(self._unfinished, ignore_errors=True)
+
+    def wanted(self, number: int, place: int, frame: Recognised) -> Wanted | None:
+        """How a frame is to be drawn; None: not at all, or it is there already.
+
+        :param number: of the frame in the replay. :param place: in its part.
+        """
+        png = self._options.images is None or number < self._options.images
+        png = png and not self._path(number).exists()
+        plain = self._options.in_order
+        return Wanted(place, frame, png, plain) if png or plain else None
+
+    def add(self, number: int, source: int, frame: Recognised, drawn: Drawn | None) -> None:
+        """The frames in their order. :raises OSError, SourceError: something cannot be written."""
+        if drawn is not None and drawn.png is not None:
+            write_whole(self._path(number), drawn.png)
+        if drawn is None or drawn.picture is None:
+            return
+        if self._video is not None:
+            self._video.add(frame.stamp_ns, drawn.picture)
+        if self._options.bag_storage is not None:
+            if source != self._bag_number:
+                self._next_bag(source, self._options.bag_storage)
+            assert self._bag is not None
+            self._bag.add(frame, drawn.picture)
+
+    def _path(self, number: int) -> Path:
+        return self._folder / FRAMES_FOLDER / f"{number:06d}.png"
+
+    def _next_bag(self, source: int, storage: str) -> None:
+        self._close_bag()
+        path = self._unfinished / f"bag_{source}"
+        self._bag = ResultBag(path, storage, self._sources[source], self._targets).__enter__()
+        self._bag_number = source
+
+    def _close_bag(self) -> None:
+        if self._bag is not None:
+            self._bag.__exit__(None, None, None)
+            self._bag = None
+            name = f"bag_{self._bag_number}"
+            shutil.rmtree(self._folder / name, ignore_errors=True)
+            os.replace(self._unfinished / name, self._folder / name)
+
+    def _close_video(self) -> None:
+        if self._video is None:
+            return
+        self._video.__exit__()
+        path = self._unfinished / VIDEO_FILE
+        if not path.exists():  # no frame at all
+            return
+        if not cv2.VideoCapture(str(path)).isOpened():  # OpenCV does not say when the disk is full
+            raise SourceError(f"{self._folder / VIDEO_FILE}: cannot be written whole; make room, or use --no-video")
+        os.replace(path, self._folder / VIDEO_FILE)

@@ -1,0 +1,84 @@
+"""What a replay is: the same sources, parameters and options give the same results, so an interrupted one goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ... import __version__
+from ...core.errors import SourceError
+from ...io.parameters import Setup
+from ...io.whole_files import write_whole
+
+PLAN_FILE = "replay.json"
+_FORMAT = "artrec_replay/1"
+
+
+def plan_of(setup: Setup, sources: Sequence[Path], options: Mapping[str, Any]) -> dict[str, Any]:
+    """As plain values. :param options: all that results depend on besides."""
+    return {
+        "format": _FORMAT,
+        "version": __version__,
+        "options": dict(options),
+        "sources": [str(path.absolute()) for path in sources],
+        "contents": {str(path.absolute()): _state(path) for path in sources},
+        "parameters": dict(setup.resolved),
+        "files": {str(path): _digest(path.read_bytes()) for path in _files(setup)},
+    }
+
+
+def write_plan(folder: Path, plan: Mapping[str, Any]) -> None:
+    write_whole(folder / PLAN_FILE, json.dumps(plan, indent=1) + "\n")
+
+
+def check_plan(folder: Path, plan: Mapping[str, Any]) -> None:
+    """Whether what was begun in a folder is this replay. :raises SourceError: it is not; it says what differs."""
+    path = folder / PLAN_FILE
+    try:
+        begun = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        begun = None
+    way_out = "choose another folder, or --overwrite"
+    if not isinstance(begun, dict) or begun.get("format") != _FORMAT:
+        raise SourceError(f"{folder}: holds results already; {way_out}")
+    difference = next(_differences(begun, json.loads(json.dumps(plan))), None)
+    if difference:
+        raise SourceError(f"{folder}: holds results of another replay: {difference}; {way_out}")
+
+
+def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+    for group, new in now.items():
+        old = before.get(group)
+        if not isinstance(new, dict) or not isinstance(old, dict):
+            if old != new:
+                yield f"its {group} was {_shown(old)}, not {_shown(new)}"
+            continue
+        for key in sorted({*old, *new}):
+            if old.get(key) != new.get(key):
+                was = f"was {_shown(old.get(key))}, not {_shown(new.get(key))}"
+                yield f"{key} {'has changed since' if group in ('contents', 'files') else was}"
+
+
+def _shown(value: Any) -> str:
+    text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def _files(setup: Setup) -> list[Path]:
+    """The object and constraint files that the parameters name."""
+    keys = [f"{t.name}.{kind}" for t in setup.targets for kind in ("object_file", "constraint_file")]
+    return sorted({Path(str(setup.resolved[key])) for key in keys if setup.resolved.get(key)})
+
+
+def _state(path: Path) -> str:
+    """Changes when a file is added, removed or written to."""
+    files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    states = [(str(f.relative_to(path.parent)), f.stat().st_size, f.stat().st_mtime_ns) for f in files]
+    return _digest(json.dumps(states).encode())
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()[:16]

@@ -1,0 +1,141 @@
+"""What a worker does: recognise and draw frames of a part of a source. It remembers nothing from frame to frame."""
+
+from __future__ import annotations
+
+import pickle
+import threading
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.drawing import draw_error, draw_result
+from ...core.errors import ImageError, SourceError
+from ...io.frames import Frame, Part, Source, SourceOptions
+from ...io.journal import Recognised
+from ...io.parameters import Setup
+from ...io.sources import open_sources
+
+_ERROR_SIZE_PX = (640, 480)
+
+
+@dataclass(frozen=True)
+class Order:
+    """What all workers of a replay are told: they read the sources themselves."""
+
+    setup: Setup
+    sources: tuple[Path, ...]
+    options: tuple[SourceOptions, ...]  # of each source, its topic chosen
+
+    def packed(self) -> bytes:
+        return pickle.dumps(self)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A recognised frame. :param place: in its part. :param notes: lines for the user."""
+
+    place: int
+    frame: Recognised
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """An overlay. :param place: of the frame in its part. :param png: for a file. :param picture: for a video, bag."""
+
+    place: int
+    png: bytes | None
+    picture: NDArray[np.uint8] | None = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A frame that is to be drawn, as a file (`png`) or as it is (`plain`)."""
+
+    place: int
+    frame: Recognised
+    png: bool
+    plain: bool
+
+
+class Worker:
+    """Holds a recogniser, and the source that it read last."""
+
+    def __init__(self, order: Order) -> None:
+        self._order = order
+        self._recognizer = order.setup.build()
+        self._names = [target.name for target in order.setup.targets]
+        self._stack = ExitStack()
+        self._open: tuple[int, Source] | None = None
+        self._notes: list[str] = []
+
+    def recognise(self, source: int, part: Part, places: Collection[int]) -> Iterator[Seen]:
+        """The frames of a part that have these places in it."""
+        for place, frame in enumerate(self._read(source, part)):
+            if place in places:
+                yield Seen(place, self._recognised(frame), self._taken_notes())
+
+    def _recognised(self, frame: Frame) -> Recognised:
+        frame_id = frame.camera.frame_id if frame.camera else ""
+        if frame.image is None:
+            return Recognised(frame.stamp_ns, frame.name, error=frame.error)
+        try:
+            result = self._recognizer.recognize(frame.image, frame.camera)
+        except ImageError as error:
+            return Recognised(frame.stamp_ns, frame.name, error=str(error))
+        return Recognised(frame.stamp_ns, frame.name, result, frame_id)
+
+    def draw(self, source: int, part: Part, wanted: Sequence[Wanted]) -> Iterator[Drawn]:
+        """Overlays of these frames of a part."""
+        by_place = {w.place: w for w in wanted}
+        for place, frame in enumerate(self._read(source, part)):
+            if place in by_place:
+                yield self._drawn(frame, by_place[place])
+
+    def _drawn(self, frame: Frame, wanted: Wanted) -> Drawn:
+        seen = wanted.frame
+        if frame.image is None or seen.result is None:
+            picture = draw_error(_ERROR_SIZE_PX, f"{frame.name}: {seen.error}")
+        else:
+            picture = draw_result(frame.image, seen.result, self._names, frame.camera)
+        png = None
+        if wanted.png:
+            png = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 3])[1].tobytes()
+        return Drawn(wanted.place, png, picture if wanted.plain else None)
+
+    def _read(self, source: int, part: Part) -> Iterator[Frame]:
+        if self._open is None or self._open[0] != source:
+            self._stack.close()
+            paths, options = [self._order.sources[source]], self._order.options[source]
+            opened = self._stack.enter_context(open_sources(paths, options, self._notes.append))
+            self._open = source, opened.parts[0]
+        count = 0
+        for frame in self._open[1].read(part):
+            count += 1
+            yield frame
+        if count != part.count:
+            raise SourceError(f"{self._order.sources[source]}: it changed while it was read; replay it again")
+
+    def _taken_notes(self) -> tuple[str, ...]:
+        notes = tuple(self._notes)
+        self._notes.clear()
+        return notes
+
+
+_held = threading.local()
+
+
+def work(order: bytes, task: str, *arguments: Any) -> Iterator[Any]:
+    """`Worker.recognise` or `Worker.draw`, by a worker that is made once in each thread.
+
+    :param order: a packed `Order`. :param task: the method's name.
+    """
+    if getattr(_held, "order", None) != order:
+        _held.worker, _held.order = Worker(pickle.loads(order)), order
+    yield from getattr(_held.worker, task)(*arguments)

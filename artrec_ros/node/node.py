@@ -89,6 +89,7 @@ class RecognizerNode(LifecycleNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the files and make the publishers."""
+        self.get_logger().info("getting ready; the first time on a machine compiles, and takes a minute")
         try:
             setup = self._live.read_again()
             tf = transform_sender(self) if setup.node.publish_tf else None

@@ -36,6 +36,12 @@ def parameter_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return toy.write_files(tmp_path_factory.mktemp("toy") / "config")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def compiled(parameter_file: Path) -> None:
+    """What is compiled at first use is so, and kept, before any node has to start in time."""
+    load_parameters(parameter_file).build()
+
+
 @pytest.fixture(scope="session")
 def setup(parameter_file: Path) -> Setup:
     return load_parameters(parameter_file)

@@ -2,7 +2,8 @@
 
     python benchmarks/speed.py [--markdown FILE] [--no-space] [--sizes 640x480] [--counts 2]
 
-Scenes are simulated quadrupeds of config/aibo.yaml (seeded), and label noise at every pixel. All is run warm.
+Scenes are simulated quadrupeds of config/aibo.yaml, soccer robots of config/vss.yaml seen from above, and label noise
+at every pixel; all seeded, all run warm.
 `plane` has no calibration and groups in the image plane; `space` has, and fits whole objects. With one thread the
 clock counts CPU time, with two wall-clock time, which other work on the machine disturbs.
 """
@@ -10,26 +11,28 @@ clock counts CPU time, with two wall-clock time, which other work on the machine
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 from pathlib import Path
 
 import numpy as np
 from shipped import CONFIG
-from speed_runs import Bench, Times, noise, scenes
+from speed_runs import Bench, Times, noise, overhead_scenes, scenes
 from speed_table import Row, to_markdown, to_text
 
+from artrec_ros.core.config import ImageConfig
 from artrec_ros.io.parameters import Setup, load_parameters
 
 SIZES = ("208x160", "640x480", "1280x720")
 COUNTS = (1, 2, 4, 8)
 SEED = 7
-NOISE_BUDGET_MS = 50.0
+NOISE_BUDGET_MS = 100.0
 
 
-def run_row(setup: Setup, size: tuple[int, int], objects: int, space: bool) -> Row:
-    bench = Bench(list(scenes(setup, size, objects, SEED)), setup)
+def run_row(kind: str, bench: Bench, size: tuple[int, int], objects: int, space: bool) -> Row:
     tags, found = bench.aruco(np.random.default_rng(SEED))
     return Row(
+        kind,
         size,
         objects,
         floor=bench.floor(),
@@ -57,14 +60,18 @@ def main() -> None:
     parser.add_argument("--sizes", nargs="+", default=SIZES, metavar="WxH")
     parser.add_argument("--counts", nargs="+", type=int, default=COUNTS, metavar="N")
     args = parser.parse_args()
-    setup = load_parameters(CONFIG / "aibo.yaml")
+    legged = load_parameters(CONFIG / "aibo.yaml")
+    overhead = dataclasses.replace(load_parameters(CONFIG / "vss.yaml"), image=ImageConfig())  # of label images
     rows, noises = [], {}
-    for text in args.sizes:
-        width, height = (int(n) for n in text.split("x"))
-        for count in args.counts:
-            rows.append(run_row(setup, (width, height), count, not args.no_space))
-            print(f"{text}, {count} objects: done", file=sys.stderr)
-        noises[width, height] = run_noise(setup, (width, height))
+    sizes = [(int(width), int(height)) for width, height in (text.split("x") for text in args.sizes)]
+    for kind, setup, make in (("legged", legged, scenes), ("overhead", overhead, overhead_scenes)):
+        for size in sizes:
+            for count in args.counts:
+                bench = Bench(list(make(setup, size, count, SEED)), setup)
+                rows.append(run_row(kind, bench, size, count, kind == "legged" and not args.no_space))
+                print(f"{kind}, {size[0]}x{size[1]}, {count} objects: done", file=sys.stderr)
+    for size in sizes:
+        noises[size] = run_noise(legged, size)
     print(to_text(rows, noises, NOISE_BUDGET_MS))
     if args.markdown:
         args.markdown.write_text(to_markdown(rows, noises, NOISE_BUDGET_MS), encoding="utf-8")

@@ -13,8 +13,10 @@ Table = list[list[str]]
 _INTRODUCTION = """# Speed
 
 Made by `python benchmarks/speed.py --markdown docs/speed.md` on a 2-core x86-64 cloud machine that did other work at
-the same time. Milliseconds a frame; medians unless it says p99. Simulated quadrupeds (`config/aibo.yaml`), each 16 to
-20 % of the image's width across; the clock counts CPU time of one thread, or, where it says two, wall-clock time.
+the same time. Milliseconds a frame; medians unless it says p99. The clock counts CPU time of one thread, or, where it
+says two, wall-clock time. *legged*: simulated quadrupeds (`config/aibo.yaml`), 16 to 20 % of the image's width across,
+their markers turned away at all angles. *overhead*: soccer robots (`config/vss.yaml`) of two patches, each 4 % of the
+width, seen from above: what recognition in the image plane is for.
 
 - *floor*: `cv2.findContours` of the classes in use, and nothing else.
 - *plane*: the default profile without calibration. *paper*: the same with `recognizer.profile: paper`.
@@ -28,6 +30,7 @@ the same time. Milliseconds a frame; medians unless it says p99. Simulated quadr
 class Row:
     """One kind of scene."""
 
+    kind: str
     size: tuple[int, int]
     objects: int
     floor: Times
@@ -42,7 +45,7 @@ class Row:
 
     @property
     def name(self) -> list[str]:
-        return [f"{self.size[0]}x{self.size[1]}", str(self.objects)]
+        return [self.kind, f"{self.size[0]}x{self.size[1]}", str(self.objects)]
 
 
 def to_text(rows: list[Row], noises: Noises, budget_ms: float) -> str:
@@ -66,28 +69,31 @@ def _tables(rows: list[Row], noises: Noises, budget_ms: float) -> list[tuple[str
 
 
 def _plane(rows: list[Row]) -> Table:
-    head = ["image", "objects", "floor", "plane", "p99", "two threads", "paper", "Hough", "ArUco"]
+    head = ["scene", "image", "objects", "found", "floor", "plane", "p99", "two threads", "paper", "Hough", "ArUco"]
     head += ["plane / floor", "plane / paper", "plane / Hough", "plane / ArUco"]
     table = [head]
     for r in rows:
         times = [_ms(r.floor.median), _ms(r.plane.median), _ms(r.plane.p99), _ms(r.plane_two_threads.median)]
         times += [_ms(r.paper.median), _ms(r.hough.median), f"{_ms(r.aruco.median)} ({r.tags_found:.1f})"]
         ratios = [f"{r.plane.median / other.median:.2f}" for other in (r.floor, r.paper, r.hough, r.aruco)]
-        table.append([*r.name, *times, *ratios])
+        table.append([*r.name, f"{r.plane.found:.1f}", *times, *ratios])
     return table
 
 
 def _space(rows: list[Row]) -> Table:
-    table = [["image", "objects", "space", "p99", "two threads", "space / floor", "space / ArUco"]]
+    table = [["scene", "image", "objects", "found", "space", "p99", "two threads", "space / floor", "space / ArUco"]]
     for r in rows:
         if r.space is not None and r.space_two_threads is not None:
             times = [_ms(r.space.median), _ms(r.space.p99), _ms(r.space_two_threads.median)]
-            table.append([*r.name, *times, *(f"{r.space.median / other.median:.1f}" for other in (r.floor, r.aruco))])
+            found = f"{r.space.found:.1f}"
+            table.append(
+                [*r.name, found, *times, *(f"{r.space.median / other.median:.1f}" for other in (r.floor, r.aruco))]
+            )
     return table
 
 
 def _stages(rows: list[Row]) -> Table:
-    table = [["image", "objects", "", *STAGES]]
+    table = [["scene", "image", "objects", "", *STAGES]]
     for r in rows:
         for kind, times in (("plane", r.plane), ("space", r.space)):
             if times is not None:
@@ -96,21 +102,22 @@ def _stages(rows: list[Row]) -> Table:
 
 
 def _growth(rows: list[Row]) -> Table:
-    """Eight objects over one, and the exponent of pixels between the least and the greatest image."""
-    table = [["", "plane", "space"]]
-    by_name = {(r.size, r.objects): r for r in rows}
+    """Many objects over few, and the exponent of pixels between the least and the greatest image."""
+    table = [["scene", "", "plane", "space"]]
+    by_name = {(r.kind, r.size, r.objects): r for r in rows}
     sizes, counts = sorted({r.size for r in rows}), sorted({r.objects for r in rows})
-    for size in sizes if len(counts) > 1 else []:
-        few, many = by_name[size, counts[0]], by_name[size, counts[-1]]
-        label = f"{size[0]}x{size[1]}: {counts[-1]} objects over {counts[0]}"
-        pairs = ((few.plane, many.plane), (few.space, many.space))
-        table.append([label, *(f"{b.median / a.median:.1f}" if a and b else "" for a, b in pairs)])
-    for count in counts if len(sizes) > 1 else []:
-        small, large = by_name[sizes[0], count], by_name[sizes[-1], count]
-        more = math.log(math.prod(sizes[-1]) / math.prod(sizes[0]))
-        pairs = ((small.plane, large.plane), (small.space, large.space))
-        powers = [f"{math.log(b.median / a.median) / more:.2f}" if a and b else "" for a, b in pairs]
-        table.append([f"{count} objects: time grows as pixels to the power of", *powers])
+    for kind in dict.fromkeys(r.kind for r in rows):
+        for size in sizes if len(counts) > 1 else []:
+            few, many = by_name[kind, size, counts[0]], by_name[kind, size, counts[-1]]
+            label = f"{size[0]}x{size[1]}: {counts[-1]} objects over {counts[0]}"
+            pairs = ((few.plane, many.plane), (few.space, many.space))
+            table.append([kind, label, *(f"{b.median / a.median:.1f}" if a and b else "" for a, b in pairs)])
+        for count in counts if len(sizes) > 1 else []:
+            small, large = by_name[kind, sizes[0], count], by_name[kind, sizes[-1], count]
+            more = math.log(math.prod(sizes[-1]) / math.prod(sizes[0]))
+            pairs = ((small.plane, large.plane), (small.space, large.space))
+            powers = [f"{math.log(b.median / a.median) / more:.2f}" if a and b else "" for a, b in pairs]
+            table.append([kind, f"{count} objects: time grows as pixels to the power of", *powers])
     return table
 
 

@@ -27,6 +27,9 @@ def pack(weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: 
     kept = _heaviest_of_like(weight, conflict)
     pack_part = _pack_part_compiled if COMPILED else _pack_part
     for part in connected_parts(conflict[np.ix_(kept, kept)]):
+        if len(part) == 1:
+            chosen.append(int(kept[part[0]]))
+            continue
         order = kept[sorted(part, key=lambda n: (-weight[kept[n]], n))].tolist()
         best, proven = pack_part(order, weight, conflict, node_limit, deadline)
         chosen += best

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,8 +126,7 @@ def _pack_blobs(
     polygons = [polygon for b in blobs for polygon in blob_anchors(b, config)]
     shapes_of = {label: sorted(s for s, wanted_label in wanted if wanted_label == label) for label in cmap.slots}
     area = np.array([b.area_px for b in blobs])
-    label = np.array([b.label for b in blobs])
-    typical = {n: float(np.median(area[label == n])) for n in cmap.slots}
+    typical = {n: median([b.area_px for b in blobs if b.label == n]) for n in cmap.slots}
     round_ = {(s, n): is_round(shapes[s], typical[n], config) for n, mine in shapes_of.items() for s in mine}
     rows = [(b, s) for b in blobs for s in shapes_of[b.label]]
     is_disc = np.array([round_[s, b.label] for b, s in rows], bool)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import time
+import types
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,7 +15,7 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 import numpy as np
 import rclpy
 import toy
-from geometry_msgs.msg import PoseArray
+from geometry_msgs.msg import PoseArray, TransformStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from peer import NodeProcess, Peer, label_image, ros
@@ -114,6 +116,25 @@ def test_two_nodes_share_a_process_and_keep_apart(make: Callable[..., Recognizer
         assert peer.spin_until(lambda: heard["left"] and {m.action for m in heard["left"][-1].markers} == deleted)
         assert topics(left) == set() and len(list(right.subscriptions)) == 2
     executor.shutdown()
+
+
+@pytest.mark.parametrize("installed", [True, False])
+def test_tf_gets_the_objects_where_it_is_installed(
+    installed: bool, make: Callable[..., RecognizerNode], picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent: list[TransformStamped] = []
+    broadcaster = types.SimpleNamespace(sendTransform=sent.extend)
+    stand_in = types.SimpleNamespace(TransformBroadcaster=lambda node: broadcaster)
+    monkeypatch.setitem(sys.modules, "tf2_ros", stand_in if installed else None)
+    node = make("-p", "publish_tf:=true", "-r", "__ns:=/left")
+    node.autostart()
+    node.take_camera_info(toy.camera_info())
+    message = label_image(picture)
+    message.header.frame_id = "eye"
+    node.take_image(message, time.time_ns())
+    assert node.counters.objects == 1 and not node.counters.failed
+    found = [(t.header.frame_id, t.child_frame_id.rpartition("_")[0]) for t in sent]
+    assert found == ([("eye", "left/toy")] if installed else [])
 
 
 def test_a_lifecycle_manager_starts_and_stops_it(parameter_file: Path, picture: np.ndarray, tmp_path: Path) -> None:

@@ -51,7 +51,8 @@ class ClusterEngine(Engine):
 
     def wait(self) -> Iterator[Done]:
         try:
-            finished = self._dask.wait(list(self._jobs), return_when="FIRST_COMPLETED").done
+            with self._client.as_current():
+                finished = self._dask.wait(list(self._jobs), return_when="FIRST_COMPLETED").done
         except OSError as error:
             raise ArtrecError(f"--scheduler: it went away ({error}); the same command goes on") from error
         for future in finished:

@@ -188,7 +188,7 @@ class Bag:
     def cdr(self, message: RawMessage) -> bytes:
         """The message's bytes as ROS 2 serialises it. :raises ImageError: they do not fit its type."""
         try:
-            return bytes(_typestore(True).ros1_to_cdr(message.data, message.msgtype)) if self.ros1 else message.data
+            return bytes(_typestore(False).ros1_to_cdr(message.data, message.msgtype)) if self.ros1 else message.data
         except Exception as error:  # as in `parse`
             raise ImageError(f"damaged {message.msgtype} message: {_one_line(error)}") from error
 

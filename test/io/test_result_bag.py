@@ -1,0 +1,103 @@
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+
+from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance, Target
+from artrec_ros.core.transforms import Pose
+from artrec_ros.io.cameras import load_camera
+from artrec_ros.io.journal import Recognised
+from artrec_ros.io.objects import load_object
+from artrec_ros.io.result_bag import ResultBag
+from artrec_ros.io.sources import SourceOptions, open_sources
+
+TOY = """
+format: artrec_object/1
+name: toy
+markers: {hull: {outline: [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05]], axis: [[-0.1, 0], [0.1, 0]]}}
+components: {body: {required: true, markers: {hull: {pose: {xyz: [0, 0, 0]}}}}}
+"""
+CALIBRATION = """
+image_width: 8
+image_height: 6
+camera_name: eye
+camera_matrix: {rows: 3, cols: 3, data: [100, 0, 4, 0, 100, 3, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}
+"""
+
+
+@pytest.fixture
+def targets(tmp_path):
+    (tmp_path / "toy.yaml").write_text(TOY)
+    return [Target("toy", load_object(tmp_path / "toy.yaml", {}), 3)]
+
+
+def recognised(stamp_ns: int, found: bool) -> Recognised:
+    parts = (Instance("body", "hull", 1.0, 0, 0, 0, 1),)
+    pose = Pose.from_xyz_rpy((0.25, -0.5, 2))
+    detection = Detection("toy", 4, 0.5, ImagePose(1, 2, 3, 4), parts, pose, pose_covariance=np.eye(6))
+    return Recognised(stamp_ns, "x", FrameResult((8, 6), (detection,) if found else ()), "optical")
+
+
+def write(path, source_path, targets, frames, options=None, storage="mcap"):
+    overlay = np.full((12, 16, 3), 90, np.uint8)
+    with open_sources([source_path], options) as sources, ResultBag(path, storage, sources.parts[0], targets) as bag:
+        for frame in frames:
+            bag.add(frame, overlay)
+    with AnyReader([path]) as reader:
+        return [(c.topic, log_ns, reader.deserialize(raw, c.msgtype)) for c, log_ns, raw in reader.messages()]
+
+
+def of_topic(messages, topic):
+    return [m for t, _, m in messages if t == topic]
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_a_bag_beside_its_images(tmp_path, targets, ros2, write_rosbag2, pictures, storage):
+    images = pictures(3)
+    script = [("/cam/camera_info", 5, ros2.info(5, 100.0, (8, 6)))]
+    script += [("/cam/image", 10 * i + 12, ros2.image(10 * i + 10, p)) for i, p in enumerate(images)]
+    source = write_rosbag2(tmp_path / "source", script)
+    frames = [recognised(10, True), recognised(20, False), Recognised(30, "x", error="dark")]
+    messages = write(tmp_path / "out", source, targets, frames, storage=storage)
+    assert [m.data.tobytes() for m in of_topic(messages, "/cam/image")] == [p.tobytes() for p in images]
+    assert of_topic(messages, "/cam/camera_info")[0].k[0] == 100
+    poses = of_topic(messages, "/toy/poses")
+    assert [len(p.poses) for p in poses] == [1, 0]  # for every image that could be used, empty too
+    assert poses[0].header.frame_id == "optical" and poses[0].header.stamp.nanosec == 10
+    assert [m.joint_names for m in of_topic(messages, "/toy/robots")] == [["toy_4"], []]
+    assert len(of_topic(messages, "/toy/joint_states")) == 2 and len(of_topic(messages, "/toy/pose")) == 1
+    shown, gone = of_topic(messages, "/markers")
+    assert {m.action for m in shown.markers} == {0} and {m.action for m in gone.markers} == {2}
+    overlay = of_topic(messages, "/debug/image/compressed")[0]
+    assert cv2.imdecode(overlay.data, cv2.IMREAD_COLOR).shape == (12, 16, 3)
+    assert {log for topic, log, _ in messages if topic == "/toy/poses"} == {12, 22}  # recorded when their image was
+
+
+def test_ros1_images_become_ros2_images(tmp_path, targets, ros1, write_rosbag1, pictures):
+    (image,) = pictures(1)
+    script = [("/cam/camera_info", 5, ros1.info(5, 100.0, (8, 6))), ("/cam/image", 12, ros1.image(10, image))]
+    messages = write(tmp_path / "out", write_rosbag1(tmp_path / "s.bag", script), targets, [recognised(10, True)])
+    (copied,) = of_topic(messages, "/cam/image")
+    assert copied.data.tobytes() == image.tobytes() and copied.header.stamp.nanosec == 10
+    assert of_topic(messages, "/cam/camera_info")[0].k[0] == 100
+    assert len(of_topic(messages, "/toy/poses")[0].poses) == 1
+
+
+def test_images_of_a_folder_go_to_the_nodes_topics(tmp_path, targets, pictures):
+    folder = tmp_path / "images"
+    folder.mkdir()
+    image = pictures(1)[0].astype(np.uint16) * 300
+    cv2.imwrite(str(folder / "0.png"), image)
+    (folder / "1.png").write_bytes(b"none")
+    (tmp_path / "camera.yaml").write_text(CALIBRATION)
+    options = SourceOptions(camera=load_camera(tmp_path / "camera.yaml"), rate_hz=10)
+    frames = [recognised(0, True), Recognised(10**8, "1.png", error="unreadable")]
+    messages = write(tmp_path / "out", folder, targets, frames, options)
+    (copied,) = of_topic(messages, "/image")
+    assert copied.encoding == "mono16" and np.array_equal(copied.data.view(np.uint16).reshape(6, 8), image)
+    assert of_topic(messages, "/camera_info")[0].k[0] == 100
+    assert len(of_topic(messages, "/toy/poses")) == 1

@@ -27,8 +27,8 @@ ALLOWED = {
     "tools": {"tools", "simulation", "io", "core"},
 }
 ROS = {
-    "rclpy", "rcl_interfaces", "diagnostic_msgs", "geometry_msgs", "rosgraph_msgs", "sensor_msgs", "std_msgs", "tf2_ros",
-    "visualization_msgs",
+    "rclpy", "rcl_interfaces", "diagnostic_msgs", "geometry_msgs", "rosgraph_msgs", "sensor_msgs", "std_msgs",
+    "tf2_ros", "visualization_msgs",
 }  # fmt: skip
 
 

@@ -217,7 +217,8 @@ def test_a_changed_number_reads_no_file_again(folder: Path) -> None:
 
 def test_unknown_parameters_are_told_where_somebody_listens(folder: Path) -> None:
     told: list[str] = []
-    setup = setup_from_flat({**FLAT, "recognizer.profil": "paper", "exposure": 3}, folder, "node.yaml", warn=told.append)
+    flat = {**FLAT, "recognizer.profil": "paper", "exposure": 3}
+    setup = setup_from_flat(flat, folder, "node.yaml", warn=told.append)
     assert setup.recognizer.profile == "default"
     assert len(told) == 2 and all(line.startswith("node.yaml: ") for line in told)
     assert "recognizer.profil" in told[0] and "did you mean 'recognizer.profile'?" in told[0]

@@ -4,6 +4,7 @@ from scene import Placed, capsule, disc, draw, flag, rectangle
 
 from artrec_ros.core.alignment import ContourMap, Placements, evidence, matched_share
 from artrec_ros.core.blobs import find_blobs
+from artrec_ros.core.compiled.outlining import merge_boxes
 from artrec_ros.core.config import RecognizerConfig
 from artrec_ros.core.deadline import Deadline
 from artrec_ros.core.matching import find_matches
@@ -278,3 +279,27 @@ def test_what_lies_between_points_that_match_is_explained_unless_it_is_long():
     assert cmap.stretches(np.array([count - 2, 1]), 5).tolist() == [0, 1, count - 2, count - 1]  # round the end
     assert cmap.stretches(np.array([count - 1, count]), 5).tolist() == [count - 1, count]  # not into another blob
     assert cmap.stretches(np.arange(both), 5).tolist() == list(range(both))
+
+
+@pytest.mark.parametrize("gap", [10, 200])
+def test_the_map_tells_the_nearest_contour_point_wherever_blobs_lie(gap):
+    labels = np.zeros((90, 100 + gap), np.uint8)
+    labels[30:50, 20:40] = labels[35:60, 40 + gap : 60 + gap] = 1
+    blobs = find_blobs(labels, {1}, CONFIG)
+    cmap = ContourMap.build(blobs, labels.shape[::-1])
+    pixels = np.concatenate([b.pixels for b in blobs]) @ np.array([1, 1j])
+    rows, columns = np.indices(labels.shape)
+    where = (columns + 1j * rows).reshape(1, -1)
+    true = np.abs(where[0, :, None] - pixels).min(axis=1)
+    near = true < 12
+    index = cmap.nearest_index(where, np.zeros(1, np.int32))[0]
+    np.testing.assert_allclose(np.abs(where[0] - pixels[index.clip(max=len(pixels) - 1)])[near], true[near], atol=0.2)
+    read = cmap.distances(np.zeros(1, complex), np.ones(1, complex), np.zeros(1, np.int32), where[0])[0] / 15
+    np.testing.assert_allclose(read[near], true[near], atol=0.4)
+    assert (read[~near] > 11).all()
+
+
+def test_boxes_that_overlap_are_merged_until_none_does():
+    boxes = np.array([[0, 0, 10, 10], [30, 0, 40, 10], [8, 8, 31, 9], [50, 50, 60, 60], [60, 50, 70, 60]])
+    merged = {tuple(b) for b in merge_boxes(boxes).tolist()}
+    assert merged == {(0, 0, 40, 10), (50, 50, 60, 60), (60, 50, 70, 60)}

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from .alignment import ContourMap
 from .blobs import Blob
 from .candidates import Roles, ShapeOf, candidates_of_roles
 from .config import RecognizerConfig
+from .contour_map import ContourMap
 from .datatypes import Detection, Rejection, Target
 from .deadline import Deadline
 from .grouping import GroupSearch

@@ -8,9 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .alignment import Array1, ContourMap, Evidence, Placements, evidence
+from .alignment import Array1, Evidence, Placements, evidence
 from .blobs import Blob
 from .config import RecognizerConfig
+from .contour_map import ContourMap
 from .deadline import Deadline
 from .overlap import overlap_matrix
 from .refinement import refine, refine_slanted, suppress

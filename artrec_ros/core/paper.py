@@ -12,11 +12,12 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from .alignment import ContourMap, Placements, evidence, matched_share
+from .alignment import Placements, evidence, matched_share
 from .blobs import Blob, blob_anchors
 from .candidates import Candidates, ShapeOf, candidates_of
 from .config import RecognizerConfig
 from .constraints import ConstraintSet
+from .contour_map import ContourMap
 from .datatypes import Target
 from .deadline import Deadline
 from .grouping import Group

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from .alignment import ContourMap, Placements
+from .alignment import Placements
 from .compiled import contour_fit as compiled
 from .compiled.jit import COMPILED
 from .compiled.starts import suppress as suppress_compiled
 from .config import RecognizerConfig
+from .contour_map import ContourMap
 from .deadline import Deadline
 from .shapes import Shape, pack_shapes
 from .symmetry import ANY_ANGLE

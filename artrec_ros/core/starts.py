@@ -8,11 +8,12 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from .alignment import STEPS_PER_PX, Array1, ContourMap, Placements, matched_share
+from .alignment import Array1, Placements, matched_share
 from .blobs import Blob, blob_anchors
 from .compiled import starts as compiled
 from .compiled.jit import COMPILED
 from .config import RecognizerConfig
+from .contour_map import STEPS_PER_PX, ContourMap
 from .deadline import Deadline
 from .hypotheses import WHOLE_BLOB_TURNS, centroid, circles, is_round, pack_couples, propose
 from .refinement import ranks_in_group, suppress

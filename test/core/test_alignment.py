@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 from scene import Placed, capsule, disc, draw, flag, rectangle
 
-from artrec_ros.core.alignment import ContourMap, Placements, evidence, matched_share
+from artrec_ros.core.alignment import Placements, evidence, matched_share
 from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.compiled.outlining import merge_boxes
 from artrec_ros.core.config import RecognizerConfig
+from artrec_ros.core.contour_map import ContourMap
 from artrec_ros.core.deadline import Deadline
 from artrec_ros.core.matching import find_matches
 from artrec_ros.core.objects import Marker

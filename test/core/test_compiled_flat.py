@@ -6,11 +6,12 @@ from scene import Placed, crane, crane_placed, disc, draw, flag, rectangle, rend
 from test_recognizer import BLUE, CRANE, RED, SIZE
 
 from artrec_ros.core import alignment, candidates, grouping, overlap, refinement, starts
-from artrec_ros.core.alignment import ContourMap, evidence
+from artrec_ros.core.alignment import evidence
 from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.candidates import candidates_of, pair_table
 from artrec_ros.core.compiled.jit import COMPILED
 from artrec_ros.core.config import RecognizerConfig
+from artrec_ros.core.contour_map import ContourMap
 from artrec_ros.core.datatypes import Target
 from artrec_ros.core.deadline import Deadline
 from artrec_ros.core.grouping import GroupSearch

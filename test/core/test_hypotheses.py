@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from scene import Placed, disc, draw, flag, rectangle
 
-from artrec_ros.core.alignment import ContourMap, Placements
+from artrec_ros.core.alignment import Placements
 from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.config import RecognizerConfig
+from artrec_ros.core.contour_map import ContourMap
 from artrec_ros.core.deadline import Deadline
 from artrec_ros.core.hypotheses import anchor_couples, propose
 from artrec_ros.core.overlap import overlap_matrix

@@ -13,13 +13,21 @@ from .ownership import Claim
 from .spatial import RING_WIDTH_PX
 from .transforms import Array
 
-# Logistic weights: constant, other components seen (at most two), their votes, the body's mean vote, all votes.
-_WEIGHTS = (-2.6, 3.0, 0.3, 2.5, 0.3)
+# Logistic weights: constant; other components confirmed (at most two); their votes; the body's mean vote; all votes;
+# how well the required marker's outline fits. Fitted to claims in rendered scenes of two kinds of objects, labels of
+# two segmenters, each set with the same weight.
+_WEIGHTS = (-1.8, 0.7, 1.0, 1.9, 0.2, 0.8)
 _COMPONENT_VOTES = 30.0  # about eight pixels of a marker
 _OBJECT_VOTES = 300.0
 _LEAST_PX = 8.0  # of a marker that could be recognised
-_LONE = 1.3  # other components that a perfectly fitting lone marker is worth
-_GOOD_EDGE = 0.6  # of an outline that fits as well as labels allow
+# By hand, such claims are too few to learn from:
+_LONE = 3.0  # what a perfectly fitting lone marker of ten times _OBJECT_VOTES adds where nothing else could be seen
+_LONE_EDGE = (0.2, 0.6)  # fits of an outline that are worth nothing and all of it
+_OUTGROWN = 2.0  # weight of an outline that does not end where its class does
+_MISSING, _MISSING_PX = -0.15, 10.0  # weight of other markers that should be seen and are not confirmed
+# A component of a found object is told where so much of its marker bears its label and the votes are not clearly
+# against it; seen nearly edge-on it may be too thin to count as confirmed.
+_TOLD_AGREE, _TOLD_VOTES = 0.2, -0.5  # share; votes per pixel
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,17 +35,19 @@ class Verdict:
     """What is confirmed of a claim.
 
     :param shown: per component the index into the surface's patches of the marker that shows it, -1 where none does.
+    :param confirmed: per component whether its labels say clearly that it is there.
     :param marker_votes: (C,) votes of each component's markers.
     """
 
     claim: Claim
     shown: tuple[int, ...]
+    confirmed: tuple[bool, ...]
     marker_votes: Array
 
     @property
     def others(self) -> list[int]:
         """Confirmed components besides the required one."""
-        return [c for c, patch in enumerate(self.shown) if patch >= 0 and c != self.claim.finder.root]
+        return [c for c, yes in enumerate(self.confirmed) if yes and c != self.claim.finder.root]
 
     @cached_property
     def probability(self) -> float:
@@ -46,17 +56,26 @@ class Verdict:
         other_votes = float(np.clip(self.marker_votes[self.others], 0, None).sum()) if self.others else 0.0
         body_px = float(scores.area_px[0, ~surface.is_marker].sum())
         body = float(scores.votes[0, ~surface.is_marker].sum()) / max(body_px, 1.0)
-        confirmed = min(len(self.others), 2)
-        if not self._could_be_seen():  # nothing can confirm it but how well its own marker fits
-            confirmed = _LONE * np.clip(self._edge_fit() / _GOOD_EDGE, 0, 1)
+        edge, size = self._edge_fit(), float(np.log(max(self.claim.votes, 1.0) / _OBJECT_VOTES))
         features = (
             1.0,
-            confirmed,
+            min(len(self.others), 2),
             np.log1p(other_votes / _COMPONENT_VOTES),
             body,
-            np.log(max(self.claim.votes, 1.0) / _OBJECT_VOTES),
+            size,
+            np.clip(edge, -1, 1),
         )
-        return float(1 / (1 + np.exp(-np.dot(_WEIGHTS, features))))
+        logit = float(np.dot(_WEIGHTS, features)) + _OUTGROWN * float(np.clip(edge, -1, 0))
+        logit += _MISSING * float(np.log1p(self._missing_px() / _MISSING_PX))
+        if not self._could_be_seen():
+            logit += _LONE * float(np.interp(edge, _LONE_EDGE, (0, 1)) * np.clip(size / np.log(10), 0, 1))
+        return 1 / (1 + float(np.exp(-logit)))
+
+    def _missing_px(self) -> float:
+        """Pixels of other components' markers that should be in view and are not confirmed."""
+        surface, scores = self.claim.finder.surface, self.claim.scores
+        missing = [not yes and c != self.claim.finder.root for c, yes in enumerate(self.confirmed)]
+        return float(scores.area_px[0, surface.is_marker & np.array(missing)[surface.component]].sum())
 
     def _could_be_seen(self) -> bool:
         """Whether the marker of any other component should be in view."""
@@ -103,10 +122,13 @@ def verdict_of(claim: Claim) -> Verdict:
     supported = np.zeros(len(surface.patches), bool)
     supported[surface.markers] = claim.finder.supported(scores)[0]
     votes = np.zeros(len(components))
-    shown = []
+    shown, confirmed = [], []
     for c in components:
         mine = np.flatnonzero((surface.component == c) & surface.is_marker)
         votes[c] = scores.votes[0, mine].sum()
         best = int(mine[np.argmax(scores.area_px[0, mine] * (supported[mine] + 1e-3))])
-        shown.append(best if supported[best] or c == claim.finder.root else -1)
-    return Verdict(claim, tuple(shown), votes)
+        confirmed.append(bool(supported[best]))
+        area_px = scores.area_px[0, best]
+        told = area_px > _LEAST_PX and scores.agree[0, best] > _TOLD_AGREE and votes[c] > _TOLD_VOTES * area_px
+        shown.append(best if supported[best] or told or c == claim.finder.root else -1)
+    return Verdict(claim, tuple(shown), tuple(confirmed), votes)

@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .blobs import Blob
+from .blobs import Blob, find_blobs
 from .compiled import climbing
 from .compiled.climbing import Value
 from .compiled.geometry import view_of
 from .compiled.jit import COMPILED
+from .config import RecognizerConfig
 from .datatypes import Camera, Target
 from .deadline import Deadline
 from .evidence import LabelField
@@ -60,10 +61,19 @@ class WholeObjectFinder:
         self._guesser = Guesser(target.model, self.surface, self.root_label)
 
     def warm_up(self) -> None:
-        """Have compiled code ready before the first image."""
-        camera = Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (8, 8))
-        one = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), np.zeros((1, self.surface.kinematics.n_joints)))
-        self.judge(LabelField(np.zeros((8, 8), np.uint8)), camera, one, occlusion=True)
+        """Have compiled code ready before the first image: search a small one that shows a patch of the class."""
+        labels = np.zeros((48, 64), np.uint8)
+        labels[16:32, 20:44] = self.root_label
+        field, camera, clock = (
+            LabelField(labels),
+            Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (64, 48)),
+            Deadline(),
+        )
+        for blob in find_blobs(labels, {self.root_label}, RecognizerConfig()):
+            self.find(field, camera, blob, clock, lambda _: False)
+            poses = self._guesser.guess(field, camera, blob)[:1]
+            self._climb(field, camera, poses, self.votes(field, camera, poses, occlusion=True), 1, 1.0, clock)
+            self._fit_root(field, camera, poses)
 
     def find(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]

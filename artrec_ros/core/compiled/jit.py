@@ -18,6 +18,6 @@ def jit(function: Any) -> Any:
     if numba is None:
         return function
     try:
-        return numba.njit(cache=True, nogil=True, fastmath=_MATH)(function)
+        return numba.njit(cache=True, nogil=True, fastmath=_MATH, error_model="numpy")(function)
     except RuntimeError:  # no folder for the cache: compiled anew in each process
-        return numba.njit(nogil=True, fastmath=_MATH)(function)
+        return numba.njit(nogil=True, fastmath=_MATH, error_model="numpy")(function)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
+
+from ..core.errors import SourceError
 
 
 def write_whole(path: Path, content: bytes | str) -> None:
@@ -17,6 +21,19 @@ def write_whole(path: Path, content: bytes | str) -> None:
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """One process at a time holds a folder. :raises SourceError: another one does. :raises OSError: no such folder."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    except BlockingIOError as error:
+        raise SourceError(f"{folder}: another run is writing there; wait for it, or name another folder") from error
+    finally:
+        os.close(handle)
 
 
 class LineFile:

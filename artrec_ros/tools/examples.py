@@ -17,6 +17,14 @@ EXAMPLES = {
     "replay": (
         "artrec replay recorded_bag --params-file lamp_params.yaml -o result",
         "artrec replay images/ --params-file lamp_params.yaml --camera-info camera.yaml --images none -o result",
+        "artrec replay bags/* --params-file lamp_params.yaml --jobs all --no-video --output-bag -o result",
+        "artrec replay /shared/bags/* --params-file /shared/lamp_params.yaml --scheduler tcp://head:8786 -o result",
+    ),
+    "tune": (
+        "artrec tune simulated/bag --truth simulated/truth.jsonl --params-file lamp_params.yaml --search space.yaml "
+        "-o tuned",
+        "artrec tune bag_a bag_b --truth a.jsonl --truth b.jsonl --params-file lamp_params.yaml --search space.yaml "
+        "--objective right_rate --limit 'latency_ms_p95<=30' --block 30 -o tuned",
     ),
     "evaluate": (
         "artrec evaluate result --truth simulated/truth.jsonl",

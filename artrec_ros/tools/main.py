@@ -19,6 +19,7 @@ COMMANDS = {
     "learn-colours": "learn a camera's colours from images in which they are told",
     "replay": "run the recogniser over bags or folders of images",
     "evaluate": "score a replay against the truth",
+    "tune": "search parameters on frames with truth",
     "simulate": "render scenes with known truth",
     "play": "publish a bag with its stamps and /clock",
     "model": "make an object file from pictures, a drawing or a URDF, and check it",

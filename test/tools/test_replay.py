@@ -232,7 +232,7 @@ def test_no_two_replays_write_to_one_folder(tmp_path, params, recogniser, capsys
     codes = []
     recogniser.at_frame[1] = lambda: codes.append(run(params, source, out, "--overwrite"))
     assert run(params, source, out) == 0
-    assert codes == [1] and "another replay is writing there" in capsys.readouterr().err
+    assert codes == [1] and "another run is writing there" in capsys.readouterr().err
     assert len(list(read_results(out / "detections.jsonl"))) == 2
 
 

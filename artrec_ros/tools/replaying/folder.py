@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import fcntl
 import json
-import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
@@ -15,7 +13,7 @@ from typing import Any
 from ...core.errors import SourceError
 from ...io.journal import JOURNAL_FILE, Journal, Recognised
 from ...io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
-from ...io.whole_files import LineFile, write_whole
+from ...io.whole_files import LineFile, held, write_whole
 from ..summary import Summary
 from .pictures import FRAMES_FOLDER, UNFINISHED, VIDEO_FILE
 from .plan import PLAN_FILE, check_plan, write_plan
@@ -37,15 +35,15 @@ class ReplayFolder:
         self._stack = ExitStack()
         try:
             (path / FRAMES_FOLDER).mkdir(parents=True, exist_ok=True)
-            self._lock()
+            self._stack.enter_context(held(path))
             if overwrite:
                 clear(path)
             begun = any((path / name).exists() for name in (PLAN_FILE, DETECTIONS_FILE))
             if begun:
-                check_plan(path, plan)
+                check_plan(path / PLAN_FILE, plan)
             else:
                 write_whole(path / PARAMETERS_FILE, parameters)
-                write_plan(path, plan)
+                write_plan(path / PLAN_FILE, plan)
             self.finished = begun and not (path / JOURNAL_FILE).exists() and (path / SUMMARY_FILE).exists()
             self.known: dict[int, Recognised] = {}
             if not self.finished:
@@ -62,14 +60,6 @@ class ReplayFolder:
 
     def __exit__(self, *_: object) -> None:
         self._stack.close()
-
-    def _lock(self) -> None:
-        handle = os.open(self.path, os.O_RDONLY)
-        self._stack.callback(os.close, handle)
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise SourceError(f"{self.path}: another replay is writing there; wait for it, or name another") from error
 
     def _open(self) -> None:
         self.journal = self._stack.enter_context(Journal(self.path / JOURNAL_FILE))

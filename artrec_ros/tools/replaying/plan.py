@@ -1,4 +1,4 @@
-"""What a replay is: the same sources, parameters and options give the same results, so an interrupted one goes on."""
+"""What a replay or a search is: the same sources, parameters and options give the same results, so it can go on."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def plan_of(setup: Setup, sources: Sequence[Path], options: Mapping[str, Any]) -
     }
 
 
-def write_plan(folder: Path, plan: Mapping[str, Any]) -> None:
-    write_whole(folder / PLAN_FILE, json.dumps(plan, indent=1) + "\n")
+def write_plan(path: Path, plan: Mapping[str, Any]) -> None:
+    write_whole(path, json.dumps(plan, indent=1) + "\n")
 
 
-def check_plan(folder: Path, plan: Mapping[str, Any]) -> None:
-    """Whether what was begun in a folder is this replay. :raises SourceError: it is not; it says what differs."""
-    path = folder / PLAN_FILE
+def check_plan(path: Path, plan: Mapping[str, Any]) -> None:
+    """Whether what was begun in a folder is this. :raises SourceError: it is not; it says what differs."""
+    folder = path.parent
     try:
         begun = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -46,7 +46,7 @@ def check_plan(folder: Path, plan: Mapping[str, Any]) -> None:
         raise SourceError(f"{folder}: holds results already; {way_out}")
     difference = next(_differences(begun, json.loads(json.dumps(plan))), None)
     if difference:
-        raise SourceError(f"{folder}: holds results of another replay: {difference}; {way_out}")
+        raise SourceError(f"{folder}: holds other results: {difference}; {way_out}")
 
 
 def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:

@@ -80,7 +80,8 @@ def _blob(
 ) -> Blob:
     if COMPILED:
         rectangles = np.reshape(np.array(blank, np.int64), (-1, 4))
-        return Blob(label, *outline(pixels, shape[1], shape[0], rectangles), area_px)
+        pixels, contour, normals, cut = outline(pixels, shape[1], shape[0], rectangles)
+        return Blob(label, pixels, contour, normals, cut, area_px)
     x, y = pixels.T.astype(np.int64)
     if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
         pixels = pixels[::-1]

@@ -8,6 +8,8 @@ from setuptools import find_packages, setup
 PACKAGE = "artrec_ros"
 SHARE = Path("share") / PACKAGE
 REPORT = ["Jinja2>=3.0", "matplotlib>=3.5"]
+CLUSTER = ["distributed>=2023.5"]
+TUNE = ["optuna>=3.6"]
 NUMBA_WHEELS = "python_version < '3.15' and platform_machine in 'x86_64 AMD64 aarch64 arm64'"
 
 
@@ -72,12 +74,14 @@ setup(
         *ros_requirements(),
     ],
     extras_require={
+        "cluster": CLUSTER,  # 45 MB, Dask and what comes with it: artrec replay --scheduler
+        "tune": TUNE,  # 42 MB, most of it SQLAlchemy: artrec tune
         "model": ["svgelements>=1.9"],  # 0.8 MB, nothing else comes with it: artrec model reads SVG drawings
         # The page of artrec evaluate: 102 MB, nearly all of it matplotlib and what comes with it.
         "report": REPORT,
         "test": [
-            *REPORT, "hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "svgelements>=1.9", "types-PyYAML",
-            "types-tqdm",
+            *REPORT, *CLUSTER, *TUNE, "hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "svgelements>=1.9",
+            "types-PyYAML", "types-tqdm",
         ],  # fmt: skip
     },
     entry_points={

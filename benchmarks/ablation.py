@@ -1,0 +1,117 @@
+"""What each ingredient of the whole-object fit brings: the same replay with one of them taken away.
+
+    python benchmarks/ablation.py BAG TRUTH.jsonl --params-file config/aibo.yaml [--topic TOPIC]
+
+Each row is `artrec replay` and `artrec evaluate` with a constant of the recogniser changed for the run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import yaml
+
+from artrec_ros.core import acceptance, bank, evidence, spatial_stage, surface, whole_object
+from artrec_ros.core.posefit import Fit
+from artrec_ros.tools.main import main
+
+COLUMNS = {
+    "recognition": ("recognition_rate", 1),
+    "right": ("right_rate", 1),
+    "false a frame": ("false_per_frame", 1),
+    "component precision": ("component_precision", 1),
+    "position %": ("position_error_median", 100),
+    "rotation deg": ("rotation_error_deg_median", 1),
+}
+
+
+def unfitted(model: Any, field: Any, camera: Any, poses: Any, *_: Any) -> Fit:
+    """In place of `posefit.refine`: leaves hypotheses where they are."""
+    n_par = 6 + model.kinematics.n_joints
+    return Fit(poses, np.zeros(len(poses)), np.zeros((len(poses), n_par, n_par)))
+
+
+def faceless(index: int, component: Any) -> list[Any]:
+    """In place of `surface._face_patches`: bodies still hide, and say nothing."""
+    return []
+
+
+def no_couples(contour: Any, tolerances_px: Any) -> tuple[Any, Any]:
+    """In place of `views.blob_couples`."""
+    return np.zeros((0, 2)), np.zeros((0, 2))
+
+
+def patches(*changes: tuple[Any, str, Any]) -> Callable[[], contextlib.ExitStack]:
+    def enter() -> contextlib.ExitStack:
+        stack = contextlib.ExitStack()
+        for owner, name, value in changes:
+            stack.enter_context(mock.patch.object(owner, name, value))
+        return stack
+
+    return enter
+
+
+VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] = {
+    "all of it": (patches(), {}),
+    "without fits to contours": (patches((whole_object, "refine", unfitted)), {}),
+    "without the local search on votes": (patches((whole_object, "CLIMBS", ())), {}),
+    "without the bodies' faces": (patches((surface, "_face_patches", faceless)), {}),
+    "without votes at and around outlines": (
+        patches((evidence, "RIM", (0.0, 0.0, 0.0)), (evidence, "RING", (0.0, 0.0, 0.0)),
+                (evidence, "RING_ON_BODY", (0.0, 0.0, 0.0)), (evidence, "RING_BODY_LABEL", 0.0)), {}),
+    "without mirrored turns": (patches((whole_object.WholeObjectFinder, "_with_flips", lambda self, p, v: p)), {}),
+    "without taking sure objects' pixels first": (patches((spatial_stage, "SURE", 2.0)), {}),
+    "blobs aligned by moments alone": (patches((bank, "blob_couples", no_couples)), {}),
+    "without telling grazing components": (patches((acceptance, "_TOLD_AGREE", 2.0)), {}),
+    "flat path: learned constraints, no space": (patches(), {"whole_object": False}),
+    "profile paper": (patches(), {"profile": "paper"}),
+}  # fmt: skip
+
+
+def run(args: argparse.Namespace, folder: Path, changes: dict[str, Any]) -> Iterator[str]:
+    """Figures of one replay, as text."""
+    more = folder / "more.yaml"
+    more.write_text(
+        yaml.safe_dump({"/**": {"ros__parameters": {"recognizer": {"time_budget_ms": 20000.0, **changes}}}})
+    )
+    words = ["replay", args.bag, "--params-file", args.params_file, "--params-file", more, "-o", folder / "out"]
+    words += ["--images", "none", "--no-video", *(["--topic", args.topic] if args.topic else [])]
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        start = time.process_time()
+        if main([str(w) for w in words]):
+            raise SystemExit("the replay failed; run it by hand with --debug")
+        seconds = time.process_time() - start
+        main(["evaluate", str(folder / "out"), "--truth", str(args.truth), "--no-page"])
+    metrics = json.loads((folder / "out/metrics.json").read_text())["all"]
+    for key, factor in COLUMNS.values():
+        value = metrics.get(key, {}).get("value")
+        yield "-" if value is None else f"{factor * value:.3g}"
+    yield f"{1e3 * seconds / metrics['counts']['frames']:.0f}"
+
+
+def table() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("bag", type=Path)
+    parser.add_argument("truth", type=Path)
+    parser.add_argument("--params-file", type=Path, required=True)
+    parser.add_argument("--topic")
+    args = parser.parse_args()
+    heads = ["", *COLUMNS, "CPU ms a frame"]
+    print("| " + " | ".join(heads) + " |\n|" + " --- |" * len(heads))
+    for title, (enter, changes) in VARIANTS.items():
+        with tempfile.TemporaryDirectory() as folder, enter():
+            print(f"| {title} | " + " | ".join(run(args, Path(folder), changes)) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    table()

@@ -88,7 +88,10 @@ class WholeObjectFinder:
         for count, rounds, spread in CLIMBS:
             if deadline.expired or votes.max(initial=0.0) < HOPELESS_VOTES:
                 break
-            keep = self._rivals(poses, votes) if is_sure(poses[:1]) else np.flatnonzero(votes > 0)
+            sure = is_sure(poses[:1])
+            if sure and rounds < CLIMBS[-1][1]:
+                continue  # to the last climb
+            keep = self._rivals(poses, votes) if sure else np.flatnonzero(votes > 0)
             poses, votes = poses[keep[:count]], votes[keep[:count]]
             # a better pose may show a limb that a worse one missed
             poses = Poses.concatenate([poses, self._search_joints(field, camera, poses)])

@@ -74,8 +74,8 @@ setup(
         *ros_requirements(),
     ],
     extras_require={
-        "cluster": CLUSTER,  # 45 MB, Dask and what comes with it: artrec replay --scheduler
-        "tune": TUNE,  # 42 MB, most of it SQLAlchemy: artrec tune
+        "cluster": CLUSTER,  # 41 MB, Dask and what comes with it: artrec replay --scheduler
+        "tune": TUNE,  # 39 MB, most of it SQLAlchemy: artrec tune
         "model": ["svgelements>=1.9"],  # 0.8 MB, nothing else comes with it: artrec model reads SVG drawings
         # The page of artrec evaluate: 102 MB, nearly all of it matplotlib and what comes with it.
         "report": REPORT,

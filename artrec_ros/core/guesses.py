@@ -73,7 +73,8 @@ def pose_cells(poses: Poses) -> np.ndarray:
     across the view, 6 % of depth, 12 degrees of turn."""
     depth = np.maximum(poses.t[:, 2:], 1e-6)
     place = np.column_stack([poses.t[:, :2] / depth / 0.012, np.log(depth) / 0.06])
-    return np.rint(np.column_stack([place, poses.R[:, :, 0] / 0.2, poses.R[:, :, 2] / 0.2])).astype(int)
+    cells = np.column_stack([place, poses.R[:, :, 0] / 0.2, poses.R[:, :, 2] / 0.2])
+    return np.rint(np.nan_to_num(np.clip(cells, -1e9, 1e9))).astype(np.int64)  # diverged ones must not raise
 
 
 def _keys(cells: np.ndarray) -> np.ndarray:

@@ -284,3 +284,13 @@ def test_a_truncated_bag_is_replayed_as_far_as_it_goes(tmp_path, params, recogni
     assert run(params, file, tmp_path / "out", "--no-video") == 0
     assert 0 < recogniser.seen < 40
     assert f"{file}: it ends in the middle" in capsys.readouterr().out
+
+
+def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
+    """As somebody needs who changes the recogniser between two replays in one process."""
+    source, built = bag(tmp_path / "bag", [1]), []
+    monkeypatch.setattr(Setup, "build", lambda self: built.append(1) or Recogniser())
+    for name in ("a", "b"):
+        assert run(params, source, tmp_path / name) == 0
+    assert run(params, source, tmp_path / "b", "--overwrite") == 0
+    assert len(built) == 3

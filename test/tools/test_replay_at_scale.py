@@ -126,7 +126,7 @@ def test_a_replay_that_was_killed_or_interrupted_goes_on(world, whole, tmp_path,
     out = tmp_path / "out"
     arguments = command(world, out, "--no-timing", "--output-bag", "--jobs", "2")
     process = artrec(arguments)
-    wait_until(lambda: lines(out / "journal.jsonl") > 3, process)
+    wait_until(lambda: lines(out / "detections.jsonl") > 3, process)
     process.send_signal(number)
     process.communicate(timeout=100)
     assert process.returncode != 0

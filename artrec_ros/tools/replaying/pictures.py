@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -62,13 +63,21 @@ class Pictures:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
-            self._close_video()
-            self._close_bag()
-        except (OSError, SourceError):
             if kind is None:
-                raise
+                self._close_video()
+                self._close_bag()
+            else:
+                self._drop()
         finally:  # of what could not be finished nothing stays
             shutil.rmtree(self._unfinished, ignore_errors=True)
+
+    def _drop(self) -> None:
+        """Something failed, perhaps for want of room: video and bag cannot be finished either."""
+        if self._video is not None:
+            self._video.__exit__()
+        if self._bag is not None:
+            with suppress(OSError):
+                self._bag.__exit__(None, None, None)
 
     def wanted(self, number: int, place: int, frame: Recognised) -> Wanted | None:
         """How a frame is to be drawn; None: not at all, or it is there already.

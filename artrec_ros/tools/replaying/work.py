@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import threading
+import uuid
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -33,7 +34,8 @@ class Order:
     options: tuple[SourceOptions, ...]  # of each source, its topic chosen
 
     def packed(self) -> bytes:
-        return pickle.dumps(self)
+        """For `work`; no two are the same: each run has workers of its own."""
+        return pickle.dumps((uuid.uuid4().hex, self))
 
 
 @dataclass(frozen=True)
@@ -137,5 +139,5 @@ def work(order: bytes, task: str, *arguments: Any) -> Iterator[Any]:
     :param order: a packed `Order`. :param task: the method's name.
     """
     if getattr(_held, "order", None) != order:
-        _held.worker, _held.order = Worker(pickle.loads(order)), order
+        _held.worker, _held.order = Worker(pickle.loads(order)[1]), order
     yield from getattr(_held.worker, task)(*arguments)

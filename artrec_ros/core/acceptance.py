@@ -21,8 +21,10 @@ _COMPONENT_VOTES = 30.0  # about eight pixels of a marker
 _OBJECT_VOTES = 300.0
 _LEAST_PX = 8.0  # of a marker that could be recognised
 # By hand, such claims are too few to learn from:
-_LONE = 3.0  # what a perfectly fitting lone marker of ten times _OBJECT_VOTES adds where nothing else could be seen
-_LONE_EDGE = (0.2, 0.6)  # fits of an outline that are worth nothing and all of it
+_LONE = (
+    3.0  # what the outline of a lone marker of ten times _OBJECT_VOTES adds or takes where nothing else could be seen
+)
+_LONE_EDGE = (0.0, 0.2, 0.6)  # fits of an outline that take all of it, say nothing, add all of it
 _OUTGROWN = 2.0  # weight of an outline that does not end where its class does
 _MISSING, _MISSING_PX = -0.15, 10.0  # weight of other markers that should be seen and are not confirmed
 # A component of a found object is told where so much of its marker bears its label and the votes are not clearly
@@ -68,7 +70,7 @@ class Verdict:
         logit = float(np.dot(_WEIGHTS, features)) + _OUTGROWN * float(np.clip(edge, -1, 0))
         logit += _MISSING * float(np.log1p(self._missing_px() / _MISSING_PX))
         if not self._could_be_seen():
-            logit += _LONE * float(np.interp(edge, _LONE_EDGE, (0, 1)) * np.clip(size / np.log(10), 0, 1))
+            logit += _LONE * float(np.interp(edge, _LONE_EDGE, (-1, 0, 1)) * np.clip(size / np.log(10), 0, 1))
         return 1 / (1 + float(np.exp(-logit)))
 
     def _missing_px(self) -> float:

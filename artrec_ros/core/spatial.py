@@ -12,7 +12,7 @@ from .compiled.geometry import view_of
 from .compiled.jit import COMPILED
 from .compiled.scoring import Limits, Surface, score_patches, search_joint
 from .datatypes import Camera
-from .evidence import LabelField, Roles
+from .evidence import OUTSIDE, LabelField, Roles
 from .kinematics import Frames, Kinematics
 from .objects import ObjectModel
 from .occlusion import BEHIND, Boxes
@@ -212,6 +212,7 @@ class SpatialModel:
         labels = field.at(pixels + RING_PX * normal)
         inner = field.at(pixels - RING_PX * normal)
         votes = self.table[self.ring_role[which][:, None], labels] + self.table[self.rim_role[which][:, None], inner]
+        votes = np.where(labels == OUTSIDE, 0.0, votes)  # not the marker ends there but the image
         f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
         column = np.searchsorted(patches, self.markers[which])
         squeeze = (1 + np.clip(cosine[:, column], 0, 1)) / 2

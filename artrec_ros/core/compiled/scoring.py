@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..evidence import OUTSIDE
 from .chains import Chain, place
 from .geometry import View, locate, locate_ring, turned
 from .jit import jit
@@ -135,7 +136,9 @@ def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, ring_px: float, a
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
     m, ring = s.contour.shape[2], 0.0
     for i in range(m):
-        ring += out[view.padded[at[0, i]]] + into[view.padded[at[1, i]]]
+        beyond = view.padded[at[0, i]]
+        if beyond != OUTSIDE:  # else not the marker ends there but the image
+            ring += out[beyond] + into[view.padded[at[1, i]]]
     return ring / m
 
 

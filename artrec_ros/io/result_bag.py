@@ -69,7 +69,8 @@ class ResultBag:
                 if message is not None:
                     self._writer.write(f"/{topic.of(name)}", log_ns, message)
         markers = self._scene.update(detections, frame_id, lambda other_id: header(frame.stamp_ns, other_id))
-        self._writer.write(f"/{node_topics.MARKERS.name}", log_ns, markers)
+        if markers.fields["markers"]:
+            self._writer.write(f"/{node_topics.MARKERS.name}", log_ns, markers)
         self._writer.write_jpeg(f"/{node_topics.OVERLAY.name}/compressed", log_ns, frame_id, picture)
 
 

@@ -83,5 +83,6 @@ def test_the_node_sends_the_same(tmp_path, scene):
         recorded = {c.topic: bytes(raw) for c, _, raw in reader.messages()}
     for message, data in zip(said, recorded.values(), strict=True):
         sent = to_ros(message)
-        as_sent = serialization.deserialize_message(serialization.serialize_message(sent), type(sent))  # colours: float32
+        wire = serialization.serialize_message(sent)  # colours as float32
+        as_sent = serialization.deserialize_message(wire, type(sent))
         assert serialization.deserialize_message(data, type(sent)) == as_sent

@@ -12,11 +12,11 @@ Table = list[list[str]]
 
 _INTRODUCTION = """# Speed
 
-Made by `python benchmarks/speed.py --markdown docs/speed.md` on a 2-core x86-64 cloud machine that had
-nothing else to do. Milliseconds a frame; medians unless it says p99. The clock counts CPU time of one thread, or, where it
-says two, wall-clock time. *legged*: simulated quadrupeds (`config/aibo.yaml`), 16 to 20 % of the image's width across,
-their markers turned away at all angles. *overhead*: soccer robots (`config/vss.yaml`) of two patches, each 4 % of the
-width, seen from above: what recognition in the image plane is for.
+Made by `python benchmarks/speed.py --markdown docs/speed.md` on a 2-core x86-64 cloud machine that had nothing else
+to do. Milliseconds a frame; medians unless it says p99. The clock counts CPU time of one thread, or, where it says
+two, wall-clock time. *legged*: simulated quadrupeds (`config/aibo.yaml`), 16 to 20 % of the image's width across,
+their markers turned away at all angles. *overhead*: soccer robots (`config/vss.yaml`) of two patches, each 4 % of
+the width, seen from above: what recognition in the image plane is for.
 
 - *floor*: `cv2.findContours` of the classes in use, and nothing else.
 - *plane*: the default profile without calibration. *paper*: the same with `recognizer.profile: paper`.

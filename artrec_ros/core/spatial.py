@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from .compiled.geometry import view_of
 from .compiled.jit import COMPILED
-from .compiled.scoring import Limits, Surface, score_patches, search_joint
+from .compiled.joint_search import search_joint
+from .compiled.scoring import Limits, Surface, score_patches
 from .datatypes import Camera
 from .evidence import OUTSIDE, LabelField, Roles
 from .kinematics import Frames, Kinematics

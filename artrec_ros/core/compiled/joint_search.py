@@ -1,0 +1,82 @@
+"""Search of one joint's value, a hypothesis at a time, with what cannot win left out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .chains import Chain, place
+from .geometry import View, locate
+from .jit import jit
+from .scoring import Limits, Surface, aspect, ring_px2, ring_votes, scratch_of
+
+
+@jit
+def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, wanted: float, at: Any) -> float:
+    """Votes of a patch that nothing hides; where these stay below `wanted`, any value below it."""
+    cosine, _, _, mz = aspect(s, p, A, b)
+    if not (cosine > limits.least_cosine and mz > 0.02):
+        return 0.0
+    f2 = view.K[0, 0] * view.K[1, 1]
+    size, total, k = s.area[p] * f2 / mz**2 * cosine, 0.0, s.marker_of[p]
+    first, last = s.starts[p], s.starts[p + 1]
+    ring = ring_px2(s, k, cosine, mz, f2, limits) if k >= 0 else 0.0
+    most = ring * (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) if k >= 0 else 0.0
+    share = size / (last - first)
+    role, best = s.table[s.role[p]], s.best[s.role[p]]
+    if share * best * (last - first) + most < wanted:
+        return share * best * (last - first) + most
+    locate(A, b, s.points, first, last, view, at[0])
+    for i in range(last - first):
+        total += role[view.padded[at[0, i]]]
+    if total * share + most < wanted or k < 0:
+        return total * share + most
+    return total * share + ring_votes(s, k, A, b, view, limits.ring_px, at) * ring
+
+
+@jit
+def best_joint(
+    s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: View, limits: Limits,
+    most: Any, scratch: Any, at: Any,
+) -> float:  # fmt: skip
+    """Joint value of component `c` that the labels like best; R, t (C, ...) of one hypothesis get its frame there.
+
+    :param most: (P,) upper bounds of each patch's votes, filled here.
+    :param scratch: (4, 3, 3).
+    """
+    f2 = view.K[0, 0] * view.K[1, 1]
+    best_value, best_votes = grid[0], -np.inf
+    for value in grid:
+        place(chain, c, R, t, value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+        rest = 0.0
+        for p in patches:  # what the labels could say at most
+            cosine, _, _, mz = aspect(s, p, R[c], t[c])
+            most[p], k = 0.0, s.marker_of[p]
+            if cosine > limits.least_cosine and mz > 0.02:
+                most[p] = max(s.area[p] * f2 / mz**2 * cosine * s.best[s.role[p]], 0.0)
+                if k >= 0:
+                    up = s.best[s.ring_role[k]] + s.best[s.rim_role[k]]
+                    most[p] += ring_px2(s, k, cosine, mz, f2, limits) * up
+            rest += most[p]
+        total = 0.0
+        for p in patches:
+            rest -= most[p]
+            total += patch_bound(s, p, R[c], t[c], view, limits, best_votes - total - rest, at)
+            if total + rest < best_votes:
+                break
+        else:
+            if total > best_votes:
+                best_value, best_votes = value, total
+    place(chain, c, R, t, best_value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+    return best_value
+
+
+@jit
+def search_joint(
+    s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: View, limits: Limits, out: Any
+) -> None:
+    """Fill out (H,) with each hypothesis' best value of the joint that carries component `c`."""
+    most, scratch, at = np.empty(len(s.area)), np.empty((4, 3, 3)), scratch_of(s)
+    for h in range(len(R)):
+        out[h] = best_joint(s, chain, c, patches, R[h], t[h], grid, view, limits, most, scratch, at)

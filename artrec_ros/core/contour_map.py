@@ -6,6 +6,7 @@ All contours share one atlas: per class one slot of the same size, stacked. Comp
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 import cv2
 import numpy as np
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 
 from .blobs import Blob
 from .compiled import contour_fit as compiled
+from .compiled.jit import COMPILED
+from .compiled.nearest import bounding_boxes, fill_atlas, hull
 from .compiled.outlining import merge_boxes
 
 STEPS_PER_PX = 15.0  # of the quantised distance: 255 stands for 17 px and more
@@ -44,34 +47,28 @@ class ContourMap:
     @classmethod
     def build(cls, blobs: tuple[Blob, ...], image_size: tuple[int, int]) -> ContourMap:
         """:param image_size: (width, height) of the image."""
-        count = np.array([len(b.pixels) for b in blobs])
-        starts = np.cumsum(count) - count
+        labels = [b.label for b in blobs]
+        slots = {label: s for s, label in enumerate(sorted(set(labels)))}
+        slot = np.array([slots[label] for label in labels])
+        first = np.array([0, *accumulate(len(b.pixels) for b in blobs)])
         pixels = np.concatenate([b.pixels for b in blobs])
         cut = np.concatenate([b.cut for b in blobs])
-        boxes = np.concatenate(  # of each blob: left, top, right, bottom, with a margin
-            [
-                np.minimum.reduceat(pixels, starts) - _MARGIN_PX,
-                np.maximum.reduceat(pixels, starts) + _MARGIN_PX + 1,
-            ],
-            axis=1,
-        ).astype(np.int64)
-        low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
-        w, h = (high - low).tolist()
-        labels = np.array([b.label for b in blobs])
-        slots = {label: s for s, label in enumerate(sorted(set(labels.tolist())))}
+        boxes = bounding_boxes(pixels, first, _MARGIN_PX)
+        around = hull(boxes)[0]
+        left, top, right, bottom = around.tolist()
+        origin, w, h = np.array([left, top], np.int32), right - left, bottom - top
+        pixels, boxes = pixels - origin, boxes - np.tile(origin, 2)
+        distance = np.full((len(slots), h, w), 255, np.uint8)
         # One more point, far off, stands for "no contour here at all".
+        nearest = np.full((len(slots), h, w), len(pixels), np.int32)
+        fill = fill_atlas if COMPILED else _fill_in_numpy
+        fill(pixels, cut, first, slot, boxes, STEPS_PER_PX, _MOST_BOXES, distance, nearest)
         points = _as_complex([*(b.contour for b in blobs), np.full((1, 2), -1e6)])
         normals = _as_complex([*(b.normals for b in blobs), np.zeros((1, 2))])
-        blob = np.repeat(np.arange(len(blobs), dtype=np.int32), count)
-        distance = np.full((len(slots) * h, w), 255, np.uint8)
-        nearest = np.full((len(slots) * h, w), len(points) - 1, np.int32)
-        for label, slot in slots.items():
-            index = np.flatnonzero(~cut & (labels == label)[blob])
-            rows = slice(slot * h, (slot + 1) * h)
-            for box in _apart(boxes[labels == label]) - np.tile(low, 2):
-                _fill_nearest(pixels[index] - low, index, box.tolist(), distance[rows], nearest[rows])
-        origin = (int(low[0]), int(low[1]))
-        return cls(distance, nearest, points, normals, np.append(blob, np.int32(-1)), slots, origin, h, image_size)
+        blob = np.full(len(points), -1, np.int32)
+        blob[:-1] = np.repeat(np.arange(len(blobs)), np.diff(first))
+        maps = distance.reshape(-1, w), nearest.reshape(-1, w)
+        return cls(*maps, points, normals, blob, slots, (left, top), h, image_size)
 
     def distances(self, t: np.ndarray, z: np.ndarray, slot: np.ndarray, points: np.ndarray) -> NDArray[np.uint8]:
         """(H, m) quantised distance of every placed point: one look-up for the whole batch.
@@ -111,17 +108,31 @@ def _as_complex(parts: list[NDArray[np.float64]]) -> np.ndarray:
     return np.concatenate(parts).view(np.complex128)[:, 0]
 
 
-def _apart(boxes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Boxes that do not overlap, round all: what lies in one is nearest to, or far from, what is in it."""
-    if len(boxes) <= _MOST_BOXES:
-        return merge_boxes(boxes)
-    return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])[None]
+def _fill_in_numpy(
+    pixels: NDArray[np.int32],
+    cut: NDArray[np.bool_],
+    first: NDArray[np.int64],
+    slot: NDArray[np.int64],
+    boxes: NDArray[np.int64],
+    steps_per_px: float,
+    most_boxes: int,
+    distance: NDArray[np.uint8],
+    nearest: NDArray[np.int32],
+) -> None:
+    """As `fill_atlas`."""
+    slot_of_point = np.repeat(slot, np.diff(first))
+    for s in range(len(distance)):
+        mine, index = boxes[slot == s], np.flatnonzero(~cut & (slot_of_point == s))
+        # Boxes that do not overlap, round all: what lies in one is nearest to, or far from, what is in it.
+        for box in merge_boxes(mine) if len(mine) <= most_boxes else hull(mine):
+            _fill_nearest(pixels[index], index, box.tolist(), steps_per_px, distance[s], nearest[s])
 
 
 def _fill_nearest(
-    pixels: NDArray[np.int64],
+    pixels: NDArray[np.int32],
     index: NDArray[np.int64],
     box: list[int],
+    steps_per_px: float,
     distance: NDArray[np.uint8],
     nearest: NDArray[np.int32],
 ) -> None:
@@ -137,5 +148,5 @@ def _fill_nearest(
     dist, zone = cv2.distanceTransformWithLabels(canvas, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
     of_zone = np.zeros(len(x) + 1, np.int32)
     of_zone[zone[y, x]] = index[inside]
-    distance[top:bottom, left:right] = cv2.convertScaleAbs(dist, alpha=STEPS_PER_PX)
+    distance[top:bottom, left:right] = cv2.convertScaleAbs(dist, alpha=steps_per_px)
     nearest[top:bottom, left:right] = of_zone[zone]

@@ -172,7 +172,7 @@ class FeatureRecorder:
     """Keeps what each score was computed from."""
 
     def __init__(self) -> None:
-        self.by_score: dict[float, Array] = {}
+        self.by_score: dict[float, tuple[float, ...]] = {}
         reporting.probability = self
 
     def __call__(self, group: Group) -> float:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from .axis_offsets import AxisOffset
 from .classes import ConfigurationClass
@@ -32,7 +35,12 @@ class ConstraintSet:
         """The constraint that relates the two in this order, or None."""
         return next((p for p in self.pairs if p.first == first and p.second == second), None)
 
-    @property
+    @cached_property
+    def surprises(self) -> tuple[tuple[frozenset[Key], float], ...]:
+        """Of each pair the two markers, and minus the logarithm of its chance by the background model."""
+        return tuple((frozenset((p.first, p.second)), float(-np.log(p.chance(self.reach_m)))) for p in self.pairs)
+
+    @cached_property
     def reach_m(self) -> float:
         """The farthest that two markers of the object may lie apart; 0 where no pair tells."""
         return max((p.reach_m for p in self.pairs), default=0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -156,13 +157,14 @@ class Rejection:
 class FrameResult:
     """All that was recognised in one image.
 
+    :param rejected: worked out when it is first looked at.
     :param complete: False where the time budget ended the search early.
     :param timing_ms: milliseconds per stage: segmentation, blobs, alignment, grouping, pose, total.
     """
 
     size: tuple[int, int]
     detections: tuple[Detection, ...] = ()
-    rejected: tuple[Rejection, ...] = ()
+    rejected: Sequence[Rejection] = ()
     timing_ms: dict[str, float] = field(default_factory=dict)
     complete: bool = True
     labels: NDArray[np.uint8] | None = field(default=None, repr=False, compare=False)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from .blobs import Blob
 from .candidates import Roles, ShapeOf, candidates_of_roles
 from .config import RecognizerConfig
 from .contour_map import ContourMap
 from .datatypes import Detection, Rejection, Target
 from .deadline import Deadline
+from .deferred import Deferred
 from .grouping import GroupSearch
 from .matching import Matches, find_matches
 from .paper import align_literally, group_literally
@@ -44,7 +47,7 @@ class FlatStage:
         cmap = ContourMap.build(blobs, size)
         return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, deadline, self._blank)
 
-    def group(self, matches: Matches, deadline: Deadline) -> tuple[tuple[Detection, ...], tuple[Rejection, ...], bool]:
+    def group(self, matches: Matches, deadline: Deadline) -> tuple[tuple[Detection, ...], Sequence[Rejection], bool]:
         """Objects, what was turned down and why, and whether the choice is exact (paper, steps 6 to 8)."""
         if not len(matches):
             return (), (), True
@@ -61,7 +64,8 @@ class FlatStage:
         ]
         solution = solve(searches, matches, self._config, deadline)
         detections = detections_of(solution.accepted, matches, self._targets, solution.margins)
-        return detections, rejections_of(solution, searches, matches, self._config), solution.exact
+        reasons = Deferred(lambda: rejections_of(solution, searches, matches, self._config))
+        return detections, reasons, solution.exact
 
 
 def _distinct_shapes(targets: tuple[Target, ...]) -> tuple[list[Shape], list[ShapeOf]]:

@@ -14,8 +14,9 @@ from .blobs import find_blobs
 from .classify import Classifier
 from .config import RecognizerConfig
 from .constraints import ConstraintSet
-from .datatypes import Camera, FrameResult, Target
+from .datatypes import Camera, FrameResult, Rejection, Target
 from .deadline import Deadline
+from .deferred import Deferred
 from .errors import ConfigError
 from .flat_stage import FlatStage
 from .spatial_stage import SpatialStage
@@ -101,6 +102,10 @@ class Recognizer:
         if camera is not None:
             with watch.stage("pose"):
                 found = self._spatial.recognize(labels, blobs, camera, deadline)
-            detections, rejected = (*found[0], *detections), (*found[1], *rejected)
+            detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
         detections = self._classifier.classified(detections)
         return FrameResult(size, detections, rejected, watch.stop(), exact and not deadline.hit, labels)
+
+
+def _joined(first: Sequence[Rejection], second: Sequence[Rejection]) -> Sequence[Rejection]:
+    return Deferred(lambda: (*first, *second))

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .axis_offsets import AxisOffset
 from .candidates import Candidates
 from .config import RecognizerConfig
 from .constraints import ConstraintSet
@@ -14,7 +13,6 @@ from .datatypes import ConstraintFailure, Detection, ImagePose, Instance, Reject
 from .explain import failure_of, reason_alone, reason_lost, text_of
 from .grouping import Group, GroupSearch
 from .matching import Matches
-from .pairs import Key
 from .solution import Solution
 from .trust import probability
 
@@ -25,9 +23,8 @@ def instance_of(candidates: Candidates, n: int, matches: Matches) -> Instance:
     """A candidate as users see it."""
     component, marker = candidates.key(n)
     pose, match = candidates.poses, int(candidates.match[n])
-    outline = matches.shapes[matches.placed.shape[match]].outline @ np.array([1, 1j])
-    where = matches.placed.take(np.array([match])).where(outline)[0]
-    contour = np.stack([where.real, where.imag], axis=1)
+    placed, corners = matches.placed, matches.shapes[matches.placed.shape[match]].corners
+    where = placed.t[match] + placed.z[match] * corners + placed.w[match] * np.conj(corners)
     return Instance(
         component,
         marker,
@@ -36,7 +33,7 @@ def instance_of(candidates: Candidates, n: int, matches: Matches) -> Instance:
         float(pose.y[n]),
         float(pose.theta[n]),
         float(pose.scale[n]),
-        contour,
+        where.view(np.float64).reshape(-1, 2),
     )
 
 
@@ -71,9 +68,8 @@ def detections_of(
 
 
 def _as_annotated(instance: Instance, target: Target) -> Instance:
-    learned = target.constraints
-    axes: dict[Key, AxisOffset] = {a.key: a for a in learned.axes} if isinstance(learned, ConstraintSet) else {}
-    axis = axes.get((instance.component, instance.marker))
+    learned, key = target.constraints, (instance.component, instance.marker)
+    axis = next((a for a in learned.axes if a.key == key), None) if isinstance(learned, ConstraintSet) else None
     if axis is None:
         return instance
     return axis.corrected(instance, target.model.component(instance.component).marker(instance.marker))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
@@ -65,6 +65,11 @@ class Shape:
             is_disc=marker.disc_radius is not None,
             symmetry=find_symmetry(points, outline),
         )
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """(n,) complex, the outline's vertices."""
+        return self.outline @ np.array([1, 1j])
 
     def key(self) -> bytes:
         """Equal for markers of the same outline."""

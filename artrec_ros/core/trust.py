@@ -6,11 +6,10 @@ among what looks like them (`benchmarks/calibration.py`), which also measures on
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from .constraints import ConstraintSet
 from .grouping import Group
-from .transforms import Array
 
 WEIGHTS = (-1.88, 2.01, 1.75, 1.04)
 _MOST_EVIDENCE = 30.0
@@ -18,17 +17,16 @@ _MOST_EVIDENCE = 30.0
 
 def probability(group: Group) -> float:
     """0 to 1."""
-    return float(1 / (1 + np.exp(-features(group) @ np.array(WEIGHTS))))
+    return 1 / (1 + math.exp(-sum(f * w for f, w in zip(features(group), WEIGHTS, strict=True))))
 
 
-def features(group: Group) -> Array:
-    """(4,) what is confirmed: 1; how well outlines match on average; what constraints say against chance; the share
+def features(group: Group) -> tuple[float, float, float, float]:
+    """What is confirmed: 1; how well outlines match on average; what constraints say against chance; the share
     of components that were found. Each in steps that matter."""
-    c, members = group.candidates, list(group.members)
-    match = np.clip(c.share[members], 0, 1)
-    found = len(members) / len(c.target.model.components)
-    told = np.log1p(evidence(group))
-    return np.array([1.0, (match.mean() - 0.9) / 0.05, told, (found - 0.8) / 0.2])
+    share, members = group.candidates.share, group.members
+    match = sum(min(max(float(share[n]), 0.0), 1.0) for n in members) / len(members)
+    found = len(members) / len(group.candidates.target.model.components)
+    return 1.0, (match - 0.9) / 0.05, math.log1p(evidence(group)), (found - 0.8) / 0.2
 
 
 def evidence(group: Group) -> float:
@@ -41,6 +39,6 @@ def evidence(group: Group) -> float:
     if not isinstance(learned, ConstraintSet) or not group.checked:
         return 0.0
     keys = {group.candidates.key(n) for n in group.members}
-    weights = [-np.log(p.chance(learned.reach_m)) for p in learned.pairs if {p.first, p.second} <= keys]
+    told = [surprise for pair, surprise in learned.surprises if pair <= keys]
     share = group.satisfied / group.checked
-    return float(min(_MOST_EVIDENCE, (len(group.members) - 1) * np.mean(weights) * share)) if weights else 0.0
+    return min(_MOST_EVIDENCE, (len(group.members) - 1) * sum(told) / len(told) * share) if told else 0.0

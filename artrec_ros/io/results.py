@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ class FrameRecord:
     frame: str
     size: tuple[int, int] | None = None
     detections: tuple[Detection, ...] = ()
-    rejected: tuple[Rejection, ...] = ()
+    rejected: Sequence[Rejection] = ()
     timing_ms: dict[str, float] = field(default_factory=dict)
     complete: bool = True
     frame_id: str = ""

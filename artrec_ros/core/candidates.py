@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import pair_checks as compiled
+from .compiled.candidacy import RoleArrays, candidates
 from .compiled.jit import COMPILED
 from .compiled.pair_checks import Boxes
 from .config import RecognizerConfig
@@ -18,6 +19,7 @@ from .datatypes import Target
 from .matching import Matches
 from .pair_boxes import pack_boxes, reach_m
 from .pairs import PairConstraint, configuration, configuration_noise
+from .shapes import pack_shapes
 from .symmetry import ANY_ANGLE
 from .transforms import Array, wrap_angle
 
@@ -78,6 +80,11 @@ class Candidates:
     def target(self) -> Target:
         return self.roles.target
 
+    @property
+    def packed(self) -> compiled.PoseArrays:
+        """As compiled code takes them."""
+        return compiled.PoseArrays(*self.poses.arrays, self.component, self.role, self.match)
+
     def take(self, index: NDArray[np.int64]) -> Candidates:
         return Candidates(
             self.roles,
@@ -125,6 +132,11 @@ class Roles:
         perimeters = np.array([min(m.perimeter for m in c.markers) for c in target.model.components])
         return cls(target, component, marker, shape, label, angles, pack_boxes(target), perimeters)
 
+    @cached_property
+    def packed(self) -> RoleArrays:
+        """As compiled code takes them."""
+        return RoleArrays(self.component, self.marker, self.shape, self.label, self.axis_angle)
+
 
 def candidates_of(target: Target, shape_of: ShapeOf, matches: Matches, config: RecognizerConfig) -> Candidates:
     """Candidates of every component of a target, in the model's order."""
@@ -133,6 +145,17 @@ def candidates_of(target: Target, shape_of: ShapeOf, matches: Matches, config: R
 
 def candidates_of_roles(roles: Roles, matches: Matches, config: RecognizerConfig) -> Candidates:
     """Candidates of every component of a target, in the model's order."""
+    return (_of_roles_compiled if COMPILED else _of_roles)(roles, matches, config)
+
+
+def _of_roles_compiled(roles: Roles, matches: Matches, config: RecognizerConfig) -> Candidates:
+    noise = config.contour_noise_px, config.model_noise
+    shapes = pack_shapes(tuple(matches.shapes))
+    p, marker, *values = candidates(matches.packed, roles.packed, shapes, config.symmetry_px, *noise)
+    return Candidates(roles, p.component, marker, p.key, p.match, Poses(*p[:7]), *values)
+
+
+def _of_roles(roles: Roles, matches: Matches, config: RecognizerConfig) -> Candidates:
     placed = matches.placed
     fits = (placed.shape == roles.shape[:, None]) & (matches.labels == roles.label[:, None])  # (K, instances)
     role, match = np.nonzero(fits)
@@ -182,9 +205,8 @@ def pair_table(
 ) -> PairTable:
     """Check every pair of candidates `rows` x `columns`: O(1) a pair (paper, step 8)."""
     if COMPILED:
-        mine = compiled.PoseArrays(*all_.poses.arrays, all_.component, all_.role, all_.match)
         limits = (config.max_group_overlap, config.max_scale_ratio)
-        return PairTable(*compiled.check_pairs(mine, rows, columns, all_.roles.boxes, matches.overlap, *limits))
+        return PairTable(*compiled.check_pairs(all_.packed, rows, columns, all_.roles.boxes, matches.overlap, *limits))
     a, b = all_.take(rows), all_.take(columns)
     ratio = np.abs(np.log(a.poses.scale[:, None] / b.poses.scale[None]))
     forbidden = (a.component[:, None] == b.component[None]) | (ratio > np.log(config.max_scale_ratio))

@@ -64,7 +64,8 @@ class FlatStage:
         ]
         solution = solve(searches, matches, self._config, deadline)
         detections = detections_of(solution.accepted, matches, self._targets, solution.margins)
-        reasons = Deferred(lambda: rejections_of(solution, searches, matches, self._config))
+        overlap = matches.overlap  # all that reasons need: a result that is kept shall not keep the contour map
+        reasons = Deferred(lambda: rejections_of(solution, searches, overlap, self._config))
         return detections, reasons, solution.exact
 
 

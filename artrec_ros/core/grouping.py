@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .candidates import Candidates, PairTable, pair_table
 from .compiled import group_search as compiled
+from .compiled.candidacy import relate
 from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .deadline import Deadline
@@ -231,6 +232,10 @@ def _relevant(
     all_: Candidates, required: int, matches: Matches, config: RecognizerConfig
 ) -> tuple[NDArray[np.int64], Candidates, PairTable]:
     """Seeds, and of the other candidates those that go with one of them, all checked in pairs."""
+    if COMPILED:
+        limits = (config.max_group_overlap, config.max_scale_ratio, _MAX_PARTNERS)
+        kept, seeds, *table = relate(all_.packed, all_.weight, required, all_.roles.boxes, matches.overlap, *limits)
+        return np.arange(seeds), all_.take(kept), PairTable(*table)
     seeds = np.flatnonzero(all_.component == required)
     others = np.flatnonzero(all_.component != required)
     with_seeds = pair_table(all_, seeds, others, matches, config)

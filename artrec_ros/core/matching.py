@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .alignment import Array1, Evidence, Placements, evidence
 from .blobs import Blob
+from .compiled.candidacy import Found
 from .config import RecognizerConfig
 from .contour_map import ContourMap
 from .deadline import Deadline
@@ -43,6 +44,12 @@ class Matches:
     def overlap(self) -> Array1:
         """(K, K) share of the smaller one's area that two placements of one class have in common."""
         return overlap_matrix(self.shapes, self.placed, self.labels)
+
+    @cached_property
+    def packed(self) -> Found:
+        """As compiled code takes them."""
+        p, e = self.placed, self.evidence
+        return Found(p.t, p.z, p.w, p.shape, self.labels, e.share, p.score, self.perimeter_px)
 
     @cached_property
     def perimeter_px(self) -> Array1:

@@ -14,6 +14,7 @@ from .explain import failure_of, reason_alone, reason_lost, text_of
 from .grouping import Group, GroupSearch
 from .matching import Matches
 from .solution import Solution
+from .transforms import Array
 from .trust import probability
 
 _MAX_REJECTIONS = 20  # a frame; the strongest
@@ -76,10 +77,13 @@ def _as_annotated(instance: Instance, target: Target) -> Instance:
 
 
 def rejections_of(
-    solution: Solution, searches: list[GroupSearch], matches: Matches, config: RecognizerConfig
+    solution: Solution, searches: list[GroupSearch], overlap: Array, config: RecognizerConfig
 ) -> tuple[Rejection, ...]:
     """Why instances of required components became no object, the strongest candidates first; then why objects that
-    were found lack components."""
+    were found lack components.
+
+    :param overlap: of all instances (`Matches.overlap`).
+    """
     used = {m for g in solution.accepted for m in g.matches}
     grouped = {lost.group.seed: lost for lost in reversed(solution.lost)}
     rows = []
@@ -91,7 +95,7 @@ def rejections_of(
                 continue
             told.add(match)  # once an instance, whichever way it is turned
             failure = None
-            if used and float(matches.overlap[match, sorted(used)].max()) > config.max_overlap:
+            if used and float(overlap[match, sorted(used)].max()) > config.max_overlap:
                 reason = "its pixels belong to an object that explains more"
             elif match in grouped:
                 reason = reason_lost(grouped[match], config)

@@ -128,7 +128,7 @@ def test_the_reason_names_constraint_dimension_and_excess():
     matches = found((0, at(0), 0.9), (1, at(1.5), 0.9))
     solution, search, config = solved(matches, BASE_FORE)
     assert solution.accepted == []
-    (told,) = rejections_of(solution, [search], matches, config)
+    (told,) = rejections_of(solution, [search], matches.overlap, config)
     assert "fore/bar at (650, 500)" in told.reason
     assert "distance_m 1.5" in told.reason and "0.9 to 1.1" in told.reason
     failed = told.failed
@@ -140,11 +140,11 @@ def test_the_reason_names_constraint_dimension_and_excess():
 def test_the_reason_of_too_few_components_or_too_many_broken_constraints():
     matches = found((0, at(0), 0.9), (1, at(1), 0.9))
     solution, search, config = solved(matches, BASE_FORE, min_components=3)
-    assert "2 components agree, 3 are wanted" in rejections_of(solution, [search], matches, config)[0].reason
+    assert "2 components agree, 3 are wanted" in rejections_of(solution, [search], matches.overlap, config)[0].reason
     matches = found((0, at(0), 0.9), (1, at(1), 0.9), (1, at(2), 0.9))
     pairs = (BASE_FORE, BASE_AFT, pair(1, 2, 1.6, 1.9))
     solution, search, config = solved(matches, *pairs, min_components=3)
-    (told,) = rejections_of(solution, [search], matches, config)
+    (told,) = rejections_of(solution, [search], matches.overlap, config)
     assert "2 of 3 constraints hold" in told.reason
     assert (told.failed.first, told.failed.second, told.failed.low) == ("fore/bar", "aft/bar", 1.6)
 
@@ -152,14 +152,14 @@ def test_the_reason_of_too_few_components_or_too_many_broken_constraints():
 def test_faint_outlines_are_a_reason():
     matches = found((0, at(0), 0.6), (1, at(1), 0.6))
     solution, search, config = solved(matches, BASE_FORE)
-    assert "0.60 of its outline matches" in rejections_of(solution, [search], matches, config)[0].reason
+    assert "0.60 of its outline matches" in rejections_of(solution, [search], matches.overlap, config)[0].reason
 
 
 def test_what_an_object_lacks_is_told_with_the_constraint_that_failed():
     matches = found((0, at(0), 0.9), (1, at(1), 0.9), (1, at(2.6), 0.9))
     solution, search, config = solved(matches, BASE_FORE, BASE_AFT)
     assert len(solution.accepted) == 1
-    (told,) = rejections_of(solution, [search], matches, config)
+    (told,) = rejections_of(solution, [search], matches.overlap, config)
     assert told.reason.startswith("aft: not part of the object found")
     assert (told.failed.dimension, told.failed.high) == ("distance_m", 2.1)
     assert told.x == pytest.approx(760)
@@ -170,7 +170,7 @@ def test_a_group_that_loses_its_pixels_names_its_rival():
     matches = found((0, at(0), 0.95), (0, at(2), 0.7), (1, at(1), 0.9))
     solution, search, config = solved(matches, BASE_FORE)
     assert [g.seed for g in solution.accepted] == [0]
-    (told,) = rejections_of(solution, [search], matches, config)
+    (told,) = rejections_of(solution, [search], matches.overlap, config)
     assert "loses its pixels to toy at (500, 500)" in told.reason
     assert 0 < solution.margins[0] < 1
 

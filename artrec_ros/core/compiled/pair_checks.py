@@ -44,7 +44,7 @@ class PoseArrays(NamedTuple):
 
 
 @jit
-def _wrapped(angle: float, period: float) -> float:
+def wrapped(angle: float, period: float) -> float:
     return angle - period * math.floor(angle / period + 0.5)
 
 
@@ -52,7 +52,7 @@ def _wrapped(angle: float, period: float) -> float:
 def _excess(boxes: Any, p: int, d: int, value: float, noise: float) -> float:
     low, high, period = boxes.low[p, d], boxes.high[p, d], boxes.period[p, d]
     if period > 0:
-        outside = abs(_wrapped(value - (low + high) / 2, period)) - (high - low) / 2
+        outside = abs(wrapped(value - (low + high) / 2, period)) - (high - low) / 2
     else:
         outside = max(low - value, value - high)
     return max(outside - 2 * noise, 0.0)
@@ -71,9 +71,9 @@ def _violation(boxes: Any, p: int, c: Any, i: int, j: int) -> float:
     noise = math.sqrt(place**2 + (distance * scale_noise / 2) ** 2)
     worst = max(_excess(boxes, p, 0, distance, noise) / reach, _excess(boxes, p, 5, ratio, ratio * scale_noise))
     turn_noise = math.sqrt(c.theta_noise[i] ** 2 + c.theta_noise[j] ** 2)
-    turn = _wrapped(c.theta[j] - c.theta[i], 2 * math.pi)
+    turn = wrapped(c.theta[j] - c.theta[i], 2 * math.pi)
     worst = max(worst, _excess(boxes, p, 4, turn, turn_noise))
-    bearing = _wrapped(math.atan2(dy, dx) - c.theta[i], 2 * math.pi)
+    bearing = wrapped(math.atan2(dy, dx) - c.theta[i], 2 * math.pi)
     noise = math.sqrt(c.theta_noise[i] ** 2 + (place_px / max(rho, 1e-6)) ** 2)
     worst = max(worst, _excess(boxes, p, 3, bearing, noise))
     if boxes.low[p, 1] > -np.inf or boxes.low[p, 2] > -np.inf:
@@ -84,27 +84,32 @@ def _violation(boxes: Any, p: int, c: Any, i: int, j: int) -> float:
 
 
 @jit
+def check_pair(c: Any, i: int, j: int, boxes: Any, overlap: Any, max_overlap: float, max_ratio: float) -> Any:
+    """(forbidden, checked, violation) of two candidates; the same in either order."""
+    ratio = c.scale[i] / c.scale[j]
+    if (
+        c.component[i] == c.component[j]
+        or max(ratio, 1 / ratio) > max_ratio
+        or overlap[c.match[i], c.match[j]] > max_overlap
+    ):
+        return True, False, 0.0
+    p = boxes.pair[c.key[i], c.key[j]]
+    if p < 0:
+        return False, False, 0.0
+    if boxes.swapped[c.key[i], c.key[j]]:
+        i, j = j, i
+    return False, True, _violation(boxes, p, c, i, j)
+
+
+@jit
 def check_pairs(c: Any, rows: Any, columns: Any, boxes: Any, overlap: Any, max_overlap: float, max_ratio: float) -> Any:
     """(forbidden, checked, violation) of candidates `rows` x `columns`."""
     shape = (len(rows), len(columns))
     forbidden, checked, violation = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_), np.zeros(shape)
     for a in range(len(rows)):
-        i = rows[a]
         for b in range(len(columns)):
-            j = columns[b]
-            ratio = c.scale[i] / c.scale[j]
-            if (
-                c.component[i] == c.component[j]
-                or max(ratio, 1 / ratio) > max_ratio
-                or overlap[c.match[i], c.match[j]] > max_overlap
-            ):
-                forbidden[a, b] = True
-                continue
-            p = boxes.pair[c.key[i], c.key[j]]
-            if p >= 0:
-                checked[a, b] = True
-                swap = boxes.swapped[c.key[i], c.key[j]]
-                violation[a, b] = _violation(boxes, p, c, j, i) if swap else _violation(boxes, p, c, i, j)
+            pair = check_pair(c, rows[a], columns[b], boxes, overlap, max_overlap, max_ratio)
+            forbidden[a, b], checked[a, b], violation[a, b] = pair
     return forbidden, checked, violation
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from .alignment import Placements
 from .compiled import contour_fit as compiled
 from .compiled.jit import COMPILED
-from .compiled.starts import suppress as suppress_compiled
+from .compiled.thinning import suppress as suppress_compiled
 from .config import RecognizerConfig
 from .contour_map import ContourMap
 from .deadline import Deadline

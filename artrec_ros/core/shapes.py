@@ -102,9 +102,12 @@ def _inside_points(outline: Array) -> np.ndarray:
 @lru_cache(maxsize=8)
 def pack_shapes(shapes: tuple[Shape, ...]) -> ShapeArrays:
     """Shapes as compiled code takes them."""
+    points = np.stack([s.points for s in shapes])
     return ShapeArrays(
-        np.stack([s.points for s in shapes]),
+        points,
         np.stack([s.normals for s in shapes]),
+        np.ascontiguousarray(points.real),
+        np.ascontiguousarray(points.imag),
         np.array([s.area_m2 for s in shapes]),
         np.array([s.rms_radius_m for s in shapes]),
         np.stack([s.symmetry.residual_m for s in shapes]),

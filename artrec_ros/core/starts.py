@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .alignment import Array1, Placements, matched_share
 from .blobs import Blob, blob_anchors
 from .compiled import starts as compiled
+from .compiled.counting import Field, Limits
 from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .contour_map import STEPS_PER_PX, ContourMap
@@ -75,7 +76,7 @@ def _find_compiled(
     packed = pack_shapes(tuple(shapes))
     couples = pack_couples(tuple(shapes), config.couple_spans)
     mine = _pack_blobs(blobs, cmap, shapes, wanted, config)
-    field = compiled.Field(cmap.distance, *cmap.origin, cmap.height, STEPS_PER_PX)
+    field = Field(cmap.distance, *cmap.origin, cmap.height, STEPS_PER_PX)
     limits = _limits(config)
     spans = np.array(config.couple_spans)
     parts = []
@@ -100,8 +101,8 @@ def _chunks(blobs: compiled.BlobArrays, an_anchor: int) -> Iterator[tuple[int, i
         start = end
 
 
-def _limits(config: RecognizerConfig) -> compiled.Limits:
-    return compiled.Limits(
+def _limits(config: RecognizerConfig) -> Limits:
+    return Limits(
         config.coarse_step,
         config.coarse_match,
         config.coarse_keep,

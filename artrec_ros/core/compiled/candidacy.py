@@ -10,7 +10,7 @@ import numpy as np
 
 from .jit import jit
 from .pair_checks import PoseArrays, check_pair, check_pairs, wrapped
-from .starts import symmetry_order
+from .thinning import symmetry_order
 
 
 class Found(NamedTuple):

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .jit import jit
+from .jit import inlined, jit
 
 
 class Contours(NamedTuple):
@@ -20,14 +20,14 @@ class Contours(NamedTuple):
     height: int
 
 
-@jit
+@inlined
 def _nearest(contours: Any, slot: int, x: float, y: float) -> int:
     column = int(np.rint(min(max(x - contours.left, 0.0), contours.nearest.shape[1] - 1.0)))
     row = int(np.rint(min(max(y - contours.top, 0.0), contours.height - 1.0)))
     return contours.nearest[slot * contours.height + row, column]
 
 
-@jit
+@inlined
 def _agree(turned: complex, normal: complex, least: float) -> bool:
     """Whether the cosine between a direction and a unit normal (or zero) is `least` > 0 or more."""
     along = turned.real * normal.real + turned.imag * normal.imag
@@ -56,7 +56,7 @@ def _solve(A: Any, b: Any, n: int) -> None:
         b[i] /= A[i, i]
 
 
-@jit
+@inlined
 def _weight(turned: complex, normal: complex, off: complex, gate: float, agreement: float) -> float:
     """Tukey's weight of a point that lies `off` from its nearest contour point; 0 where it is no correspondence."""
     if off.real * off.real + off.imag * off.imag >= 4 * gate * gate or not _agree(turned, normal, agreement):
@@ -169,7 +169,7 @@ def refine(
     return new_t, new_z, new_w
 
 
-@jit
+@inlined
 def _is_seen(x: float, y: float, width: int, height: int, blank: Any) -> bool:
     if not (0.5 < x < width - 1.5 and 0.5 < y < height - 1.5):
         return False

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .jit import jit
+from .jit import inlined, jit
 
 
 class Pool(NamedTuple):
@@ -69,7 +69,7 @@ def _options(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
     return options, count
 
 
-@jit
+@inlined
 def _cost(pool: Any, rules: Any, option: int, members: Any) -> float:
     """What an option's violated constraints with the members cost; infinite where one is forbidden."""
     cost = 0.0

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .jit import jit
+from .jit import inlined, jit
 
 
 class Boxes(NamedTuple):
@@ -43,12 +43,12 @@ class PoseArrays(NamedTuple):
     match: np.ndarray
 
 
-@jit
+@inlined
 def wrapped(angle: float, period: float) -> float:
     return angle - period * math.floor(angle / period + 0.5)
 
 
-@jit
+@inlined
 def _excess(boxes: Any, p: int, d: int, value: float, noise: float) -> float:
     low, high, period = boxes.low[p, d], boxes.high[p, d], boxes.period[p, d]
     if period > 0:
@@ -58,7 +58,7 @@ def _excess(boxes: Any, p: int, d: int, value: float, noise: float) -> float:
     return max(outside - 2 * noise, 0.0)
 
 
-@jit
+@inlined
 def _violation(boxes: Any, p: int, c: Any, i: int, j: int) -> float:
     """By how much the worst dimension of the configuration of i and j lies outside constraint p."""
     dx, dy = c.x[j] - c.x[i], c.y[j] - c.y[i]
@@ -83,22 +83,18 @@ def _violation(boxes: Any, p: int, c: Any, i: int, j: int) -> float:
     return worst
 
 
-@jit
+@inlined
 def check_pair(c: Any, i: int, j: int, boxes: Any, overlap: Any, max_overlap: float, max_ratio: float) -> Any:
     """(forbidden, checked, violation) of two candidates; the same in either order."""
     ratio = c.scale[i] / c.scale[j]
-    if (
-        c.component[i] == c.component[j]
-        or max(ratio, 1 / ratio) > max_ratio
-        or overlap[c.match[i], c.match[j]] > max_overlap
-    ):
-        return True, False, 0.0
+    forbidden = c.component[i] == c.component[j] or max(ratio, 1 / ratio) > max_ratio
+    forbidden = forbidden or overlap[c.match[i], c.match[j]] > max_overlap
     p = boxes.pair[c.key[i], c.key[j]]
-    if p < 0:
-        return False, False, 0.0
-    if boxes.swapped[c.key[i], c.key[j]]:
-        i, j = j, i
-    return False, True, _violation(boxes, p, c, i, j)
+    checked, violation = not forbidden and p >= 0, 0.0
+    if checked:
+        swap = boxes.swapped[c.key[i], c.key[j]]
+        violation = _violation(boxes, p, c, j if swap else i, i if swap else j)
+    return forbidden, checked, violation
 
 
 @jit
@@ -127,7 +123,7 @@ class Rasters(NamedTuple):
     first: np.ndarray
 
 
-@jit
+@inlined
 def _share_inside(rasters: Any, s: int, s_in: int, t: complex, z: complex, w: complex, z_in: complex,
                   w_in: complex) -> float:  # fmt: skip
     """Share of shape s, placed by (t, z, w), that lies in shape s_in, placed by (0, z_in, w_in)."""

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .jit import jit
-from .pair_checks import PoseArrays, check_pair, check_pairs, wrapped
+from .pair_checks import PoseArrays, check_pairs, wrapped
 from .thinning import symmetry_order
 
 
@@ -102,6 +102,18 @@ def _near(component: Any, others: Any, checked: Any, forbidden: Any, violation: 
 
 
 @jit
+def _joined(of_seeds: Any, of_partners: Any, seeds_alone: Any) -> Any:
+    """(n, n) values of seeds and partners: (s, p) between them, (p, p) among partners, one value among seeds."""
+    split, n = of_seeds.shape[0], of_seeds.shape[0] + of_seeds.shape[1]
+    whole = np.empty((n, n), of_partners.dtype)
+    whole[:split, :split] = seeds_alone
+    whole[:split, split:] = of_seeds
+    whole[split:, :split] = of_seeds.T
+    whole[split:, split:] = of_partners
+    return whole
+
+
+@jit
 def relate(c: Any, weight: Any, required: int, boxes: Any, overlap: Any, max_overlap: float, max_ratio: float,
            most: int) -> Any:  # fmt: skip
     """Seeds, and of the other candidates at most so many that matter to one, the heaviest.
@@ -109,20 +121,17 @@ def relate(c: Any, weight: Any, required: int, boxes: Any, overlap: Any, max_ove
     :return: their numbers, seeds first; how many seeds; (n, n) forbidden, checked, violation.
     """
     seeds, others = np.flatnonzero(c.component == required), np.flatnonzero(c.component != required)
-    first = check_pairs(c, seeds, others, boxes, overlap, max_overlap, max_ratio)
-    partners = np.flatnonzero(_near(c.component, others, first[1], first[0], first[2]))
+    limits = (overlap, max_overlap, max_ratio)
+    forbidden, checked, violation = check_pairs(c, seeds, others, boxes, *limits)
+    partners = np.flatnonzero(_near(c.component, others, checked, forbidden, violation))
     if len(partners) > most:
         partners = np.sort(partners[np.argsort(-weight[others[partners]], kind="mergesort")[:most]])
     kept = np.concatenate((seeds, others[partners]))
-    n, split = len(kept), len(seeds)
-    forbidden, checked, violation = np.ones((n, n), np.bool_), np.zeros((n, n), np.bool_), np.zeros((n, n))
-    for a in range(split, n):
-        for b in range(a):
-            if b < split:
-                p = partners[a - split]
-                pair = first[0][b, p], first[1][b, p], first[2][b, p]
-            else:
-                pair = check_pair(c, kept[a], kept[b], boxes, overlap, max_overlap, max_ratio)
-            forbidden[a, b], checked[a, b], violation[a, b] = pair
-            forbidden[b, a], checked[b, a], violation[b, a] = pair
-    return kept, split, forbidden, checked, violation
+    among = check_pairs(c, kept[len(seeds) :], kept[len(seeds) :], boxes, *limits)
+    return (
+        kept,
+        len(seeds),
+        _joined(forbidden[:, partners], among[0], True),
+        _joined(checked[:, partners], among[1], False),
+        _joined(violation[:, partners], among[2], 0.0),
+    )

@@ -49,8 +49,7 @@ def wrapped(angle: float, period: float) -> float:
 
 
 @inlined
-def _excess(boxes: Any, p: int, d: int, value: float, noise: float) -> float:
-    low, high, period = boxes.low[p, d], boxes.high[p, d], boxes.period[p, d]
+def _excess(low: float, high: float, period: float, value: float, noise: float) -> float:
     if period > 0:
         outside = abs(wrapped(value - (low + high) / 2, period)) - (high - low) / 2
     else:
@@ -59,53 +58,60 @@ def _excess(boxes: Any, p: int, d: int, value: float, noise: float) -> float:
 
 
 @inlined
-def _violation(boxes: Any, p: int, c: Any, i: int, j: int) -> float:
-    """By how much the worst dimension of the configuration of i and j lies outside constraint p."""
-    dx, dy = c.x[j] - c.x[i], c.y[j] - c.y[i]
-    k = math.sqrt(c.scale[i] * c.scale[j])
+def _configuration(dx: float, dy: float, theta: Any, scale: Any, place: Any, theta_noise: Any, scale_noise: Any) -> Any:
+    """Values and noises of the dimensions in the order of `Boxes`, of two candidates; pairs hold (first, second)."""
+    k = math.sqrt(scale[0] * scale[1])
     rho = math.sqrt(dx * dx + dy * dy)
-    place_px = math.sqrt(c.place_noise[i] ** 2 + c.place_noise[j] ** 2)
-    scale_noise = math.sqrt(c.scale_noise[i] ** 2 + c.scale_noise[j] ** 2)
-    distance, place, ratio = rho / k, place_px / k, c.scale[j] / c.scale[i]
-    reach = boxes.reach[p]
-    noise = math.sqrt(place**2 + (distance * scale_noise / 2) ** 2)
-    worst = max(_excess(boxes, p, 0, distance, noise) / reach, _excess(boxes, p, 5, ratio, ratio * scale_noise))
-    turn_noise = math.sqrt(c.theta_noise[i] ** 2 + c.theta_noise[j] ** 2)
-    turn = wrapped(c.theta[j] - c.theta[i], 2 * math.pi)
-    worst = max(worst, _excess(boxes, p, 4, turn, turn_noise))
-    bearing = wrapped(math.atan2(dy, dx) - c.theta[i], 2 * math.pi)
-    noise = math.sqrt(c.theta_noise[i] ** 2 + (place_px / max(rho, 1e-6)) ** 2)
-    worst = max(worst, _excess(boxes, p, 3, bearing, noise))
-    if boxes.low[p, 1] > -np.inf or boxes.low[p, 2] > -np.inf:
-        noise = math.sqrt(place**2 + (distance * c.theta_noise[i]) ** 2)
-        worst = max(worst, _excess(boxes, p, 1, distance * math.cos(bearing), noise) / reach)
-        worst = max(worst, _excess(boxes, p, 2, distance * math.sin(bearing), noise) / reach)
-    return worst
-
-
-@inlined
-def check_pair(c: Any, i: int, j: int, boxes: Any, overlap: Any, max_overlap: float, max_ratio: float) -> Any:
-    """(forbidden, checked, violation) of two candidates; the same in either order."""
-    ratio = c.scale[i] / c.scale[j]
-    forbidden = c.component[i] == c.component[j] or max(ratio, 1 / ratio) > max_ratio
-    forbidden = forbidden or overlap[c.match[i], c.match[j]] > max_overlap
-    p = boxes.pair[c.key[i], c.key[j]]
-    checked, violation = not forbidden and p >= 0, 0.0
-    if checked:
-        swap = boxes.swapped[c.key[i], c.key[j]]
-        violation = _violation(boxes, p, c, j if swap else i, i if swap else j)
-    return forbidden, checked, violation
+    place_px = math.sqrt(place[0] ** 2 + place[1] ** 2)
+    both_scales = math.sqrt(scale_noise[0] ** 2 + scale_noise[1] ** 2)
+    both_turns = math.sqrt(theta_noise[0] ** 2 + theta_noise[1] ** 2)
+    distance, place_m, ratio = rho / k, place_px / k, scale[1] / scale[0]
+    bearing = wrapped(math.atan2(dy, dx) - theta[0], 2 * math.pi)
+    turn = wrapped(theta[1] - theta[0], 2 * math.pi)
+    across = math.sqrt(place_m**2 + (distance * theta_noise[0]) ** 2)
+    along = math.sqrt(place_m**2 + (distance * both_scales / 2) ** 2)
+    sideways = math.sqrt(theta_noise[0] ** 2 + (place_px / max(rho, 1e-6)) ** 2)
+    return (
+        (distance, distance * math.cos(bearing), distance * math.sin(bearing), bearing, turn, ratio),
+        (along, across, across, sideways, both_turns, ratio * both_scales),
+    )
 
 
 @jit
 def check_pairs(c: Any, rows: Any, columns: Any, boxes: Any, overlap: Any, max_overlap: float, max_ratio: float) -> Any:
-    """(forbidden, checked, violation) of candidates `rows` x `columns`."""
+    """(forbidden, checked, violation) of candidates `rows` x `columns`.
+
+    A violation is by how much the worst dimension of their configuration lies outside its constraint.
+    """
     shape = (len(rows), len(columns))
     forbidden, checked, violation = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_), np.zeros(shape)
     for a in range(len(rows)):
         for b in range(len(columns)):
-            pair = check_pair(c, rows[a], columns[b], boxes, overlap, max_overlap, max_ratio)
-            forbidden[a, b], checked[a, b], violation[a, b] = pair
+            i, j = rows[a], columns[b]
+            ratio = c.scale[i] / c.scale[j]
+            if (
+                c.component[i] == c.component[j]
+                or max(ratio, 1 / ratio) > max_ratio
+                or overlap[c.match[i], c.match[j]] > max_overlap
+            ):
+                forbidden[a, b] = True
+                continue
+            p = boxes.pair[c.key[i], c.key[j]]
+            if p < 0:
+                continue
+            checked[a, b] = True
+            if boxes.swapped[c.key[i], c.key[j]]:
+                i, j = j, i
+            value, noise = _configuration(
+                c.x[j] - c.x[i], c.y[j] - c.y[i], (c.theta[i], c.theta[j]), (c.scale[i], c.scale[j]),
+                (c.place_noise[i], c.place_noise[j]), (c.theta_noise[i], c.theta_noise[j]),
+                (c.scale_noise[i], c.scale_noise[j])
+            )  # fmt: skip
+            worst = 0.0
+            for d in range(6):
+                outside = _excess(boxes.low[p, d], boxes.high[p, d], boxes.period[p, d], value[d], noise[d])
+                worst = max(worst, outside / boxes.reach[p] if d < 3 else outside)
+            violation[a, b] = worst
     return forbidden, checked, violation
 
 

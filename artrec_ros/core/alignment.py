@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import contour_fit as compiled
+from .compiled import agreement as compiled
 from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .contour_map import STEPS_PER_PX, ContourMap
@@ -171,13 +171,11 @@ def evidence(
 def _evidence_compiled(
     cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, blank: tuple[int, ...]
 ) -> Evidence:
-    packed = pack_shapes(tuple(shapes))
     tolerance = tolerance_px(placed.area_px(shapes), config)
     return Evidence(
         *compiled.evidence(
             cmap.contours,
-            packed.points,
-            packed.normals,
+            pack_shapes(tuple(shapes)),
             placed.t,
             placed.z,
             placed.w,

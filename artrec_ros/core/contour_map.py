@@ -6,6 +6,7 @@ All contours share one atlas: per class one slot of the same size, stacked. Comp
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate
 
 import cv2
@@ -13,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .blobs import Blob
-from .compiled import contour_fit as compiled
+from .compiled.agreement import stretches
+from .compiled.contour_fit import Contours
 from .compiled.jit import COMPILED
 from .compiled.nearest import bounding_boxes, fill_atlas, hull
 from .compiled.outlining import merge_boxes
@@ -83,10 +85,11 @@ class ContourMap:
         maps[..., 1] += (slot * self.height)[:, None].astype(np.float32)
         return cv2.remap(self.distance, maps, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=255)
 
-    @property
-    def contours(self) -> compiled.Contours:
+    @cached_property
+    def contours(self) -> Contours:
         """The nearest points as compiled code takes them."""
-        return compiled.Contours(self.nearest, self.points, self.normals, *self.origin, self.height)
+        (x, y), (nx, ny) = ((c.real.copy(), c.imag.copy()) for c in (self.points, self.normals))
+        return Contours(self.nearest, x, y, nx, ny, *self.origin, self.height)
 
     def nearest_index(self, where: np.ndarray, slot: np.ndarray) -> NDArray[np.int32]:
         """(K, m) index of the contour point nearest to (K, m) complex image points."""
@@ -101,7 +104,7 @@ class ContourMap:
         :param index: (m,) contour points in the order of the contour; -1 for none.
         """
         count = np.bincount(self.blob[:-1])
-        return compiled.stretches(index, self.blob, np.cumsum(count) - count, count, longest)
+        return stretches(index, self.blob, np.cumsum(count) - count, count, longest)
 
 
 def _as_complex(parts: list[NDArray[np.float64]]) -> np.ndarray:

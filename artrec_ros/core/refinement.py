@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from .alignment import Placements
@@ -130,6 +132,11 @@ def _in_batches(
     return parts[0] if len(parts) == 1 else Placements.concatenate(parts)
 
 
+@lru_cache(maxsize=8)
+def _gates(steps: int) -> np.ndarray:
+    return np.geomspace(*_GATES_PX, steps)
+
+
 def _squeeze(config: RecognizerConfig, slanted: bool) -> float:
     """Greatest |w| / |z| of an affinity that a turn by `max_slant_deg` makes."""
     cosine = np.cos(np.radians(config.max_slant_deg))
@@ -139,19 +146,15 @@ def _squeeze(config: RecognizerConfig, slanted: bool) -> float:
 def _refined(
     cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, slanted: bool
 ) -> Placements:
-    packed = pack_shapes(tuple(shapes))
-    gates = np.geomspace(*_GATES_PX, config.refine_steps)
     t, z, w = compiled.refine(
         cmap.contours,
-        packed.points,
-        packed.normals,
-        packed.radius,
+        pack_shapes(tuple(shapes)),
         placed.t,
         placed.z,
         placed.w,
         placed.shape,
         placed.slot,
-        gates,
+        _gates(config.refine_steps),
         _POINT_STEP,
         _NORMAL_AGREEMENT,
         _DAMPING,
@@ -179,7 +182,7 @@ class _Batch:
     def refined(self, config: RecognizerConfig, squeeze: float) -> Placements:
         start = self._placed.replace(z=self._placed.z * self._radius, w=self._placed.w * self._radius)
         now = start
-        for gate in np.geomspace(*_GATES_PX, config.refine_steps):
+        for gate in _gates(config.refine_steps):
             limit = np.minimum(gate, np.maximum(1.5, 0.5 * np.abs(now.z)))
             dt, dz, dw = self._step(now, limit, squeeze > 0)
             w = now.w + dw

@@ -1,4 +1,7 @@
-"""Placed outlines moved onto contours, and how they agree: twins of `refinement._Batch` and `alignment.evidence`."""
+"""Placed outlines moved onto contours: twin of `refinement._Batch`.
+
+Sums over points run without a branch, over numbers and single arrays, so that the compiler can take several at once.
+"""
 
 from __future__ import annotations
 
@@ -10,29 +13,35 @@ from .jit import inlined, jit
 
 
 class Contours(NamedTuple):
-    """A `ContourMap`'s nearest points."""
+    """A `ContourMap`'s nearest points.
+
+    :param nearest: (slots * height, w). :param x, y, nx, ny: (P,) of points and normals.
+    :param left, top: origin; height: rows of a slot.
+    """
 
     nearest: np.ndarray
-    points: np.ndarray
-    normals: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    nx: np.ndarray
+    ny: np.ndarray
     left: int
     top: int
     height: int
 
 
 @inlined
-def _nearest(contours: Any, slot: int, x: float, y: float) -> int:
-    column = int(np.rint(min(max(x - contours.left, 0.0), contours.nearest.shape[1] - 1.0)))
-    row = int(np.rint(min(max(y - contours.top, 0.0), contours.height - 1.0)))
-    return contours.nearest[slot * contours.height + row, column]
+def nearest_at(nearest: Any, width: int, top: int, height: int, x: float, y: float) -> int:
+    """Contour point nearest to (x, y) of a slot. :param nearest: flat. :param top: the slot's first row."""
+    column = np.rint(min(max(x, 0.0), width - 1.0))
+    row = np.rint(min(max(y, 0.0), height - 1.0))
+    return nearest[np.uint32((top + row) * width + column)]
 
 
 @inlined
-def _agree(turned: complex, normal: complex, least: float) -> bool:
-    """Whether the cosine between a direction and a unit normal (or zero) is `least` > 0 or more."""
-    along = turned.real * normal.real + turned.imag * normal.imag
-    length2 = turned.real * turned.real + turned.imag * turned.imag
-    return along > 0 and along * along >= least * least * max(length2, 1e-24)
+def agrees(tx: float, ty: float, nx: float, ny: float, least: float) -> bool:
+    """Whether the cosine between a direction t and a unit normal n (or zero) is `least` > 0 or more."""
+    along = tx * nx + ty * ny
+    return (along > 0) & (along * along >= least * least * max(tx * tx + ty * ty, 1e-24))
 
 
 @jit
@@ -57,34 +66,30 @@ def _solve(A: Any, b: Any, n: int) -> None:
 
 
 @inlined
-def _weight(turned: complex, normal: complex, off: complex, gate: float, agreement: float) -> float:
-    """Tukey's weight of a point that lies `off` from its nearest contour point; 0 where it is no correspondence."""
-    if off.real * off.real + off.imag * off.imag >= 4 * gate * gate or not _agree(turned, normal, agreement):
-        return 0.0
-    far = (normal.real * off.real + normal.imag * off.imag) / gate
-    return max(1 - far * far, 0.0) ** 2
+def _weight(off_x: float, off_y: float, nx: float, ny: float, gate: float) -> float:
+    """Tukey's weight of a point that lies `off` from its nearest contour point; 0 beyond twice the gate."""
+    far = (nx * off_x + ny * off_y) / gate
+    near = off_x * off_x + off_y * off_y < 4 * gate * gate
+    return max(1 - far * far, 0.0) ** 2 if near else 0.0
 
 
 @jit
-def _similarity_step(
-    contours: Any, slot: int, points: Any, normals: Any, step: int, t: complex, z: complex, gate: float,
-    agreement: float, damping: float, A: Any, b: Any,
-) -> None:  # fmt: skip
-    """b becomes the changes of (x, y, Re z, Im z); z is in units of the points. A is scratch."""
+def _similarity_sums(
+    nearest: Any, width: int, top: int, height: int, cx: Any, cy: Any, cnx: Any, cny: Any, px: Any, py: Any, pnx: Any,
+    pny: Any, tx: float, ty: float, zx: float, zy: float, gate: float, agreement: float,
+) -> Any:  # fmt: skip
+    """The lower half of J' W J by rows, then J' W r, for (x, y, Re z, Im z). Coordinates have the atlas' origin."""
     a00 = a10 = a11 = a20 = a21 = a22 = a30 = a31 = a32 = a33 = b0 = b1 = b2 = b3 = 0.0
-    for i in range(0, len(points), step):
-        p = points[i]
-        where = t + z * p
-        at = _nearest(contours, slot, where.real, where.imag)
-        normal = contours.normals[at]
-        off = where - contours.points[at]
-        weight = _weight(z * normals[i], normal, off, gate, agreement)
-        if weight == 0.0:
-            continue
-        nx, ny = normal.real, normal.imag
-        along, across = nx * p.real + ny * p.imag, ny * p.real - nx * p.imag
+    for i in range(len(px)):
+        x, y = px[i], py[i]
+        at_x, at_y = tx + zx * x - zy * y, ty + zy * x + zx * y
+        at = np.uint32(nearest_at(nearest, width, top, height, at_x, at_y))
+        nx, ny, off_x, off_y = cnx[at], cny[at], at_x - cx[at], at_y - cy[at]
+        along_x, along_y = zx * pnx[i] - zy * pny[i], zy * pnx[i] + zx * pny[i]
+        weight = _weight(off_x, off_y, nx, ny, gate) if agrees(along_x, along_y, nx, ny, agreement) else 0.0
+        along, across = nx * x + ny * y, ny * x - nx * y
         wx, wy, wa, wc = weight * nx, weight * ny, weight * along, weight * across
-        residual = nx * off.real + ny * off.imag
+        residual = nx * off_x + ny * off_y
         a00 += wx * nx
         a10 += wx * ny
         a11 += wy * ny
@@ -95,32 +100,41 @@ def _similarity_step(
         a31 += wc * ny
         a32 += wc * along
         a33 += wc * across
-        b0 -= wx * residual
-        b1 -= wy * residual
-        b2 -= wa * residual
-        b3 -= wc * residual
-    A[0, 0], A[1, 0], A[1, 1], A[2, 0], A[2, 1] = a00 + damping, a10, a11 + damping, a20, a21
-    A[2, 2], A[3, 0], A[3, 1], A[3, 2], A[3, 3] = a22 + damping, a30, a31, a32, a33 + damping
-    b[0], b[1], b[2], b[3] = b0, b1, b2, b3
+        b0 += wx * residual
+        b1 += wy * residual
+        b2 += wa * residual
+        b3 += wc * residual
+    return (a00, a10, a11, a20, a21, a22, a30, a31, a32, a33), (b0, b1, b2, b3)
+
+
+@inlined
+def _similarity_step(sums: Any, damping: float, A: Any, b: Any) -> None:
+    """b becomes the changes of (x, y, Re z, Im z)."""
+    n = 0
+    for i in range(4):
+        b[i] = -sums[1][i]
+        for j in range(i + 1):
+            A[i, j] = sums[0][n]
+            n += 1
+        A[i, i] += damping
     _solve(A, b, 4)
 
 
 @jit
 def _affine_step(
-    contours: Any, slot: int, points: Any, normals: Any, step: int, t: complex, z: complex, w: complex, gate: float,
-    agreement: float, damping: float, A: Any, b: Any,
+    nearest: Any, width: int, top: int, height: int, cx: Any, cy: Any, cnx: Any, cny: Any, px: Any, py: Any, pnx: Any,
+    pny: Any, t: complex, z: complex, w: complex, gate: float, agreement: float, damping: float, A: Any, b: Any,
 ) -> None:  # fmt: skip
     """b becomes the changes of (x, y, Re z, Im z, Re w, Im w)."""
     A[:], b[:] = 0.0, 0.0
     row = np.empty(6)
-    for i in range(0, len(points), step):
-        p = points[i]
-        where = t + z * p + w * np.conj(p)
-        at = _nearest(contours, slot, where.real, where.imag)
-        normal = contours.normals[at]
-        off = where - contours.points[at]
-        weight = _weight(z * normals[i] - w * np.conj(normals[i]), normal, off, gate, agreement)
-        if weight == 0.0:
+    for i in range(len(px)):
+        p, outward = complex(px[i], py[i]), complex(pnx[i], pny[i])
+        where, turned = t + z * p + w * np.conj(p), z * outward - w * np.conj(outward)
+        at = nearest_at(nearest, width, top, height, where.real, where.imag)
+        normal, off = complex(cnx[at], cny[at]), where - complex(cx[at], cy[at])
+        weight = _weight(off.real, off.imag, normal.real, normal.imag, gate)
+        if weight == 0.0 or not agrees(turned.real, turned.imag, normal.real, normal.imag, agreement):
             continue
         residual = normal.real * off.real + normal.imag * off.imag
         along, across = np.conj(normal) * p, np.conj(normal) * np.conj(p)
@@ -137,27 +151,34 @@ def _affine_step(
 
 @jit
 def refine(
-    contours: Any, shape_points: Any, shape_normals: Any, radius: Any, t: Any, z: Any, w: Any, shape: Any, slot: Any,
-    gates: Any, step: int, agreement: float, damping: float, squeeze: float, most: float,
+    contours: Any, shapes: Any, t: Any, z: Any, w: Any, shape: Any, slot: Any, gates: Any, step: int, agreement: float,
+    damping: float, squeeze: float, most: float,
 ) -> Any:  # fmt: skip
     """(t, z, w) refined; `squeeze`: greatest |w| / |z|, 0 for similarities alone; `most`: greatest change of scale."""
     new_t, new_z, new_w = t.copy(), z.copy(), w.copy()
-    damping = damping * ((shape_points.shape[1] + step - 1) // step)
+    nearest, width, height = contours.nearest.ravel(), contours.nearest.shape[1], contours.height
+    origin = complex(contours.left, contours.top)
+    cx, cy, cnx, cny = contours.x - contours.left, contours.y - contours.top, contours.nx, contours.ny
+    # points every `step`-th, in units of the shape's radius
+    unit = shapes.radius.reshape(-1, 1)
+    all_x, all_y = shapes.x[:, ::step] / unit, shapes.y[:, ::step] / unit
+    all_nx, all_ny = shapes.normals.real[:, ::step].copy(), shapes.normals.imag[:, ::step].copy()
+    damping *= all_x.shape[1]
     A, b = np.empty((6, 6)), np.empty(6)
-    points = shape_points / radius.reshape(-1, 1)
     for h in range(len(t)):
-        s = shape[h]
-        r = radius[s]
-        th, zh, wh = t[h], z[h] * r, w[h] * r
+        s, top = shape[h], slot[h] * height
+        px, py, pnx, pny, r = all_x[s], all_y[s], all_nx[s], all_ny[s], shapes.radius[s]
+        th, zh, wh = t[h] - origin, z[h] * r, w[h] * r
         start = abs(zh) + abs(wh)
         for gate in gates:
             limit = min(gate, max(1.5, 0.5 * abs(zh)))
             if squeeze > 0:
-                _affine_step(contours, slot[h], points[s], shape_normals[s], step, th, zh, wh, limit, agreement,
-                             damping, A, b)  # fmt: skip
+                _affine_step(nearest, width, top, height, cx, cy, cnx, cny, px, py, pnx, pny, th, zh, wh, limit,
+                             agreement, damping, A, b)  # fmt: skip
             else:
-                _similarity_step(contours, slot[h], points[s], shape_normals[s], step, th, zh, limit, agreement,
-                                 damping, A, b)  # fmt: skip
+                sums = _similarity_sums(nearest, width, top, height, cx, cy, cnx, cny, px, py, pnx, pny, th.real,
+                                        th.imag, zh.real, zh.imag, limit, agreement)  # fmt: skip
+                _similarity_step(sums, damping, A, b)
             th += complex(b[0], b[1])
             zh += complex(b[2], b[3])
             if squeeze > 0:
@@ -165,65 +186,5 @@ def refine(
                 wh *= min(1.0, squeeze * abs(zh) / max(abs(wh), 1e-12))
         ratio = (abs(zh) + abs(wh)) / start
         if 1 / most < ratio < most:
-            new_t[h], new_z[h], new_w[h] = th, zh / r, wh / r
+            new_t[h], new_z[h], new_w[h] = th + origin, zh / r, wh / r
     return new_t, new_z, new_w
-
-
-@inlined
-def _is_seen(x: float, y: float, width: int, height: int, blank: Any) -> bool:
-    if not (0.5 < x < width - 1.5 and 0.5 < y < height - 1.5):
-        return False
-    for i in range(0, len(blank), 4):
-        across = blank[i] - 1.5 <= x <= blank[i] + blank[i + 2] + 0.5
-        if across and blank[i + 1] - 1.5 <= y <= blank[i + 1] + blank[i + 3] + 0.5:
-            return False
-    return True
-
-
-@jit
-def evidence(
-    contours: Any, shape_points: Any, shape_normals: Any, t: Any, z: Any, w: Any, shape: Any, slot: Any,
-    tolerance: Any, agreement: float, size: Any, blank: Any,
-) -> Any:  # fmt: skip
-    """(share, score, visible, matched) as in `Evidence`."""
-    count, samples = len(t), shape_points.shape[1]
-    share, score, visible = np.zeros(count), np.zeros(count), np.zeros(count)
-    matched = np.full((count, samples), -1, np.int32)
-    for h in range(count):
-        seen, hits, worth = 0, 0, 0.0
-        for i in range(samples):
-            p, n = shape_points[shape[h], i], shape_normals[shape[h], i]
-            where = t[h] + z[h] * p + w[h] * np.conj(p)
-            in_view = _is_seen(where.real, where.imag, size[0], size[1], blank)
-            seen += in_view
-            at = _nearest(contours, slot[h], where.real, where.imag)
-            off = where - contours.points[at]
-            off2 = off.real * off.real + off.imag * off.imag
-            if off2 > tolerance[h] * tolerance[h]:
-                continue
-            if not _agree(z[h] * n - w[h] * np.conj(n), contours.normals[at], agreement):
-                continue
-            matched[h, i] = at
-            if in_view:
-                hits += 1
-                worth += 1 - 0.5 * off2 / (tolerance[h] * tolerance[h])
-        share[h], score[h], visible[h] = hits / max(seen, 1), worth / max(seen, 1), seen / samples
-    return share, score, visible, matched
-
-
-@jit
-def stretches(index: Any, blob: Any, first: Any, count: Any, longest: int) -> Any:
-    """`ContourMap.stretches`; contours are those of blobs that start at `first` and have `count` points."""
-    held = np.zeros(len(blob), np.bool_)
-    for i in range(len(index)):
-        here, after = index[i], index[(i + 1) % len(index)]
-        if here < 0:
-            continue
-        held[here] = True
-        b = blob[here]
-        if after < 0 or blob[after] != b:
-            continue
-        between = (after - here) % count[b]
-        for step in range(1, between if between <= longest else 0):
-            held[first[b] + (here - first[b] + step) % count[b]] = True
-    return np.flatnonzero(held).astype(np.int32)

@@ -88,8 +88,8 @@ class ContourMap:
     @cached_property
     def contours(self) -> Contours:
         """The nearest points as compiled code takes them."""
-        (x, y), (nx, ny) = ((c.real.copy(), c.imag.copy()) for c in (self.points, self.normals))
-        return Contours(self.nearest, x, y, nx, ny, *self.origin, self.height)
+        edge = np.stack([self.points - complex(*self.origin), self.normals], axis=1).view(np.float64)
+        return Contours(self.nearest, edge, *self.origin, self.height)
 
     def nearest_index(self, where: np.ndarray, slot: np.ndarray) -> NDArray[np.int32]:
         """(K, m) index of the contour point nearest to (K, m) complex image points."""

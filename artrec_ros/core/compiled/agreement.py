@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .contour_fit import agrees, nearest_at
+from .contour_fit import agrees, look_up
 from .jit import inlined, jit
 
 
@@ -23,19 +23,15 @@ def _note_seen(x: Any, y: Any, width: int, height: int, blank: Any, seen: Any) -
     return seen.sum()
 
 
-@jit
-def _match(
-    nearest: Any, width: int, top: int, height: int, cx: Any, cy: Any, cnx: Any, cny: Any, x: Any, y: Any, nx: Any,
-    ny: Any, seen: Any, tolerance: float, agreement: float, matched: Any,
-) -> Any:  # fmt: skip
-    """Fill the contour point that each point matches; (hits, worth) of those in view. x, y have the atlas' origin."""
+@inlined
+def _match(index: Any, off: Any, nx: Any, ny: Any, seen: Any, tolerance: float, agreement: float, matched: Any) -> Any:
+    """Fill the contour point that each point matches; (hits, worth) of those in view."""
     hits, worth, tolerance2 = 0, 0.0, tolerance * tolerance
-    for i in range(len(x)):
-        at = np.uint32(nearest_at(nearest, width, top, height, x[i], y[i]))
-        off_x, off_y = x[i] - cx[at], y[i] - cy[at]
-        off2 = off_x * off_x + off_y * off_y
-        good = (off2 <= tolerance2) & agrees(nx[i], ny[i], cnx[at], cny[at], agreement)
-        matched[i] = at if good else -1
+    off_x, off_y, normal_x, normal_y = off[0], off[1], off[2], off[3]
+    for i in range(len(index)):
+        off2 = off_x[i] * off_x[i] + off_y[i] * off_y[i]
+        good = (off2 <= tolerance2) & agrees(nx[i], ny[i], normal_x[i], normal_y[i], agreement)
+        matched[i] = index[i] if good else -1
         hits += good & seen[i]
         worth += 1 - 0.5 * off2 / tolerance2 if good & seen[i] else 0.0
     return hits, worth
@@ -50,11 +46,10 @@ def evidence(
     count, samples = len(t), shapes.points.shape[1]
     share, score, visible = np.zeros(count), np.zeros(count), np.zeros(count)
     matched = np.empty((count, samples), np.int32)
-    nearest, width, height = contours.nearest.ravel(), contours.nearest.shape[1], contours.height
-    cx, cy, cnx, cny = contours.x - contours.left, contours.y - contours.top, contours.nx, contours.ny
+    nearest, width, height, edge = contours.nearest.ravel(), contours.nearest.shape[1], contours.height, contours.edge
     all_nx, all_ny = shapes.normals.real.copy(), shapes.normals.imag.copy()
     x, y, nx, ny = np.empty(samples), np.empty(samples), np.empty(samples), np.empty(samples)
-    seen = np.empty(samples, np.bool_)
+    seen, index, off = np.empty(samples, np.bool_), np.empty(samples, np.int32), np.empty((4, samples))
     for h in range(count):
         px, py, pnx, pny = shapes.x[shape[h]], shapes.y[shape[h]], all_nx[shape[h]], all_ny[shape[h]]
         # z p + w conj(p), and z n - w conj(n)
@@ -66,8 +61,8 @@ def evidence(
         in_view = _note_seen(x, y, size[0], size[1], blank, seen)
         x -= contours.left
         y -= contours.top
-        hits, worth = _match(nearest, width, slot[h] * height, height, cx, cy, cnx, cny, x, y, nx, ny, seen,
-                             tolerance[h], agreement, matched[h])  # fmt: skip
+        look_up(nearest, width, slot[h] * height, height, edge, x, y, index, off)
+        hits, worth = _match(index, off, nx, ny, seen, tolerance[h], agreement, matched[h])
         share[h], score[h], visible[h] = hits / max(in_view, 1), worth / max(in_view, 1), in_view / samples
     return share, score, visible, matched
 

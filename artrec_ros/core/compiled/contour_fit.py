@@ -15,15 +15,12 @@ from .jit import inlined, jit
 class Contours(NamedTuple):
     """A `ContourMap`'s nearest points.
 
-    :param nearest: (slots * height, w). :param x, y, nx, ny: (P,) of points and normals.
+    :param nearest: (slots * height, w). :param edge: (P, 4) each point's x, y, with the atlas' origin, and its normal.
     :param left, top: origin; height: rows of a slot.
     """
 
     nearest: np.ndarray
-    x: np.ndarray
-    y: np.ndarray
-    nx: np.ndarray
-    ny: np.ndarray
+    edge: np.ndarray
     left: int
     top: int
     height: int
@@ -42,6 +39,28 @@ def agrees(tx: float, ty: float, nx: float, ny: float, least: float) -> bool:
     """Whether the cosine between a direction t and a unit normal n (or zero) is `least` > 0 or more."""
     along = tx * nx + ty * ny
     return (along > 0) & (along * along >= least * least * max(tx * tx + ty * ty, 1e-24))
+
+
+@inlined
+def look_up(
+    nearest: Any, width: int, top: int, height: int, edge: Any, x: Any, y: Any, index: Any, off: Any
+) -> None:  # fmt: skip
+    """Fill the contour points nearest to points, how far these are off, and the normals there.
+
+    :param x, y: (n,) with the atlas' origin. :param index: (n,). :param off: (4, n) off x, off y, normals' x and y.
+    """
+    off_x, off_y, nx, ny = off[0], off[1], off[2], off[3]
+    for i in range(len(x)):
+        index[i] = nearest_at(nearest, width, top, height, x[i], y[i])
+    for i in range(len(x)):
+        at = np.uint32(index[i])
+        off_x[i], off_y[i], nx[i], ny[i] = x[i] - edge[at, 0], y[i] - edge[at, 1], edge[at, 2], edge[at, 3]
+
+
+@inlined
+def _place(px: Any, py: Any, tx: float, ty: float, zx: float, zy: float, x: Any, y: Any) -> None:
+    for i in range(len(px)):
+        x[i], y[i] = tx + zx * px[i] - zy * py[i], ty + zy * px[i] + zx * py[i]
 
 
 @jit
@@ -73,18 +92,15 @@ def _weight(off_x: float, off_y: float, nx: float, ny: float, gate: float) -> fl
     return max(1 - far * far, 0.0) ** 2 if near else 0.0
 
 
-@jit
+@inlined
 def _similarity_sums(
-    nearest: Any, width: int, top: int, height: int, cx: Any, cy: Any, cnx: Any, cny: Any, px: Any, py: Any, pnx: Any,
-    pny: Any, tx: float, ty: float, zx: float, zy: float, gate: float, agreement: float,
-) -> Any:  # fmt: skip
-    """The lower half of J' W J by rows, then J' W r, for (x, y, Re z, Im z). Coordinates have the atlas' origin."""
+    px: Any, py: Any, pnx: Any, pny: Any, off: Any, zx: float, zy: float, gate: float, agreement: float
+) -> Any:
+    """The lower half of J' W J by rows, then J' W r, for (x, y, Re z, Im z)."""
+    all_x, all_y, all_nx, all_ny = off[0], off[1], off[2], off[3]
     a00 = a10 = a11 = a20 = a21 = a22 = a30 = a31 = a32 = a33 = b0 = b1 = b2 = b3 = 0.0
     for i in range(len(px)):
-        x, y = px[i], py[i]
-        at_x, at_y = tx + zx * x - zy * y, ty + zy * x + zx * y
-        at = np.uint32(nearest_at(nearest, width, top, height, at_x, at_y))
-        nx, ny, off_x, off_y = cnx[at], cny[at], at_x - cx[at], at_y - cy[at]
+        x, y, off_x, off_y, nx, ny = px[i], py[i], all_x[i], all_y[i], all_nx[i], all_ny[i]
         along_x, along_y = zx * pnx[i] - zy * pny[i], zy * pnx[i] + zx * pny[i]
         weight = _weight(off_x, off_y, nx, ny, gate) if agrees(along_x, along_y, nx, ny, agreement) else 0.0
         along, across = nx * x + ny * y, ny * x - nx * y
@@ -122,8 +138,8 @@ def _similarity_step(sums: Any, damping: float, A: Any, b: Any) -> None:
 
 @jit
 def _affine_step(
-    nearest: Any, width: int, top: int, height: int, cx: Any, cy: Any, cnx: Any, cny: Any, px: Any, py: Any, pnx: Any,
-    pny: Any, t: complex, z: complex, w: complex, gate: float, agreement: float, damping: float, A: Any, b: Any,
+    nearest: Any, width: int, top: int, height: int, edge: Any, px: Any, py: Any, pnx: Any, pny: Any, t: complex,
+    z: complex, w: complex, gate: float, agreement: float, damping: float, A: Any, b: Any,
 ) -> None:  # fmt: skip
     """b becomes the changes of (x, y, Re z, Im z, Re w, Im w)."""
     A[:], b[:] = 0.0, 0.0
@@ -132,7 +148,7 @@ def _affine_step(
         p, outward = complex(px[i], py[i]), complex(pnx[i], pny[i])
         where, turned = t + z * p + w * np.conj(p), z * outward - w * np.conj(outward)
         at = nearest_at(nearest, width, top, height, where.real, where.imag)
-        normal, off = complex(cnx[at], cny[at]), where - complex(cx[at], cy[at])
+        normal, off = complex(edge[at, 2], edge[at, 3]), where - complex(edge[at, 0], edge[at, 1])
         weight = _weight(off.real, off.imag, normal.real, normal.imag, gate)
         if weight == 0.0 or not agrees(turned.real, turned.imag, normal.real, normal.imag, agreement):
             continue
@@ -158,13 +174,14 @@ def refine(
     new_t, new_z, new_w = t.copy(), z.copy(), w.copy()
     nearest, width, height = contours.nearest.ravel(), contours.nearest.shape[1], contours.height
     origin = complex(contours.left, contours.top)
-    cx, cy, cnx, cny = contours.x - contours.left, contours.y - contours.top, contours.nx, contours.ny
+    edge = contours.edge
     # points every `step`-th, in units of the shape's radius
     unit = shapes.radius.reshape(-1, 1)
     all_x, all_y = shapes.x[:, ::step] / unit, shapes.y[:, ::step] / unit
     all_nx, all_ny = shapes.normals.real[:, ::step].copy(), shapes.normals.imag[:, ::step].copy()
     damping *= all_x.shape[1]
-    A, b = np.empty((6, 6)), np.empty(6)
+    A, b, x, y = np.empty((6, 6)), np.empty(6), np.empty(all_x.shape[1]), np.empty(all_x.shape[1])
+    index, off = np.empty(len(x), np.int32), np.empty((4, len(x)))
     for h in range(len(t)):
         s, top = shape[h], slot[h] * height
         px, py, pnx, pny, r = all_x[s], all_y[s], all_nx[s], all_ny[s], shapes.radius[s]
@@ -173,11 +190,12 @@ def refine(
         for gate in gates:
             limit = min(gate, max(1.5, 0.5 * abs(zh)))
             if squeeze > 0:
-                _affine_step(nearest, width, top, height, cx, cy, cnx, cny, px, py, pnx, pny, th, zh, wh, limit,
-                             agreement, damping, A, b)  # fmt: skip
+                _affine_step(nearest, width, top, height, edge, px, py, pnx, pny, th, zh, wh, limit, agreement,
+                             damping, A, b)  # fmt: skip
             else:
-                sums = _similarity_sums(nearest, width, top, height, cx, cy, cnx, cny, px, py, pnx, pny, th.real,
-                                        th.imag, zh.real, zh.imag, limit, agreement)  # fmt: skip
+                _place(px, py, th.real, th.imag, zh.real, zh.imag, x, y)
+                look_up(nearest, width, top, height, edge, x, y, index, off)
+                sums = _similarity_sums(px, py, pnx, pny, off, zh.real, zh.imag, limit, agreement)
                 _similarity_step(sums, damping, A, b)
             th += complex(b[0], b[1])
             zh += complex(b[2], b[3])

@@ -103,8 +103,16 @@ class ContourMap:
 
         :param index: (m,) contour points in the order of the contour; -1 for none.
         """
-        count = np.bincount(self.blob[:-1])
-        return stretches(index, self.blob, np.cumsum(count) - count, count, longest)
+        return stretches(index, self.blob, self._first, self.lengths, longest)
+
+    @cached_property
+    def lengths(self) -> NDArray[np.int64]:
+        """(B,) points of each blob's contour."""
+        return np.bincount(self.blob[:-1])
+
+    @cached_property
+    def _first(self) -> NDArray[np.int64]:
+        return np.cumsum(self.lengths) - self.lengths
 
 
 def _as_complex(parts: list[NDArray[np.float64]]) -> np.ndarray:

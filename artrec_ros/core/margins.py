@@ -31,9 +31,12 @@ def runner_up_margins(
     picked = set(chosen)
     margins: list[float | None] = []
     for g in chosen:
-        others = np.array([n for n in part_of[g] if same[n] != same[g]], int)
+        others = [n for n in part_of[g] if same[n] != same[g]]
+        if not others:
+            margins.append(1.0)
+            continue
         best, proven = pack(weight[others], conflict[np.ix_(others, others)], node_limit, deadline)
-        held = float(weight[[n for n in part_of[g] if n in picked]].sum())
-        left = float(weight[others[best]].sum()) if len(best) else 0.0
-        margins.append(float(np.clip((held - left) / weight[g], 0.0, 1.0)) if proven else None)
+        held = sum(float(weight[n]) for n in part_of[g] if n in picked)
+        left = sum(float(weight[others[n]]) for n in best)
+        margins.append(min(max((held - left) / float(weight[g]), 0.0), 1.0) if proven else None)
     return margins

@@ -22,6 +22,8 @@ def pack(weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: 
     :param weight: (G,) positive; conflict: (G, G) symmetric.
     :return: indices, ascending, and whether the choice is proven to be the best.
     """
+    if np.count_nonzero(conflict) == np.trace(conflict):  # none is in another's way
+        return list(range(len(weight))), True
     chosen: list[int] = []
     exact = True
     kept = _heaviest_of_like(weight, conflict)
@@ -48,9 +50,11 @@ def connected_parts(conflict: NDArray[np.bool_]) -> list[list[int]]:
 def _heaviest_of_like(weight: Array, conflict: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Groups, ascending, without those that conflict with just what a heavier one conflicts with."""
     heaviest: dict[bytes, int] = {}
-    rows = np.packbits(conflict | np.eye(len(conflict), dtype=bool), axis=1)
+    with_itself = conflict.copy()
+    np.fill_diagonal(with_itself, True)
+    rows, n = with_itself.tobytes(), len(conflict)
     for g in np.argsort(-weight, kind="stable").tolist():
-        heaviest.setdefault(rows[g].tobytes(), g)
+        heaviest.setdefault(rows[g * n : (g + 1) * n], g)
     return np.array(sorted(heaviest.values()), np.int64)
 
 

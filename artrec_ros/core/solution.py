@@ -56,11 +56,14 @@ def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfi
     chosen, exact = pack(weight, conflict, config.search_nodes, deadline)
     kept, unexplained = _explained_enough([pool[g] for g in chosen], matches, config)
     stay = [n for n in chosen if any(pool[n] is g for g in kept)]
-    same = [(id(g.candidates), frozenset(zip(g.components, g.matches, strict=True))) for g in pool]
+    same = [(id(g.candidates), g.choice) for g in pool]
     margins = runner_up_margins(weight, conflict, stay, same, config.search_nodes, deadline)
     held = {g.seed for g in kept} | {u.group.seed for u in unexplained}
+    loses_to = conflict[:, stay].tolist()
     lost = [
-        Lost(g, rivals=tuple(pool[n] for n in stay if conflict[i, n])) for i, g in enumerate(pool) if g.seed not in held
+        Lost(g, rivals=tuple(pool[n] for n, rival in zip(stay, loses_to[i], strict=True) if rival))
+        for i, g in enumerate(pool)
+        if g.seed not in held
     ]
     exact &= all(search.exact for search in searches) and not deadline.hit
     return Solution([pool[n] for n in stay], [*unexplained, *lost], exact, margins)
@@ -111,13 +114,14 @@ def _explained_enough(
 
     Judged per blob and not per match, so that components merged in one blob stand by each other.
     """
-    if matches.cmap is None:
+    if matches.cmap is None or not accepted:
         return accepted, []
-    blob_of_point = matches.cmap.blob
-    length = np.bincount(blob_of_point[:-1], minlength=blob_of_point.max(initial=0) + 1)
+    blob_of_point, length = matches.cmap.blob, matches.cmap.lengths
     points = {m: matches.explained(m) for g in accepted for m in g.matches}
-    explained = np.unique(np.concatenate(list(points.values()))) if points else np.zeros(0, int)
-    share = np.bincount(blob_of_point[explained], minlength=len(length)) / np.maximum(length, 1)
+    explained = np.zeros(len(blob_of_point), bool)
+    for mine in points.values():
+        explained[mine] = True
+    share = np.bincount(blob_of_point[explained], minlength=len(length)) / length
     kept: list[Group] = []
     dropped: list[Lost] = []
     for group in accepted:

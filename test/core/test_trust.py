@@ -1,7 +1,5 @@
 """Scores as probabilities."""
 
-import dataclasses
-
 import numpy as np
 from test_grouping import BASE_AFT, BASE_FORE, at, found, pair, solved
 
@@ -31,4 +29,4 @@ def test_no_constraint_is_no_evidence():
     group = best(found((0, at(0), 0.9)), min_components=1)
     assert evidence(group) == 0
     assert 0 < probability(group) < 0.9
-    assert np.isfinite(probability(dataclasses.replace(group, satisfied=0)))
+    assert np.isfinite(probability(group._replace(satisfied=0)))

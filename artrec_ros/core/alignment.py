@@ -5,7 +5,6 @@ A similarity is a complex pair (t, z): p -> t + z p, with pixels x + iy, z = k e
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,7 +53,7 @@ class Placements:
         return Placements(*(getattr(self, f)[index] for f in self.__dataclass_fields__))
 
     def replace(self, **arrays: np.ndarray) -> Placements:
-        return dataclasses.replace(self, **arrays)
+        return Placements(**{**self.__dict__, **arrays})
 
     @property
     def scale(self) -> Array1:

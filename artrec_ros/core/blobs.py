@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -35,6 +37,11 @@ class Blob:
     cut: NDArray[np.bool_]
     area_px: float
 
+    @cached_property
+    def polygon(self) -> NDArray[np.float32]:
+        """(n, 1, 2) the contour as OpenCV takes it."""
+        return self.contour.astype(np.float32)[:, None]
+
 
 def find_blobs(
     labels: NDArray[np.uint8],
@@ -58,14 +65,15 @@ def find_blobs(
     if len(found) > config.max_blobs:
         found = sorted(found, key=lambda f: -f[0])[: config.max_blobs]
     found.sort(key=lambda f: (f[1], -f[0]))
-    return tuple(_blob(chain[:, 0], label, area, labels.shape, blank) for area, label, chain in found)
+    rectangles = np.array(blank, np.int64).reshape(-1, 4)
+    return tuple(_blob(chain[:, 0], label, area, labels.shape, rectangles) for area, label, chain in found)
 
 
 def _large_enough(
     chains: Sequence[NDArray[np.int32]], config: RecognizerConfig
 ) -> list[tuple[float, NDArray[np.int32]]]:
     # n pixels of a contour enclose most as a diamond, n^2 / 8 + n / 2 + 1: most specks are sorted out by their length.
-    least = max(4, int(np.sqrt(8 * max(config.min_blob_px, 1) - 4)) - 2)
+    least = max(4, int(math.sqrt(8 * max(config.min_blob_px, 1) - 4)) - 2)
     measured = [(_pixels_enclosed(c), c) for c in chains if len(c) >= least]
     return [m for m in measured if m[0] >= config.min_blob_px]
 
@@ -76,11 +84,11 @@ def _pixels_enclosed(chain: NDArray[np.int32]) -> float:
 
 
 def _blob(
-    pixels: NDArray[np.int32], label: int, area_px: float, shape: tuple[int, ...], blank: tuple[int, ...]
+    pixels: NDArray[np.int32], label: int, area_px: float, shape: tuple[int, ...], blank: NDArray[np.int64]
 ) -> Blob:
+    """:param blank: (r, 4)."""
     if COMPILED:
-        rectangles = np.reshape(np.array(blank, np.int64), (-1, 4))
-        pixels, contour, normals, cut = outline(pixels, shape[1], shape[0], rectangles)
+        pixels, contour, normals, cut = outline(pixels, shape[1], shape[0], blank)
         return Blob(label, pixels, contour, normals, cut, area_px)
     x, y = pixels.T.astype(np.int64)
     if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
@@ -89,10 +97,10 @@ def _blob(
     return Blob(label, pixels, contour, normals, _cut_points(pixels, shape, blank), area_px)
 
 
-def _cut_points(pixels: NDArray[np.int32], shape: tuple[int, ...], blank: tuple[int, ...]) -> NDArray[np.bool_]:
+def _cut_points(pixels: NDArray[np.int32], shape: tuple[int, ...], blank: NDArray[np.int64]) -> NDArray[np.bool_]:
     x, y = pixels.T
     cut = (x == 0) | (y == 0) | (x == shape[1] - 1) | (y == shape[0] - 1)
-    for bx, by, bw, bh in np.reshape(blank, (-1, 4)):
+    for bx, by, bw, bh in blank:
         cut |= (x >= bx - 1) & (x <= bx + bw) & (y >= by - 1) & (y <= by + bh)
     return np.asarray(cut)
 
@@ -122,7 +130,11 @@ def subpixel_contour(pixels: NDArray[np.int32]) -> tuple[Array, Array]:
 
 def anchor_points(contour: Array, tolerance: float) -> Array:
     """(a, 2) anchors: split-based polygonal approximation of a closed contour (Pavlidis; Ramer-Douglas-Peucker)."""
-    return cv2.approxPolyDP(contour.astype(np.float32)[:, None], tolerance, True)[:, 0].astype(np.float64)
+    return _approximated(contour.astype(np.float32)[:, None], tolerance)
+
+
+def _approximated(polygon: NDArray[np.float32], tolerance: float) -> Array:
+    return cv2.approxPolyDP(polygon, tolerance, True)[:, 0].astype(np.float64)
 
 
 def blob_anchors(blob: Blob, config: RecognizerConfig) -> list[Array]:
@@ -131,11 +143,12 @@ def blob_anchors(blob: Blob, config: RecognizerConfig) -> list[Array]:
     Small patches need two tolerances at once, large silhouettes one that grows with the root of their area.
     """
     polygons = []
+    grown = config.anchor_tolerance_share * math.sqrt(blob.area_px)
     for base in config.anchor_tolerances_px:
-        tolerance = max(base, base * config.anchor_tolerance_share * float(np.sqrt(blob.area_px)))
-        anchors = anchor_points(blob.contour, tolerance)
+        tolerance = max(base, base * grown)
+        anchors = _approximated(blob.polygon, tolerance)
         while len(anchors) > config.max_anchors:
             tolerance *= 1.5
-            anchors = anchor_points(blob.contour, tolerance)
+            anchors = _approximated(blob.polygon, tolerance)
         polygons.append(anchors)
     return polygons

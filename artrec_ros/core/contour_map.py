@@ -52,14 +52,14 @@ class ContourMap:
         labels = [b.label for b in blobs]
         slots = {label: s for s, label in enumerate(sorted(set(labels)))}
         slot = np.array([slots[label] for label in labels])
-        first = np.array([0, *accumulate(len(b.pixels) for b in blobs)])
+        count = [len(b.pixels) for b in blobs]
+        first = np.array([0, *accumulate(count)])
         pixels = np.concatenate([b.pixels for b in blobs])
         cut = np.concatenate([b.cut for b in blobs])
         boxes = bounding_boxes(pixels, first, _MARGIN_PX)
-        around = hull(boxes)[0]
-        left, top, right, bottom = around.tolist()
-        origin, w, h = np.array([left, top], np.int32), right - left, bottom - top
-        pixels, boxes = pixels - origin, boxes - np.tile(origin, 2)
+        left, top, right, bottom = hull(boxes)[0].tolist()
+        w, h = right - left, bottom - top
+        pixels, boxes = pixels - np.array([left, top], np.int32), boxes - np.array([left, top, left, top])
         distance = np.full((len(slots), h, w), 255, np.uint8)
         # One more point, far off, stands for "no contour here at all".
         nearest = np.full((len(slots), h, w), len(pixels), np.int32)
@@ -67,8 +67,7 @@ class ContourMap:
         fill(pixels, cut, first, slot, boxes, STEPS_PER_PX, _MOST_BOXES, distance, nearest)
         points = _as_complex([*(b.contour for b in blobs), np.full((1, 2), -1e6)])
         normals = _as_complex([*(b.normals for b in blobs), np.zeros((1, 2))])
-        blob = np.full(len(points), -1, np.int32)
-        blob[:-1] = np.repeat(np.arange(len(blobs)), np.diff(first))
+        blob = np.repeat(np.array([*range(len(blobs)), -1], np.int32), [*count, 1])
         maps = distance.reshape(-1, w), nearest.reshape(-1, w)
         return cls(*maps, points, normals, blob, slots, (left, top), h, image_size)
 
@@ -88,8 +87,9 @@ class ContourMap:
     @cached_property
     def contours(self) -> Contours:
         """The nearest points as compiled code takes them."""
-        edge = np.stack([self.points - complex(*self.origin), self.normals], axis=1).view(np.float64)
-        return Contours(self.nearest, edge, *self.origin, self.height)
+        edge = np.empty((len(self.points), 2), complex)
+        edge[:, 0], edge[:, 1] = self.points - complex(*self.origin), self.normals
+        return Contours(self.nearest, edge.view(np.float64), *self.origin, self.height)
 
     def nearest_index(self, where: np.ndarray, slot: np.ndarray) -> NDArray[np.int32]:
         """(K, m) index of the contour point nearest to (K, m) complex image points."""

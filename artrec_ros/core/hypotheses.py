@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import cv2
@@ -13,7 +14,6 @@ from .compiled.starts import Couples
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .shapes import Shape
-from .symmetry import ANY_ANGLE
 from .transforms import Array
 
 WHOLE_BLOB_TURNS = 24
@@ -100,8 +100,8 @@ def _of_shape(
 
 def is_round(shape: Shape, typical_area_px: float, config: RecognizerConfig) -> bool:
     """Whether no direction of the shape can be told at the size of the blobs: its anchors mean nothing."""
-    typical_scale = float(np.sqrt(typical_area_px / shape.area_m2))
-    return shape.is_disc or shape.symmetry.order(typical_scale, config.symmetry_px) == ANY_ANGLE
+    typical_scale = math.sqrt(typical_area_px / shape.area_m2)
+    return shape.is_disc or shape.symmetry.is_any_angle(typical_scale, config.symmetry_px)
 
 
 def _couples(
@@ -130,7 +130,7 @@ def _whole_blobs(blobs: list[Blob], shape: Shape, turns: int) -> tuple[np.ndarra
 
 def centroid(blob: Blob) -> complex:
     """Of the pixels enclosed."""
-    moments = cv2.moments(blob.contour.astype(np.float32)[:, None])
+    moments = cv2.moments(blob.polygon)
     if moments["m00"] < 1e-6:
         return complex(*blob.contour.mean(axis=0))
     return complex(moments["m10"], moments["m01"]) / moments["m00"]

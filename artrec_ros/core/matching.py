@@ -124,9 +124,11 @@ def accept(
     if config.max_scale > 0:
         good &= placed.scale <= config.max_scale
     good &= placed.scale >= config.min_scale
-    label_of_slot = np.array(sorted(cmap.slots, key=lambda label: cmap.slots[label]))
-    matches = Matches(shapes, placed.replace(score=found.score), label_of_slot[placed.slot], found, cmap)
-    matches = matches.take(np.flatnonzero(good))
-    everywhere = matches.placed.slot.astype(np.int64) * len(shapes) + matches.placed.shape
-    quota = np.full(len(matches), config.max_instances)
-    return matches.take(suppress(matches.placed, everywhere, shapes, quota, config, config.same_place, Deadline()))
+    passed = np.flatnonzero(good)
+    placed = placed.replace(score=found.score).take(passed)
+    everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape
+    quota = np.full(len(placed), config.max_instances)
+    kept = suppress(placed, everywhere, shapes, quota, config, config.same_place, Deadline())
+    placed = placed.take(kept)
+    label_of_slot = np.array(list(cmap.slots))
+    return Matches(shapes, placed, label_of_slot[placed.slot], found.take(passed[kept]), cmap)

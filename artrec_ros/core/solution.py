@@ -125,9 +125,9 @@ def _explained_enough(
     kept: list[Group] = []
     dropped: list[Lost] = []
     for group in accepted:
-        own = np.concatenate([blob_of_point[points[m]] for m in group.matches])
+        own = np.concatenate([points[m] for m in group.matches])
         # by where the group's evidence lies, so that a corner of a neighbour's blob does not count
-        here = float(share[own].mean()) if len(own) else 1.0
+        here = float(share[blob_of_point[own]].sum() / len(own)) if len(own) else 1.0
         if here >= config.min_explained:
             kept.append(group)
         else:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence, Sized
+from itertools import accumulate
 from statistics import median
 
 import numpy as np
@@ -50,7 +51,7 @@ def find_starts(
 
 def _quota(blobs: tuple[Blob, ...], config: RecognizerConfig) -> NDArray[np.int64]:
     """A small blob has room for few instances."""
-    return np.clip([len(b.pixels) // 8 for b in blobs], 4, config.refine_keep)
+    return np.array([min(max(len(b.pixels) // 8, 4), config.refine_keep) for b in blobs])
 
 
 def _group(placed: Placements, shapes: list[Shape]) -> np.ndarray:
@@ -91,9 +92,11 @@ def _find_compiled(
 
 def _chunks(blobs: compiled.BlobArrays, an_anchor: int) -> Iterator[tuple[int, int]]:
     """:param an_anchor: hypotheses that come of an anchor."""
-    anchors = np.diff(blobs.polygon_first[blobs.polygons])
-    work = np.cumsum(anchors * an_anchor)
-    start, count = 0, len(work)
+    start, count = 0, len(blobs.area)
+    if len(blobs.anchors) * an_anchor <= _CHUNK:
+        yield start, count
+        return
+    work = np.cumsum(np.diff(blobs.polygon_first[blobs.polygons]) * an_anchor)
     while start < count:
         done = work[start - 1] if start else 0
         end = max(start + 1, int(np.searchsorted(work, done + _CHUNK, side="right")))
@@ -135,18 +138,23 @@ def _pack_blobs(
     none = np.zeros(0, complex)
     extra = [circles([b], shapes[s])[:2] if disc else (none, none) for (b, s), disc in zip(rows, is_disc, strict=True)]
     return compiled.BlobArrays(
-        np.concatenate(polygons) @ np.array([1, 1j]),
-        np.cumsum([0] + [len(p) for p in polygons]),
+        np.concatenate(polygons).view(complex)[:, 0],
+        _starts_of(polygons),
         np.arange(len(blobs) + 1) * len(config.anchor_tolerances_px),
         area,
         np.array([centroid(b) for b in blobs]),
         np.array([cmap.slots[b.label] for b in blobs], np.int32),
         _quota(blobs, config),
         np.array([s for _, s in rows], np.int32),
-        np.cumsum([0] + [len(shapes_of[b.label]) for b in blobs]),
+        _starts_of([shapes_of[b.label] for b in blobs]),
         np.where(is_disc, 1, WHOLE_BLOB_TURNS),
         ~is_disc,
         np.concatenate([t for t, _ in extra] or [none]),
         np.concatenate([z for _, z in extra] or [none]),
-        np.cumsum([0] + [len(t) for t, _ in extra]),
+        _starts_of([t for t, _ in extra]),
     )
+
+
+def _starts_of(parts: Sequence[Sized]) -> NDArray[np.int64]:
+    """(n + 1,) where each of n parts starts when they are put one after another, and where the last one ends."""
+    return np.array([0, *accumulate(map(len, parts))])

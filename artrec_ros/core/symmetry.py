@@ -23,6 +23,10 @@ class Symmetry:
 
     residual_m: Array
 
+    def is_any_angle(self, scale: float, ambiguous_px: float) -> bool:
+        """Whether `order` is `ANY_ANGLE`."""
+        return bool(self.residual_m[0] * scale <= ambiguous_px)
+
     def order(self, scale: float, ambiguous_px: float) -> int:
         """Order n of the symmetry as seen at a scale (pixels per metre): turns by 2 pi / n look the same.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ class FrameRecord:
     frame: str
     size: tuple[int, int] | None = None
     detections: tuple[Detection, ...] = ()
-    rejected: Sequence[Rejection] = ()
+    rejected: tuple[Rejection, ...] = ()
     timing_ms: dict[str, float] = field(default_factory=dict)
     complete: bool = True
     frame_id: str = ""
@@ -39,7 +39,7 @@ class FrameRecord:
     def of(cls, stamp_ns: int, frame: str, result: FrameResult, frame_id: str = "") -> FrameRecord:
         """:param frame_id: the camera's optical frame, to which the poses refer."""
         r = result
-        return cls(stamp_ns, frame, r.size, r.detections, r.rejected, r.timing_ms, r.complete, frame_id)
+        return cls(stamp_ns, frame, r.size, r.detections, tuple(r.rejected), r.timing_ms, r.complete, frame_id)
 
     def to_json(self) -> str:
         """One line, as interface and README describe it; `complete` is false where the time budget ended the search."""

@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from .compiled.jit import COMPILED
-from .compiled.outlining import outline
+from .compiled.outlining import outlines
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .transforms import Array
@@ -66,6 +67,8 @@ def find_blobs(
         found = sorted(found, key=lambda f: -f[0])[: config.max_blobs]
     found.sort(key=lambda f: (f[1], -f[0]))
     rectangles = np.array(blank, np.int64).reshape(-1, 4)
+    if COMPILED and found:
+        return _blobs_compiled(found, labels.shape, rectangles)
     return tuple(_blob(chain[:, 0], label, area, labels.shape, rectangles) for area, label, chain in found)
 
 
@@ -83,13 +86,22 @@ def _pixels_enclosed(chain: NDArray[np.int32]) -> float:
     return cv2.contourArea(chain) + len(chain) / 2 + 1
 
 
+def _blobs_compiled(
+    found: list[tuple[float, int, NDArray[np.int32]]], shape: tuple[int, ...], blank: NDArray[np.int64]
+) -> tuple[Blob, ...]:
+    first = [0, *accumulate(len(chain) for _, _, chain in found)]
+    chains = np.concatenate([chain for _, _, chain in found])[:, 0]
+    pixels, contour, normals, cut = outlines(chains, np.array(first), shape[1], shape[0], blank)
+    return tuple(
+        Blob(label, pixels[i:j], contour[i:j], normals[i:j], cut[i:j], area)
+        for (area, label, _), i, j in zip(found, first, first[1:], strict=False)
+    )
+
+
 def _blob(
     pixels: NDArray[np.int32], label: int, area_px: float, shape: tuple[int, ...], blank: NDArray[np.int64]
 ) -> Blob:
     """:param blank: (r, 4)."""
-    if COMPILED:
-        pixels, contour, normals, cut = outline(pixels, shape[1], shape[0], blank)
-        return Blob(label, pixels, contour, normals, cut, area_px)
     x, y = pixels.T.astype(np.int64)
     if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
         pixels = pixels[::-1]

@@ -76,6 +76,11 @@ class Candidates:
     def component_list(self) -> list[int]:
         return self.component.tolist()
 
+    @cached_property
+    def choices(self) -> list[tuple[int, int]]:
+        """(component, instance) of each: the same for candidates that differ in their turns alone."""
+        return list(zip(self.component_list, self.match.tolist(), strict=True))
+
     @property
     def target(self) -> Target:
         return self.roles.target

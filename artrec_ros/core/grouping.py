@@ -58,7 +58,8 @@ class Group(NamedTuple):
     @property
     def choice(self) -> frozenset[tuple[int, int]]:
         """(component, instance) of all members: the same for groups that differ in turns alone."""
-        return frozenset(zip(self.components, self.matches, strict=True))
+        choices = self.candidates.choices
+        return frozenset([choices[m] for m in self.members])
 
 
 class GroupSearch:

@@ -10,15 +10,14 @@ from .jit import jit
 
 
 @jit
-def outline(chain: Any, width: int, height: int, blank: Any) -> Any:
-    """(pixels, contour, normals, cut) as in `Blob`. :param chain: (n, 2). :param blank: (r, 4) rectangles."""
+def _outline(
+    chain: Any, width: int, height: int, blank: Any, pixels: Any, contour: Any, normals: Any, cut: Any
+) -> None:
     n = len(chain)
     doubled = 0
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
         doubled += int(chain[i, 0]) * int(chain[j, 1]) - int(chain[j, 0]) * int(chain[i, 1])
-    pixels, contour, normals = np.empty((n, 2), np.int32), np.empty((n, 2)), np.zeros((n, 2))
-    cut = np.zeros(n, np.bool_)
     for i in range(n):
         pixels[i] = chain[i] if doubled >= 0 else chain[n - 1 - i]
     reach = min(max(n // 12, 1), 5)
@@ -41,6 +40,20 @@ def outline(chain: Any, width: int, height: int, blank: Any) -> Any:
         for r in range(len(blank)):
             left, top, w, h = blank[r]
             cut[i] = cut[i] or (left - 1 <= x <= left + w and top - 1 <= y <= top + h)
+
+
+@jit
+def outlines(chains: Any, first: Any, width: int, height: int, blank: Any) -> Any:
+    """(pixels, contour, normals, cut) as in `Blob`, of several blobs one after another.
+
+    :param chains: (n, 2); each blob's starts at `first`. :param blank: (r, 4) rectangles.
+    """
+    n = len(chains)
+    pixels, contour, normals = np.empty((n, 2), np.int32), np.empty((n, 2)), np.zeros((n, 2))
+    cut = np.zeros(n, np.bool_)
+    for b in range(len(first) - 1):
+        i, j = first[b], first[b + 1]
+        _outline(chains[i:j], width, height, blank, pixels[i:j], contour[i:j], normals[i:j], cut[i:j])
     return pixels, contour, normals, cut
 
 

@@ -134,23 +134,25 @@ def _least_of(samples: int, share: float) -> int:
 
 @jit
 def _count_coarsely(t: Any, z: Any, b: int, s: int, blobs: Any, shapes: Any, field: Any, limits: Any) -> Any:
-    """(t, z) that pass the coarse count, the best `coarse_keep`, in their order."""
+    """(t, z, count) of those that pass the coarse count, the best `coarse_keep`, in their order."""
     px, py = shapes.x[s, :: limits.coarse_step].copy(), shapes.y[s, :: limits.coarse_step].copy()
     count = count_all(t, z, shapes.area[s], blobs.slot[b], px, py, field, limits)
     passed = np.flatnonzero(count >= _least_of(len(px), limits.coarse_match))
     if len(passed) > limits.coarse_keep:
         best = by_count(count[passed], len(passed), len(px))[: limits.coarse_keep]
         passed = passed[np.sort(best)]
-    return t[passed], z[passed]
+    return t[passed], z[passed], count[passed]
 
 
 @jit
-def _count_fully(t: Any, z: Any, b: int, s: int, blobs: Any, shapes: Any, field: Any, limits: Any) -> Any:
-    """Hypotheses that pass the full count, best first: (t, z, count)."""
-    px, py = shapes.x[s], shapes.y[s]
-    count = count_all(t, z, shapes.area[s], blobs.slot[b], px, py, field, limits)
-    passed = np.flatnonzero(count >= _least_of(len(px), limits.coarse_match))
-    order = passed[by_count(count[passed], len(passed), len(px))]
+def _count_fully(t: Any, z: Any, counted: Any, b: int, s: int, blobs: Any, shapes: Any, field: Any, limits: Any) -> Any:
+    """Hypotheses that pass the full count, best first: (t, z, count). :param counted: by the coarse count."""
+    samples = shapes.x.shape[1]
+    rest = np.flatnonzero(np.arange(samples) % limits.coarse_step != 0)
+    px, py = shapes.x[s][rest], shapes.y[s][rest]
+    count = counted + count_all(t, z, shapes.area[s], blobs.slot[b], px, py, field, limits)
+    passed = np.flatnonzero(count >= _least_of(samples, limits.coarse_match))
+    order = passed[by_count(count[passed], len(passed), samples)]
     return t[order], z[order], count[order]
 
 
@@ -171,8 +173,8 @@ def find_starts(
             s = blobs.wanted[w]
             t, z = _propose(p1, p2, blobs, b, w, shapes, couples)
             t, z = _plausible(t, z, shapes.area[s], blobs.area[b], limits)
-            t, z = _count_coarsely(t, z, b, s, blobs, shapes, field, limits)
-            t, z, count = _count_fully(t, z, b, s, blobs, shapes, field, limits)
+            t, z, count = _count_coarsely(t, z, b, s, blobs, shapes, field, limits)
+            t, z, count = _count_fully(t, z, count, b, s, blobs, shapes, field, limits)
             radius, residual = shapes.radius[s], shapes.residual[s]
             for i in thin_out(t, z, blobs.quota[b], radius, residual, limits.symmetry_px, limits.same_start):
                 out_t[n], out_z[n], out_shape[n], out_blob[n] = t[i], z[i], s, b

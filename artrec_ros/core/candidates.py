@@ -211,7 +211,8 @@ def pair_table(
     """Check every pair of candidates `rows` x `columns`: O(1) a pair (paper, step 8)."""
     if COMPILED:
         limits = (config.max_group_overlap, config.max_scale_ratio)
-        return PairTable(*compiled.check_pairs(all_.packed, rows, columns, all_.roles.boxes, matches.overlap, *limits))
+        table = compiled.check_pairs(all_.packed, rows, columns, all_.roles.boxes, matches.overlap, *limits, False)
+        return PairTable(*table)
     a, b = all_.take(rows), all_.take(columns)
     ratio = np.abs(np.log(a.poses.scale[:, None] / b.poses.scale[None]))
     forbidden = (a.component[:, None] == b.component[None]) | (ratio > np.log(config.max_scale_ratio))

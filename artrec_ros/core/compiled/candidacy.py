@@ -122,12 +122,12 @@ def relate(c: Any, weight: Any, required: int, boxes: Any, overlap: Any, max_ove
     """
     seeds, others = np.flatnonzero(c.component == required), np.flatnonzero(c.component != required)
     limits = (overlap, max_overlap, max_ratio)
-    forbidden, checked, violation = check_pairs(c, seeds, others, boxes, *limits)
+    forbidden, checked, violation = check_pairs(c, seeds, others, boxes, *limits, False)
     partners = np.flatnonzero(_near(c.component, others, checked, forbidden, violation))
     if len(partners) > most:
         partners = np.sort(partners[np.argsort(-weight[others[partners]], kind="mergesort")[:most]])
     kept = np.concatenate((seeds, others[partners]))
-    among = check_pairs(c, kept[len(seeds) :], kept[len(seeds) :], boxes, *limits)
+    among = check_pairs(c, kept[len(seeds) :], kept[len(seeds) :], boxes, *limits, True)
     return (
         kept,
         len(seeds),

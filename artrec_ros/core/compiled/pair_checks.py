@@ -78,8 +78,10 @@ def _configuration(dx: float, dy: float, theta: Any, scale: Any, place: Any, the
 
 
 @jit
-def check_pairs(c: Any, rows: Any, columns: Any, boxes: Any, overlap: Any, max_overlap: float, max_ratio: float) -> Any:
-    """(forbidden, checked, violation) of candidates `rows` x `columns`.
+def check_pairs(
+    c: Any, rows: Any, columns: Any, boxes: Any, overlap: Any, max_overlap: float, max_ratio: float, same: bool
+) -> Any:
+    """(forbidden, checked, violation) of candidates `rows` x `columns`; `same`: the two are one list.
 
     A violation is by how much the worst dimension of their configuration lies outside its constraint.
     """
@@ -88,10 +90,13 @@ def check_pairs(c: Any, rows: Any, columns: Any, boxes: Any, overlap: Any, max_o
     for a in range(len(rows)):
         for b in range(len(columns)):
             i, j = rows[a], columns[b]
-            ratio = c.scale[i] / c.scale[j]
+            if same and b < a:  # the same two in the other order
+                forbidden[a, b], checked[a, b], violation[a, b] = forbidden[b, a], checked[b, a], violation[b, a]
+                continue
             if (
                 c.component[i] == c.component[j]
-                or max(ratio, 1 / ratio) > max_ratio
+                or c.scale[i] > max_ratio * c.scale[j]
+                or c.scale[j] > max_ratio * c.scale[i]
                 or overlap[c.match[i], c.match[j]] > max_overlap
             ):
                 forbidden[a, b] = True

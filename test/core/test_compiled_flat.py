@@ -5,7 +5,7 @@ import pytest
 from scene import Placed, crane, crane_placed, disc, draw, flag, rectangle, render
 from test_recognizer import BLUE, CRANE, RED, SIZE
 
-from artrec_ros.core import alignment, candidates, grouping, overlap, refinement, starts
+from artrec_ros.core import alignment, blobs, candidates, contour_map, grouping, overlap, refinement, starts
 from artrec_ros.core.alignment import evidence
 from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.candidates import candidates_of, pair_table
@@ -48,7 +48,7 @@ def both(monkeypatch, work):
     """What work() returns compiled and in numpy."""
     results = []
     for compiled in (True, False):
-        for module in (alignment, candidates, grouping, overlap, refinement, starts):
+        for module in (alignment, blobs, candidates, contour_map, grouping, overlap, refinement, starts):
             monkeypatch.setattr(module, "COMPILED", compiled)
         results.append(work())
     return results
@@ -73,6 +73,29 @@ def starts_of(scene, config=CONFIG):
 def test_hypotheses(monkeypatch, scene, changes):
     config = RecognizerConfig(**changes)
     assert_alike(*both(monkeypatch, lambda: starts_of(scene, config)))
+
+
+def test_contours(monkeypatch, scene):
+    labels = np.zeros((SIZE[1], SIZE[0]), np.uint8)
+    labels[20:60, 40:140], labels[100:103, :], labels[0:9, 5:8] = RED, RED, BLUE
+    one, other = both(monkeypatch, lambda: find_blobs(labels, {RED, BLUE}, CONFIG, BLANK))
+    assert len(one) == len(other) == 3
+    assert any(b.cut.any() and not b.cut.all() for b in one)
+    for a, b in zip(one, other, strict=True):
+        assert (a.label, a.area_px) == (b.label, b.area_px)
+        for name in ("pixels", "contour", "normals", "cut"):
+            np.testing.assert_allclose(getattr(a, name), getattr(b, name), atol=1e-12, err_msg=name)
+
+
+@pytest.mark.parametrize("most_boxes", [64, 2])
+def test_nearest_points(monkeypatch, scene, most_boxes):
+    """OpenCV's transform, to the last bit, in boxes of their own and in one around all."""
+    monkeypatch.setattr(contour_map, "_MOST_BOXES", most_boxes)
+    one, other = both(monkeypatch, lambda: ContourMap.build(scene[0], SIZE))
+    assert 0 == one.distance.min() < one.distance.max() == 255
+    assert len(np.unique(one.nearest)) > 200
+    np.testing.assert_array_equal(one.distance, other.distance)
+    np.testing.assert_array_equal(one.nearest, other.nearest)
 
 
 def test_refinement_and_evidence(monkeypatch, scene):
@@ -104,6 +127,27 @@ def test_overlaps_and_pairs(monkeypatch, scene):
     np.testing.assert_array_equal(one.forbidden, other.forbidden)
     np.testing.assert_array_equal(one.checked, other.checked)
     np.testing.assert_allclose(one.violation, other.violation, atol=1e-9)
+
+
+@pytest.mark.parametrize("most", [500, 4])
+def test_candidates_and_those_that_matter_to_a_seed(monkeypatch, scene, most):
+    monkeypatch.setattr(grouping, "_MAX_PARTNERS", most)
+    blobs, cmap, shapes, wanted = scene
+    matches = find_matches(blobs, cmap, shapes[:3], {w for w in wanted if w[0] < 3}, CONFIG, Deadline(), BLANK)
+    target = Target("crane", crane(), RED, CRANE)
+
+    def related():
+        search = GroupSearch(candidates_of(target, SHAPE_OF, matches, CONFIG), matches, CONFIG, Deadline())
+        c, t = search.candidates, search.table
+        whole = [search.seeds, c.component, c.marker, c.role, c.match, t.forbidden, t.checked]
+        return whole, [*c.poses.arrays, c.share, c.score, c.weight, t.violation]
+
+    one, other = both(monkeypatch, related)
+    assert 0 < len(one[0][0]) < len(one[0][1])
+    for a, b in zip(one[0], other[0], strict=True):
+        np.testing.assert_array_equal(a, b)
+    for a, b in zip(one[1], other[1], strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-9)
 
 
 def test_groups(monkeypatch, scene):

@@ -124,16 +124,25 @@ def _similarity_sums(
 
 
 @inlined
-def _similarity_step(sums: Any, damping: float, A: Any, b: Any) -> None:
-    """b becomes the changes of (x, y, Re z, Im z)."""
-    n = 0
-    for i in range(4):
-        b[i] = -sums[1][i]
-        for j in range(i + 1):
-            A[i, j] = sums[0][n]
-            n += 1
-        A[i, i] += damping
-    _solve(A, b, 4)
+def _solve_similarity(a: Any, b: Any, damping: float) -> Any:
+    """(x, y, Re z, Im z) that solve (A + damping) x = -b, by L D L'. :param a, b: as `_similarity_sums` gives them."""
+    a00, a10, a11, a20, a21, a22, a30, a31, a32, a33 = a
+    d0 = a00 + damping
+    l10, l20, l30 = a10 / d0, a20 / d0, a30 / d0
+    d1 = a11 + damping - l10 * a10
+    a21, a31 = a21 - l20 * a10, a31 - l30 * a10
+    l21, l31 = a21 / d1, a31 / d1
+    d2 = a22 + damping - l20 * a20 - l21 * a21
+    a32 = a32 - l30 * a20 - l31 * a21
+    l32 = a32 / d2
+    d3 = a33 + damping - l30 * a30 - l31 * a31 - l32 * a32
+    y0 = -b[0]
+    y1 = -b[1] - l10 * y0
+    y2 = -b[2] - l20 * y0 - l21 * y1
+    x3 = (-b[3] - l30 * y0 - l31 * y1 - l32 * y2) / d3
+    x2 = y2 / d2 - l32 * x3
+    x1 = y1 / d1 - l21 * x2 - l31 * x3
+    return y0 / d0 - l10 * x1 - l20 * x2 - l30 * x3, x1, x2, x3
 
 
 @jit
@@ -196,7 +205,7 @@ def refine(
                 _place(px, py, th.real, th.imag, zh.real, zh.imag, x, y)
                 look_up(nearest, width, top, height, edge, x, y, index, off)
                 sums = _similarity_sums(px, py, pnx, pny, off, zh.real, zh.imag, limit, agreement)
-                _similarity_step(sums, damping, A, b)
+                b[0], b[1], b[2], b[3] = _solve_similarity(*sums, damping)
             th += complex(b[0], b[1])
             zh += complex(b[2], b[3])
             if squeeze > 0:

@@ -206,17 +206,20 @@ class PairTable:
 
 
 def pair_table(
-    all_: Candidates, rows: NDArray[np.int64], columns: NDArray[np.int64], matches: Matches, config: RecognizerConfig
+    all_: Candidates, rows: NDArray[np.int64], columns: NDArray[np.int64], overlap: Array, config: RecognizerConfig
 ) -> PairTable:
-    """Check every pair of candidates `rows` x `columns`: O(1) a pair (paper, step 8)."""
+    """Check every pair of candidates `rows` x `columns`: O(1) a pair (paper, step 8).
+
+    :param overlap: `Matches.overlap`.
+    """
     if COMPILED:
         limits = (config.max_group_overlap, config.max_scale_ratio)
-        table = compiled.check_pairs(all_.packed, rows, columns, all_.roles.boxes, matches.overlap, *limits, False)
+        table = compiled.check_pairs(all_.packed, rows, columns, all_.roles.boxes, overlap, *limits, False)
         return PairTable(*table)
     a, b = all_.take(rows), all_.take(columns)
     ratio = np.abs(np.log(a.poses.scale[:, None] / b.poses.scale[None]))
     forbidden = (a.component[:, None] == b.component[None]) | (ratio > np.log(config.max_scale_ratio))
-    forbidden |= matches.overlap[np.ix_(a.match, b.match)] > config.max_group_overlap
+    forbidden |= overlap[np.ix_(a.match, b.match)] > config.max_group_overlap
     checked = all_.roles.boxes.pair[np.ix_(a.role, b.role)] >= 0
     violation = np.zeros(forbidden.shape)
     constraints = all_.target.constraints

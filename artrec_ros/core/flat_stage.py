@@ -64,7 +64,9 @@ class FlatStage:
         ]
         solution = solve(searches, matches, self._config, deadline)
         detections = detections_of(solution.accepted, matches, self._targets, solution.margins)
-        overlap = matches.overlap  # all that reasons need: a result that is kept shall not keep the contour map
+        overlap = matches.overlap  # a result that is kept shall not keep the contour map, nor tables of pairs
+        for search in searches:
+            search.forget_table()
         reasons = Deferred(lambda: rejections_of(solution, searches, overlap, self._config))
         return detections, reasons, solution.exact
 

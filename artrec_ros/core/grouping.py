@@ -72,9 +72,22 @@ class GroupSearch:
         self._count = len(components)
         self._required = components.index(candidates.target.model.required)
         self._perimeter_m = candidates.roles.least_perimeter_m
-        self.seeds, self.candidates, self.table = _relevant(candidates, self._required, matches, config)
+        self._overlap = matches.overlap
+        self.seeds, self.candidates, self.table = _relevant(candidates, self._required, self._overlap, config)
         self._instances = len(matches)
         self.exact = True
+
+    @cached_property
+    def table(self) -> PairTable:
+        """All candidates checked in pairs."""
+        everyone = np.arange(len(self.candidates))
+        return pair_table(self.candidates, everyone, everyone, self._overlap, self._config)
+
+    def forget_table(self) -> None:
+        """Let go of the table, by far the largest part, until it is asked for again."""
+        self.__dict__.pop("table", None)
+        self.__dict__.pop("_pool", None)
+        self.__dict__.pop("_pair_cost", None)
 
     def best_groups(self, seed: int, banned: frozenset[int] = frozenset()) -> list[Group]:
         """The heaviest groups around a seed, at most `groups_per_seed`; instances in `banned` are left out."""
@@ -236,16 +249,16 @@ def _pair_costs(candidates: Candidates, table: PairTable) -> Array:
 
 
 def _relevant(
-    all_: Candidates, required: int, matches: Matches, config: RecognizerConfig
+    all_: Candidates, required: int, overlap: Array, config: RecognizerConfig
 ) -> tuple[NDArray[np.int64], Candidates, PairTable]:
     """Seeds, and of the other candidates those that go with one of them, all checked in pairs."""
     if COMPILED:
         limits = (config.max_group_overlap, config.max_scale_ratio, _MAX_PARTNERS)
-        kept, seeds, *table = relate(all_.packed, all_.weight, required, all_.roles.boxes, matches.overlap, *limits)
+        kept, seeds, *table = relate(all_.packed, all_.weight, required, all_.roles.boxes, overlap, *limits)
         return np.arange(seeds), all_.take(kept), PairTable(*table)
     seeds = np.flatnonzero(all_.component == required)
     others = np.flatnonzero(all_.component != required)
-    with_seeds = pair_table(all_, seeds, others, matches, config)
+    with_seeds = pair_table(all_, seeds, others, overlap, config)
     near = np.asarray((~with_seeds.forbidden & (with_seeds.violation <= 0)).any(axis=0))
     miss = np.where(with_seeds.checked & ~with_seeds.forbidden, with_seeds.violation, np.inf)
     for component in np.unique(all_.component[others]):  # each seed's nearest miss, to say why it is one
@@ -256,4 +269,4 @@ def _relevant(
     kept = np.concatenate([seeds, partners])
     candidates = all_.take(kept)
     everyone = np.arange(len(kept))
-    return np.arange(len(seeds)), candidates, pair_table(candidates, everyone, everyone, matches, config)
+    return np.arange(len(seeds)), candidates, pair_table(candidates, everyone, everyone, overlap, config)

@@ -122,7 +122,7 @@ def test_overlaps_and_pairs(monkeypatch, scene):
     target = Target("crane", crane(), RED, CRANE)
     all_ = candidates_of(target, SHAPE_OF, matches, CONFIG)
     rows, columns = np.arange(len(all_)), np.arange(len(all_))[::2]
-    one, other = both(monkeypatch, lambda: pair_table(all_, rows, columns, matches, CONFIG))
+    one, other = both(monkeypatch, lambda: pair_table(all_, rows, columns, matches.overlap, CONFIG))
     assert one.checked.any() and (one.violation[one.checked] == 0).any()
     np.testing.assert_array_equal(one.forbidden, other.forbidden)
     np.testing.assert_array_equal(one.checked, other.checked)

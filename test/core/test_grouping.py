@@ -128,6 +128,7 @@ def test_the_reason_names_constraint_dimension_and_excess():
     matches = found((0, at(0), 0.9), (1, at(1.5), 0.9))
     solution, search, config = solved(matches, BASE_FORE)
     assert solution.accepted == []
+    search.forget_table()
     (told,) = rejections_of(solution, [search], matches.overlap, config)
     assert "fore/bar at (650, 500)" in told.reason
     assert "distance_m 1.5" in told.reason and "0.9 to 1.1" in told.reason
@@ -144,6 +145,7 @@ def test_the_reason_of_too_few_components_or_too_many_broken_constraints():
     matches = found((0, at(0), 0.9), (1, at(1), 0.9), (1, at(2), 0.9))
     pairs = (BASE_FORE, BASE_AFT, pair(1, 2, 1.6, 1.9))
     solution, search, config = solved(matches, *pairs, min_components=3)
+    search.forget_table()
     (told,) = rejections_of(solution, [search], matches.overlap, config)
     assert "2 of 3 constraints hold" in told.reason
     assert (told.failed.first, told.failed.second, told.failed.low) == ("fore/bar", "aft/bar", 1.6)
@@ -159,6 +161,7 @@ def test_what_an_object_lacks_is_told_with_the_constraint_that_failed():
     matches = found((0, at(0), 0.9), (1, at(1), 0.9), (1, at(2.6), 0.9))
     solution, search, config = solved(matches, BASE_FORE, BASE_AFT)
     assert len(solution.accepted) == 1
+    search.forget_table()
     (told,) = rejections_of(solution, [search], matches.overlap, config)
     assert told.reason.startswith("aft: not part of the object found")
     assert (told.failed.dimension, told.failed.high) == ("distance_m", 2.1)
@@ -170,6 +173,7 @@ def test_a_group_that_loses_its_pixels_names_its_rival():
     matches = found((0, at(0), 0.95), (0, at(2), 0.7), (1, at(1), 0.9))
     solution, search, config = solved(matches, BASE_FORE)
     assert [g.seed for g in solution.accepted] == [0]
+    search.forget_table()
     (told,) = rejections_of(solution, [search], matches.overlap, config)
     assert "loses its pixels to toy at (500, 500)" in told.reason
     assert 0 < solution.margins[0] < 1

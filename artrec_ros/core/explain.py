@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .candidates import Candidates, violations
+from .candidates import Candidates
 from .config import RecognizerConfig
 from .constraints import ConstraintSet
 from .datatypes import ConstraintFailure
 from .grouping import GroupSearch
 from .pair_boxes import reach_m
+from .pair_table import violations
 from .pairs import configuration
 from .solution import Lost
 from .transforms import wrap_angle

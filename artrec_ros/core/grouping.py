@@ -8,19 +8,17 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .candidates import Candidates, PairTable, pair_table
+from .candidates import Candidates
 from .compiled import group_search as compiled
-from .compiled.candidacy import relate
 from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .matching import Matches
+from .pair_table import PairTable, pair_table, relevant
 from .transforms import Array
 
 _MAX_OPTIONS = 12  # candidates of a component carried for one seed
-_MAX_PARTNERS = 500  # candidates that go with any seed of a target
 _DISAGREEMENT = (0.25, 1.0)  # weight lost by a pair just violated and by one far out, in shares of the lighter member's
 _LEAST_WEIGHT = 0.05  # of an object whose missing components would cost more than it explains
 _SEEDS_BETWEEN_LOOKS = 16  # at the clock
@@ -73,7 +71,7 @@ class GroupSearch:
         self._required = components.index(candidates.target.model.required)
         self._perimeter_m = candidates.roles.least_perimeter_m
         self._overlap = matches.overlap
-        self.seeds, self.candidates, self.table = _relevant(candidates, self._required, self._overlap, config)
+        self.seeds, self.candidates, self.table = relevant(candidates, self._required, self._overlap, config)
         self._instances = len(matches)
         self.exact = True
 
@@ -246,27 +244,3 @@ def _pair_costs(candidates: Candidates, table: PairTable) -> Array:
     lighter = np.minimum(candidates.weight[:, None], candidates.weight[None])
     share = np.interp(table.violation, (0.0, _FAR_OUT), _DISAGREEMENT) * (table.violation > 0)
     return np.where(table.forbidden, np.inf, share * lighter)
-
-
-def _relevant(
-    all_: Candidates, required: int, overlap: Array, config: RecognizerConfig
-) -> tuple[NDArray[np.int64], Candidates, PairTable]:
-    """Seeds, and of the other candidates those that go with one of them, all checked in pairs."""
-    if COMPILED:
-        limits = (config.max_group_overlap, config.max_scale_ratio, _MAX_PARTNERS)
-        kept, seeds, *table = relate(all_.packed, all_.weight, required, all_.roles.boxes, overlap, *limits)
-        return np.arange(seeds), all_.take(kept), PairTable(*table)
-    seeds = np.flatnonzero(all_.component == required)
-    others = np.flatnonzero(all_.component != required)
-    with_seeds = pair_table(all_, seeds, others, overlap, config)
-    near = np.asarray((~with_seeds.forbidden & (with_seeds.violation <= 0)).any(axis=0))
-    miss = np.where(with_seeds.checked & ~with_seeds.forbidden, with_seeds.violation, np.inf)
-    for component in np.unique(all_.component[others]):  # each seed's nearest miss, to say why it is one
-        mine = np.flatnonzero(all_.component[others] == component)
-        near[mine[miss[:, mine].argmin(axis=1)]] = True
-    partners = others[near]
-    partners = np.sort(partners[np.argsort(-all_.weight[partners], kind="stable")][:_MAX_PARTNERS])
-    kept = np.concatenate([seeds, partners])
-    candidates = all_.take(kept)
-    everyone = np.arange(len(kept))
-    return np.arange(len(seeds)), candidates, pair_table(candidates, everyone, everyone, overlap, config)

@@ -5,10 +5,20 @@ import pytest
 from scene import Placed, crane, crane_placed, disc, draw, flag, rectangle, render
 from test_recognizer import BLUE, CRANE, RED, SIZE
 
-from artrec_ros.core import alignment, blobs, candidates, contour_map, grouping, overlap, refinement, starts
+from artrec_ros.core import (
+    alignment,
+    blobs,
+    candidates,
+    contour_map,
+    grouping,
+    overlap,
+    pair_table,
+    refinement,
+    starts,
+)
 from artrec_ros.core.alignment import evidence
 from artrec_ros.core.blobs import find_blobs
-from artrec_ros.core.candidates import candidates_of, pair_table
+from artrec_ros.core.candidates import candidates_of
 from artrec_ros.core.compiled.jit import COMPILED
 from artrec_ros.core.config import RecognizerConfig
 from artrec_ros.core.contour_map import ContourMap
@@ -48,7 +58,7 @@ def both(monkeypatch, work):
     """What work() returns compiled and in numpy."""
     results = []
     for compiled in (True, False):
-        for module in (alignment, blobs, candidates, contour_map, grouping, overlap, refinement, starts):
+        for module in (alignment, blobs, candidates, contour_map, grouping, overlap, pair_table, refinement, starts):
             monkeypatch.setattr(module, "COMPILED", compiled)
         results.append(work())
     return results
@@ -122,7 +132,7 @@ def test_overlaps_and_pairs(monkeypatch, scene):
     target = Target("crane", crane(), RED, CRANE)
     all_ = candidates_of(target, SHAPE_OF, matches, CONFIG)
     rows, columns = np.arange(len(all_)), np.arange(len(all_))[::2]
-    one, other = both(monkeypatch, lambda: pair_table(all_, rows, columns, matches.overlap, CONFIG))
+    one, other = both(monkeypatch, lambda: pair_table.pair_table(all_, rows, columns, matches.overlap, CONFIG))
     assert one.checked.any() and (one.violation[one.checked] == 0).any()
     np.testing.assert_array_equal(one.forbidden, other.forbidden)
     np.testing.assert_array_equal(one.checked, other.checked)
@@ -131,7 +141,7 @@ def test_overlaps_and_pairs(monkeypatch, scene):
 
 @pytest.mark.parametrize("most", [500, 4])
 def test_candidates_and_those_that_matter_to_a_seed(monkeypatch, scene, most):
-    monkeypatch.setattr(grouping, "_MAX_PARTNERS", most)
+    monkeypatch.setattr(pair_table, "_MAX_PARTNERS", most)
     blobs, cmap, shapes, wanted = scene
     matches = find_matches(blobs, cmap, shapes[:3], {w for w in wanted if w[0] < 3}, CONFIG, Deadline(), BLANK)
     target = Target("crane", crane(), RED, CRANE)

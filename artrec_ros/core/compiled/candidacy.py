@@ -1,5 +1,5 @@
 """Instances made into candidates, and those kept that could be part of an object: twins of
-`candidates.candidates_of_roles` and `grouping._relevant`."""
+`candidates.candidates_of_roles` and `pair_table.relevant`."""
 
 from __future__ import annotations
 

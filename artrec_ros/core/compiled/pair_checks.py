@@ -1,4 +1,4 @@
-"""Twins of `candidates.pair_table` and `overlap.overlap_matrix`: every pair of candidates, every pair of instances."""
+"""Twins of `pair_table.pair_table` and `overlap.overlap_matrix`: every pair of candidates, every pair of instances."""
 
 from __future__ import annotations
 

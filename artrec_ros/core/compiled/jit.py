@@ -11,6 +11,7 @@ except ImportError:  # the numpy twins do the work
 
 COMPILED = numba is not None
 _MATH = {"contract", "reassoc", "arcp", "nsz"}  # sums may be reordered; NaN keeps its meaning
+_OPTIONS = {"nogil": True, "fastmath": _MATH, "error_model": "numpy"}
 
 
 def jit(function: Any) -> Any:
@@ -18,6 +19,11 @@ def jit(function: Any) -> Any:
     if numba is None:
         return function
     try:
-        return numba.njit(cache=True, nogil=True, fastmath=_MATH, error_model="numpy")(function)
+        return numba.njit(cache=True, **_OPTIONS)(function)
     except RuntimeError:  # no folder for the cache: compiled anew in each process
-        return numba.njit(nogil=True, fastmath=_MATH, error_model="numpy")(function)
+        return numba.njit(**_OPTIONS)(function)
+
+
+def inlined(function: Any) -> Any:
+    """Compile a function into each of its callers: to hand over a surface's arrays would cost more than it does."""
+    return function if numba is None else numba.njit(inline="always", **_OPTIONS)(function)

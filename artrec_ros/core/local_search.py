@@ -15,7 +15,7 @@ from .spatial import Poses
 from .transforms import Array, rotation_from_rotvec
 
 STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT = 1.5, 0.03, 0.12, 0.15
-GROW, SHRINK = 1.2, 0.95  # of the step after a try that succeeds, and one that fails: at rest with one success in five
+GROW, SHRINK = 1.1, 0.98  # of the step after a try that succeeds, and one that fails
 
 
 def climb(

@@ -27,7 +27,7 @@ RING_BODY_LABEL = 0.6
 BODY = (0.7, -0.2, -2.0)  # a third of a marker's: bodies are large, plain, and like other things
 BODY_MARKER_LABEL = -1.0
 SEAM_REACH_PX = 4.0
-SEAM_SAMPLES = 500  # border pixels that are looked at, of a class that has many
+SEAM_SAMPLES = 300  # border pixels that are looked at, of a class that has many
 SEAM_SHARE = 0.2  # of a class' border must have another known class in reach
 
 
@@ -120,7 +120,8 @@ class LabelField:
         wide = cv2.copyMakeBorder(self.labels, r, r, r, r, cv2.BORDER_CONSTANT, value=OUTSIDE)
         dy, dx = (d.ravel() for d in np.mgrid[-r : r + 1, -r : r + 1])
         around = wide[(y + r)[:, None] + dy, (x + r)[:, None] + dx]
-        silent = np.isin(np.arange(256), (UNKNOWN, OWNED, OUTSIDE, label))
+        silent = np.zeros(256, bool)
+        silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
         return np.asarray(np.where(silent[around], np.inf, np.hypot(dy, dx) - 1.0).min(axis=1), np.float64)
 
     def without(self, mask: NDArray[np.bool_]) -> LabelField:

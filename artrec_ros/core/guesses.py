@@ -13,7 +13,8 @@ from .spatial import Poses, SpatialModel
 from .transforms import Array
 from .views import lift, view_bank
 
-BLOB_KEEP = 48  # alignments of a marker with a blob that go on
+BLOB_KEEP = 48  # poses of a marker from a blob that go on
+ENOUGH = 2  # alignments for each of them: some are the same pose
 SMALL_PX = 200.0  # so small a blob tells little of its marker's shape, and a segmenter may have taken much of it
 GROWTH = (1.0, 1.2, 1.45)
 _FACTORS = np.random.default_rng(1).integers(1, 2**62, 9) * 2 + 1
@@ -41,6 +42,8 @@ class Guesser:
     ) -> Poses:
         bank = self._banks[m]
         T, s, view = bank.align(field, camera, shape)
+        best = np.argsort(-s, kind="stable")[: ENOUGH * BLOB_KEEP]
+        T, s, view = T[best], s[best], view[best]
         T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
         R, t = lift(bank.turn[view], bank.direction[view], T, camera)
         found, score = self._to_object(m, R, t), np.tile(s, 2 * len(grown))

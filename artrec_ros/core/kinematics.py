@@ -116,8 +116,9 @@ class Kinematics:
             np.empty((n_h, self.n_joints, 3)),
         )
         if COMPILED:
-            roots = [c for c, parent in enumerate(self.parent) if parent < 0]
-            out.R[:, roots], out.t[:, roots] = R[:, None], t[:, None]
+            for c, parent in enumerate(self.parent):
+                if parent < 0:
+                    out.R[:, c], out.t[:, c] = R, t
             forward(self.chain, q, out.R, out.t, out.axis, out.origin)
             return out
         for c, component in enumerate(self.model.components):

@@ -19,7 +19,7 @@ from .projection import normalise
 from .surface import sample_contour, sample_polygon
 from .transforms import Array, apply_similarity, rotation_from_rotvec, similarity_from_couples
 
-TURNS_RAD = (0.4, 0.7, 0.95, 1.15)  # cosines .92 .76 .58 .41: neighbours look alike enough to refine from
+TURNS_RAD = (0.4, 0.7, 0.95, 1.15, 1.32)  # cosines .92 .76 .58 .41 .25: neighbours look alike enough to refine from
 N_DIRECTIONS = 6
 SCORE_POINTS = 24
 CHUNK = 20000  # hypotheses scored at once: bounds memory

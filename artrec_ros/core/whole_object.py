@@ -33,11 +33,12 @@ JOINT_STEP = 0.15  # of a joint's unit
 COARSE_REACH_PX = (8, 6, 4, 3)
 FINE_REACH_PX = (4, 3, 3, 2, 2)
 FEW_GUESSES, FEW_KEEP = 24, 10  # a blob: enough for most objects in plain view
-ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 8, 3  # hypotheses a blob that pass each stage
+ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 24, 3  # hypotheses a blob that pass each stage
 SMALL_ROOT_KEEP, SMALL_JOINT_KEEP = 120, 36  # of a small blob: its shape tells least, the other components most
 CLIMBS = ((10, 120, 1.5), (5, 144, 1.0), (3, 336, 0.7))  # hypotheses a blob, tries, first step
 HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
-RIVAL, RIVAL_RAD = 0.8, 0.35  # of a sure object's votes, and turned by so much
+RIVAL = 0.8  # of a sure object's votes
+NICHE_RAD, NICHE_DEPTH = 0.35, 0.12  # hypotheses that differ by less climb to one place
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
 SETTLED_VOTES = 0.85  # of a hypothesis' votes must be left after its last fit
 MIRROR = np.diag([1.0, 1.0, -1.0])
@@ -52,6 +53,8 @@ class WholeObjectFinder:
         required = target.model.required
         self.root = target.model.components.index(required)
         self.root_label = target.label if required.label is None else required.label
+        self._of_component = np.eye(len(target.model.components))[self.surface.component]  # (P, C)
+        self._marker_of_component = self._of_component * self.surface.is_marker[:, None]
         self._grids = self.surface.kinematics.grids(JOINT_STEP)
         self._guesser = Guesser(target.model, self.surface, self.root_label)
 
@@ -95,8 +98,8 @@ class WholeObjectFinder:
             sure = sure or is_sure(poses[:1])
             if sure and tries < CLIMBS[-1][1]:
                 continue  # to the last climb
-            keep_these = self._rivals(poses, votes) if sure else np.flatnonzero(votes > 0)
-            poses, votes = poses[keep_these[:count]], votes[keep_these[:count]]
+            apart = self._apart(poses, votes, RIVAL * votes[0] if sure else 0.0)[:count]
+            poses, votes = poses[apart], votes[apart]
             # a better pose may show a limb that a worse one missed
             poses = Poses.concatenate([poses, self._search_joints(field, camera, poses)])
             poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
@@ -125,14 +128,16 @@ class WholeObjectFinder:
         return Poses.concatenate([poses, flips[near]]), np.concatenate([votes, flip_votes[near]])
 
     @staticmethod
-    def _rivals(poses: Poses, votes: Array) -> np.ndarray:
-        """Indices of the best and of those, best first, that might overtake it and look another way."""
-        keep = [0]
-        for i in np.flatnonzero(votes > RIVAL * votes[0]):
+    def _apart(poses: Poses, votes: Array, least: float) -> np.ndarray:
+        """Indices, best first, of those with more votes than `least` that differ from all better ones."""
+        depth = np.log(np.maximum(poses.t[:, 2], 1e-6))
+        keep: list[int] = []
+        for i in np.flatnonzero(votes > least).tolist():
             turned = np.einsum("kij,ij->k", poses.R[keep], poses.R[i])  # trace of the turn from one to the other
-            if (turned < 1 + 2 * np.cos(RIVAL_RAD)).all():
-                keep.append(int(i))
-        return np.array(keep)
+            near = np.abs(depth[keep] - depth[i]) < NICHE_DEPTH
+            if not (near & (turned > 1 + 2 * np.cos(NICHE_RAD))).any():
+                keep.append(i)
+        return np.array(keep, int)
 
     def _sweep(self, field: LabelField, camera: Camera, poses: Poses, votes: Array) -> tuple[Poses, Array]:
         """Joints at their best by the votes of the whole object, which know what hides what."""
@@ -177,14 +182,10 @@ class WholeObjectFinder:
 
     def total(self, scores: PatchScores) -> Array:
         """(H,) votes of whole objects from what is said of all their patches."""
-        surface = self.surface
-        total = np.zeros(len(scores.votes))
-        for c in range(len(self.target.model.components)):
-            on = surface.component == c
-            votes = scores.votes[:, on].sum(axis=1)
-            hidden = -HIDDEN_COST * scores.area_px[:, on & surface.is_marker].sum(axis=1)
-            total += votes if c == self.root else np.maximum(votes, hidden)
-        return total
+        votes = scores.votes @ self._of_component  # (H, C)
+        hidden = -HIDDEN_COST * scores.area_px @ self._marker_of_component
+        hidden[:, self.root] = -np.inf
+        return np.maximum(votes, hidden).sum(axis=1)
 
     def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
         """(H,) bool: whose required component would cover that of `one` in the image."""

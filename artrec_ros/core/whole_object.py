@@ -62,11 +62,8 @@ class WholeObjectFinder:
         """Have compiled code ready before the first image: search a small one that shows a patch of the class."""
         labels = np.zeros((48, 64), np.uint8)
         labels[16:32, 20:44] = self.root_label
-        field, camera, clock = (
-            LabelField(labels),
-            Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (64, 48)),
-            Deadline(),
-        )
+        field, clock = LabelField(labels), Deadline()
+        camera = Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (64, 48))
         for blob in find_blobs(labels, {self.root_label}, RecognizerConfig()):
             self.find(field, camera, blob, clock, lambda _: False)
             poses = self._guesser.guess(field, camera, blob)[:1]

@@ -15,7 +15,7 @@ from .datatypes import Camera
 from .evidence import LabelField
 from .spatial import RING_PX, RING_WIDTH_PX
 from .transforms import Array
-from .views import View, align_view, blob_couples, moment_alignments, moments_of, scale_range, score_view
+from .views import View, align_view, blob_couples, flips_of, moment_alignments, moments_of, scale_range, score_view
 
 VIEW_KEEP = 12  # alignments of a view with a blob that go on
 LEAST_SHARE = 0.5  # of the best alignment's votes; one with fewer decides nothing
@@ -48,13 +48,13 @@ class Bank:
     """The V views of a marker.
 
     :param inside_votes, ring_votes: (256,) for the labels on the marker and around it.
+    :ivar flips: (2, V, 3, 3), see `flips_of`.
     """
 
     def __init__(self, views: Sequence[View], inside_votes: Array, ring_votes: Array) -> None:
         self._views = views
         self._votes = inside_votes, ring_votes
-        self.turn = np.array([v.turn for v in views])
-        self.direction = np.array([v.direction for v in views])
+        self.flips = flips_of(np.array([v.turn for v in views]), np.array([v.direction for v in views]))
         n = np.array([len(v.anchors) for v in views])
         anchors = np.zeros((len(views), n.max(), 2))
         for row, view in zip(anchors, views, strict=True):

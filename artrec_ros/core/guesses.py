@@ -45,7 +45,7 @@ class Guesser:
         best = np.argsort(-s, kind="stable")[: ENOUGH * BLOB_KEEP]
         T, s, view = T[best], s[best], view[best]
         T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
-        R, t = lift(bank.turn[view], bank.direction[view], T, camera)
+        R, t = lift(bank.flips[:, view], T, camera)
         found, score = self._to_object(m, R, t), np.tile(s, 2 * len(grown))
         return found[best_distinct(found, score, BLOB_KEEP * len(grown))]
 

@@ -155,19 +155,26 @@ def score_view(
     return out
 
 
-def lift(turn: Array, direction: Array, T: Array, camera: Camera) -> tuple[Array, Array]:
-    """Both 6-DoF poses (the two flips) of similarities of views.
+def flips_of(turn: Array, direction: Array) -> Array:
+    """(2, V, 3, 3) both rotations of a marker that look, to first order, like a view, on the optical axis.
 
-    :param turn, direction: (H,) of the views; T: (H, 4).
+    :param turn, direction: (V,) of the views.
+    """
+    across = np.column_stack([-np.sin(direction), np.cos(direction), np.zeros(len(turn))])
+    return np.stack([rotation_from_rotvec(sign * turn[:, None] * across) @ FACING for sign in (1, -1)])
+
+
+def lift(flips: Array, T: Array, camera: Camera) -> tuple[Array, Array]:
+    """Both 6-DoF poses of similarities of views.
+
+    :param flips: (2, H, 3, 3) of the views; T: (H, 4).
     :return: marker rotations (2H, 3, 3) and centroids (2H, 3), first all of one flip.
     """
     rays = normalise(camera, T[:, :2])  # (H, 2)
     depth = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]) / T[:, 3]
     t = depth[:, None] * np.column_stack([rays, np.ones(len(rays))])
     zero = np.zeros(len(T))
-    across = np.column_stack([-np.sin(direction), np.cos(direction), zero])
     roll = rotation_from_rotvec(np.column_stack([zero, zero, T[:, 2]]))  # (H, 3, 3)
     # the flat image plane of the weak perspective stands across the viewing ray, not across the optical axis
     tilt = rotation_from_rotvec(np.column_stack([-rays[:, 1], rays[:, 0], zero]))
-    flips = [tilt @ roll @ rotation_from_rotvec(sign * turn[:, None] * across) @ FACING for sign in (1, -1)]
-    return np.concatenate(flips), np.concatenate([t, t])
+    return (tilt @ roll @ flips).reshape(-1, 3, 3), np.concatenate([t, t])

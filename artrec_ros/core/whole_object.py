@@ -237,8 +237,8 @@ class WholeObjectFinder:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
         scores = self.judge(field, camera, poses, occlusion=True)
         fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX)
-        both = Poses.concatenate([poses, fitted])
-        return both, self.votes(field, camera, both, occlusion=True)
+        votes = np.concatenate([self.total(scores), self.votes(field, camera, fitted, occlusion=True)])
+        return Poses.concatenate([poses, fitted]), votes
 
     def supported(self, scores: PatchScores) -> np.ndarray:
         """(H, M) markers that the labels support."""
@@ -248,7 +248,7 @@ class WholeObjectFinder:
     def settled(self, field: LabelField, camera: Camera, poses: Poses, scores: PatchScores) -> Poses:
         """One hypothesis at rest on its contours, which are finer than the votes, unless these fall far."""
         fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX)
-        before, after = (self.votes(field, camera, p, occlusion=True)[0] for p in (poses, fitted))
+        before, after = self.votes(field, camera, Poses.concatenate([poses, fitted]), occlusion=True)
         return fitted if after > SETTLED_VOTES * before else poses
 
     @staticmethod

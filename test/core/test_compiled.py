@@ -127,6 +127,18 @@ def test_fits_agree(scene, lens, monkeypatch):
         np.testing.assert_array_equal(getattr(compiled, name)[0], getattr(poses, name)[0])
 
 
+def test_sweeping_leads_the_same_way(scene, monkeypatch):
+    surface, poses, field = scene
+    finder, camera = WholeObjectFinder(Target("truck", surface.model, RED)), camera_of()
+    votes = finder.votes(field, camera, poses, occlusion=True)
+    found, best = finder._sweep(field, camera, poses, votes)
+    assert (best > votes).any()
+    plainly(monkeypatch, whole_object)
+    plain, plain_best = finder._sweep(field, camera, poses, votes)
+    np.testing.assert_allclose(best, plain_best, rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(found.q, plain.q, atol=1e-9)
+
+
 def test_climbing_leads_the_same_way(scene, monkeypatch):
     surface, poses, field = scene
     finder, camera, clock = WholeObjectFinder(Target("truck", surface.model, RED)), camera_of(), Deadline(60.0)

@@ -1,11 +1,11 @@
-"""Climbing: never worse, the same each time, up the hill, within the joints' limits."""
+"""Climbing and sweeping: never worse, the same each time, up the hill, within the joints' limits."""
 
 import numpy as np
 import pytest
 from solids import camera_of, chain, jolted, pose, sign, turn_between
 
 from artrec_ros.core.kinematics import Kinematics
-from artrec_ros.core.local_search import climb
+from artrec_ros.core.local_search import climb, sweep
 
 CAMERA = camera_of()
 MODEL = chain()
@@ -91,3 +91,21 @@ def test_an_object_without_joints():
     value = lambda p: -np.linalg.norm(p.t - goal, axis=1)  # noqa: E731
     found, votes = climb(value, Kinematics(sign()), CAMERA, at, value(at), 20, 1.0)
     assert votes[0] > 0.5 * value(at)[0] and found.q.shape == (1, 0)
+
+
+def test_a_sweep_finds_each_joints_best_value_from_anywhere():
+    poses = start(seed=3)
+    goal = KIN.lower + 0.7 * (KIN.upper - KIN.lower)
+    value = lambda p: -np.abs((p.q - goal) / KIN.unit).sum(axis=1)  # noqa: E731
+    found, votes = sweep(value, KIN, poses, value(poses), step=0.1)
+    np.testing.assert_allclose(value(found), votes)
+    assert (votes >= value(poses)).all()
+    assert (np.abs(found.q - goal) <= 0.05 * KIN.unit + 1e-9).all()
+    np.testing.assert_array_equal(found.t, poses.t)
+
+
+def test_a_sweep_leaves_what_is_best_as_it_is():
+    poses = start()
+    value = lambda p: -np.abs(p.q - poses.q[0]).sum(axis=1)  # noqa: E731
+    found, _ = sweep(value, KIN, poses[[0]], np.zeros(1), step=0.1)
+    np.testing.assert_array_equal(found.q, poses.q[[0]])

@@ -21,9 +21,7 @@ _COMPONENT_VOTES = 30.0  # about eight pixels of a marker
 _OBJECT_VOTES = 300.0
 _LEAST_PX = 8.0  # of a marker that could be recognised
 # By hand, such claims are too few to learn from:
-_LONE = (
-    3.0  # what the outline of a lone marker of ten times _OBJECT_VOTES adds or takes where nothing else could be seen
-)
+_LONE = 3.0  # what a lone marker's outline adds or takes, at ten times _OBJECT_VOTES, where nothing else could be seen
 _LONE_EDGE = (0.0, 0.2, 0.6)  # fits of an outline that take all of it, say nothing, add all of it
 _OUTGROWN = 2.0  # weight of an outline that does not end where its class does
 _MISSING, _MISSING_PX = -0.15, 10.0  # weight of other markers that should be seen and are not confirmed

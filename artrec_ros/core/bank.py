@@ -15,9 +15,10 @@ from .datatypes import Camera
 from .evidence import LabelField
 from .spatial import RING_PX, RING_WIDTH_PX
 from .transforms import Array
-from .views import View, align_view, blob_couples, moment_alignments, moments_of, scale_range, score_view
+from .views import View, align_view, blob_couples, flips_of, moment_alignments, moments_of, scale_range, score_view
 
 VIEW_KEEP = 12  # alignments of a view with a blob that go on
+LEAST_SHARE = 0.5  # of the best alignment's votes; one with fewer decides nothing
 LEAST_AREA_PX = 14.0  # a marker smaller than this in the image decides nothing
 
 
@@ -47,13 +48,13 @@ class Bank:
     """The V views of a marker.
 
     :param inside_votes, ring_votes: (256,) for the labels on the marker and around it.
+    :ivar flips: (2, V, 3, 3), see `flips_of`.
     """
 
     def __init__(self, views: Sequence[View], inside_votes: Array, ring_votes: Array) -> None:
         self._views = views
         self._votes = inside_votes, ring_votes
-        self.turn = np.array([v.turn for v in views])
-        self.direction = np.array([v.direction for v in views])
+        self.flips = flips_of(np.array([v.turn for v in views]), np.array([v.direction for v in views]))
         n = np.array([len(v.anchors) for v in views])
         anchors = np.zeros((len(views), n.max(), 2))
         for row, view in zip(anchors, views, strict=True):
@@ -61,17 +62,20 @@ class Bank:
         stack = lambda name: np.array([getattr(v, name) for v in views])  # noqa: E731
         self._arrays = (anchors, n, stack("inside"), stack("contour"), stack("contour_normal"), stack("area"))
         self._perimeter = stack("perimeter")
+        self._moments = np.array([v.moments[0] for v in views]), np.array([v.moments[1] for v in views])
 
     def align(self, field: LabelField, camera: Camera, shape: BlobShape) -> tuple[Array, Array, np.ndarray]:
         """The VIEW_KEEP best similarities (H, 4) of each view, their votes (H,), and each one's view (H,)."""
         if not COMPILED:
             return self._align_arrays(field, shape)
-        moments = np.array([moment_alignments(v, shape.moments, shape.area_px) for v in self._views])
-        scale = np.array([scale_range(v, shape.area_px, LEAST_AREA_PX) for v in self._views])
+        area = self._arrays[-1]
+        moments = moment_alignments(*self._moments, area, shape.moments, shape.area_px)
+        scale = scale_range(area, shape.area_px, LEAST_AREA_PX)
         bank = guessing.Bank(*self._arrays, self._perimeter, scale)
-        look = guessing.Look(*self._votes, RING_PX, RING_WIDTH_PX)
+        inside, ring = self._votes
+        look = guessing.Look(inside, ring, inside.max(), ring.max(), RING_PX, RING_WIDTH_PX)
         T, votes = np.empty((len(self._views), VIEW_KEEP, 4)), np.empty((len(self._views), VIEW_KEEP))
-        guessing.best_alignments(*shape.couples, moments, bank, look, view_of(field, camera), T, votes)
+        guessing.best_alignments(*shape.couples, moments, bank, look, LEAST_SHARE, view_of(field, camera), T, votes)
         view, rank = np.nonzero(votes > -np.inf)
         return T[view, rank], votes[view, rank], view
 
@@ -84,4 +88,6 @@ class Bank:
             similarities.append(T[best])
             votes.append(s[best])
             views.append(np.full(len(best), v))
-        return np.concatenate(similarities), np.concatenate(votes), np.concatenate(views)
+        T, score, of = np.concatenate(similarities), np.concatenate(votes), np.concatenate(views)
+        keep = score >= LEAST_SHARE * score.max(initial=0.0)
+        return T[keep], score[keep], of[keep]

@@ -27,6 +27,7 @@ RING_BODY_LABEL = 0.6
 BODY = (0.7, -0.2, -2.0)  # a third of a marker's: bodies are large, plain, and like other things
 BODY_MARKER_LABEL = -1.0
 SEAM_REACH_PX = 4.0
+SEAM_SAMPLES = 300  # border pixels that are looked at, of a class that has many
 SEAM_SHARE = 0.2  # of a class' border must have another known class in reach
 
 
@@ -103,14 +104,25 @@ class LabelField:
         Measured where another known class follows within SEAM_REACH_PX of the class' border.
         """
         if label not in self._seams:
-            mask = (self.labels == label).astype(np.uint8)
-            border = (mask > 0) & (cv2.erode(mask, np.ones((3, 3), np.uint8), borderValue=1) == 0)
-            other = (mask > 0) | (self.labels == UNKNOWN) | (self.labels == OWNED)
-            gap = cv2.distanceTransform(other.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[border] - 1.0
+            gap = self._gaps_px(label)
             near = gap[gap < SEAM_REACH_PX]
             enough = len(near) > SEAM_SHARE * len(gap)
             self._seams[label] = float(np.median(near)) / 2 if enough else 0.0
         return self._seams[label]
+
+    def _gaps_px(self, label: int) -> Array:
+        """From border pixels of a class to the next pixel of another known class, itself not counted; inf: far."""
+        mask = (self.labels == label).view(np.uint8)
+        inner = cv2.erode(mask, np.ones((3, 3), np.uint8), borderValue=1)
+        border = np.flatnonzero(mask > inner)
+        y, x = np.divmod(border[:: 1 + len(border) // SEAM_SAMPLES], mask.shape[1])
+        r = int(np.ceil(SEAM_REACH_PX))
+        wide = cv2.copyMakeBorder(self.labels, r, r, r, r, cv2.BORDER_CONSTANT, value=OUTSIDE)
+        dy, dx = (d.ravel() for d in np.mgrid[-r : r + 1, -r : r + 1])
+        around = wide[(y + r)[:, None] + dy, (x + r)[:, None] + dx]
+        silent = np.zeros(256, bool)
+        silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
+        return np.asarray(np.where(silent[around], np.inf, np.hypot(dy, dx) - 1.0).min(axis=1), np.float64)
 
     def without(self, mask: NDArray[np.bool_]) -> LabelField:
         """The same image with the pixels of a mask owned by somebody."""

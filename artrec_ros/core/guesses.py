@@ -13,9 +13,11 @@ from .spatial import Poses, SpatialModel
 from .transforms import Array
 from .views import lift, view_bank
 
-BLOB_KEEP = 48  # alignments of a marker with a blob that go on
+BLOB_KEEP = 48  # poses of a marker from a blob that go on
+ENOUGH = 2  # alignments for each of them: some are the same pose
 SMALL_PX = 200.0  # so small a blob tells little of its marker's shape, and a segmenter may have taken much of it
 GROWTH = (1.0, 1.2, 1.45)
+_FACTORS = np.random.default_rng(1).integers(1, 2**62, 9) * 2 + 1
 
 
 class Guesser:
@@ -32,15 +34,18 @@ class Guesser:
     def guess(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:
         """Object poses from one blob, the best of each marker by the votes for it."""
         shape = blob_shape(blob, field.seam_px(self._root_label))
-        small = is_small(blob)
-        return Poses.concatenate([self._of_marker(m, field, camera, shape, small) for m in range(len(self._markers))])
+        grown = GROWTH if is_small(blob) else GROWTH[:1]
+        return Poses.concatenate([self._of_marker(m, field, camera, shape, grown) for m in range(len(self._markers))])
 
-    def _of_marker(self, m: int, field: LabelField, camera: Camera, shape: BlobShape, small: bool) -> Poses:
+    def _of_marker(
+        self, m: int, field: LabelField, camera: Camera, shape: BlobShape, grown: tuple[float, ...]
+    ) -> Poses:
         bank = self._banks[m]
         T, s, view = bank.align(field, camera, shape)
-        grown = GROWTH if small else GROWTH[:1]
+        best = np.argsort(-s, kind="stable")[: ENOUGH * BLOB_KEEP]
+        T, s, view = T[best], s[best], view[best]
         T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
-        R, t = lift(bank.turn[view], bank.direction[view], T, camera)
+        R, t = lift(bank.flips[:, view], T, camera)
         found, score = self._to_object(m, R, t), np.tile(s, 2 * len(grown))
         return found[best_distinct(found, score, BLOB_KEEP * len(grown))]
 
@@ -79,5 +84,4 @@ def pose_cells(poses: Poses) -> np.ndarray:
 
 def _keys(cells: np.ndarray) -> np.ndarray:
     """One number for each row of integers: rows are told apart but for one chance in 2^64."""
-    factors = np.random.default_rng(1).integers(1, 2**62, cells.shape[1]) * 2 + 1
-    return np.sum(cells * factors, axis=1)  # wraps round
+    return cells @ _FACTORS  # wraps round

@@ -9,7 +9,7 @@ import numpy as np
 
 from .compiled.chains import Chain, forward
 from .compiled.jit import COMPILED
-from .objects import Component, ObjectModel
+from .objects import Component, Joint, ObjectModel
 from .transforms import Array, rotation_from_rotvec
 
 
@@ -50,6 +50,19 @@ class Kinematics:
         turned = self.lower + (q - self.lower) % (2 * np.pi)
         return np.where(self.endless, turned, np.clip(q, self.lower, self.upper))
 
+    def grid(self, j: int, step: float) -> Array:
+        """Values of joint `j` from limit to limit, at most `step` units apart."""
+        n = max(3, int(np.ceil((self.upper[j] - self.lower[j]) / (step * self.unit[j]))) + 1)
+        return np.linspace(self.lower[j], self.upper[j], n)
+
+    def grids(self, step: float) -> Array:
+        """(J, n) such values of all joints; NaN fills up the rows of those with fewer."""
+        rows = [self.grid(j, step) for j in range(self.n_joints)]
+        out = np.full((len(rows), max(map(len, rows), default=0)), np.nan)
+        for row, values in zip(out, rows, strict=True):
+            row[: len(values)] = values
+        return out
+
     @cached_property
     def endless(self) -> np.ndarray:
         """(J,) bool: joints that turn without limit."""
@@ -89,14 +102,8 @@ class Kinematics:
         axis, origin = np.repeat(frames.axis, n, axis=0), np.repeat(frames.origin, n, axis=0)
         joint = self.model.components[c].joint
         assert joint is not None  # asked of jointed components alone
-        q = np.tile(values, len(frames.R))
-        Rj = R[:, self.parent[c]] @ joint.T_parent_joint.rotation
-        tj = R[:, self.parent[c]] @ joint.T_parent_joint.position + t[:, self.parent[c]]
-        if self.revolute[self.joint_of[c]]:
-            Rj = Rj @ rotation_from_rotvec(q[:, None] * joint.axis)
-        else:
-            tj = tj + (Rj @ joint.axis) * q[:, None]
-        R[:, c], t[:, c] = Rj, tj
+        at = _at_rest(joint, R[:, self.parent[c]], t[:, self.parent[c]])
+        R[:, c], t[:, c] = _moved(joint, *at, np.tile(values, len(frames.R)))
         return Frames(R, t, axis, origin)
 
     def forward(self, R: Array, t: Array, q: Array) -> Frames:
@@ -109,8 +116,9 @@ class Kinematics:
             np.empty((n_h, self.n_joints, 3)),
         )
         if COMPILED:
-            roots = [c for c, parent in enumerate(self.parent) if parent < 0]
-            out.R[:, roots], out.t[:, roots] = R[:, None], t[:, None]
+            for c, parent in enumerate(self.parent):
+                if parent < 0:
+                    out.R[:, c], out.t[:, c] = R, t
             forward(self.chain, q, out.R, out.t, out.axis, out.origin)
             return out
         for c, component in enumerate(self.model.components):
@@ -118,18 +126,25 @@ class Kinematics:
             if joint is None:
                 out.R[:, c], out.t[:, c] = R, t
                 continue
-            Rp, tp = out.R[:, self.parent[c]], out.t[:, self.parent[c]]
-            Rj = Rp @ joint.T_parent_joint.rotation  # (H, 3, 3)
-            tj = Rp @ joint.T_parent_joint.position + tp  # (H, 3)
+            at = _at_rest(joint, out.R[:, self.parent[c]], out.t[:, self.parent[c]])
             j = self.joint_of[c]
             if j >= 0:
-                out.axis[:, j], out.origin[:, j] = Rj @ joint.axis, tj
-                if self.revolute[j]:
-                    Rj = Rj @ rotation_from_rotvec(q[:, j, None] * joint.axis)
-                else:
-                    tj = tj + out.axis[:, j] * q[:, j, None]
-            out.R[:, c], out.t[:, c] = Rj, tj
+                out.axis[:, j], out.origin[:, j] = at[0] @ joint.axis, at[1]
+                at = _moved(joint, *at, q[:, j])
+            out.R[:, c], out.t[:, c] = at
         return out
+
+
+def _at_rest(joint: Joint, R: Array, t: Array) -> tuple[Array, Array]:
+    """Frames (H, 3, 3), (H, 3) of a joint at zero, from its parent's."""
+    return R @ joint.T_parent_joint.rotation, R @ joint.T_parent_joint.position + t
+
+
+def _moved(joint: Joint, R: Array, t: Array, q: Array) -> tuple[Array, Array]:
+    """The same at values q (H,)."""
+    if joint.kind == "revolute":
+        return R @ rotation_from_rotvec(q[:, None] * joint.axis), t
+    return R, t + (R @ joint.axis) * q[:, None]
 
 
 def _size(component: Component) -> float:

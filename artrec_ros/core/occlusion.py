@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -63,3 +64,24 @@ class Boxes:
                 above = (corners - patch.inside[0]) @ patch.normal
                 out[p, b] = patch.component == component and above.max() < SUNK_M
         return out
+
+
+class Hulls(NamedTuple):
+    """Solids whose hulls cover an object: solid k has corners[starts[k]:starts[k + 1]]."""
+
+    corners: Array  # (n, 3) in their components' frames
+    component: np.ndarray  # (n,)
+    starts: np.ndarray
+
+
+def hulls_of(model: ObjectModel) -> Hulls:
+    """All boxes and markers of a spatial model."""
+    solids = []
+    for c, component in enumerate(model.components):
+        solids += [(c, box.T_component_box.apply(_CORNERS * (np.array(box.size) / 2))) for box in component.bodies]
+        for marker in component.markers:
+            assert marker.T_component_marker is not None  # the model is spatial
+            solids.append((c, marker.T_component_marker.apply(np.pad(marker.outline, ((0, 0), (0, 1))))))
+    sizes = [len(corners) for _, corners in solids]
+    component_of = np.repeat([c for c, _ in solids], sizes)
+    return Hulls(np.concatenate([corners for _, corners in solids]), component_of, np.cumsum([0, *sizes[:-1]]))

@@ -15,7 +15,6 @@ from .projection import project
 from .spatial import PatchScores, Poses, SpatialModel
 from .whole_object import WholeObjectFinder
 
-_CORNERS = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
 _SUBPIXEL_BITS = 4
 
 
@@ -34,17 +33,13 @@ def silhouette(surface: SpatialModel, camera: Camera, poses: Poses, shape: tuple
     """(H, W) mask of everything of one hypothesis: hulls of its boxes and its markers."""
     mask = np.zeros(shape, np.uint8)
     frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
-    for c, component in enumerate(surface.model.components):
-        solids = [box.T_component_box.apply(_CORNERS * box.size) for box in component.bodies]
-        for marker in component.markers:
-            T = marker.T_component_marker
-            assert T is not None  # the model is spatial
-            solids.append(T.apply(np.pad(marker.outline, ((0, 0), (0, 1)))))
-        for solid in solids:
-            pixels = project(camera, solid @ frames.R[0, c].T + frames.t[0, c])
-            hull = cv2.convexHull(np.clip(pixels, -4 * max(shape), 4 * max(shape)).astype(np.float32))
-            cv2.fillConvexPoly(mask, np.rint(hull * (1 << _SUBPIXEL_BITS)).astype(np.int32), 1, shift=_SUBPIXEL_BITS)
-    return mask.astype(bool)
+    hulls = surface.hulls
+    pixels = project(camera, surface.place(frames, hulls.corners, hulls.component)[0])
+    pixels = np.clip(pixels, -4 * max(shape), 4 * max(shape)).astype(np.float32)
+    for solid in np.split(pixels, hulls.starts[1:]):
+        hull = np.rint(cv2.convexHull(solid) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+        cv2.fillConvexPoly(mask, hull, 1, shift=_SUBPIXEL_BITS)
+    return mask.view(bool)
 
 
 def share_out(

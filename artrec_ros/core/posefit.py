@@ -10,12 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .compiled.fitting import EdgeTerms, normal_equations
+from .compiled import refining
+from .compiled.fitting import EdgeTerms
 from .compiled.geometry import view_of
 from .compiled.jit import COMPILED
+from .compiled.refining import Joints, StepTerms
 from .datatypes import Camera
 from .evidence import OUTSIDE, OWNED, UNKNOWN, LabelField
-from .kinematics import Frames
+from .kinematics import Frames, Kinematics
 from .projection import projection_jacobian
 from .spatial import LEAST_COSINE, Poses, SpatialModel
 from .transforms import Array, rotation_from_rotvec
@@ -24,19 +26,9 @@ EDGE_VOTE = 1.0  # natural-log units a known label says for one side of an edge
 EDGE_VOTE_SEAM = -0.1  # nearly silent: the edge lies in a seam's middle, a tenth of a pixel to the marker's side
 JOINT_SIGMA = 1.5  # a weak pull to the middle of a joint's range keeps unseen joints determined
 POINT_SIGMA_PX = 0.7  # labels place a boundary this well
+PIN = 1e9  # weight that holds a joint
+_STEP = StepTerms(POINT_SIGMA_PX, damping=np.array([0.05, 0.15]), limit=np.array([0.15, 0.3]))
 _UNKNOWNS = np.isin(np.arange(256), (UNKNOWN, OUTSIDE, OWNED))
-
-
-@dataclass(frozen=True)
-class Fit:
-    """Refined hypotheses, RMS contour distance (H,) in pixels, and information matrix (H, 6+J, 6+J).
-
-    The first six parameters are the object origin's shift and a rotation about it, both along the camera's axes.
-    """
-
-    poses: Poses
-    rms_px: Array
-    information: Array
 
 
 def refine(
@@ -47,23 +39,25 @@ def refine(
     use: np.ndarray,
     reach_px: tuple[int, ...],
     free_joints: np.ndarray | None = None,
-) -> Fit:
-    """Fit poses to the labels' boundaries.
+) -> Poses:
+    """Fit poses to the labels' boundaries; a hypothesis that uses no marker stays.
 
     :param use: (H, M) bool: which markers of `model.markers` to use under each hypothesis.
     :param reach_px: how far each step looks for edges.
     :param free_joints: (H, J) bool; None: all.
     """
-    n_par = 6 + model.kinematics.n_joints
-    rms: Array = np.zeros(len(poses))
-    A: Array = np.zeros((len(poses), n_par, n_par))
-    if not use.any():
-        return Fit(poses, rms, A)
-    for reach in reach_px:
-        A, b, rms = _normal_equations(model, field, camera, poses, use, reach)
-        _hold(model, poses, A, b, free_joints)
-        poses = _step(model, poses, A, b)
-    return Fit(poses, rms, A)
+    free = np.ones(poses.q.shape, bool) if free_joints is None else free_joints
+    if COMPILED:
+        return _refine_compiled(model, field, camera, poses, use, reach_px, free)
+    used = np.flatnonzero(use.any(axis=1))
+    fitted = poses[used]
+    for reach in reach_px if len(used) else ():
+        A, b = _normal_equations(model, field, camera, fitted, use[used], reach)
+        _hold(model, fitted, A, b, free[used])
+        fitted = _step(model, fitted, A, b)
+    order = np.arange(len(poses))
+    order[used] = len(poses) + np.arange(len(used))
+    return Poses.concatenate([poses, fitted])[order]
 
 
 @dataclass(frozen=True)
@@ -103,41 +97,44 @@ def contour_fit(
 
 def _normal_equations(
     model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray, reach: int
-) -> tuple[Array, Array, Array]:
-    if COMPILED:
-        frames = model.kinematics.forward(poses.R, poses.t, poses.q)
-        return _normal_equations_compiled(model, field, camera, poses, frames, use, reach)
+) -> tuple[Array, Array]:
     fit = contour_fit(model, field, camera, poses, use, reach)
     n = len(poses)
-    J, w, r = (
-        fit.jacobian.reshape(n, -1, fit.jacobian.shape[-1]),
-        fit.weight.reshape(n, -1),
-        fit.residual.reshape(n, -1),
-    )
-    Jw = J * w[..., None]
-    rms = np.sqrt(np.sum(w * r**2, axis=1) / np.maximum(w.sum(axis=1), 1e-9))
-    return Jw.transpose(0, 2, 1) @ J, np.einsum("hkp,hk->hp", Jw, r), rms
+    J = fit.jacobian.reshape(n, -1, fit.jacobian.shape[-1])
+    Jw = J * fit.weight.reshape(n, -1)[..., None]
+    return Jw.transpose(0, 2, 1) @ J, np.einsum("hkp,hk->hp", Jw, fit.residual.reshape(n, -1))
 
 
-def _normal_equations_compiled(
+def _refine_compiled(
     model: SpatialModel,
     field: LabelField,
     camera: Camera,
     poses: Poses,
-    frames: Frames,
     use: np.ndarray,
-    reach: int,
-) -> tuple[Array, Array, Array]:
-    kin, n_par = model.kinematics, 6 + model.kinematics.n_joints
-    A, b, rms = np.empty((len(poses), n_par, n_par)), np.empty((len(poses), n_par)), np.empty(len(poses))
-    steps = (np.exp(2 * EDGE_VOTE), np.exp(2 * EDGE_VOTE_SEAM), np.exp(-2 * EDGE_VOTE))
-    seams = np.array([field.seam_px(int(label)) for label in model.label[model.markers]])
-    terms = EdgeTerms(reach, *steps, np.exp(_log_prior(reach)), seams, _UNKNOWNS, OUTSIDE)
-    normal_equations(
-        model.compiled, model.markers, use, frames.R, frames.t, poses.t, frames.axis, frames.origin,
-        kin.revolute, kin.moves, terms, view_of(field, camera), LEAST_COSINE, A, b, rms,
+    reach_px: tuple[int, ...],
+    free: np.ndarray,
+) -> Poses:
+    kin = model.kinematics
+    R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
+    middle, weight = _prior(kin)
+    joints = Joints(
+        kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves, middle, weight, PIN
     )  # fmt: skip
-    return A, b, rms
+    refining.refine(
+        model.compiled, kin.chain, joints, model.markers, use, free, edge_terms(model, field, reach_px), _STEP,
+        view_of(field, camera), LEAST_COSINE, R, t, q,
+    )  # fmt: skip
+    return Poses(R, t, q)
+
+
+def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
+    """What compiled code needs to find edges, in each of the steps of a fit."""
+    prior = np.zeros((len(reach_px), 2 * max(reach_px) + 2))
+    for row, reach in zip(prior, reach_px, strict=True):
+        row[: 2 * reach + 2] = np.exp(_log_prior(reach))
+    votes = (np.exp(2 * EDGE_VOTE), np.exp(2 * EDGE_VOTE_SEAM), np.exp(-2 * EDGE_VOTE))
+    seams = np.array([field.seam_px(int(label)) for label in model.label[model.markers]])
+    return EdgeTerms(np.array(reach_px), *votes, prior, seams, _UNKNOWNS, OUTSIDE)
 
 
 def _places(reach: int) -> Array:
@@ -203,17 +200,17 @@ def _joint_columns(model: SpatialModel, frames: Frames, X: Array, row: Array, co
     return out
 
 
-def _hold(model: SpatialModel, poses: Poses, A: Array, b: Array, free: np.ndarray | None) -> None:
+def _prior(kin: Kinematics) -> tuple[Array, Array]:
+    """Where the joints' weak prior pulls to, and how strongly: (J,) each."""
+    return (kin.lower + kin.upper) / 2, (POINT_SIGMA_PX / (JOINT_SIGMA * kin.unit)) ** 2
+
+
+def _hold(model: SpatialModel, poses: Poses, A: Array, b: Array, free: np.ndarray) -> None:
     """Add the joints' weak prior; pin those that are not free."""
-    kin = model.kinematics
-    middle = (kin.lower + kin.upper) / 2
-    for j in range(kin.n_joints):
-        weight = (POINT_SIGMA_PX / (JOINT_SIGMA * kin.unit[j])) ** 2
-        A[:, 6 + j, 6 + j] += weight
-        b[:, 6 + j] += weight * (poses.q[:, j] - middle[j])
-        if free is not None:
-            pinned = ~free[:, j]
-            A[pinned, 6 + j, 6 + j] += 1e9
+    joints = 6 + np.arange(model.kinematics.n_joints)
+    middle, weight = _prior(model.kinematics)
+    A[:, joints, joints] += weight + PIN * ~free
+    b[:, joints] += weight * (poses.q - middle)
 
 
 def _step(model: SpatialModel, poses: Poses, A: Array, b: Array) -> Poses:
@@ -224,10 +221,9 @@ def _step(model: SpatialModel, poses: Poses, A: Array, b: Array) -> Poses:
     units = np.concatenate(
         [depth[:, None] * np.ones(3), np.ones((len(depth), 3)), np.tile(kin.unit, (len(depth), 1))], 1
     )
-    damping = units * ([0.05] * 3 + [0.15] * (n_par - 3))
-    damped = A + np.eye(n_par) * ((POINT_SIGMA_PX / damping) ** 2 + 1e-9)[:, None, :]
+    kind = [0] * 3 + [1] * (n_par - 3)
+    damped = A + np.eye(n_par) * ((_STEP.sigma_px / (units * _STEP.damping[kind])) ** 2 + 1e-9)[:, None, :]
     x = -np.linalg.solve(damped, b[..., None])[..., 0]
-    limit = units * ([0.15] * 3 + [0.3] * (n_par - 3))
-    x *= np.minimum(1.0, 1.0 / np.maximum(np.abs(x / limit).max(axis=1, keepdims=True), 1e-12))
+    x *= np.minimum(1.0, 1.0 / np.maximum(np.abs(x / (units * _STEP.limit[kind])).max(axis=1, keepdims=True), 1e-12))
     R = rotation_from_rotvec(x[:, 3:6]) @ poses.R
     return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:]))

@@ -16,7 +16,7 @@ from .datatypes import Camera
 from .evidence import OUTSIDE, LabelField, Roles
 from .kinematics import Frames, Kinematics
 from .objects import ObjectModel
-from .occlusion import BEHIND, Boxes
+from .occlusion import BEHIND, Boxes, hulls_of
 from .projection import project, projection_jacobian
 from .surface import Patch, patches_of
 from .transforms import Array
@@ -98,6 +98,7 @@ class SpatialModel:
         self.rim_role = np.array([self.roles.rim(self.patches[i].label) for i in self.markers])
         self.table = self.roles.table
         self.boxes = Boxes(model)
+        self.hulls = hulls_of(model)
         self.ignored = self.boxes.behind_patches(self.patches)
         root = model.components.index(model.required)
         mine = self.points[(self.component == root)[self.point_patch] & self.is_marker[self.point_patch]]

@@ -15,6 +15,7 @@ from .covariance import pose_covariance
 from .datatypes import Camera, Detection, ImagePose, Instance, Rejection, Target
 from .deadline import Deadline
 from .evidence import LabelField
+from .kinematics import Frames
 from .ownership import Claim, claims_of, share_out, silhouette
 from .projection import project
 from .spatial import Poses
@@ -61,7 +62,7 @@ class SpatialStage:
             if field.owned_share(blob.contour) > EXPLAINED:
                 continue
             is_sure = partial(self._is_sure, finder, field, camera)
-            poses = finder.find(field, camera, blob, deadline, is_sure).poses
+            poses = finder.find(field, camera, blob, deadline, is_sure)
             parts[finder].append(poses)
             if len(poses) and is_sure(poses[:1]):
                 shape = (field.labels.shape[0], field.labels.shape[1])
@@ -88,10 +89,9 @@ class SpatialStage:
 def _detection(verdict: Verdict, number: int, camera: Camera, field: LabelField) -> Detection:
     claim = verdict.claim
     finder, poses = claim.finder, claim.poses
-    model = finder.target.model
-    parts = tuple(_instance(verdict, c, camera) for c, patch in enumerate(verdict.shown) if patch >= 0)
+    model, kin = finder.target.model, finder.surface.kinematics
+    parts = _instances(verdict, camera)
     root = next(p for p in parts if p.component == model.required.name)
-    kin = finder.surface.kinematics
     seen = [c for c, patch in enumerate(verdict.shown) if patch >= 0]
     told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component in view
     joints = {c.name: float(poses.q[0, j]) for j, c in enumerate(model.joint_components) if told[j]}
@@ -109,40 +109,41 @@ def _detection(verdict: Verdict, number: int, camera: Camera, field: LabelField)
     )
 
 
-def _instance(verdict: Verdict, c: int, camera: Camera) -> Instance:
-    """A component as the image shows it: where part of its marker is hidden, x, y are the visible part's centre."""
-    claim = verdict.claim
-    surface, poses = claim.finder.surface, claim.poses
-    patch = surface.patches[verdict.shown[c]]
-    marker = patch.marker
-    assert marker is not None and marker.T_component_marker is not None  # shown markers of a spatial model
-    T = marker.T_component_marker
+def _instances(verdict: Verdict, camera: Camera) -> tuple[Instance, ...]:
+    """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre."""
+    surface, poses = verdict.claim.finder.surface, verdict.claim.poses
     frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
-
-    def to_image(flat: Array) -> Array:
-        points = T.apply(np.pad(flat, ((0, 0), (0, 1))))
-        return project(camera, points @ frames.R[0, c].T + frames.t[0, c])
-
-    inside = patch.inside @ frames.R[:, c].transpose(0, 2, 1) + frames.t[:, c, None]
-    pixels, seen = (
-        project(camera, inside)[0],
-        ~surface.boxes.hidden(frames, inside, surface.ignored[[verdict.shown[c]] * len(patch.inside)])[0],
-    )
-    height, width = claim.shape
+    shown = [p for p in verdict.shown if p >= 0]
+    patches = [surface.patches[p] for p in shown]
+    inside = [p.inside @ frames.R[0, p.component].T + frames.t[0, p.component] for p in patches]
+    X, of = np.concatenate(inside), np.repeat(np.arange(len(patches)), [len(p.inside) for p in patches])
+    pixels = project(camera, X)
+    height, width = verdict.claim.shape
+    seen = ~surface.boxes.hidden(frames, X[None], surface.ignored[np.array(shown)[of]])[0]
     seen &= (pixels > -0.5).all(axis=1) & (pixels[:, 0] < width - 0.5) & (pixels[:, 1] < height - 0.5)
-    centre = pixels[seen].mean(axis=0) if seen.any() else to_image(marker.centroid[None])[0]
-    tail, head = to_image(np.array([marker.tail, marker.head]))
-    outline = to_image(marker.outline)
-    axis = head - tail
+    return tuple(
+        _instance(verdict, index, frames, pixels[(of == k) & seen], camera) for k, index in enumerate(shown)
+    )
+
+
+def _instance(verdict: Verdict, index: int, frames: Frames, seen_px: Array, camera: Camera) -> Instance:
+    """The component that patch `index` shows; (n, 2) pixels of the patch are in view."""
+    claim = verdict.claim
+    patch = claim.finder.surface.patches[index]
+    c, marker = patch.component, patch.marker
+    assert marker is not None and marker.T_component_marker is not None  # shown markers of a spatial model
+    points = np.pad(np.vstack([marker.centroid, marker.tail, marker.head, marker.outline]), ((0, 0), (0, 1)))
+    placed = project(camera, marker.T_component_marker.apply(points) @ frames.R[0, c].T + frames.t[0, c])
+    centre = seen_px.mean(axis=0) if len(seen_px) else placed[0]
+    axis = placed[2] - placed[1]
     f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
-    index = int(verdict.shown[c])
     return Instance(
-        surface.model.components[c].name,
+        claim.finder.target.model.components[c].name,
         marker.name,
         float(np.clip(claim.scores.agree[0, index], 0, 1)),
         float(centre[0]),
         float(centre[1]),
         float(np.arctan2(axis[1], axis[0])),
         float(f / max(float(frames.t[0, c, 2]), 1e-6)),
-        outline,
+        placed[3:],
     )

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .datatypes import Camera
 from .evidence import LabelField
@@ -18,7 +19,7 @@ from .projection import normalise
 from .surface import sample_contour, sample_polygon
 from .transforms import Array, apply_similarity, rotation_from_rotvec, similarity_from_couples
 
-TURNS_RAD = (0.4, 0.7, 0.95, 1.15)  # cosines .92 .76 .58 .41: neighbours look alike enough to refine from
+TURNS_RAD = (0.4, 0.7, 0.95, 1.15, 1.32)  # cosines .92 .76 .58 .41 .25: neighbours look alike enough to refine from
 N_DIRECTIONS = 6
 SCORE_POINTS = 24
 CHUNK = 20000  # hypotheses scored at once: bounds memory
@@ -103,15 +104,16 @@ def align_view(view: View, couples: tuple[Array, Array], contour: Array, area_px
     q1, q2 = view.anchors, np.roll(view.anchors, -1, axis=0)
     i, j = np.divmod(np.arange(len(p1) * len(q1)), max(len(q1), 1))
     # both contours run the same way round (made so by the caller), so a couple matches in one sense only
-    T = [similarity_from_couples(q1[j], q2[j], p1[i], p2[i]), moment_alignments(view, moments_of(contour), area_px)]
+    of_moments = moment_alignments(*view.moments, view.area, moments_of(contour), area_px)
+    T = [similarity_from_couples(q1[j], q2[j], p1[i], p2[i]), of_moments]
     out = np.concatenate(T)
-    low, high = scale_range(view, area_px, min_area_px)
+    low, high = scale_range(view.area, area_px, min_area_px)
     return out[(out[:, 3] > low) & (out[:, 3] < high)]
 
 
-def scale_range(view: View, area_px: float, min_area_px: float) -> tuple[float, float]:
-    """Scales at which a view is large enough to be told, and not much larger than its blob."""
-    return float(np.sqrt(min_area_px / view.area)), float(np.sqrt((1.6 * area_px + 12) / view.area))
+def scale_range(area: ArrayLike, area_px: float, min_area_px: float) -> Array:
+    """(..., 2) scales at which views of an area are large enough to be told, and not much larger than their blob."""
+    return np.sqrt(np.stack([min_area_px / np.asarray(area), (1.6 * area_px + 12) / np.asarray(area)], axis=-1))
 
 
 def moments_of(outline: Array) -> tuple[Array, float]:
@@ -122,13 +124,19 @@ def moments_of(outline: Array) -> tuple[Array, float]:
     return np.array([m["m10"], m["m01"]]) / m["m00"], 0.5 * float(np.arctan2(2 * m["mu11"], m["mu20"] - m["mu02"]))
 
 
-def moment_alignments(view: View, moments: tuple[Array, float], area_px: float) -> Array:
-    """(4, 4) similarities that bring area, centroid and principal axis together, in the axes' four turns."""
-    (cb, ab), (cm, am) = moments, view.moments
-    k = np.sqrt(area_px / view.area)
-    theta = ab - am + np.array([0.0, np.pi, np.pi / 2, -np.pi / 2])
-    x, y = k * (np.cos(theta) * cm[0] - np.sin(theta) * cm[1]), k * (np.sin(theta) * cm[0] + np.cos(theta) * cm[1])
-    return np.stack([cb[0] - x, cb[1] - y, theta, np.full(4, k)], axis=1)
+def moment_alignments(
+    centroid: Array, direction: ArrayLike, area: ArrayLike, moments: tuple[Array, float], area_px: float
+) -> Array:
+    """(..., 4, 4) similarities that bring area, centroid and principal axis together, in the axes' four turns.
+
+    :param centroid, direction, area: (..., 2), (...,), (...,) of views; `moments`, `area_px` of a blob.
+    """
+    (x, y), turn = moments[0], moments[1]
+    k = np.sqrt(area_px / np.asarray(area, float))[..., None]
+    theta = turn - np.asarray(direction)[..., None] + np.array([0.0, np.pi, np.pi / 2, -np.pi / 2])
+    c, s = k * np.cos(theta), k * np.sin(theta)
+    cx, cy = centroid[..., 0, None], centroid[..., 1, None]
+    return np.stack([x - c * cx + s * cy, y - s * cx - c * cy, theta, np.broadcast_to(k, theta.shape)], axis=-1)
 
 
 def score_view(
@@ -147,19 +155,26 @@ def score_view(
     return out
 
 
-def lift(turn: Array, direction: Array, T: Array, camera: Camera) -> tuple[Array, Array]:
-    """Both 6-DoF poses (the two flips) of similarities of views.
+def flips_of(turn: Array, direction: Array) -> Array:
+    """(2, V, 3, 3) both rotations of a marker that look, to first order, like a view, on the optical axis.
 
-    :param turn, direction: (H,) of the views; T: (H, 4).
+    :param turn, direction: (V,) of the views.
+    """
+    across = np.column_stack([-np.sin(direction), np.cos(direction), np.zeros(len(turn))])
+    return np.stack([rotation_from_rotvec(sign * turn[:, None] * across) @ FACING for sign in (1, -1)])
+
+
+def lift(flips: Array, T: Array, camera: Camera) -> tuple[Array, Array]:
+    """Both 6-DoF poses of similarities of views.
+
+    :param flips: (2, H, 3, 3) of the views; T: (H, 4).
     :return: marker rotations (2H, 3, 3) and centroids (2H, 3), first all of one flip.
     """
     rays = normalise(camera, T[:, :2])  # (H, 2)
     depth = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]) / T[:, 3]
     t = depth[:, None] * np.column_stack([rays, np.ones(len(rays))])
     zero = np.zeros(len(T))
-    across = np.column_stack([-np.sin(direction), np.cos(direction), zero])
     roll = rotation_from_rotvec(np.column_stack([zero, zero, T[:, 2]]))  # (H, 3, 3)
     # the flat image plane of the weak perspective stands across the viewing ray, not across the optical axis
     tilt = rotation_from_rotvec(np.column_stack([-rays[:, 1], rays[:, 0], zero]))
-    flips = [tilt @ roll @ rotation_from_rotvec(sign * turn[:, None] * across) @ FACING for sign in (1, -1)]
-    return np.concatenate(flips), np.concatenate([t, t])
+    return (tilt @ roll @ flips).reshape(-1, 3, 3), np.concatenate([t, t])

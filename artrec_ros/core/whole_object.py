@@ -8,7 +8,8 @@ What is found is refined on all contours together, and judged with the parts tha
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from .datatypes import Camera, Target
 from .deadline import Deadline
 from .evidence import LabelField
 from .guesses import Guesser, best_distinct, is_small
-from .local_search import climb, moves_of
+from .local_search import climb, moves_of, sweep
 from .posefit import refine
 from .projection import project
 from .spatial import LIMITS, PatchScores, Poses, SpatialModel
@@ -31,22 +32,16 @@ from .transforms import Array
 JOINT_STEP = 0.15  # of a joint's unit
 COARSE_REACH_PX = (8, 6, 4, 3)
 FINE_REACH_PX = (4, 3, 3, 2, 2)
-ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 8, 3  # hypotheses a blob that pass each stage
+FEW_GUESSES, FEW_KEEP = 24, 10  # a blob: enough for most objects in plain view
+ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 24, 3  # hypotheses a blob that pass each stage
 SMALL_ROOT_KEEP, SMALL_JOINT_KEEP = 120, 36  # of a small blob: its shape tells least, the other components most
-CLIMBS = ((10, 5, 1.5), (5, 6, 1.0), (3, 14, 0.7))  # hypotheses a blob, rounds, first step
+CLIMBS = ((10, 120, 1.5), (5, 144, 1.0), (3, 336, 0.7))  # hypotheses a blob, tries, first step
 HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
-RIVAL, RIVAL_RAD = 0.8, 0.35  # of a sure object's votes, and turned by so much
+RIVAL = 0.8  # of a sure object's votes
+NICHE_RAD, NICHE_DEPTH = 0.35, 0.12  # hypotheses that differ by less climb to one place
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
 SETTLED_VOTES = 0.85  # of a hypothesis' votes must be left after its last fit
 MIRROR = np.diag([1.0, 1.0, -1.0])
-
-
-@dataclass(frozen=True)
-class Candidates:
-    """Whole-object hypotheses of one target and their votes (H,), best first."""
-
-    poses: Poses
-    votes: Array
 
 
 class WholeObjectFinder:
@@ -58,49 +53,66 @@ class WholeObjectFinder:
         required = target.model.required
         self.root = target.model.components.index(required)
         self.root_label = target.label if required.label is None else required.label
+        self._of_component = np.eye(len(target.model.components))[self.surface.component]  # (P, C)
+        self._marker_of_component = self._of_component * self.surface.is_marker[:, None]
+        self._grids = self.surface.kinematics.grids(JOINT_STEP)
         self._guesser = Guesser(target.model, self.surface, self.root_label)
 
     def warm_up(self) -> None:
         """Have compiled code ready before the first image: search a small one that shows a patch of the class."""
         labels = np.zeros((48, 64), np.uint8)
         labels[16:32, 20:44] = self.root_label
-        field, camera, clock = (
-            LabelField(labels),
-            Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (64, 48)),
-            Deadline(),
-        )
+        field, clock = LabelField(labels), Deadline()
+        camera = Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (64, 48))
         for blob in find_blobs(labels, {self.root_label}, RecognizerConfig()):
             self.find(field, camera, blob, clock, lambda _: False)
             poses = self._guesser.guess(field, camera, blob)[:1]
             self._climb(field, camera, poses, self.votes(field, camera, poses, occlusion=True), 1, 1.0, clock)
-            self._fit_root(field, camera, poses)
+            self._fit_root(field, camera, poses, 1)
 
     def find(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
-    ) -> Candidates:
-        """Candidates whose required component made a blob, or part of one.
+    ) -> Poses:
+        """Hypotheses whose required component made a blob, or part of one, best first.
 
-        :param is_sure: whether one hypothesis is an object beyond doubt: then only its rivals are looked into.
+        A few guesses are tried first; where one of them is an object beyond doubt, only its rivals are looked into.
+
+        :param is_sure: whether one hypothesis is such an object.
         """
-        poses, votes = self._with_joints(field, camera, blob)
-        poses, votes = self._fit_all(field, camera, self._with_flips(poses, votes))
-        poses, votes = self._keep(poses, votes, FIT_KEEP)
-        for count, rounds, spread in CLIMBS:
+        guesses = self._guesser.guess(field, camera, blob)
+        few = self._best_roots(field, camera, guesses, FEW_GUESSES, bodies=False)
+        poses, votes = self._with_joints(field, camera, self._fit_root(field, camera, few, FEW_KEEP), FEW_KEEP)
+        sure = is_sure(poses[:1])
+        if not sure:
+            if is_small(blob):
+                roots, keep = self._best_roots(field, camera, guesses, SMALL_ROOT_KEEP), SMALL_JOINT_KEEP
+            else:
+                roots, keep = self._fit_root(field, camera, guesses, ROOT_KEEP), JOINT_KEEP
+            poses, votes = self._with_joints(field, camera, roots, keep)
+        for count, tries, spread in CLIMBS:
             if deadline.expired or votes.max(initial=0.0) < HOPELESS_VOTES:
                 break
-            sure = is_sure(poses[:1])
-            if sure and rounds < CLIMBS[-1][1]:
+            sure = sure or is_sure(poses[:1])
+            if sure and tries < CLIMBS[-1][1]:
                 continue  # to the last climb
-            keep = self._rivals(poses, votes) if sure else np.flatnonzero(votes > 0)
-            poses, votes = poses[keep[:count]], votes[keep[:count]]
+            apart = self._apart(poses, votes, RIVAL * votes[0] if sure else 0.0)[:count]
+            poses, votes = poses[apart], votes[apart]
             # a better pose may show a limb that a worse one missed
             poses = Poses.concatenate([poses, self._search_joints(field, camera, poses)])
             poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
+            poses, votes = self._sweep(field, camera, poses, votes)
             poses, votes = self._with_rival_flips(field, camera, poses, votes)
-            poses, votes = self._climb(field, camera, poses, votes, rounds, spread, deadline)
+            poses, votes = self._climb(field, camera, poses, votes, tries, spread, deadline)
             poses, votes = self._fit_all(field, camera, poses)
             poses, votes = self._keep(poses, votes, len(poses))
-        return Candidates(poses, votes)
+        return poses
+
+    def _with_joints(self, field: LabelField, camera: Camera, poses: Poses, keep: int) -> tuple[Poses, Array]:
+        """The best with the joints at which the labels like the other components best, fitted to all contours."""
+        poses = self._search_joints(field, camera, poses)
+        poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=False), keep)
+        poses, votes = self._fit_all(field, camera, self._with_flips(poses, votes))
+        return self._keep(poses, votes, FIT_KEEP)
 
     def _with_rival_flips(self, field: LabelField, camera: Camera, poses: Poses, votes: Array) -> tuple[Poses, Array]:
         """Add the best one's siblings that come near to it."""
@@ -113,14 +125,27 @@ class WholeObjectFinder:
         return Poses.concatenate([poses, flips[near]]), np.concatenate([votes, flip_votes[near]])
 
     @staticmethod
-    def _rivals(poses: Poses, votes: Array) -> np.ndarray:
-        """Indices of the best and of those, best first, that might overtake it and look another way."""
-        keep = [0]
-        for i in np.flatnonzero(votes > RIVAL * votes[0]):
+    def _apart(poses: Poses, votes: Array, least: float) -> np.ndarray:
+        """Indices, best first, of those with more votes than `least` that differ from all better ones."""
+        depth = np.log(np.maximum(poses.t[:, 2], 1e-6))
+        keep: list[int] = []
+        for i in np.flatnonzero(votes > least).tolist():
             turned = np.einsum("kij,ij->k", poses.R[keep], poses.R[i])  # trace of the turn from one to the other
-            if (turned < 1 + 2 * np.cos(RIVAL_RAD)).all():
-                keep.append(int(i))
-        return np.array(keep)
+            near = np.abs(depth[keep] - depth[i]) < NICHE_DEPTH
+            if not (near & (turned > 1 + 2 * np.cos(NICHE_RAD))).any():
+                keep.append(i)
+        return np.array(keep, int)
+
+    def _sweep(self, field: LabelField, camera: Camera, poses: Poses, votes: Array) -> tuple[Poses, Array]:
+        """Joints at their best by the votes of the whole object, which know what hides what."""
+        kin = self.surface.kinematics
+        if COMPILED:
+            value = Value(len(self.target.model.components), self.root, HIDDEN_COST)
+            R, t, q, best = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
+            view = view_of(field, camera)
+            climbing.sweep(self.surface.compiled, kin.chain, view, LIMITS, value, self._grids, R, t, q, best)
+            return Poses(R, t, q), best
+        return sweep(partial(self.votes, field, camera, occlusion=True), kin, poses, votes, JOINT_STEP)
 
     def _climb(
         self,
@@ -128,7 +153,7 @@ class WholeObjectFinder:
         camera: Camera,
         poses: Poses,
         votes: Array,
-        rounds: int,
+        tries: int,
         spread: float,
         deadline: Deadline,
     ) -> tuple[Poses, Array]:
@@ -136,22 +161,12 @@ class WholeObjectFinder:
         kin = self.surface.kinematics
         if COMPILED:
             value = Value(len(self.target.model.components), self.root, HIDDEN_COST)
-            moves, view = moves_of(kin, camera, rounds), view_of(field, camera)
+            moves, view = moves_of(kin, camera, tries), view_of(field, camera)
             R, t, q, best = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
             climbing.climb(self.surface.compiled, kin.chain, view, LIMITS, value, moves, spread, R, t, q, best)
             return Poses(R, t, q), best
-        votes_of = lambda p: self.votes(field, camera, p, occlusion=True)  # noqa: E731
-        return climb(votes_of, kin, camera, poses, votes, rounds, spread, deadline)
-
-    def _with_joints(self, field: LabelField, camera: Camera, blob: Blob) -> tuple[Poses, Array]:
-        """Guesses from a blob's shape, with the joints at which the labels like the other components best."""
-        poses = self._guesser.guess(field, camera, blob)
-        if is_small(blob):
-            poses, keep = self._best_roots(field, camera, poses, SMALL_ROOT_KEEP), SMALL_JOINT_KEEP
-        else:
-            poses, keep = self._fit_root(field, camera, poses), JOINT_KEEP
-        poses = self._search_joints(field, camera, poses)
-        return self._keep(poses, self.votes(field, camera, poses, occlusion=False), keep)
+        votes_of = partial(self.votes, field, camera, occlusion=True)
+        return climb(votes_of, kin, camera, poses, votes, tries, spread, deadline)
 
     def judge(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> PatchScores:
         """What the labels say of every patch under each hypothesis."""
@@ -164,14 +179,10 @@ class WholeObjectFinder:
 
     def total(self, scores: PatchScores) -> Array:
         """(H,) votes of whole objects from what is said of all their patches."""
-        surface = self.surface
-        total = np.zeros(len(scores.votes))
-        for c in range(len(self.target.model.components)):
-            on = surface.component == c
-            votes = scores.votes[:, on].sum(axis=1)
-            hidden = -HIDDEN_COST * scores.area_px[:, on & surface.is_marker].sum(axis=1)
-            total += votes if c == self.root else np.maximum(votes, hidden)
-        return total
+        votes = scores.votes @ self._of_component  # (H, C)
+        hidden = -HIDDEN_COST * scores.area_px @ self._marker_of_component
+        hidden[:, self.root] = -np.inf
+        return np.maximum(votes, hidden).sum(axis=1)
 
     def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
         """(H,) bool: whose required component would cover that of `one` in the image."""
@@ -181,13 +192,13 @@ class WholeObjectFinder:
         apart = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
         return (apart < radius) | (apart == 0)  # behind the camera all is at one place
 
-    def _fit_root(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
+    def _fit_root(self, field: LabelField, camera: Camera, poses: Poses, keep: int) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""
         surface = self.surface
         use = np.tile(surface.component[surface.markers] == self.root, (len(poses), 1))
         pinned = np.zeros(poses.q.shape, bool)
-        fitted = refine(surface, field, camera, poses, use, COARSE_REACH_PX, pinned).poses
-        return self._best_roots(field, camera, Poses.concatenate([poses, fitted]), ROOT_KEEP, bodies=False)
+        fitted = refine(surface, field, camera, poses, use, COARSE_REACH_PX, pinned)
+        return self._best_roots(field, camera, Poses.concatenate([poses, fitted]), keep, bodies=False)
 
     def _best_roots(self, field: LabelField, camera: Camera, poses: Poses, n: int, *, bodies: bool = True) -> Poses:
         """The best by the required component alone, with or without its body."""
@@ -203,11 +214,9 @@ class WholeObjectFinder:
         for c, j in enumerate(kin.joint_of):
             if j < 0:
                 continue
-            n = max(3, int(np.ceil((kin.upper[j] - kin.lower[j]) / (JOINT_STEP * kin.unit[j]))) + 1)
-            grid = np.linspace(kin.lower[j], kin.upper[j], n)
             frames = kin.forward(poses.R, poses.t, poses.q)
             q = poses.q.copy()
-            q[:, j] = self.surface.best_joint(field, camera, frames, c, grid)
+            q[:, j] = self.surface.best_joint(field, camera, frames, c, kin.grid(j, JOINT_STEP))
             poses = replace(poses, q=q)
         return poses
 
@@ -227,9 +236,9 @@ class WholeObjectFinder:
     def _fit_all(self, field: LabelField, camera: Camera, poses: Poses) -> tuple[Poses, Array]:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
         scores = self.judge(field, camera, poses, occlusion=True)
-        fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX).poses
-        both = Poses.concatenate([poses, fitted])
-        return both, self.votes(field, camera, both, occlusion=True)
+        fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX)
+        votes = np.concatenate([self.total(scores), self.votes(field, camera, fitted, occlusion=True)])
+        return Poses.concatenate([poses, fitted]), votes
 
     def supported(self, scores: PatchScores) -> np.ndarray:
         """(H, M) markers that the labels support."""
@@ -238,8 +247,8 @@ class WholeObjectFinder:
 
     def settled(self, field: LabelField, camera: Camera, poses: Poses, scores: PatchScores) -> Poses:
         """One hypothesis at rest on its contours, which are finer than the votes, unless these fall far."""
-        fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX).poses
-        before, after = (self.votes(field, camera, p, occlusion=True)[0] for p in (poses, fitted))
+        fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX)
+        before, after = self.votes(field, camera, Poses.concatenate([poses, fitted]), occlusion=True)
         return fitted if after > SETTLED_VOTES * before else poses
 
     @staticmethod

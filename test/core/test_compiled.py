@@ -112,27 +112,42 @@ def test_joints_are_found_alike(scene, monkeypatch):
 
 
 @LENSES
-def test_normal_equations_agree(scene, lens, monkeypatch):
+def test_fits_agree(scene, lens, monkeypatch):
     surface, poses, field = scene
-    camera = camera_of(distortion=lens)
-    use = np.random.default_rng(5).random((len(poses), len(surface.markers))) < 0.7
-    compiled = posefit._normal_equations(surface, field, camera, poses, use, 4)
+    camera, rng = camera_of(distortion=lens), np.random.default_rng(5)
+    use = rng.random((len(poses), len(surface.markers))) < 0.7
+    use[0] = False
+    free = rng.random(poses.q.shape) < 0.7
+    compiled = posefit.refine(surface, field, camera, poses, use, (4,), free)
     plainly(monkeypatch, posefit)
-    plain = posefit._normal_equations(surface, field, camera, poses, use, 4)
-    assert np.abs(plain[0]).max() > 0
-    for one, other in zip(compiled, plain, strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(other).max())
+    plain = posefit.refine(surface, field, camera, poses, use, (4,), free)
+    assert np.abs(plain.t - poses.t).max() > 1e-3 and np.abs(plain.q - poses.q).max() > 1e-3
+    for name in ("R", "t", "q"):
+        np.testing.assert_allclose(getattr(compiled, name), getattr(plain, name), atol=1e-6)
+        np.testing.assert_array_equal(getattr(compiled, name)[0], getattr(poses, name)[0])
+
+
+def test_sweeping_leads_the_same_way(scene, monkeypatch):
+    surface, poses, field = scene
+    finder, camera = WholeObjectFinder(Target("truck", surface.model, RED)), camera_of()
+    votes = finder.votes(field, camera, poses, occlusion=True)
+    found, best = finder._sweep(field, camera, poses, votes)
+    assert (best > votes).any()
+    plainly(monkeypatch, whole_object)
+    plain, plain_best = finder._sweep(field, camera, poses, votes)
+    np.testing.assert_allclose(best, plain_best, rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(found.q, plain.q, atol=1e-9)
 
 
 def test_climbing_leads_the_same_way(scene, monkeypatch):
     surface, poses, field = scene
     finder, camera, clock = WholeObjectFinder(Target("truck", surface.model, RED)), camera_of(), Deadline(60.0)
     votes = finder.votes(field, camera, poses, occlusion=True)
-    found, best = finder._climb(field, camera, poses, votes, 4, 1.0, clock)
+    found, best = finder._climb(field, camera, poses, votes, 40, 1.0, clock)
     assert (best >= votes).all() and (best > votes).any()
     np.testing.assert_allclose(finder.votes(field, camera, found, occlusion=True), best, rtol=0.02, atol=1e-3)
     plainly(monkeypatch, whole_object)
-    plain, plain_best = finder._climb(field, camera, poses, votes, 4, 1.0, clock)
+    plain, plain_best = finder._climb(field, camera, poses, votes, 40, 1.0, clock)
     # a point between two pixels may round to either, and lead another way from there
     same = np.isclose(best, plain_best, rtol=1e-6, atol=1e-3)
     assert same.mean() > 0.7

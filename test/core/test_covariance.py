@@ -53,7 +53,7 @@ def fits(name, count, seam=False, seed=0):
         truth = pose(*rng.uniform(-0.15, 0.15, 2), rng.uniform(0.6, 1.6), rng.uniform(-0.9, 0.9), 0.1, model, names)
         surface, field, use = scene(model, truth, seam=seam, rng=rng)
         start = jolted(rng, truth, 1, 0.01, 0.05, 0.05)
-        fit = refine(surface, field, CAMERA, start, use, REACH).poses
+        fit = refine(surface, field, CAMERA, start, use, REACH)
         error = np.r_[fit.t[0] - truth.t[0], rotation_error(fit.R[0], truth.R[0])]
         if np.linalg.norm(error[3:]) > 0.4:
             continue  # the mirrored turn: no covariance tells of that

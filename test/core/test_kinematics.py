@@ -109,3 +109,15 @@ def test_components_without_a_joint_share_the_objects_frame():
     parts = tuple(Component(n, sign().components[0].markers, required=n == "a") for n in ("a", "b"))
     frames = Kinematics(ObjectModel("pair", parts)).forward(np.eye(3)[None], np.ones((1, 3)), np.zeros((1, 0)))
     np.testing.assert_array_equal(frames.t[0, 0], frames.t[0, 1])
+
+
+def test_grids_run_from_limit_to_limit_in_steps_no_longer_than_asked():
+    kin = Kinematics(chain())
+    rows = kin.grids(0.1)
+    assert len(rows) == kin.n_joints
+    for j, row in enumerate(rows):
+        grid = row[~np.isnan(row)]
+        np.testing.assert_array_equal(grid, kin.grid(j, 0.1))
+        assert grid[0] == kin.lower[j] and grid[-1] == kin.upper[j] and len(grid) >= 3
+        assert np.diff(grid).max() <= 0.1 * kin.unit[j] + 1e-12
+    assert Kinematics(sign()).grids(0.1).shape == (0, 0)

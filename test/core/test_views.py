@@ -10,7 +10,7 @@ from solids import BENT, CAB, RED, RIGHT_SIDE, camera_of, marker
 from artrec_ros.core.evidence import LabelField, Roles
 from artrec_ros.core.projection import project
 from artrec_ros.core.transforms import apply_similarity
-from artrec_ros.core.views import align_view, anchors_of, blob_couples, lift, score_view, view_bank
+from artrec_ros.core.views import align_view, anchors_of, blob_couples, flips_of, lift, score_view, view_bank
 
 FLAG = marker("flag", CAB, RIGHT_SIDE, (0, 0, 0))
 
@@ -124,7 +124,7 @@ def test_both_lifted_poses_look_like_the_view(lens):
     bank = view_bank(FLAG)
     n = len(bank)
     T = np.column_stack([rng.uniform(60, 260, n), rng.uniform(50, 190, n), rng.uniform(-3, 3, n), np.full(n, 60.0)])
-    R, t = lift(np.array([v.turn for v in bank]), np.array([v.direction for v in bank]), T, camera)
+    R, t = lift(flips_of(np.array([v.turn for v in bank]), np.array([v.direction for v in bank])), T, camera)
     assert R.shape == (2 * n, 3, 3) and t.shape == (2 * n, 3)
     np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.tile(np.eye(3), (2 * n, 1, 1)), atol=1e-12)
     np.testing.assert_allclose(np.linalg.det(R), 1.0)

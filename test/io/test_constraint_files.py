@@ -83,6 +83,30 @@ def test_classes_and_axes_come_back(tmp_path: Path, everything: ConstraintSet) -
     assert "# classes:" in text and "# axes:" in text
 
 
+def changed(folder: Path, constraints: ConstraintSet, key: str, value: Any) -> Path:
+    """A file of constraints with one value changed, or left out where it is None; `key` like "pairs/0/first"."""
+    path = folder / "c.yaml"
+    save_constraints(path, constraints)
+    content = yaml.safe_load(path.read_text())
+    *groups, last = [int(part) if part.isdigit() else part for part in key.split("/")]
+    place: Any = content
+    for group in groups:
+        place = place[group]
+    if value is None:
+        del place[last]
+    else:
+        place[last] = value
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+def assert_refused(path: Path, model: ObjectModel, parts: tuple[str, ...]) -> None:
+    with pytest.raises(ConfigError) as caught:
+        load_constraints(path, model)
+    for part in (str(path), *parts):
+        assert part in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("change", "value", "parts"),
     [
@@ -98,22 +122,7 @@ def test_classes_and_axes_come_back(tmp_path: Path, everything: ConstraintSet) -
 def test_mistakes_in_classes_and_axes_are_named(
     tmp_path: Path, everything: ConstraintSet, change: str, value: Any, parts: tuple[str, ...]
 ) -> None:
-    path = tmp_path / "c.yaml"
-    save_constraints(path, everything)
-    content = yaml.safe_load(path.read_text())
-    *groups, key = [int(part) if part.isdigit() else part for part in change.split("/")]
-    place: Any = content
-    for group in groups:
-        place = place[group]
-    if value is None:
-        del place[key]
-    else:
-        place[key] = value
-    path.write_text(yaml.safe_dump(content))
-    with pytest.raises(ConfigError) as caught:
-        load_constraints(path, JOINED)
-    for part in (str(path), *parts):
-        assert part in str(caught.value)
+    assert_refused(changed(tmp_path, everything, change, value), JOINED, parts)
 
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, constraints: ConstraintSet) -> None:
@@ -143,22 +152,7 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, constraints: Co
 def test_mistakes_are_refused_by_their_key(
     tmp_path: Path, constraints: ConstraintSet, change: str, value: Any, parts: tuple[str, ...]
 ) -> None:
-    path = tmp_path / "c.yaml"
-    save_constraints(path, constraints)
-    content = yaml.safe_load(path.read_text())
-    *groups, key = change.split("/")
-    place = content
-    for group in groups:
-        place = place[int(group) if group.isdigit() else group]
-    if value is None:
-        del place[key]
-    else:
-        place[key] = value
-    path.write_text(yaml.safe_dump(content))
-    with pytest.raises(ConfigError) as caught:
-        load_constraints(path, MODEL)
-    for part in (str(path), *parts):
-        assert part in str(caught.value)
+    assert_refused(changed(tmp_path, constraints, change, value), MODEL, parts)
 
 
 def test_a_pair_given_twice_is_refused(tmp_path: Path, constraints: ConstraintSet) -> None:

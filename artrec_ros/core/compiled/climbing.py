@@ -24,11 +24,12 @@ class Value(NamedTuple):
 class Moves(NamedTuple):
     """The steps of `local_search`, and the joints' limits."""
 
-    z: Any  # (rounds, tries, 6 + J) draws
+    z: Any  # (tries, 6 + J) draws
     px: float
     depth: float
     rad: float
     joint: float
+    grow: float
     shrink: float
     focal: float
     lower: Any  # (J,)
@@ -103,29 +104,53 @@ def move(m: Moves, z: Any, step: float, R: Any, t: Any, q: Any, turn: Any, R_new
 
 
 @jit
+def body_of(s: Surface, value: Value) -> Body:
+    """Room for one hypothesis of a surface."""
+    n_c, n_p = value.n_components, len(s.area)
+    return Body(
+        np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty(n_p), np.empty(n_p), np.empty(n_p),
+        np.empty((2, n_c)), np.empty((4, 3, 3)),
+    )  # fmt: skip
+
+
+@jit
+def sweep(
+    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, grid: Any, R: Any, t: Any, q: Any, votes: Any
+) -> None:
+    """Move each joint of hypotheses R (H, 3, 3), t (H, 3), q (H, J) to its best value in `grid` (J, n), one after the
+    other, as `local_search.sweep` does; NaN ends a joint's row."""
+    patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value)
+    for h in range(len(R)):
+        for j in range(q.shape[1]):
+            best = q[h, j]
+            for at in grid[j]:
+                if math.isnan(at):
+                    break
+                q[h, j] = at
+                place_all(chain, R[h], t[h], q[h], body)
+                found = total_votes(s, patches, view, limits, value, body, room)
+                if found > votes[h]:
+                    votes[h], best = found, at
+            q[h, j] = best
+
+
+@jit
 def climb(
     s: Surface, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, spread: float,
     R: Any, t: Any, q: Any, votes: Any,
 ) -> None:  # fmt: skip
     """Move hypotheses R (H, 3, 3), t (H, 3), q (H, J) to better ones nearby, as `local_search.climb` does."""
-    patches, room, n_c, n_p = np.arange(len(s.area)), room_of(s), value.n_components, len(s.area)
-    body = Body(
-        np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty(n_p), np.empty(n_p), np.empty(n_p),
-        np.empty((2, n_c)), np.empty((4, 3, 3)),
-    )  # fmt: skip
-    R_new, t_new, q_new, turn = np.empty((2, 3, 3)), np.empty((2, 3)), np.empty((2, q.shape[1])), np.empty((2, 3, 3))
+    patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value)
+    R_new, t_new, q_new, turn = np.empty((3, 3)), np.empty(3), np.empty(q.shape[1]), np.empty((2, 3, 3))
     for h in range(len(R)):
-        step = spread
-        for r in range(len(m.z)):
-            best = votes[h]
-            for i in range(m.z.shape[1]):
-                move(m, m.z[r, i], step, R[h], t[h], q[h], turn, R_new[0], t_new[0], q_new[0])
-                place_all(chain, R_new[0], t_new[0], q_new[0], body)
-                found = total_votes(s, patches, view, limits, value, body, room)
-                if found > best:
-                    best = found
-                    R_new[1], t_new[1], q_new[1] = R_new[0], t_new[0], q_new[0]
-            if best > votes[h]:
-                R[h], t[h], q[h], votes[h] = R_new[1], t_new[1], q_new[1], best
-            else:
-                step *= m.shrink
+        step, better, which = spread, False, 0
+        for i in range(len(m.z)):
+            if not better:
+                which = i
+            move(m, m.z[which], step, R[h], t[h], q[h], turn, R_new, t_new, q_new)
+            place_all(chain, R_new, t_new, q_new, body)
+            found = total_votes(s, patches, view, limits, value, body, room)
+            better = found > votes[h]
+            step *= m.grow if better else m.shrink
+            if better:
+                R[h], t[h], q[h], votes[h] = R_new, t_new, q_new, found

@@ -1,25 +1,24 @@
-"""Normal equations of contour distances, a hypothesis and a point at a time."""
+"""Least squares on contour distances, a hypothesis and a point at a time."""
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .geometry import View, contour_pixel, pixel, turned
 from .jit import jit
-from .scoring import Surface
+from .scoring import Surface, aspect
 
 
 class EdgeTerms(NamedTuple):
-    """The constants of `posefit.find_edges`."""
+    """The constants of `posefit.find_edges`, and what it is told of each of the steps of a fit."""
 
-    reach: int
+    reach: Any  # (steps,)
     step_in: float  # factors on the likelihood of a boundary one place further out, by the label passed
     step_seam: float
     step_out: float
-    prior: Any  # (2 reach + 2,) of each place
+    prior: Any  # (steps, n) of each place, the first 2 reach + 2 count
     seam_px: Any  # (M,) half the seam of each marker's class
     unknown: Any  # (256,) bool: labels that say nothing
     outside: int
@@ -27,18 +26,19 @@ class EdgeTerms(NamedTuple):
 
 @jit
 def find_edge(
-    u: float, v: float, nu: float, nv: float, label: int, seam_px: float, e: EdgeTerms, view: View, seen: Any
+    u: float, v: float, nu: float, nv: float, label: int, seam_px: float, e: EdgeTerms, step: int, view: View, seen: Any
 ) -> tuple[float, float]:
     """`posefit.find_edges` at one contour point: signed distance of the edge and its weight."""
-    n = 2 * e.reach + 1
+    reach, prior = e.reach[step], e.prior[step]
+    n = 2 * reach + 1
     inner, outer, last_known = False, False, -1
     for i in range(n):
-        step = i - e.reach
-        seen[i] = view.padded[pixel(u + step * nu, v + step * nv, view.width, view.height)]
+        at = i - reach
+        seen[i] = view.padded[pixel(u + at * nu, v + at * nv, view.width, view.height)]
         own = seen[i] == label
-        if own and i < e.reach:
+        if own and i < reach:
             inner = True
-        if not own and i >= e.reach:
+        if not own and i >= reach:
             outer = True
         if not own and not e.unknown[seen[i]]:
             last_known = i
@@ -47,8 +47,8 @@ def find_edge(
     likelihood, total, mean, square, first, last = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
     ends_unknown, has_seam = False, False
     for i in range(n + 1):
-        p = likelihood * e.prior[i]
-        place = i - e.reach - 0.5
+        p = likelihood * prior[i]
+        place = i - reach - 0.5
         total += p
         mean += p * place
         square += p * place * place
@@ -64,7 +64,7 @@ def find_edge(
             has_seam = True
         else:
             likelihood *= e.step_out
-        if i > e.reach and e.unknown[seen[i]]:
+        if i > reach and e.unknown[seen[i]]:
             ends_unknown = True
     if (first + last) / total >= 0.3:
         return 0.0, 0.0
@@ -81,59 +81,51 @@ def find_edge(
 @jit
 def normal_equations(
     s: Surface, markers: Any, use: Any, R: Any, t: Any, origin_t: Any, axis: Any, origin: Any, revolute: Any,
-    moves: Any, e: EdgeTerms, view: View, least_cosine: float, A: Any, b: Any, rms: Any,
+    moves: Any, e: EdgeTerms, step: int, view: View, least_cosine: float, A: Any, b: Any,
 ) -> None:  # fmt: skip
-    """Fill A (H, 6 + J, 6 + J), b (H, 6 + J), rms (H,) as `posefit._normal_equations` does.
+    """Fill A (6 + J, 6 + J), b (6 + J,) of one hypothesis as `posefit._normal_equations` does.
 
-    :param markers: (M,) their patches; use: (H, M) bool; origin_t: (H, 3) the object's place.
-    :param axis, origin: (H, J, 3) of joints; moves: (C, J).
+    :param markers: (M,) their patches; use: (M,) bool; R, t: (C, ...) frames; origin_t: (3,) the object's place.
+    :param axis, origin: (J, 3) of joints; moves: (C, J).
     """
-    n_par, n_joints = A.shape[1], axis.shape[1]
-    row, seen = np.empty(n_par), np.empty(2 * e.reach + 1, np.int64)
-    for h in range(len(R)):
-        total, squares = 0.0, 0.0
-        A[h], b[h] = 0.0, 0.0
-        for k in range(len(markers)):
-            if not use[h, k]:
+    n_par, n_joints = len(b), len(axis)
+    row, seen = np.empty(n_par), np.empty(2 * e.reach[step] + 1, np.int64)
+    A[:], b[:] = 0.0, 0.0
+    for k in range(len(markers)):
+        if not use[k]:
+            continue
+        p = markers[k]
+        c = s.component[p]
+        P, q = R[c], t[c]
+        cosine, _, _, _ = aspect(s, p, P, q)
+        if not cosine > least_cosine:
+            continue
+        for i in range(s.contour.shape[2]):
+            u, v, nu, nv = contour_pixel(P, q, s.contour[k, :, i], s.contour_normal[k, :, i], view)
+            edge, w = find_edge(u, v, nu, nv, s.label[p], e.seam_px[k], e, step, view, seen)
+            if w == 0.0:
                 continue
-            p = markers[k]
-            c = s.component[p]
-            P, q = R[h, c], t[h, c]
-            nx, ny, nz = turned(P, s.normal[p])
-            mx, my, mz = turned(P, s.centre[p])
-            mx, my, mz = mx + q[0], my + q[1], mz + q[2]
-            away = max(math.sqrt(mx * mx + my * my + mz * mz), 1e-9)
-            if not -(nx * mx + ny * my + nz * mz) / away > least_cosine:
-                continue
-            for i in range(s.contour.shape[2]):
-                u, v, nu, nv = contour_pixel(P, q, s.contour[k, :, i], s.contour_normal[k, :, i], view)
-                edge, w = find_edge(u, v, nu, nv, s.label[p], e.seam_px[k], e, view, seen)
-                if w == 0.0:
-                    continue
-                x, y, z = turned(P, s.contour[k, :, i])
-                x, y, z = x + q[0], y + q[1], z + q[2]
-                depth = max(z, 1e-3)
-                gx, gy = nu * view.K[0, 0] / depth, nv * view.K[1, 1] / depth
-                gz = -(gx * x + gy * y) / depth
-                ax, ay, az = x - origin_t[h, 0], y - origin_t[h, 1], z - origin_t[h, 2]
-                row[0], row[1], row[2] = gx, gy, gz
-                row[3], row[4], row[5] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
-                for j in range(n_joints):
-                    row[6 + j] = 0.0
-                    if moves[c, j]:
-                        dx, dy, dz = axis[h, j, 0], axis[h, j, 1], axis[h, j, 2]
-                        if revolute[j]:
-                            rx, ry, rz = x - origin[h, j, 0], y - origin[h, j, 1], z - origin[h, j, 2]
-                            dx, dy, dz = dy * rz - dz * ry, dz * rx - dx * rz, dx * ry - dy * rx
-                        row[6 + j] = gx * dx + gy * dy + gz * dz
-                for a in range(n_par):
-                    wa = w * row[a]
-                    b[h, a] -= wa * edge
-                    for g in range(a + 1):
-                        A[h, a, g] += wa * row[g]
-                total += w
-                squares += w * edge * edge
-        for a in range(n_par):
-            for g in range(a):
-                A[h, g, a] = A[h, a, g]
-        rms[h] = math.sqrt(squares / max(total, 1e-9))
+            x, y, z = turned(P, s.contour[k, :, i])
+            x, y, z = x + q[0], y + q[1], z + q[2]
+            depth = max(z, 1e-3)
+            gx, gy = nu * view.K[0, 0] / depth, nv * view.K[1, 1] / depth
+            gz = -(gx * x + gy * y) / depth
+            ax, ay, az = x - origin_t[0], y - origin_t[1], z - origin_t[2]
+            row[0], row[1], row[2] = gx, gy, gz
+            row[3], row[4], row[5] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
+            for j in range(n_joints):
+                row[6 + j] = 0.0
+                if moves[c, j]:
+                    dx, dy, dz = axis[j, 0], axis[j, 1], axis[j, 2]
+                    if revolute[j]:
+                        rx, ry, rz = x - origin[j, 0], y - origin[j, 1], z - origin[j, 2]
+                        dx, dy, dz = dy * rz - dz * ry, dz * rx - dx * rz, dx * ry - dy * rx
+                    row[6 + j] = gx * dx + gy * dy + gz * dz
+            for a in range(n_par):
+                wa = w * row[a]
+                b[a] -= wa * edge
+                for g in range(a + 1):
+                    A[a, g] += wa * row[g]
+    for a in range(n_par):
+        for g in range(a):
+            A[g, a] = A[a, g]

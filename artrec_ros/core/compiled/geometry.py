@@ -9,7 +9,7 @@ import numpy as np
 
 from ..datatypes import Camera
 from ..evidence import LabelField
-from .jit import jit
+from .jit import inlined, jit
 
 
 class View(NamedTuple):
@@ -31,7 +31,7 @@ def view_of(field: LabelField, camera: Camera) -> View:
     return View(field.padded, width, height, camera.matrix, d, bool(d.any()), camera.fold)
 
 
-@jit
+@inlined
 def turned(A: Any, q: Any) -> tuple[float, float, float]:
     """A (3, 3) times q (3,)."""
     return (
@@ -66,7 +66,7 @@ def project(x: float, y: float, z: float, view: View) -> tuple[float, float]:
     return K[0, 0] * u + K[0, 1] * v + K[0, 2], K[1, 1] * v + K[1, 2]
 
 
-@jit
+@inlined
 def locate(A: Any, b: Any, points: Any, first: int, last: int, view: View, out: Any) -> None:
     """Fill out[: last - first] with the padded labels' indices of points (3, n) first to last, under A X + b."""
     K, w, right, down = view.K, view.width + 2, float(view.width), float(view.height)
@@ -99,7 +99,7 @@ def locate(A: Any, b: Any, points: Any, first: int, last: int, view: View, out: 
         out[i - first] = np.int32(v + 1.5) * w + np.int32(u + 1.5)  # rounded, and one for the border
 
 
-@jit
+@inlined
 def locate_ring(A: Any, b: Any, points: Any, normals: Any, view: View, ring_px: float, outer: Any, inner: Any) -> None:
     """The same for a contour (3, m) moved by `ring_px` along its image normals, out and in."""
     K, w, right, down = view.K, view.width + 2, float(view.width), float(view.height)

@@ -29,6 +29,8 @@ class Look(NamedTuple):
 
     inside: Any  # (256,)
     ring: Any  # (256,)
+    most_inside: float  # the greatest of each
+    most_ring: float
     ring_px: float
     ring_width_px: float
 
@@ -40,10 +42,10 @@ def score_similarity(
     """`views.score_view` of the similarity p -> (x0, y0) + (a -b; b a) p; -inf where it is below `wanted`."""
     k = math.sqrt(a * a + b * b)
     inside, contour, normal = m.inside[v], m.contour[v], m.normal[v]
-    n, total, ring, most = len(inside), 0.0, 0.0, look.inside.max()
+    n, total, ring, most = len(inside), 0.0, 0.0, look.most_inside
     share = m.area[v] * k * k / n
     around = m.perimeter[v] * k * look.ring_width_px
-    most_ring = max(look.ring.max(), 0.0) * around
+    most_ring = max(look.most_ring, 0.0) * around
     for i in range(n):
         x = x0 + a * inside[i, 0] - b * inside[i, 1]
         y = y0 + b * inside[i, 0] + a * inside[i, 1]
@@ -71,11 +73,21 @@ def insert(T: Any, score: Any, x0: float, y0: float, a: float, b: float, value: 
 
 
 @jit
-def best_alignments(p1: Any, p2: Any, moments: Any, m: Bank, look: Look, view: View, T: Any, score: Any) -> None:
-    """Fill T (V, K, 4) and score (V, K) with each view's best similarities: of all couples of anchors (p1, p2)
-    and of `moments` (V, n, 4); fewer than K leave scores of -inf."""
+def best_alignments(
+    p1: Any, p2: Any, moments: Any, m: Bank, look: Look, least_share: float, view: View, T: Any, score: Any
+) -> None:
+    """Fill T (V, K, 4) and score (V, K) with each view's best similarities: of `moments` (V, n, 4) and of all couples
+    of anchors (p1, p2); fewer than K that have `least_share` of the best one's score leave scores of -inf."""
     score[:] = -np.inf
-    last = score.shape[1] - 1
+    last, best = score.shape[1] - 1, 0.0
+    for v in range(len(m.area)):
+        for x0, y0, theta, k in moments[v]:
+            if m.scale[v, 0] < k < m.scale[v, 1]:
+                a, b = k * math.cos(theta), k * math.sin(theta)
+                value = score_similarity(x0, y0, a, b, m, v, look, view, max(score[v, last], least_share * best))
+                if value > score[v, last]:
+                    insert(T[v], score[v], x0, y0, a, b, value)
+                    best = max(best, value)
     for v in range(len(m.area)):
         low, high, n = m.scale[v, 0], m.scale[v, 1], m.n_anchors[v]
         for j in range(len(p1)):
@@ -90,12 +102,11 @@ def best_alignments(p1: Any, p2: Any, moments: Any, m: Bank, look: Look, view: V
                 if not (low * low < a * a + b * b < high * high):
                     continue
                 x0, y0 = p1[j, 0] - a * q1[0] + b * q1[1], p1[j, 1] - b * q1[0] - a * q1[1]
-                value = score_similarity(x0, y0, a, b, m, v, look, view, score[v, last])
+                value = score_similarity(x0, y0, a, b, m, v, look, view, max(score[v, last], least_share * best))
                 if value > score[v, last]:
                     insert(T[v], score[v], x0, y0, a, b, value)
-        for x0, y0, theta, k in moments[v]:
-            if low < k < high:
-                a, b = k * math.cos(theta), k * math.sin(theta)
-                value = score_similarity(x0, y0, a, b, m, v, look, view, score[v, last])
-                if value > score[v, last]:
-                    insert(T[v], score[v], x0, y0, a, b, value)
+                    best = max(best, value)
+    for v in range(len(m.area)):
+        for i in range(last + 1):
+            if score[v, i] < least_share * best:
+                score[v, i] = -np.inf

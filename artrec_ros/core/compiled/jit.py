@@ -11,23 +11,19 @@ except ImportError:  # the numpy twins do the work
 
 COMPILED = numba is not None
 _MATH = {"contract", "reassoc", "arcp", "nsz"}  # sums may be reordered; NaN keeps its meaning
+_OPTIONS = {"nogil": True, "fastmath": _MATH, "error_model": "numpy"}
 
 
 def jit(function: Any) -> Any:
     """Compile a function, and keep the result on disk where a folder for it can be written."""
-    return _compiled(function)
-
-
-def inlined(function: Any) -> Any:
-    """The same for a small function that is called in inner loops: a call that hands over a dozen arrays costs more
-    than what it does."""
-    return _compiled(function, forceinline=True)
-
-
-def _compiled(function: Any, **options: bool) -> Any:
     if numba is None:
         return function
     try:
-        return numba.njit(cache=True, nogil=True, fastmath=_MATH, error_model="numpy", **options)(function)
+        return numba.njit(cache=True, **_OPTIONS)(function)
     except RuntimeError:  # no folder for the cache: compiled anew in each process
-        return numba.njit(nogil=True, fastmath=_MATH, error_model="numpy", **options)(function)
+        return numba.njit(**_OPTIONS)(function)
+
+
+def inlined(function: Any) -> Any:
+    """Compile a function into each of its callers: to hand over a surface's arrays would cost more than it does."""
+    return function if numba is None else numba.njit(inline="always", **_OPTIONS)(function)

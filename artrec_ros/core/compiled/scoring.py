@@ -9,7 +9,7 @@ import numpy as np
 
 from ..evidence import OUTSIDE
 from .geometry import View, locate, locate_ring, turned
-from .jit import jit
+from .jit import inlined, jit
 
 
 class Surface(NamedTuple):
@@ -48,7 +48,7 @@ class Limits(NamedTuple):
     behind: float  # share of the way to a point beyond which nothing hides it
 
 
-@jit
+@inlined
 def hide(
     s: Surface,
     A: Any,
@@ -87,7 +87,7 @@ def hide(
             out[i] |= enter < leave
 
 
-@jit
+@inlined
 def boxes_in_camera(s: Surface, R: Any, t: Any, box_R: Any, eye: Any, middle: Any) -> None:
     """Rotations (B, 3, 3) of one hypothesis' boxes, the camera's centre in their frames, and their middles."""
     for b in range(len(s.half)):
@@ -105,30 +105,33 @@ def boxes_in_camera(s: Surface, R: Any, t: Any, box_R: Any, eye: Any, middle: An
             eye[b, i] = -(box_R[b, 0, i] * middle[b, 0] + box_R[b, 1, i] * middle[b, 1] + box_R[b, 2, i] * middle[b, 2])
 
 
-@jit
-def boxes_in_front(s: Surface, p: int, mx: float, my: float, mz: float, middle: Any, near: Any) -> int:
-    """Fill `near` with the boxes that may hide a patch whose centre is given; their number."""
-    far = math.sqrt(mx * mx + my * my + mz * mz)
+@inlined
+def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room) -> int:
+    """Fill `room.near` with the boxes that may hide a patch, whose normal and centre in the camera are given."""
+    nx, ny, nz = normal
     n = 0
-    for b in range(len(s.half)):
-        if s.ignored[p, b]:
+    for k in range(len(s.half)):
+        if s.ignored[p, k]:
             continue
-        x, y, z = middle[b, 0], middle[b, 1], middle[b, 2]
-        size = math.sqrt(s.half[b, 0] ** 2 + s.half[b, 1] ** 2 + s.half[b, 2] ** 2)
-        away = math.sqrt(x * x + y * y + z * z)
-        if away - size > far + s.radius[p]:
-            continue
-        a, c = size / max(away, 1e-9), s.radius[p] / max(far, 1e-9)  # sines of both balls' angular radii
-        if a < 0.7 and c < 0.7:
-            apart = math.sqrt((x / away - mx / far) ** 2 + (y / away - my / far) ** 2 + (z / away - mz / far) ** 2)
-            if apart > 1.12 * (a + c):  # a chord is no longer than its angle, nor asin(a) than 1.12 a
-                continue
-        near[n] = b
-        n += 1
+        B, E, half = room.box_rotation[k], room.eye[k], s.half[k]
+        x, y, z = centre[0] - room.middle[k, 0], centre[1] - room.middle[k, 1], centre[2] - room.middle[k, 2]
+        above = -(nx * x + ny * y + nz * z)
+        enter, leave = 0.0, 1.0
+        for i in range(3):
+            above += half[i] * abs(nx * B[0, i] + ny * B[1, i] + nz * B[2, i])
+            # the ray to the centre, in the box's frame, and the box grown by the patch's radius
+            ray = B[0, i] * x + B[1, i] * y + B[2, i] * z - E[i]
+            ray = 1.0 / (ray if abs(ray) > 1e-9 else 1e-9)
+            grown = half[i] + s.radius[p]
+            low, high = (-grown - E[i]) * ray, (grown - E[i]) * ray
+            enter, leave = max(enter, min(low, high)), min(leave, max(low, high))
+        if above > 0.0 and enter <= leave:  # not wholly behind the patch's plane, nor beside its cone
+            room.near[n] = k
+            n += 1
     return n
 
 
-@jit
+@inlined
 def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, ring_px: float, at: Any) -> float:
     """Mean vote of what lies just inside and just outside the contour of marker `k`."""
     locate_ring(A, b, s.contour[k], s.contour_normal[k], view, ring_px, at[0], at[1])
@@ -168,7 +171,7 @@ def room_of(s: Surface) -> Room:
     )  # fmt: skip
 
 
-@jit
+@inlined
 def aspect(s: Surface, p: int, A: Any, b: Any) -> tuple[float, float, float, float]:
     """Cosine of the viewing angle of a patch, and its centre in the camera."""
     nx, ny, nz = turned(A, s.normal[p])
@@ -206,7 +209,7 @@ def score_hypothesis(
         votes[column] = area_px[column] = agree[column] = 0.0
         if not (cosine > limits.least_cosine and mz > 0.02):
             continue
-        n_near = boxes_in_front(s, p, mx, my, mz, room.middle, room.near) if blocked else 0
+        n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room) if blocked else 0
         total, seen, same, first, role = 0.0, 0, 0, s.starts[p], s.table[s.role[p]]
         count = s.starts[p + 1] - first
         locate(A, b, s.points, first, first + count, view, room.at[0])
@@ -228,7 +231,7 @@ def score_hypothesis(
         agree[column] = same / max(visible * count, 1.0)
 
 
-@jit
+@inlined
 def ring_px2(s: Surface, k: int, cosine: float, depth: float, f2: float, limits: Limits) -> float:
     """Pixels that a marker's ring stands for."""
     return s.perimeter[k] * (1 + min(cosine, 1.0)) / 2 * math.sqrt(f2) / depth * limits.ring_width_px

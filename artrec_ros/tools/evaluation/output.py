@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ...core.errors import SourceError
+from ...io import whole_files
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
@@ -17,10 +17,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
 
 def write_whole(path: Path, text: str) -> None:
     """:raises SourceError: the file cannot be written; what was there before still is."""
-    part = path.with_name(path.name + ".part")
     try:
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, path)
+        whole_files.write_whole(path, text)
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise SourceError(f"{path}: cannot be written: {error.strerror}; an earlier one is as it was") from error

@@ -1,0 +1,128 @@
+"""A whole fit: Gauss-Newton steps of a pose and joints, a hypothesis at a time."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .chains import Chain, about_axis, forward, multiply
+from .fitting import EdgeTerms, normal_equations
+from .geometry import View
+from .jit import jit
+from .scoring import Surface
+
+
+class Joints(NamedTuple):
+    """J joints and their weak prior."""
+
+    lower: Any  # (J,)
+    upper: Any
+    unit: Any
+    revolute: Any  # (J,) bool
+    endless: Any  # (J,) bool
+    moves: Any  # (C, J) bool
+    middle: Any  # (J,) where the prior pulls to
+    weight: Any  # (J,) how strongly
+    pin: float  # weight that holds a joint where it is
+
+
+class StepTerms(NamedTuple):
+    """The constants of `posefit._step`: of the shift, and of turns and joints."""
+
+    sigma_px: float
+    damping: Any  # (2,) a step's standard deviation, in each parameter's unit
+    limit: Any  # (2,) the longest step
+
+
+@jit
+def solve(A: Any, b: Any, x: Any) -> None:
+    """x of A x = b, A symmetric and positive definite (Cholesky); A's lower half is overwritten."""
+    n = len(b)
+    for i in range(n):
+        for j in range(i + 1):
+            value = A[i, j]
+            for k in range(j):
+                value -= A[i, k] * A[j, k]
+            A[i, j] = math.sqrt(max(value, 1e-300)) if i == j else value / A[j, j]
+    for i in range(n):
+        value = b[i]
+        for k in range(i):
+            value -= A[i, k] * x[k]
+        x[i] = value / A[i, i]
+    for i in range(n - 1, -1, -1):
+        value = x[i]
+        for k in range(i + 1, n):
+            value -= A[k, i] * x[k]
+        x[i] = value / A[i, i]
+
+
+@jit
+def turn_by(x: float, y: float, z: float, R: Any, scratch: Any) -> None:
+    """Turn R (3, 3) by a rotation vector of the camera's axes; scratch (3, 3, 3)."""
+    angle = math.sqrt(x * x + y * y + z * z)
+    if angle < 1e-12:
+        return
+    axis = scratch[2, 0]
+    axis[0], axis[1], axis[2] = x / angle, y / angle, z / angle
+    about_axis(axis, angle, scratch[0])
+    multiply(scratch[0], R, scratch[1])
+    R[:] = scratch[1]
+
+
+@jit
+def step(A: Any, b: Any, free: Any, joints: Joints, m: StepTerms, R: Any, t: Any, q: Any, x: Any, scratch: Any) -> None:
+    """Move one hypothesis R (3, 3), t (3,), q (J,) as `posefit._hold` and `_step` do; free (J,) bool."""
+    n, n_joints, depth = len(b), len(q), max(t[2], 0.05)
+    for j in range(n_joints):
+        A[6 + j, 6 + j] += joints.weight[j] + (0.0 if free[j] else joints.pin)
+        b[6 + j] += joints.weight[j] * (q[j] - joints.middle[j])
+    for i in range(n):
+        unit = depth if i < 3 else (1.0 if i < 6 else joints.unit[i - 6])
+        A[i, i] += (m.sigma_px / (unit * m.damping[0 if i < 3 else 1])) ** 2 + 1e-9
+    solve(A, b, x)
+    longest = 1.0
+    for i in range(n):
+        unit = depth if i < 3 else (1.0 if i < 6 else joints.unit[i - 6])
+        longest = max(longest, abs(x[i]) / (unit * m.limit[0 if i < 3 else 1]))
+    for i in range(n):
+        x[i] /= -longest
+    turn_by(x[3], x[4], x[5], R, scratch)
+    for i in range(3):
+        t[i] += x[i]
+    for j in range(n_joints):
+        value = q[j] + x[6 + j]
+        if joints.endless[j]:
+            q[j] = joints.lower[j] + (value - joints.lower[j]) % (2 * math.pi)
+        else:
+            q[j] = min(max(value, joints.lower[j]), joints.upper[j])
+
+
+@jit
+def refine(
+    s: Surface, chain: Chain, joints: Joints, markers: Any, use: Any, free: Any, e: EdgeTerms, m: StepTerms, view: View,
+    least_cosine: float, R: Any, t: Any, q: Any,
+) -> None:  # fmt: skip
+    """Fit hypotheses R (H, 3, 3), t (H, 3), q (H, J) in place as `posefit.refine` does.
+
+    :param use: (H, M) bool; free: (H, J) bool.
+    """
+    n_c, n_joints = len(chain.parent), q.shape[1]
+    frames_R, frames_t = np.empty((1, n_c, 3, 3)), np.empty((1, n_c, 3))
+    axis, origin = np.empty((1, n_joints, 3)), np.empty((1, n_joints, 3))
+    A, b, x = np.empty((6 + n_joints, 6 + n_joints)), np.empty(6 + n_joints), np.empty(6 + n_joints)
+    scratch = np.empty((3, 3, 3))
+    for h in range(len(R)):
+        if not use[h].any():
+            continue
+        for i in range(len(e.reach)):
+            for c in range(n_c):
+                if chain.parent[c] < 0:
+                    frames_R[0, c], frames_t[0, c] = R[h], t[h]
+            forward(chain, q[h : h + 1], frames_R, frames_t, axis, origin)
+            normal_equations(
+                s, markers, use[h], frames_R[0], frames_t[0], t[h], axis[0], origin[0], joints.revolute,
+                joints.moves, e, i, view, least_cosine, A, b,
+            )  # fmt: skip
+            step(A, b, free[h], joints, m, R[h], t[h], q[h], x, scratch)

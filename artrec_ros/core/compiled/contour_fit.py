@@ -204,8 +204,8 @@ def refine(
             else:
                 _place(px, py, th.real, th.imag, zh.real, zh.imag, x, y)
                 look_up(nearest, width, top, height, edge, x, y, index, off)
-                sums = _similarity_sums(px, py, pnx, pny, off, zh.real, zh.imag, limit, agreement)
-                b[0], b[1], b[2], b[3] = _solve_similarity(*sums, damping)
+                JWJ, JWr = _similarity_sums(px, py, pnx, pny, off, zh.real, zh.imag, limit, agreement)
+                b[0], b[1], b[2], b[3] = _solve_similarity(JWJ, JWr, damping)
             th += complex(b[0], b[1])
             zh += complex(b[2], b[3])
             if squeeze > 0:

@@ -210,7 +210,7 @@ def test_a_full_disk_leaves_earlier_metrics_whole(truth, found, capsys, monkeypa
         self.touch()
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Path, "write_text", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     assert main(["evaluate", str(found), "--truth", str(truth)]) == 1
     assert "metrics.json: cannot be written: No space left" in capsys.readouterr().err
     assert (found / "metrics.json").read_text() == "earlier" and not (found / "metrics.json.part").exists()

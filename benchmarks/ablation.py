@@ -21,8 +21,7 @@ from unittest import mock
 import numpy as np
 import yaml
 
-from artrec_ros.core import acceptance, bank, evidence, spatial_stage, surface, whole_object
-from artrec_ros.core.posefit import Fit
+from artrec_ros.core import acceptance, bank, evidence, spatial_search, surface, whole_object
 from artrec_ros.tools.main import main
 
 COLUMNS = {
@@ -35,10 +34,17 @@ COLUMNS = {
 }
 
 
-def unfitted(model: Any, field: Any, camera: Any, poses: Any, *_: Any) -> Fit:
+FINDER = whole_object.WholeObjectFinder
+
+
+def unfitted(model: Any, field: Any, camera: Any, poses: Any, *_: Any) -> Any:
     """In place of `posefit.refine`: leaves hypotheses where they are."""
-    n_par = 6 + model.kinematics.n_joints
-    return Fit(poses, np.zeros(len(poses)), np.zeros((len(poses), n_par, n_par)))
+    return poses
+
+
+def unclimbed(self: Any, field: Any, camera: Any, poses: Any, votes: Any, *_: Any) -> tuple[Any, Any]:
+    """In place of searches on the votes."""
+    return poses, votes
 
 
 def faceless(index: int, component: Any) -> list[Any]:
@@ -64,13 +70,13 @@ def patches(*changes: tuple[Any, str, Any]) -> Callable[[], contextlib.ExitStack
 VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] = {
     "all of it": (patches(), {}),
     "without fits to contours": (patches((whole_object, "refine", unfitted)), {}),
-    "without the local search on votes": (patches((whole_object, "CLIMBS", ())), {}),
+    "without the local search on votes": (patches((FINDER, "_climb", unclimbed), (FINDER, "_sweep", unclimbed)), {}),
     "without the bodies' faces": (patches((surface, "_face_patches", faceless)), {}),
     "without votes at and around outlines": (
         patches((evidence, "RIM", (0.0, 0.0, 0.0)), (evidence, "RING", (0.0, 0.0, 0.0)),
                 (evidence, "RING_ON_BODY", (0.0, 0.0, 0.0)), (evidence, "RING_BODY_LABEL", 0.0)), {}),
-    "without mirrored turns": (patches((whole_object.WholeObjectFinder, "_with_flips", lambda self, p, v: p)), {}),
-    "without taking sure objects' pixels first": (patches((spatial_stage, "SURE", 2.0)), {}),
+    "without mirrored turns": (patches((FINDER, "_with_flips", lambda self, p, v: p)), {}),
+    "without taking sure objects' pixels first": (patches((spatial_search, "SURE", 2.0)), {}),
     "blobs aligned by moments alone": (patches((bank, "blob_couples", no_couples)), {}),
     "without telling grazing components": (patches((acceptance, "_TOLD_AGREE", 2.0)), {}),
     "flat path: learned constraints, no space": (patches(), {"whole_object": False}),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -16,14 +15,11 @@ from .datatypes import Camera, Detection, ImagePose, Instance, Rejection, Target
 from .deadline import Deadline
 from .evidence import LabelField
 from .kinematics import Frames
-from .ownership import Claim, claims_of, share_out, silhouette
+from .ownership import Claim, share_out
 from .projection import project
-from .spatial import Poses
+from .spatial_search import SpatialSearch
 from .transforms import Array, Pose
 from .whole_object import WholeObjectFinder
-
-SURE = 0.97  # probability of an object whose pixels are not searched for others
-EXPLAINED = 0.6  # of a blob's contour must be a sure object's
 
 
 class SpatialStage:
@@ -41,7 +37,7 @@ class SpatialStage:
         """Detections by target and score, and what was turned down, with reasons."""
         field = LabelField(labels)
         least = self._config.min_votes
-        found = self._search(field, blobs, camera, deadline)
+        found = SpatialSearch(field, camera, deadline, self._trust, least).run(self._finders, blobs)
         accepted, others = share_out(found, field, camera, least, self._trust)
         detections: list[Detection] = []
         for finder in self._finders:
@@ -49,29 +45,6 @@ class SpatialStage:
             mine_v = sorted((verdict_of(c) for c in mine_c), key=lambda v: -v.probability)
             detections += [_detection(v, n, camera, field) for n, v in enumerate(mine_v)]
         return tuple(detections), tuple(self._rejection(verdict_of(c), camera) for c in others)
-
-    def _search(
-        self, field: LabelField, blobs: Sequence[Blob], camera: Camera, deadline: Deadline
-    ) -> list[tuple[WholeObjectFinder, Poses]]:
-        """Candidates from every blob, the largest first; a blob that a sure object explains is not asked."""
-        parts: dict[WholeObjectFinder, list[Poses]] = {finder: [] for finder in self._finders}
-        queue = [(f, b) for f in self._finders for b in blobs if b.label == f.root_label]
-        for finder, blob in sorted(queue, key=lambda fb: -fb[1].area_px):
-            if deadline.expired:
-                break
-            if field.owned_share(blob.contour) > EXPLAINED:
-                continue
-            is_sure = partial(self._is_sure, finder, field, camera)
-            poses = finder.find(field, camera, blob, deadline, is_sure)
-            parts[finder].append(poses)
-            if len(poses) and is_sure(poses[:1]):
-                shape = (field.labels.shape[0], field.labels.shape[1])
-                field = field.without(silhouette(finder.surface, camera, poses[:1], shape))
-        return [(finder, Poses.concatenate(p)) for finder, p in parts.items() if p]
-
-    def _is_sure(self, finder: WholeObjectFinder, field: LabelField, camera: Camera, pose: Poses) -> bool:
-        claims = claims_of(finder, pose, field, camera, self._config.min_votes)
-        return bool(claims) and self._trust(claims[0]) > SURE
 
     def _settled(self, claim: Claim, field: LabelField, camera: Camera) -> Claim:
         return replace(claim, poses=claim.finder.settled(field, camera, claim.poses, claim.scores))

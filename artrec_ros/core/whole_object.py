@@ -65,47 +65,69 @@ class WholeObjectFinder:
         field, clock = LabelField(labels), Deadline()
         camera = Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (64, 48))
         for blob in find_blobs(labels, {self.root_label}, RecognizerConfig()):
+            self.find_plain(field, camera, blob, clock, lambda _: True)
             self.find(field, camera, blob, clock, lambda _: False)
             poses = self._guesser.guess(field, camera, blob)[:1]
             self._climb(field, camera, poses, self.votes(field, camera, poses, occlusion=True), 1, 1.0, clock)
             self._fit_root(field, camera, poses, 1)
 
-    def find(
+    def find_plain(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
-    ) -> Poses:
-        """Hypotheses whose required component made a blob, or part of one, best first.
-
-        A few guesses are tried first; where one of them is an object beyond doubt, only its rivals are looked into.
+    ) -> tuple[Poses, float]:
+        """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
+        none where there is doubt. And the most votes of any guess.
 
         :param is_sure: whether one hypothesis is such an object.
         """
         guesses = self._guesser.guess(field, camera, blob)
         few = self._best_roots(field, camera, guesses, FEW_GUESSES, bodies=False)
         poses, votes = self._with_joints(field, camera, self._fit_root(field, camera, few, FEW_KEEP), FEW_KEEP)
-        sure = is_sure(poses[:1])
-        if not sure:
-            if is_small(blob):
-                roots, keep = self._best_roots(field, camera, guesses, SMALL_ROOT_KEEP), SMALL_JOINT_KEEP
-            else:
-                roots, keep = self._fit_root(field, camera, guesses, ROOT_KEEP), JOINT_KEEP
-            poses, votes = self._with_joints(field, camera, roots, keep)
-        for count, tries, spread in CLIMBS:
+        most = float(votes.max(initial=-np.inf))
+        if not is_sure(poses[:1]):
+            return poses[:0], most
+        return self._raised(field, camera, poses, votes, CLIMBS[-1], RIVAL, deadline)[0], most
+
+    def find(
+        self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
+    ) -> Poses:
+        """Hypotheses whose required component made a blob, or part of one, best first."""
+        guesses = self._guesser.guess(field, camera, blob)
+        if is_small(blob):
+            roots, keep = self._best_roots(field, camera, guesses, SMALL_ROOT_KEEP), SMALL_JOINT_KEEP
+        else:
+            roots, keep = self._fit_root(field, camera, guesses, ROOT_KEEP), JOINT_KEEP
+        poses, votes = self._with_joints(field, camera, roots, keep)
+        sure = False
+        for climb_of in CLIMBS:
             if deadline.expired or votes.max(initial=0.0) < HOPELESS_VOTES:
                 break
             sure = sure or is_sure(poses[:1])
-            if sure and tries < CLIMBS[-1][1]:
-                continue  # to the last climb
-            apart = self._apart(poses, votes, RIVAL * votes[0] if sure else 0.0)[:count]
-            poses, votes = poses[apart], votes[apart]
-            # a better pose may show a limb that a worse one missed
-            poses = Poses.concatenate([poses, self._search_joints(field, camera, poses)])
-            poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
-            poses, votes = self._sweep(field, camera, poses, votes)
-            poses, votes = self._with_rival_flips(field, camera, poses, votes)
-            poses, votes = self._climb(field, camera, poses, votes, tries, spread, deadline)
-            poses, votes = self._fit_all(field, camera, poses)
-            poses, votes = self._keep(poses, votes, len(poses))
+            if not sure or climb_of is CLIMBS[-1]:
+                poses, votes = self._raised(field, camera, poses, votes, climb_of, RIVAL if sure else 0.0, deadline)
         return poses
+
+    def _raised(
+        self,
+        field: LabelField,
+        camera: Camera,
+        poses: Poses,
+        votes: Array,
+        climb_of: tuple[int, int, float],
+        least: float,
+        deadline: Deadline,
+    ) -> tuple[Poses, Array]:
+        """The best that differ and have a share `least` of the best one's votes, after one of CLIMBS."""
+        count, tries, spread = climb_of
+        apart = self._apart(poses, votes, least * votes[0])[:count]
+        poses, votes = poses[apart], votes[apart]
+        # a better pose may show a limb that a worse one missed
+        poses = Poses.concatenate([poses, self._search_joints(field, camera, poses)])
+        poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
+        poses, votes = self._sweep(field, camera, poses, votes)
+        poses, votes = self._with_rival_flips(field, camera, poses, votes)
+        poses, votes = self._climb(field, camera, poses, votes, tries, spread, deadline)
+        poses, votes = self._fit_all(field, camera, poses)
+        return self._keep(poses, votes, len(poses))
 
     def _with_joints(self, field: LabelField, camera: Camera, poses: Poses, keep: int) -> tuple[Poses, Array]:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""

@@ -1,0 +1,72 @@
+"""Search of one image for whole objects of all targets, blob by blob; sure objects take their pixels at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from .blobs import Blob
+from .datatypes import Camera
+from .deadline import Deadline
+from .evidence import LabelField
+from .ownership import Claim, claims_of, silhouette
+from .spatial import Poses
+from .whole_object import WholeObjectFinder
+
+SURE = 0.97  # trust in an object whose pixels are not searched for others
+EXPLAINED = 0.6  # of a blob's contour must be a sure object's
+
+
+class SpatialSearch:
+    """What is found so far, and the image without the pixels of sure objects.
+
+    :param trust: in a claim, 0 to 1.
+    :param least: votes of a claim worth looking at.
+    """
+
+    def __init__(
+        self, field: LabelField, camera: Camera, deadline: Deadline, trust: Callable[[Claim], float], least: float
+    ) -> None:
+        self._field, self._camera, self._deadline = field, camera, deadline
+        self._trust, self._least = trust, least
+        self._found: dict[WholeObjectFinder, list[Poses]] = {}
+
+    def run(
+        self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]
+    ) -> list[tuple[WholeObjectFinder, Poses]]:
+        """Candidates of each target: first objects in plain view, from the largest blobs on, then what takes more to
+        find, from the most promising blobs on."""
+        queue = [(f, b) for f in finders for b in blobs if b.label == f.root_label]
+        left: list[tuple[float, WholeObjectFinder, Blob]] = []
+        for finder, blob in sorted(queue, key=lambda fb: -fb[1].area_px):
+            if not self._over(blob):
+                is_sure = self._sure(finder)
+                poses, votes = finder.find_plain(self._field, self._camera, blob, self._deadline, is_sure)
+                if not self._take(finder, poses):
+                    left.append((votes, finder, blob))
+        for _, finder, blob in sorted(left, key=lambda v: -v[0]):
+            if not self._over(blob):
+                poses = finder.find(self._field, self._camera, blob, self._deadline, self._sure(finder))
+                self._take(finder, poses)
+        return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
+
+    def _over(self, blob: Blob) -> bool:
+        """Whether nothing of a blob is left to explain, or no time for it."""
+        return self._field.owned_share(blob.contour) > EXPLAINED or self._deadline.expired
+
+    def _sure(self, finder: WholeObjectFinder) -> Callable[[Poses], bool]:
+        field = self._field
+
+        def is_sure(pose: Poses) -> bool:
+            claims = claims_of(finder, pose, field, self._camera, self._least)
+            return bool(claims) and self._trust(claims[0]) > SURE
+
+        return is_sure
+
+    def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
+        """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels."""
+        self._found.setdefault(finder, []).append(poses)
+        if not len(poses) or not self._sure(finder)(poses[:1]):
+            return False
+        shape = (self._field.labels.shape[0], self._field.labels.shape[1])
+        self._field = self._field.without(silhouette(finder.surface, self._camera, poses[:1], shape))
+        return True

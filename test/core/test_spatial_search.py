@@ -1,0 +1,73 @@
+"""Searching an image blob by blob: short looks before long ones, pixels taken at once, time kept."""
+
+import numpy as np
+import pytest
+from solids import RED, camera_of, pose, render, truck
+
+from artrec_ros.core.blobs import find_blobs
+from artrec_ros.core.config import RecognizerConfig
+from artrec_ros.core.datatypes import Target
+from artrec_ros.core.deadline import Deadline
+from artrec_ros.core.evidence import LabelField
+from artrec_ros.core.spatial_search import SpatialSearch
+from artrec_ros.core.whole_object import WholeObjectFinder
+
+CAMERA = camera_of()
+TRUCK = truck()
+LEFT = pose(-0.25, 0, 1.0, 0.3, model=TRUCK)
+RIGHT = pose(0.25, 0.02, 1.1, -0.4, model=TRUCK, joints={"hind": 0.3})
+
+
+@pytest.fixture(scope="module")
+def finder():
+    return WholeObjectFinder(Target("truck", TRUCK, RED))
+
+
+@pytest.fixture
+def looks(monkeypatch):
+    """Areas of the blobs that a long look is taken at."""
+    areas, find = [], WholeObjectFinder.find
+
+    def counted(self, field, camera, blob, deadline, is_sure):
+        areas.append(blob.area_px)
+        return find(self, field, camera, blob, deadline, is_sure)
+
+    monkeypatch.setattr(WholeObjectFinder, "find", counted)
+    return areas
+
+
+def search(finder, trust, budget_s=float("inf")):
+    """Candidates for two trucks side by side, and the number of blobs they make."""
+    labels = render(CAMERA, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)])
+    blobs = find_blobs(labels, {RED}, RecognizerConfig())
+    run = SpatialSearch(LabelField(labels), CAMERA, Deadline(budget_s), lambda claim: trust, 100.0).run
+    return run([finder], blobs), blobs
+
+
+def nearest(poses, truth):
+    return np.linalg.norm(poses.t - truth.t, axis=1).min()
+
+
+def test_blobs_that_sure_objects_explain_get_no_long_look(finder, looks):
+    ((_, poses),), blobs = search(finder, trust=1.0)
+    assert len(blobs) > 2
+    assert not looks
+    assert len(poses) < 10 and nearest(poses, LEFT) < 0.02 and nearest(poses, RIGHT) < 0.02
+
+
+def test_where_there_is_doubt_every_blob_gets_a_long_look(finder, looks):
+    ((_, poses),), blobs = search(finder, trust=0.5)
+    assert sorted(looks) == sorted(b.area_px for b in blobs)
+    assert nearest(poses, LEFT) < 0.02 and nearest(poses, RIGHT) < 0.02
+
+
+def test_without_time_nothing_is_looked_at(finder, looks):
+    found, blobs = search(finder, trust=0.5, budget_s=0.0)
+    assert blobs and not looks
+    assert not found
+
+
+def test_blobs_of_other_classes_are_not_asked(looks):
+    other = WholeObjectFinder(Target("other", TRUCK, RED + 1))
+    found, _ = search(other, trust=0.5)
+    assert not found and not looks

@@ -33,20 +33,19 @@ class SpatialSearch:
     def run(
         self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]
     ) -> list[tuple[WholeObjectFinder, Poses]]:
-        """Candidates of each target: first objects in plain view, from the largest blobs on, then what takes more to
-        find, from the most promising blobs on."""
+        """Candidates of each target: first objects in plain view, then what takes more to find; the largest blobs
+        first."""
         queue = [(f, b) for f in finders for b in blobs if b.label == f.root_label]
-        left: list[tuple[float, WholeObjectFinder, Blob]] = []
-        for finder, blob in sorted(queue, key=lambda fb: -fb[1].area_px):
-            if not self._over(blob):
-                is_sure = self._sure(finder)
-                poses, votes = finder.find_plain(self._field, self._camera, blob, self._deadline, is_sure)
+        queue.sort(key=lambda fb: -fb[1].area_px)
+        for find in (WholeObjectFinder.find_plain, WholeObjectFinder.find):
+            left = []
+            for finder, blob in queue:
+                if self._over(blob):
+                    continue
+                poses = find(finder, self._field, self._camera, blob, self._deadline, self._sure(finder))
                 if not self._take(finder, poses):
-                    left.append((votes, finder, blob))
-        for _, finder, blob in sorted(left, key=lambda v: -v[0]):
-            if not self._over(blob):
-                poses = finder.find(self._field, self._camera, blob, self._deadline, self._sure(finder))
-                self._take(finder, poses)
+                    left.append((finder, blob))
+            queue = left
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
     def _over(self, blob: Blob) -> bool:

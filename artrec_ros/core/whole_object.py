@@ -73,19 +73,18 @@ class WholeObjectFinder:
 
     def find_plain(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
-    ) -> tuple[Poses, float]:
+    ) -> Poses:
         """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
-        none where there is doubt. And the most votes of any guess.
+        none where there is doubt.
 
         :param is_sure: whether one hypothesis is such an object.
         """
         guesses = self._guesser.guess(field, camera, blob)
         few = self._best_roots(field, camera, guesses, FEW_GUESSES, bodies=False)
         poses, votes = self._with_joints(field, camera, self._fit_root(field, camera, few, FEW_KEEP), FEW_KEEP)
-        most = float(votes.max(initial=-np.inf))
         if not is_sure(poses[:1]):
-            return poses[:0], most
-        return self._raised(field, camera, poses, votes, CLIMBS[-1], RIVAL, deadline)[0], most
+            return poses[:0]
+        return self._raised(field, camera, poses, votes, CLIMBS[-1], RIVAL, deadline)[0]
 
     def find(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]

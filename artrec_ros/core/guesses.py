@@ -7,6 +7,7 @@ import numpy as np
 from .bank import Bank, BlobShape, blob_shape
 from .blobs import Blob
 from .datatypes import Camera
+from .distinct import best_distinct
 from .evidence import LabelField
 from .objects import ObjectModel
 from .spatial import Poses, SpatialModel
@@ -17,7 +18,6 @@ BLOB_KEEP = 48  # poses of a marker from a blob that go on
 ENOUGH = 2  # alignments for each of them: some are the same pose
 SMALL_PX = 200.0  # so small a blob tells little of its marker's shape, and a segmenter may have taken much of it
 GROWTH = (1.0, 1.2, 1.45)
-_FACTORS = np.random.default_rng(1).integers(1, 2**62, 9) * 2 + 1
 
 
 class Guesser:
@@ -64,24 +64,3 @@ class Guesser:
 def is_small(blob: Blob) -> bool:
     """Whether a blob's shape tells little of its marker."""
     return blob.area_px < SMALL_PX
-
-
-def best_distinct(poses: Poses, score: Array, n: int) -> np.ndarray:
-    """Indices of the `n` best hypotheses that differ from each other, best first."""
-    order = np.argsort(-score, kind="stable")
-    _, first = np.unique(_keys(pose_cells(poses))[order], return_index=True)
-    return order[np.sort(first)[:n]]  # the best of each cell
-
-
-def pose_cells(poses: Poses) -> np.ndarray:
-    """(H, 9) integers, equal for hypotheses that refinement would bring to one place: about 0.7 degrees
-    across the view, 6 % of depth, 12 degrees of turn."""
-    depth = np.maximum(poses.t[:, 2:], 1e-6)
-    place = np.column_stack([poses.t[:, :2] / depth / 0.012, np.log(depth) / 0.06])
-    cells = np.column_stack([place, poses.R[:, :, 0] / 0.2, poses.R[:, :, 2] / 0.2])
-    return np.rint(np.nan_to_num(np.clip(cells, -1e9, 1e9))).astype(np.int64)  # diverged ones must not raise
-
-
-def _keys(cells: np.ndarray) -> np.ndarray:
-    """One number for each row of integers: rows are told apart but for one chance in 2^64."""
-    return cells @ _FACTORS  # wraps round

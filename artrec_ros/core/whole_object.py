@@ -21,8 +21,9 @@ from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .datatypes import Camera, Target
 from .deadline import Deadline
+from .distinct import apart, best_distinct
 from .evidence import LabelField
-from .guesses import Guesser, best_distinct, is_small
+from .guesses import Guesser, is_small
 from .local_search import climb, moves_of, sweep
 from .posefit import refine
 from .projection import project
@@ -38,7 +39,6 @@ SMALL_ROOT_KEEP, SMALL_JOINT_KEEP = 120, 36  # of a small blob: its shape tells 
 CLIMBS = ((10, 120, 1.5), (5, 144, 1.0), (3, 336, 0.7))  # hypotheses a blob, tries, first step
 HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
 RIVAL = 0.8  # of a sure object's votes
-NICHE_RAD, NICHE_DEPTH = 0.35, 0.12  # hypotheses that differ by less climb to one place
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
 SETTLED_VOTES = 0.85  # of a hypothesis' votes must be left after its last fit
 MIRROR = np.diag([1.0, 1.0, -1.0])
@@ -117,8 +117,8 @@ class WholeObjectFinder:
     ) -> tuple[Poses, Array]:
         """The best that differ and have a share `least` of the best one's votes, after one of CLIMBS."""
         count, tries, spread = climb_of
-        apart = self._apart(poses, votes, least * votes[0])[:count]
-        poses, votes = poses[apart], votes[apart]
+        keep = apart(poses, votes, least * votes[0])[:count]
+        poses, votes = poses[keep], votes[keep]
         # a better pose may show a limb that a worse one missed
         poses = Poses.concatenate([poses, self._search_joints(field, camera, poses)])
         poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
@@ -144,18 +144,6 @@ class WholeObjectFinder:
         flips, flip_votes = self._keep(flips, flip_votes, FLIP_KEEP)
         near = flip_votes > RIVAL * votes[0]
         return Poses.concatenate([poses, flips[near]]), np.concatenate([votes, flip_votes[near]])
-
-    @staticmethod
-    def _apart(poses: Poses, votes: Array, least: float) -> np.ndarray:
-        """Indices, best first, of those with more votes than `least` that differ from all better ones."""
-        depth = np.log(np.maximum(poses.t[:, 2], 1e-6))
-        keep: list[int] = []
-        for i in np.flatnonzero(votes > least).tolist():
-            turned = np.einsum("kij,ij->k", poses.R[keep], poses.R[i])  # trace of the turn from one to the other
-            near = np.abs(depth[keep] - depth[i]) < NICHE_DEPTH
-            if not (near & (turned > 1 + 2 * np.cos(NICHE_RAD))).any():
-                keep.append(i)
-        return np.array(keep, int)
 
     def _sweep(self, field: LabelField, camera: Camera, poses: Poses, votes: Array) -> tuple[Poses, Array]:
         """Joints at their best by the votes of the whole object, which know what hides what."""

@@ -67,8 +67,9 @@ class WholeObjectFinder:
         for blob in find_blobs(labels, {self.root_label}, RecognizerConfig()):
             self.find_plain(field, camera, blob, clock, lambda _: True)
             self.find(field, camera, blob, clock, lambda _: False)
-            poses = self._guesser.guess(field, camera, blob)[:1]
-            self._climb(field, camera, poses, self.votes(field, camera, poses, occlusion=True), 1, 1.0, clock)
+            poses = self._guesser.guess(field, camera, blob)[:1]  # maybe none: what is compiled need not run
+            votes = self.votes(field, camera, poses, occlusion=True)
+            self._climb(field, camera, *self._sweep(field, camera, poses, votes), 1, 1.0, clock)
             self._fit_root(field, camera, poses, 1)
 
     def find_plain(
@@ -82,7 +83,7 @@ class WholeObjectFinder:
         guesses = self._guesser.guess(field, camera, blob)
         few = self._best_roots(field, camera, guesses, FEW_GUESSES, bodies=False)
         poses, votes = self._with_joints(field, camera, self._fit_root(field, camera, few, FEW_KEEP), FEW_KEEP)
-        if not is_sure(poses[:1]):
+        if not len(poses) or not is_sure(poses[:1]):
             return poses[:0]
         return self._raised(field, camera, poses, votes, CLIMBS[-1], RIVAL, deadline)[0]
 
@@ -198,8 +199,8 @@ class WholeObjectFinder:
         there, here = (p.R @ self.surface.anchor + p.t for p in (poses, one))
         f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
         radius = 0.6 * f * self.surface.extent / np.maximum(np.maximum(there[:, 2], here[:, 2]), 1e-6)
-        apart = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
-        return (apart < radius) | (apart == 0)  # behind the camera all is at one place
+        distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
+        return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
 
     def _fit_root(self, field: LabelField, camera: Camera, poses: Poses, keep: int) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""

@@ -26,7 +26,7 @@ class FolderSource(Source):
         files = sorted((p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES), key=_natural)
         if not files:
             bags, images = ", ".join(BAG_SUFFIXES), ", ".join(IMAGE_SUFFIXES)
-            raise SourceError(f"{folder}: neither a bag ({bags}) nor images ({images})")
+            raise SourceError(f"{folder}: neither a bag ({bags}) nor images ({images}){_below(folder)}")
         named = all(p.stem.isdecimal() and len(p.stem) >= STAMP_DIGITS for p in files)
         stamps = [int(p.stem) if named else round(i * 1e9 / options.rate_hz) for i, p in enumerate(files)]
         start_ns, stop_ns = options.span_ns(stamps[0])
@@ -48,6 +48,13 @@ class FolderSource(Source):
                 yield Frame(stamp_ns, path.name, read_image(path), self._camera)
             except ImageError as error:
                 yield Frame(stamp_ns, path.name, error=str(error))
+
+
+def _below(folder: Path) -> str:
+    """What to name instead, where bags or images lie one level below a folder."""
+    kinds = (*BAG_SUFFIXES, *IMAGE_SUFFIXES)
+    holders = sorted({str(p.parent) for p in folder.glob("*/*") if p.suffix.lower() in kinds})
+    return f"; look in {' or '.join(holders[:3])}" if holders else ""
 
 
 class Sources:

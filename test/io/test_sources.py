@@ -171,7 +171,13 @@ def test_sources_follow_one_another(tmp_path, two_topics, pictures):
 
 
 def test_a_folder_without_images_or_bags_is_refused(tmp_path):
-    with pytest.raises(SourceError, match="neither a bag"):
+    with pytest.raises(SourceError, match=r"neither a bag .*\)$"):
+        read([tmp_path])
+
+
+def test_images_one_level_below_are_pointed_at(tmp_path, pictures):
+    save(tmp_path / "recorded", ["0.png"], pictures)
+    with pytest.raises(SourceError, match="look in .*recorded$"):
         read([tmp_path])
 
 

@@ -34,7 +34,7 @@ JOINT_STEP = 0.15  # of a joint's unit
 COARSE_REACH_PX = (8, 6, 4, 3)
 FINE_REACH_PX = (4, 3, 3, 2, 2)
 FEW_GUESSES, FEW_KEEP = 24, 10  # a blob: enough for most objects in plain view
-ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 24, 3  # hypotheses a blob that pass each stage
+ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 8, 3  # hypotheses a blob that pass each stage
 SMALL_ROOT_KEEP, SMALL_JOINT_KEEP = 120, 36  # of a small blob: its shape tells least, the other components most
 CLIMBS = ((10, 120, 1.5), (5, 144, 1.0), (3, 336, 0.7))  # hypotheses a blob, tries, first step
 HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
@@ -85,7 +85,7 @@ class WholeObjectFinder:
         poses, votes = self._with_joints(field, camera, self._fit_root(field, camera, few, FEW_KEEP), FEW_KEEP)
         if not len(poses) or not is_sure(poses[:1]):
             return poses[:0]
-        return self._raised(field, camera, poses, votes, CLIMBS[-1], RIVAL, deadline)[0]
+        return self._raised(field, camera, poses, votes, CLIMBS[-1], True, deadline)[0]
 
     def find(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
@@ -103,7 +103,7 @@ class WholeObjectFinder:
                 break
             sure = sure or is_sure(poses[:1])
             if not sure or climb_of is CLIMBS[-1]:
-                poses, votes = self._raised(field, camera, poses, votes, climb_of, RIVAL if sure else 0.0, deadline)
+                poses, votes = self._raised(field, camera, poses, votes, climb_of, sure, deadline)
         return poses
 
     def _raised(
@@ -113,12 +113,12 @@ class WholeObjectFinder:
         poses: Poses,
         votes: Array,
         climb_of: tuple[int, int, float],
-        least: float,
+        sure: bool,
         deadline: Deadline,
     ) -> tuple[Poses, Array]:
-        """The best that differ and have a share `least` of the best one's votes, after one of CLIMBS."""
+        """The best, or a sure object and its rivals, after one of CLIMBS."""
         count, tries, spread = climb_of
-        keep = apart(poses, votes, least * votes[0])[:count]
+        keep = (apart(poses, votes, RIVAL * votes[0]) if sure else np.flatnonzero(votes > 0))[:count]
         poses, votes = poses[keep], votes[keep]
         # a better pose may show a limb that a worse one missed
         poses = Poses.concatenate([poses, self._search_joints(field, camera, poses)])

@@ -117,17 +117,15 @@ def _refine_compiled(
     kin = model.kinematics
     R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
     middle, weight = _prior(kin)
-    joints = Joints(
-        kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves, middle, weight, PIN
-    )  # fmt: skip
+    joints = Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves, middle, weight, PIN)
     refining.refine(
-        model.compiled, kin.chain, joints, model.markers, use, free, edge_terms(model, field, reach_px), _STEP,
+        model.compiled, kin.chain, joints, model.markers, use, free, _edge_terms(model, field, reach_px), _STEP,
         view_of(field, camera), LEAST_COSINE, R, t, q,
     )  # fmt: skip
     return Poses(R, t, q)
 
 
-def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
+def _edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
     """What compiled code needs to find edges, in each of the steps of a fit."""
     prior = np.zeros((len(reach_px), 2 * max(reach_px) + 2))
     for row, reach in zip(prior, reach_px, strict=True):

@@ -53,6 +53,7 @@ class WholeObjectFinder:
         required = target.model.required
         self.root = target.model.components.index(required)
         self.root_label = target.label if required.label is None else required.label
+        self._value = Value(len(target.model.components), self.root, HIDDEN_COST)
         self._of_component = np.eye(len(target.model.components))[self.surface.component]  # (P, C)
         self._marker_of_component = self._of_component * self.surface.is_marker[:, None]
         self._grids = self.surface.kinematics.grids(JOINT_STEP)
@@ -150,10 +151,9 @@ class WholeObjectFinder:
         """Joints at their best by the votes of the whole object, which know what hides what."""
         kin = self.surface.kinematics
         if COMPILED:
-            value = Value(len(self.target.model.components), self.root, HIDDEN_COST)
             R, t, q, best = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
             view = view_of(field, camera)
-            climbing.sweep(self.surface.compiled, kin.chain, view, LIMITS, value, self._grids, R, t, q, best)
+            climbing.sweep(self.surface.compiled, kin.chain, view, LIMITS, self._value, self._grids, R, t, q, best)
             return Poses(R, t, q), best
         return sweep(partial(self.votes, field, camera, occlusion=True), kin, poses, votes, JOINT_STEP)
 
@@ -170,10 +170,9 @@ class WholeObjectFinder:
         """Local search on the votes of the whole object."""
         kin = self.surface.kinematics
         if COMPILED:
-            value = Value(len(self.target.model.components), self.root, HIDDEN_COST)
             moves, view = moves_of(kin, camera, tries), view_of(field, camera)
             R, t, q, best = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
-            climbing.climb(self.surface.compiled, kin.chain, view, LIMITS, value, moves, spread, R, t, q, best)
+            climbing.climb(self.surface.compiled, kin.chain, view, LIMITS, self._value, moves, spread, R, t, q, best)
             return Poses(R, t, q), best
         votes_of = partial(self.votes, field, camera, occlusion=True)
         return climb(votes_of, kin, camera, poses, votes, tries, spread, deadline)

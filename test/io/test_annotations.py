@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from changes import changed
 
 from artrec_ros.core.errors import ConfigError
 from artrec_ros.core.objects import Component, Marker, ObjectModel
@@ -113,16 +114,7 @@ def test_an_axis_without_length_names_its_annotation(tmp_path: Path) -> None:
     ],
 )
 def test_mistakes_are_refused_by_their_place(tmp_path: Path, change: str, value: Any, parts: tuple[str, ...]) -> None:
-    content = copy.deepcopy(COCO)
-    *groups, key = [int(part) if part.isdigit() else part for part in change.split("/")]
-    place: Any = content
-    for group in groups:
-        place = place[group]
-    if value is None:
-        del place[key]
-    else:
-        place[key] = value
-    path = _write(tmp_path, content)
+    path = _write(tmp_path, changed(COCO, change, value))
     with pytest.raises(ConfigError) as caught:
         load_coco([path])
     for part in (str(path), *parts):

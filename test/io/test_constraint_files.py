@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from changes import changed
 
 from artrec_ros.core.axis_offsets import AxisOffset
 from artrec_ros.core.classes import ConfigurationClass, JointRange
@@ -83,20 +84,11 @@ def test_classes_and_axes_come_back(tmp_path: Path, everything: ConstraintSet) -
     assert "# classes:" in text and "# axes:" in text
 
 
-def changed(folder: Path, constraints: ConstraintSet, key: str, value: Any) -> Path:
-    """A file of constraints with one value changed, or left out where it is None; `key` like "pairs/0/first"."""
+def save_changed(folder: Path, constraints: ConstraintSet, place: str, value: Any) -> Path:
+    """A file of constraints with one value changed."""
     path = folder / "c.yaml"
     save_constraints(path, constraints)
-    content = yaml.safe_load(path.read_text())
-    *groups, last = [int(part) if part.isdigit() else part for part in key.split("/")]
-    place: Any = content
-    for group in groups:
-        place = place[group]
-    if value is None:
-        del place[last]
-    else:
-        place[last] = value
-    path.write_text(yaml.safe_dump(content))
+    path.write_text(yaml.safe_dump(changed(yaml.safe_load(path.read_text()), place, value)))
     return path
 
 
@@ -122,7 +114,7 @@ def assert_refused(path: Path, model: ObjectModel, parts: tuple[str, ...]) -> No
 def test_mistakes_in_classes_and_axes_are_named(
     tmp_path: Path, everything: ConstraintSet, change: str, value: Any, parts: tuple[str, ...]
 ) -> None:
-    assert_refused(changed(tmp_path, everything, change, value), JOINED, parts)
+    assert_refused(save_changed(tmp_path, everything, change, value), JOINED, parts)
 
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, constraints: ConstraintSet) -> None:
@@ -152,7 +144,7 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, constraints: Co
 def test_mistakes_are_refused_by_their_key(
     tmp_path: Path, constraints: ConstraintSet, change: str, value: Any, parts: tuple[str, ...]
 ) -> None:
-    assert_refused(changed(tmp_path, constraints, change, value), MODEL, parts)
+    assert_refused(save_changed(tmp_path, constraints, change, value), MODEL, parts)
 
 
 def test_a_pair_given_twice_is_refused(tmp_path: Path, constraints: ConstraintSet) -> None:

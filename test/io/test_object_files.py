@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import re
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from changes import changed
 
 from artrec_ros.core.errors import ConfigError
 from artrec_ros.io.objects import load_object
@@ -75,20 +75,6 @@ def test_everything_in_a_file_is_read(tmp_path: Path) -> None:
     assert model.is_spatial
 
 
-def _changed(path: str, value: Any) -> dict[str, Any]:
-    """GOOD with one value changed; None removes the key."""
-    content = copy.deepcopy(GOOD)
-    *groups, key = path.split("/")
-    place = content
-    for group in groups:
-        place = place[group]
-    if value is None:
-        del place[key]
-    else:
-        place[key] = value
-    return content
-
-
 BOW = [[0, 0], [1, 1], [1, 0], [0, 1]]
 
 
@@ -139,7 +125,7 @@ BOW = [[0, 0], [1, 1], [1, 0], [0, 1]]
     ],
 )
 def test_mistakes_are_refused_by_their_key(tmp_path: Path, change: str, value: Any, parts: tuple[str, ...]) -> None:
-    path = _write(tmp_path, _changed(change, value))
+    path = _write(tmp_path, changed(GOOD, change, value))
     with pytest.raises(ConfigError) as caught:
         load_object(path, {"green": 3})
     message = str(caught.value)
@@ -149,7 +135,7 @@ def test_mistakes_are_refused_by_their_key(tmp_path: Path, change: str, value: A
 
 
 def test_class_names_resolve_and_the_callers_go_first(tmp_path: Path) -> None:
-    content = _changed("components/arm/label", "green")
+    content = changed(GOOD, "components/arm/label", "green")
     content["components"]["base"]["body"]["label"] = "pale"
     content["classes"] = {"green": 9, "pale": 7}
     model = load_object(_write(tmp_path, content), {"green": 3})
@@ -157,7 +143,7 @@ def test_class_names_resolve_and_the_callers_go_first(tmp_path: Path) -> None:
 
 
 def test_class_names_may_stay_open_where_labels_do_not_matter(tmp_path: Path) -> None:
-    assert load_object(_write(tmp_path, _changed("components/arm/label", "green"))).component("arm").label is None
+    assert load_object(_write(tmp_path, changed(GOOD, "components/arm/label", "green"))).component("arm").label is None
 
 
 URDF = """<robot name="r"><link name="body">
@@ -168,7 +154,7 @@ URDF = """<robot name="r"><link name="body">
 
 def test_body_from_urdf(tmp_path: Path) -> None:
     (tmp_path / "r.urdf").write_text(URDF)
-    content = _changed("components/base/body", {"urdf": {"file": "r.urdf", "link": "body"}})
+    content = changed(GOOD, "components/base/body", {"urdf": {"file": "r.urdf", "link": "body"}})
     (box,) = load_object(_write(tmp_path, content)).component("base").bodies
     assert np.allclose(box.T_component_box.position, [0, 0, 0.1])
     assert np.allclose(box.T_component_box.apply(box.size[None] / 2), [[-0.1, 0.2, 0.15]])
@@ -186,7 +172,7 @@ def test_body_from_urdf(tmp_path: Path) -> None:
 )
 def test_bad_urdf_is_refused(tmp_path: Path, urdf: dict[str, str], reason: str) -> None:
     (tmp_path / "r.urdf").write_text(URDF)
-    path = _write(tmp_path, _changed("components/base/body", {"urdf": urdf}))
+    path = _write(tmp_path, changed(GOOD, "components/base/body", {"urdf": urdf}))
     with pytest.raises(ConfigError, match=reason):
         load_object(path)
 
@@ -195,11 +181,11 @@ def test_silhouette_is_found_beside_the_file(tmp_path: Path) -> None:
     image = np.zeros((60, 90), np.uint8)
     image[20:40, 15:75] = 255
     cv2.imwrite(str(tmp_path / "s.png"), image)
-    content = _changed("markers/dot", {"silhouette": {"image": "s.png", "width": 0.6}})
+    content = changed(GOOD, "markers/dot", {"silhouette": {"image": "s.png", "width": 0.6}})
     dot = load_object(_write(tmp_path, content)).component("arm").markers[0]
     assert dot.area == pytest.approx(0.12, rel=0.02)  # the blur rounds corners
     assert np.allclose(dot.tail, [-0.3, 0], atol=1e-6) and np.allclose(dot.head, [0.3, 0], atol=1e-6)
-    content = _changed("markers/dot", {"silhouette": {"image": "t.png", "width": 0.6}})
+    content = changed(GOOD, "markers/dot", {"silhouette": {"image": "t.png", "width": 0.6}})
     with pytest.raises(ConfigError, match="markers.dot.silhouette.image.*t.png"):
         load_object(_write(tmp_path, content))
 

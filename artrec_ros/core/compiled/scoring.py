@@ -120,7 +120,7 @@ def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room) -> 
         for i in range(3):
             above += half[i] * abs(nx * B[0, i] + ny * B[1, i] + nz * B[2, i])
             # the ray to the centre, in the box's frame, and the box grown by the patch's radius
-            ray = B[0, i] * x + B[1, i] * y + B[2, i] * z - E[i]
+            ray = B[0, i] * centre[0] + B[1, i] * centre[1] + B[2, i] * centre[2]
             ray = 1.0 / (ray if abs(ray) > 1e-9 else 1e-9)
             grown = half[i] + s.radius[p]
             low, high = (-grown - E[i]) * ray, (grown - E[i]) * ray

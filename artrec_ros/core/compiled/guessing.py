@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .geometry import View, pixel
-from .jit import jit
+from .jit import inlined, jit
 
 
 class Bank(NamedTuple):
@@ -72,6 +72,17 @@ def insert(T: Any, score: Any, x0: float, y0: float, a: float, b: float, value: 
     T[i, 0], T[i, 1], T[i, 2], T[i, 3] = x0, y0, math.atan2(b, a), math.sqrt(a * a + b * b)
 
 
+@inlined
+def offer(
+    x0: float, y0: float, a: float, b: float, m: Bank, v: int, look: Look, view: View, least: float, T: Any, score: Any
+) -> float:
+    """Keep a similarity of view `v` if it is among its best and reaches `least`; its score, -inf where it cannot be."""
+    value = score_similarity(x0, y0, a, b, m, v, look, view, max(score[-1], least))
+    if value > score[-1]:
+        insert(T, score, x0, y0, a, b, value)
+    return value
+
+
 @jit
 def best_alignments(
     p1: Any, p2: Any, moments: Any, m: Bank, look: Look, least_share: float, view: View, T: Any, score: Any
@@ -79,15 +90,12 @@ def best_alignments(
     """Fill T (V, K, 4) and score (V, K) with each view's best similarities: of `moments` (V, n, 4) and of all couples
     of anchors (p1, p2); fewer than K that have `least_share` of the best one's score leave scores of -inf."""
     score[:] = -np.inf
-    last, best = score.shape[1] - 1, 0.0
+    best = 0.0
     for v in range(len(m.area)):
         for x0, y0, theta, k in moments[v]:
             if m.scale[v, 0] < k < m.scale[v, 1]:
                 a, b = k * math.cos(theta), k * math.sin(theta)
-                value = score_similarity(x0, y0, a, b, m, v, look, view, max(score[v, last], least_share * best))
-                if value > score[v, last]:
-                    insert(T[v], score[v], x0, y0, a, b, value)
-                    best = max(best, value)
+                best = max(best, offer(x0, y0, a, b, m, v, look, view, least_share * best, T[v], score[v]))
     for v in range(len(m.area)):
         low, high, n = m.scale[v, 0], m.scale[v, 1], m.n_anchors[v]
         for j in range(len(p1)):
@@ -102,11 +110,8 @@ def best_alignments(
                 if not (low * low < a * a + b * b < high * high):
                     continue
                 x0, y0 = p1[j, 0] - a * q1[0] + b * q1[1], p1[j, 1] - b * q1[0] - a * q1[1]
-                value = score_similarity(x0, y0, a, b, m, v, look, view, max(score[v, last], least_share * best))
-                if value > score[v, last]:
-                    insert(T[v], score[v], x0, y0, a, b, value)
-                    best = max(best, value)
+                best = max(best, offer(x0, y0, a, b, m, v, look, view, least_share * best, T[v], score[v]))
     for v in range(len(m.area)):
-        for i in range(last + 1):
+        for i in range(score.shape[1]):
             if score[v, i] < least_share * best:
                 score[v, i] = -np.inf

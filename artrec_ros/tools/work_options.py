@@ -15,7 +15,8 @@ from ..io.bags import STORAGES
 from ..io.cameras import load_camera
 from ..io.parameters import Setup
 from ..io.sources import SourceOptions, Sources
-from .replaying.engines import Engine, InlineEngine, ProcessEngine
+from .replaying.engines import Engine, InlineEngine
+from .replaying.processes import ProcessEngine
 from .replaying.work import Order
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import resource
 import signal
@@ -20,7 +21,8 @@ from artrec_ros.core.errors import ArtrecError
 from artrec_ros.io.bag_writer import BagWriter
 from artrec_ros.io.results import read_results
 from artrec_ros.tools.main import main
-from artrec_ros.tools.replaying.engines import Engine, InlineEngine, Job, ProcessEngine
+from artrec_ros.tools.replaying.engines import Engine, InlineEngine, Job
+from artrec_ros.tools.replaying.processes import ProcessEngine
 
 OBJECT = """
 format: artrec_object/1
@@ -218,6 +220,26 @@ def test_engines_do_jobs_and_pass_on_errors(make):
 def test_a_job_that_kills_every_worker_is_given_up():
     with ProcessEngine(1) as engine, pytest.raises(ArtrecError, match="bag, frames 0 to 3: 3 workers died over it"):
         do(engine, Job("bag, frames 0 to 3", None, die, ()))
+
+
+def hand_over(told: Path):
+    yield bytes(20_000_000)  # more than a pipe holds: the worker waits until it is read
+    told.touch()
+
+
+def test_a_worker_killed_while_it_hands_items_over_is_replaced(tmp_path):
+    told = tmp_path / "told"
+    with ProcessEngine(1) as engine:
+        engine.submit(Job("a", None, hand_over, (told,)))
+        while not told.exists():
+            time.sleep(0.01)
+        time.sleep(0.2)
+        (worker,) = multiprocessing.active_children()
+        worker.kill()
+        done: list[int] = []
+        while engine.busy:
+            done += [len(item) for finished in engine.wait() for item in finished.items]
+    assert done == [20_000_000]
 
 
 def test_the_environment_is_as_it_was_after_processes(monkeypatch):

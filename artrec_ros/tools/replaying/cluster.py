@@ -6,9 +6,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from ...core.errors import ArtrecError
-from .engines import MOST_DEATHS, Done, Engine, Job
+from .engines import MOST_DEATHS, QUEUED, Done, Engine, Job
 
-_QUEUED = 2  # jobs a thread of a worker
 _CONNECT_S = 20
 
 
@@ -40,7 +39,7 @@ class ClusterEngine(Engine):
 
     @property
     def free(self) -> bool:
-        return len(self._jobs) < _QUEUED * max(1, self._threads)
+        return len(self._jobs) < QUEUED * max(1, self._threads)
 
     @property
     def busy(self) -> bool:

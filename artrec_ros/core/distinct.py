@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from .compiled.jit import COMPILED
+from .compiled.telling_apart import first_of_cells
 from .spatial import Poses
 from .transforms import Array
 
+PLACE, DEPTH, TURN = 0.012, 0.06, 0.2  # of a cell: across the view in the range's unit, of the range's log, of axes
 NICHE_RAD, NICHE_RANGE = 0.35, 0.12  # hypotheses that differ by less (in place: a share of the range) climb to one
 _FACTORS = np.random.default_rng(1).integers(1, 2**62, 9) * 2 + 1
 
@@ -14,6 +17,9 @@ _FACTORS = np.random.default_rng(1).integers(1, 2**62, 9) * 2 + 1
 def best_distinct(poses: Poses, score: Array, n: int) -> np.ndarray:
     """Indices of the `n` best hypotheses that differ from each other, best first."""
     order = np.argsort(-score, kind="stable")
+    if COMPILED:
+        out = np.empty(min(n, len(order)), np.int64)
+        return out[: first_of_cells(order, poses.R, poses.t, PLACE, DEPTH, TURN, out)]
     _, first = np.unique(_keys(pose_cells(poses))[order], return_index=True)
     return order[np.sort(first)[:n]]  # the best of each cell
 
@@ -22,8 +28,8 @@ def pose_cells(poses: Poses) -> np.ndarray:
     """(H, 9) integers, equal for hypotheses that refinement would bring to one place: about 0.7 degrees
     across the view, 6 % of depth, 12 degrees of turn."""
     depth = np.maximum(poses.t[:, 2:], 1e-6)
-    place = np.column_stack([poses.t[:, :2] / depth / 0.012, np.log(depth) / 0.06])
-    cells = np.column_stack([place, poses.R[:, :, 0] / 0.2, poses.R[:, :, 2] / 0.2])
+    place = np.column_stack([poses.t[:, :2] / depth / PLACE, np.log(depth) / DEPTH])
+    cells = np.column_stack([place, poses.R[:, :, 0] / TURN, poses.R[:, :, 2] / TURN])
     return np.rint(np.nan_to_num(np.clip(cells, -1e9, 1e9))).astype(np.int64)  # diverged ones must not raise
 
 

@@ -8,6 +8,8 @@ pixels say little: shade and the seams between two colours make a third to a hal
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,7 @@ from .transforms import Array
 OUTSIDE = 255  # the label of what lies beyond the image: says nothing
 OWNED = 254  # the label of pixels that an accepted object explains: says next to nothing
 UNKNOWN = 0
+_SUBPIXEL_BITS = 4
 
 # Votes in natural-log units per pixel: (the piece's own label, unknown, anything else).
 INSIDE = (4.0, -0.3, -3.5)
@@ -124,10 +127,12 @@ class LabelField:
         silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
         return np.asarray(np.where(silent[around], np.inf, np.hypot(dy, dx) - 1.0).min(axis=1), np.float64)
 
-    def without(self, mask: NDArray[np.bool_]) -> LabelField:
-        """The same image with the pixels of a mask owned by somebody."""
-        labels = self.labels.copy()
-        labels[mask] = OWNED
+    def without(self, hulls: Sequence[NDArray[np.float32]]) -> LabelField:
+        """The same image with the pixels in convex polygons (n, 1, 2) owned by somebody."""
+        labels, far = self.labels.copy(), 4 * max(self.labels.shape)
+        for hull in hulls:
+            corners = np.rint(np.clip(hull, -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+            cv2.fillConvexPoly(labels, corners, OWNED, shift=_SUBPIXEL_BITS)
         rest = LabelField(labels)
         rest._seams = self._seams  # the segmenter's, not the objects'
         return rest

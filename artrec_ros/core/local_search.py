@@ -16,6 +16,7 @@ from .transforms import Array, rotation_from_rotvec
 
 STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT = 1.5, 0.03, 0.12, 0.15
 GROW, SHRINK = 1.1, 0.98  # of the step after a try that succeeds, and one that fails
+LEAST_STEP = 0.01  # smaller ones end a climb: a fit to the contours goes there in one step
 
 
 def climb(
@@ -42,12 +43,12 @@ def climb(
     step: Array = np.full(n, spread)
     better, which = np.zeros(n, bool), np.zeros(n, int)
     for i in range(tries):
-        if deadline is not None and deadline.expired:
+        if (deadline is not None and deadline.expired) or step.max() < LEAST_STEP:
             break
         which = np.where(better, which, i)
         tried = _perturbed(moves[which] * step[:, None], kinematics, camera, poses)
         found = votes_of(tried)
-        better = found > votes
+        better = (found > votes) & (step >= LEAST_STEP)
         votes = np.where(better, found, votes)
         poses = Poses.concatenate([poses, tried])[np.arange(n) + n * better]
         step = step * np.where(better, GROW, SHRINK)
@@ -90,7 +91,7 @@ def moves_of(kinematics: Kinematics, camera: Camera, tries: int) -> Moves:
     """The same steps for compiled code."""
     focal = float(np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]))
     z = draws(kinematics.n_joints, tries)
-    steps = (STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT, GROW, SHRINK)
+    steps = (STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT, GROW, SHRINK, LEAST_STEP)
     return Moves(z, *steps, focal, kinematics.lower, kinematics.upper, kinematics.unit, kinematics.endless)
 
 

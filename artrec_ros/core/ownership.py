@@ -15,8 +15,6 @@ from .projection import project
 from .spatial import PatchScores, Poses, SpatialModel
 from .whole_object import WholeObjectFinder
 
-_SUBPIXEL_BITS = 4
-
 
 @dataclass(frozen=True, eq=False)
 class Claim:
@@ -29,17 +27,12 @@ class Claim:
     shape: tuple[int, int]  # of the image: height, width
 
 
-def silhouette(surface: SpatialModel, camera: Camera, poses: Poses, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """(H, W) mask of everything of one hypothesis: hulls of its boxes and its markers."""
-    mask = np.zeros(shape, np.uint8)
+def silhouette(surface: SpatialModel, camera: Camera, poses: Poses) -> list[NDArray[np.float32]]:
+    """Everything of one hypothesis: the convex hulls (n, 1, 2) of its boxes and its markers in the image, pixels."""
     frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
     hulls = surface.hulls
-    pixels = project(camera, surface.place(frames, hulls.corners, hulls.component)[0])
-    pixels = np.clip(pixels, -4 * max(shape), 4 * max(shape)).astype(np.float32)
-    for solid in np.split(pixels, hulls.starts[1:]):
-        hull = np.rint(cv2.convexHull(solid) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-        cv2.fillConvexPoly(mask, hull, 1, shift=_SUBPIXEL_BITS)
-    return mask.view(bool)
+    pixels = project(camera, surface.place(frames, hulls.corners, hulls.component)[0]).astype(np.float32)
+    return [cv2.convexHull(solid) for solid in np.split(pixels, hulls.starts[1:])]
 
 
 def share_out(
@@ -64,7 +57,7 @@ def share_out(
             return accepted, _best_of_each_place(alive, camera)
         best = max(trusted, key=lambda t: t[0] * t[1].votes)[1]
         accepted.append(best)
-        field = field.without(silhouette(best.finder.surface, camera, best.poses, best.shape))
+        field = field.without(silhouette(best.finder.surface, camera, best.poses))
         rest = [(f, [c for c in alive if c.finder is f and c is not best]) for f, _ in found]
         alive = [
             claim

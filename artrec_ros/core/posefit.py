@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .compiled import refining
-from .compiled.fitting import EdgeTerms
+from .compiled.fitting import EdgeTerms, Motion, contour_rows
 from .compiled.geometry import view_of
 from .compiled.jit import COMPILED
 from .compiled.refining import Joints, StepTerms
@@ -82,6 +82,8 @@ def contour_fit(
     """How poses fit as they are; the markers that some hypothesis uses."""
     frames = model.kinematics.forward(poses.R, poses.t, poses.q)
     which = np.flatnonzero(use.any(axis=0))
+    if COMPILED:
+        return _contour_fit_compiled(model, field, camera, poses, frames, use, which, reach)
     patches = model.markers[which]
     cosine, _ = model.in_camera(frames, patches)
     pixels, normal = model.project_contours(camera, frames, which)
@@ -91,8 +93,36 @@ def contour_fit(
     row = np.einsum("hmki,hmkij->hmkj", normal, projection_jacobian(camera, X))  # (H, M, m, 3): d residual / d X
     columns = [row, np.cross(X - poses.t[:, None, None], row)]  # shift, and turn about the object's origin
     J = np.concatenate([*columns, _joint_columns(model, frames, X, row, model.component[patches])], axis=-1)
-    spacing = np.linalg.norm(np.roll(pixels, -1, axis=2) - pixels, axis=-1).mean(axis=2)
-    return ContourFit(normal, spacing, -edge, weight, J)
+    return ContourFit(normal, _spacing_px(pixels), -edge, weight, J)
+
+
+def _spacing_px(pixels: Array) -> Array:
+    """(H, M) mean distance of neighbouring points of contours (H, M, m, 2)."""
+    return np.asarray(np.linalg.norm(np.roll(pixels, -1, axis=2) - pixels, axis=-1).mean(axis=2), np.float64)
+
+
+def _contour_fit_compiled(
+    model: SpatialModel,
+    field: LabelField,
+    camera: Camera,
+    poses: Poses,
+    frames: Frames,
+    use: np.ndarray,
+    which: np.ndarray,
+    reach: int,
+) -> ContourFit:
+    kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
+    pixels, normal, residual = np.empty((*size, 2)), np.empty((*size, 2)), np.empty(size)
+    weight, jacobian = np.empty(size), np.empty((*size, 6 + kin.n_joints))
+    terms, view = _edge_terms(model, field, (reach,)), view_of(field, camera)
+    for h in range(len(poses)):
+        motion = Motion(poses.t[h], frames.axis[h], frames.origin[h], kin.revolute, kin.moves)
+        contour_rows(
+            model.compiled, model.markers, use[h], frames.R[h], frames.t[h], motion, terms, view, LEAST_COSINE,
+            pixels[h], normal[h], residual[h], weight[h], jacobian[h],
+        )  # fmt: skip
+    kept = (values[:, which] for values in (normal, _spacing_px(pixels), residual, weight, jacobian))
+    return ContourFit(*kept)
 
 
 def _normal_equations(

@@ -89,6 +89,7 @@ class SpatialModel:
             self.count,
         )
         self.markers = np.flatnonzero(self.is_marker)
+        self.markers_of = [self.markers[self.component[self.markers] == c].tolist() for c in range(len(bodies))]
         self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
         self.contour_normal = np.array([self.patches[i].contour_normal for i in self.markers])  # (M, m, 3)
         self.perimeter = np.array([p.marker.perimeter for p in self.patches if p.marker is not None])

@@ -66,6 +66,5 @@ class SpatialSearch:
         self._found.setdefault(finder, []).append(poses)
         if not len(poses) or not self._sure(finder)(poses[:1]):
             return False
-        shape = (self._field.labels.shape[0], self._field.labels.shape[1])
-        self._field = self._field.without(silhouette(finder.surface, self._camera, poses[:1], shape))
+        self._field = self._field.without(silhouette(finder.surface, self._camera, poses[:1]))
         return True

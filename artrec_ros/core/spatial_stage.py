@@ -14,10 +14,10 @@ from .covariance import pose_covariance
 from .datatypes import Camera, Detection, ImagePose, Instance, Rejection, Target
 from .deadline import Deadline
 from .evidence import LabelField
-from .kinematics import Frames
 from .ownership import Claim, share_out
 from .projection import project
 from .spatial_search import SpatialSearch
+from .surface import Patch
 from .transforms import Array, Pose
 from .whole_object import WholeObjectFinder
 
@@ -51,7 +51,7 @@ class SpatialStage:
 
     def _trust(self, claim: Claim) -> float:
         verdict = verdict_of(claim)
-        return verdict.probability if verdict.reason(self._config) is None else 0.0
+        return verdict.probability if verdict.is_object(self._config) else 0.0
 
     def _rejection(self, verdict: Verdict, camera: Camera) -> Rejection:
         x, y = project(camera, verdict.claim.poses.t)[0]
@@ -88,35 +88,32 @@ def _instances(verdict: Verdict, camera: Camera) -> tuple[Instance, ...]:
     frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
     shown = [p for p in verdict.shown if p >= 0]
     patches = [surface.patches[p] for p in shown]
-    inside = [p.inside @ frames.R[0, p.component].T + frames.t[0, p.component] for p in patches]
-    X, of = np.concatenate(inside), np.repeat(np.arange(len(patches)), [len(p.inside) for p in patches])
-    pixels = project(camera, X)
-    height, width = verdict.claim.shape
-    seen = ~surface.boxes.hidden(frames, X[None], surface.ignored[np.array(shown)[of]])[0]
+    points = [np.concatenate([p.inside, p.drawn]) for p in patches]
+    R, t = frames.R[0], frames.t[0]
+    X = np.concatenate([on @ R[p.component].T + t[p.component] for on, p in zip(points, patches, strict=True)])
+    sizes = [len(on) for on in points]
+    pixels, (height, width) = project(camera, X), verdict.claim.shape
+    seen = ~surface.boxes.hidden(frames, X[None], surface.ignored[np.repeat(shown, sizes)])[0]
     seen &= (pixels > -0.5).all(axis=1) & (pixels[:, 0] < width - 0.5) & (pixels[:, 1] < height - 0.5)
-    return tuple(
-        _instance(verdict, index, frames, pixels[(of == k) & seen], camera) for k, index in enumerate(shown)
-    )
+    f, ends = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]), np.cumsum(sizes)[:-1]
+    parts = zip(shown, patches, np.split(pixels, ends), np.split(seen, ends), strict=True)
+    return tuple(_instance(verdict, i, p, px, on, float(f / max(t[p.component, 2], 1e-6))) for i, p, px, on in parts)
 
 
-def _instance(verdict: Verdict, index: int, frames: Frames, seen_px: Array, camera: Camera) -> Instance:
-    """The component that patch `index` shows; (n, 2) pixels of the patch are in view."""
-    claim = verdict.claim
-    patch = claim.finder.surface.patches[index]
-    c, marker = patch.component, patch.marker
-    assert marker is not None and marker.T_component_marker is not None  # shown markers of a spatial model
-    points = np.pad(np.vstack([marker.centroid, marker.tail, marker.head, marker.outline]), ((0, 0), (0, 1)))
-    placed = project(camera, marker.T_component_marker.apply(points) @ frames.R[0, c].T + frames.t[0, c])
-    centre = seen_px.mean(axis=0) if len(seen_px) else placed[0]
-    axis = placed[2] - placed[1]
-    f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
+def _instance(verdict: Verdict, index: int, patch: Patch, pixels: Array, seen: np.ndarray, scale: float) -> Instance:
+    """The component that patch `index` shows; pixels (n, 2) of its `inside` and `drawn`, (n,) in view."""
+    claim, n = verdict.claim, len(patch.inside)
+    assert patch.marker is not None  # what shows a component is a marker
+    inside, (centroid, tail, head), outline = pixels[:n][seen[:n]], pixels[n : n + 3], pixels[n + 3 :]
+    centre = inside.mean(axis=0) if len(inside) else centroid
+    axis = head - tail
     return Instance(
-        claim.finder.target.model.components[c].name,
-        marker.name,
-        float(np.clip(claim.scores.agree[0, index], 0, 1)),
+        claim.finder.target.model.components[patch.component].name,
+        patch.marker.name,
+        min(max(float(claim.scores.agree[0, index]), 0.0), 1.0),
         float(centre[0]),
         float(centre[1]),
         float(np.arctan2(axis[1], axis[0])),
-        float(f / max(float(frames.t[0, c, 2]), 1e-6)),
-        placed[3:],
+        scale,
+        outline,
     )

@@ -27,6 +27,7 @@ class Patch:
     :param marker: the marker shown, None for a box face.
     :param label: class label expected on it, 0 where unknown.
     :param inside: (n, 3) points on it, component frame; each stands for area / n.
+    :param drawn: (3 + k, 3) a marker's centroid, its axis' tail and head, and its outline's corners.
     :param contour, contour_normal: (m, 3) points of a marker's outline and unit in-plane normals pointing out of it.
     :param normal: (3,) outward.
     :param area: square metres.
@@ -36,6 +37,7 @@ class Patch:
     marker: Marker | None
     label: int
     inside: Array
+    drawn: Array
     contour: Array
     contour_normal: Array
     normal: Array
@@ -102,7 +104,8 @@ def _marker_patch(c: int, marker: Marker, label: int) -> Patch:
     contour, normals = sample_contour(marker.outline, CONTOUR_POINTS)
     inside = sample_polygon(marker.outline, INSIDE_POINTS)
     in_plane = np.pad(normals, ((0, 0), (0, 1))) @ T.rotation.T
-    return Patch(c, marker, label, lift(inside), lift(contour), in_plane, T.rotation[:, 2], marker.area)
+    drawn = np.vstack([marker.centroid, marker.tail, marker.head, marker.outline])
+    return Patch(c, marker, label, lift(inside), lift(drawn), lift(contour), in_plane, T.rotation[:, 2], marker.area)
 
 
 def _face_patches(c: int, component: Component) -> list[Patch]:
@@ -121,7 +124,7 @@ def _face_patches(c: int, component: Component) -> list[Patch]:
                 if free.any():
                     area = float(box.size[u] * box.size[v] * free.mean())
                     none = np.zeros((0, 3))
-                    out.append(Patch(c, None, component.body_label or 0, points[free], none, none, normal, area))
+                    out.append(Patch(c, None, component.body_label or 0, points[free], none, none, none, normal, area))
     return out
 
 

@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .compiled import lifting
+from .compiled.jit import COMPILED
 from .datatypes import Camera
 from .evidence import LabelField
 from .objects import Marker
@@ -170,8 +172,12 @@ def lift(flips: Array, T: Array, camera: Camera) -> tuple[Array, Array]:
     :param flips: (2, H, 3, 3) of the views; T: (H, 4).
     :return: marker rotations (2H, 3, 3) and centroids (2H, 3), first all of one flip.
     """
-    rays = normalise(camera, T[:, :2])  # (H, 2)
-    depth = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]) / T[:, 3]
+    rays, focal = normalise(camera, T[:, :2]), np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
+    if COMPILED:
+        out = np.empty((2, len(T), 3, 3)), np.empty((2, len(T), 3))
+        lifting.lift(flips, T, rays, focal, *out)
+        return out[0].reshape(-1, 3, 3), out[1].reshape(-1, 3)
+    depth = focal / T[:, 3]
     t = depth[:, None] * np.column_stack([rays, np.ones(len(rays))])
     zero = np.zeros(len(T))
     roll = rotation_from_rotvec(np.column_stack([zero, zero, T[:, 2]]))  # (H, 3, 3)

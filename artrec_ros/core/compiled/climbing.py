@@ -31,6 +31,7 @@ class Moves(NamedTuple):
     joint: float
     grow: float
     shrink: float
+    least: float
     focal: float
     lower: Any  # (J,)
     upper: Any
@@ -145,6 +146,8 @@ def climb(
     for h in range(len(R)):
         step, better, which = spread, False, 0
         for i in range(len(m.z)):
+            if step < m.least:
+                break
             if not better:
                 which = i
             move(m, m.z[which], step, R[h], t[h], q[h], turn, R_new, t_new, q_new)

@@ -78,17 +78,47 @@ def find_edge(
     return mean, 1.0 / (1.0 + variance)
 
 
+class Motion(NamedTuple):
+    """How a placed object's points move with its parameters."""
+
+    t: Any  # (3,) the object's place, about which it turns
+    axis: Any  # (J, 3) of joints
+    origin: Any  # (J, 3)
+    revolute: Any  # (J,) bool
+    moves: Any  # (C, J) bool
+
+
+@jit
+def fill_row(
+    x: float, y: float, z: float, nu: float, nv: float, c: int, motion: Motion, view: View, row: Any
+) -> None:
+    """Derivative (6 + J,) of a residual: a point of component `c` at x, y, z, its normal nu, nv in the image."""
+    depth = max(z, 1e-3)
+    gx, gy = nu * view.K[0, 0] / depth, nv * view.K[1, 1] / depth
+    gz = -(gx * x + gy * y) / depth
+    ax, ay, az = x - motion.t[0], y - motion.t[1], z - motion.t[2]
+    row[0], row[1], row[2] = gx, gy, gz
+    row[3], row[4], row[5] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
+    for j in range(len(row) - 6):
+        row[6 + j] = 0.0
+        if motion.moves[c, j]:
+            dx, dy, dz = motion.axis[j, 0], motion.axis[j, 1], motion.axis[j, 2]
+            if motion.revolute[j]:
+                rx, ry, rz = x - motion.origin[j, 0], y - motion.origin[j, 1], z - motion.origin[j, 2]
+                dx, dy, dz = dy * rz - dz * ry, dz * rx - dx * rz, dx * ry - dy * rx
+            row[6 + j] = gx * dx + gy * dy + gz * dz
+
+
 @jit
 def normal_equations(
-    s: Surface, markers: Any, use: Any, R: Any, t: Any, origin_t: Any, axis: Any, origin: Any, revolute: Any,
-    moves: Any, e: EdgeTerms, step: int, view: View, least_cosine: float, A: Any, b: Any,
+    s: Surface, markers: Any, use: Any, R: Any, t: Any, motion: Motion, e: EdgeTerms, step: int, view: View,
+    least_cosine: float, A: Any, b: Any,
 ) -> None:  # fmt: skip
     """Fill A (6 + J, 6 + J), b (6 + J,) of one hypothesis as `posefit._normal_equations` does.
 
-    :param markers: (M,) their patches; use: (M,) bool; R, t: (C, ...) frames; origin_t: (3,) the object's place.
-    :param axis, origin: (J, 3) of joints; moves: (C, J).
+    :param markers: (M,) their patches; use: (M,) bool; R, t: (C, ...) frames.
     """
-    n_par, n_joints = len(b), len(axis)
+    n_par = len(b)
     row, seen = np.empty(n_par), np.empty(2 * e.reach[step] + 1, np.int64)
     A[:], b[:] = 0.0, 0.0
     for k in range(len(markers)):
@@ -106,21 +136,7 @@ def normal_equations(
             if w == 0.0:
                 continue
             x, y, z = turned(P, s.contour[k, :, i])
-            x, y, z = x + q[0], y + q[1], z + q[2]
-            depth = max(z, 1e-3)
-            gx, gy = nu * view.K[0, 0] / depth, nv * view.K[1, 1] / depth
-            gz = -(gx * x + gy * y) / depth
-            ax, ay, az = x - origin_t[0], y - origin_t[1], z - origin_t[2]
-            row[0], row[1], row[2] = gx, gy, gz
-            row[3], row[4], row[5] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
-            for j in range(n_joints):
-                row[6 + j] = 0.0
-                if moves[c, j]:
-                    dx, dy, dz = axis[j, 0], axis[j, 1], axis[j, 2]
-                    if revolute[j]:
-                        rx, ry, rz = x - origin[j, 0], y - origin[j, 1], z - origin[j, 2]
-                        dx, dy, dz = dy * rz - dz * ry, dz * rx - dx * rz, dx * ry - dy * rx
-                    row[6 + j] = gx * dx + gy * dy + gz * dz
+            fill_row(x + q[0], y + q[1], z + q[2], nu, nv, c, motion, view, row)
             for a in range(n_par):
                 wa = w * row[a]
                 b[a] -= wa * edge
@@ -129,3 +145,25 @@ def normal_equations(
     for a in range(n_par):
         for g in range(a):
             A[g, a] = A[a, g]
+
+
+@jit
+def contour_rows(
+    s: Surface, markers: Any, use: Any, R: Any, t: Any, motion: Motion, e: EdgeTerms, view: View, least_cosine: float,
+    at: Any, normal: Any, residual: Any, weight: Any, jacobian: Any,
+) -> None:  # fmt: skip
+    """Fill what `posefit.contour_fit` tells of one hypothesis: pixels (M, m, 2) of the contours, and its fields."""
+    seen = np.empty(2 * e.reach[0] + 1, np.int64)
+    for k in range(len(markers)):
+        p = markers[k]
+        c = s.component[p]
+        P, q = R[c], t[c]
+        cosine, _, _, _ = aspect(s, p, P, q)
+        for i in range(s.contour.shape[2]):
+            u, v, nu, nv = contour_pixel(P, q, s.contour[k, :, i], s.contour_normal[k, :, i], view)
+            edge, w = find_edge(u, v, nu, nv, s.label[p], e.seam_px[k], e, 0, view, seen)
+            x, y, z = turned(P, s.contour[k, :, i])
+            fill_row(x + q[0], y + q[1], z + q[2], nu, nv, c, motion, view, jacobian[k, i])
+            at[k, i, 0], at[k, i, 1], normal[k, i, 0], normal[k, i, 1] = u, v, nu, nv
+            residual[k, i] = -edge
+            weight[k, i] = w if use[k] and cosine > least_cosine else 0.0

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .chains import Chain, about_axis, forward, multiply
-from .fitting import EdgeTerms, normal_equations
+from .fitting import EdgeTerms, Motion, normal_equations
 from .geometry import View
 from .jit import jit
 from .scoring import Surface
@@ -121,8 +121,8 @@ def refine(
                 if chain.parent[c] < 0:
                     frames_R[0, c], frames_t[0, c] = R[h], t[h]
             forward(chain, q[h : h + 1], frames_R, frames_t, axis, origin)
+            motion = Motion(t[h], axis[0], origin[0], joints.revolute, joints.moves)
             normal_equations(
-                s, markers, use[h], frames_R[0], frames_t[0], t[h], axis[0], origin[0], joints.revolute,
-                joints.moves, e, i, view, least_cosine, A, b,
+                s, markers, use[h], frames_R[0], frames_t[0], motion, e, i, view, least_cosine, A, b
             )  # fmt: skip
             step(A, b, free[h], joints, m, R[h], t[h], q[h], x, scratch)

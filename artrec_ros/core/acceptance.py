@@ -94,8 +94,9 @@ class Verdict:
         return float((scores.votes[0, shown] - inside) / ((RIM[0] + RING[2]) * RING_WIDTH_PX * perimeter_px))
 
     def is_object(self, config: RecognizerConfig) -> bool:
-        """Whether the claim has votes and probability enough."""
-        return self.claim.votes >= config.min_votes and self.probability >= config.min_probability
+        """Whether the labels confirm the required component, and the claim has votes and probability enough."""
+        enough = self.claim.votes >= config.min_votes and self.probability >= config.min_probability
+        return enough and self.confirmed[self.claim.finder.root]
 
     def reason(self, config: RecognizerConfig) -> str | None:
         """Why the claim is no object; None where it is one."""
@@ -104,6 +105,8 @@ class Verdict:
         names = [c.name for c in self.claim.finder.surface.model.components]
         if self.claim.votes < config.min_votes:
             return f"{self.claim.votes:.0f} votes of the labels, {config.min_votes:.0f} are wanted"
+        if not self.confirmed[self.claim.finder.root]:
+            return f"its required component {names[self.claim.finder.root]} is not confirmed"
         seen = [names[c] for c in self.others]
         missing = max(
             (c for c in range(len(names)) if c not in self.others and c != self.claim.finder.root),

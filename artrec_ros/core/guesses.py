@@ -1,4 +1,4 @@
-"""Guesses of a spatial object's pose, from each blob that its required component may have made."""
+"""Guesses of a spatial object's pose, from each blob that one of its components may have made."""
 
 from __future__ import annotations
 
@@ -18,24 +18,37 @@ BLOB_KEEP = 48  # poses of a marker from a blob that go on
 ENOUGH = 2  # alignments for each of them: some are the same pose
 SMALL_PX = 200.0  # so small a blob tells little of its marker's shape, and a segmenter may have taken much of it
 GROWTH = (1.0, 1.2, 1.45)
+JOINT_DRAWS = 10  # values of the joints that carry a component
 
 
 class Guesser:
-    """Aligns the required component's markers, from many sides, with blobs."""
+    """Aligns one component's markers, from many sides, with blobs.
 
-    def __init__(self, model: ObjectModel, surface: SpatialModel, root_label: int) -> None:
-        self._surface = surface
-        self._root_label = root_label
-        self._markers = model.required.markers
-        inside = surface.table[surface.roles.inside(root_label)]
-        ring = surface.table[surface.roles.ring(root_label, model.required.body_label or 0)]
+    :ivar label: class of the blobs that the component makes.
+    """
+
+    def __init__(self, model: ObjectModel, surface: SpatialModel, component: int, label: int) -> None:
+        part = model.components[component]
+        self.label = label
+        self._markers = part.markers
+        inside = surface.table[surface.roles.inside(label)]
+        ring = surface.table[surface.roles.ring(label, part.body_label or 0)]
         self._banks = [Bank(view_bank(m), inside, ring) for m in self._markers]
+        self._q, self._R, self._t = _draws(surface, component)
 
     def guess(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:
-        """Object poses from one blob, the best of each marker by the votes for it."""
-        shape = blob_shape(blob, field.seam_px(self._root_label))
+        """Object poses from one blob, the best of each marker by the votes for it; joints mid-range."""
+        shape = blob_shape(blob, field.seam_px(self.label))
         grown = GROWTH if is_small(blob) else GROWTH[:1]
         return Poses.concatenate([self._of_marker(m, field, camera, shape, grown) for m in range(len(self._markers))])
+
+    def bent(self, poses: Poses) -> Poses:
+        """(H * D) poses of an object that leave the component where it is, the joints that carry it all over their
+        range."""
+        R_c, t_c = poses.R @ self._R[0], np.einsum("hij,j->hi", poses.R, self._t[0]) + poses.t
+        R = R_c[:, None] @ self._R.transpose(0, 2, 1)
+        t = t_c[:, None] - np.einsum("hdij,dj->hdi", R, self._t)
+        return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.tile(self._q, (len(poses), 1)))
 
     def _of_marker(
         self, m: int, field: LabelField, camera: Camera, shape: BlobShape, grown: tuple[float, ...]
@@ -50,15 +63,32 @@ class Guesser:
         return found[best_distinct(found, score, BLOB_KEEP * len(grown))]
 
     def _to_object(self, marker: int, R: Array, t: Array) -> Poses:
-        """The object's pose of which a marker's rotation and centroid are known, joints mid-range."""
-        kin = self._surface.kinematics
+        """The object's pose of which a marker's rotation and centroid are known."""
         T = self._markers[marker].T_component_marker
         assert T is not None  # the model is spatial
-        rotation = R @ T.rotation.T
         centroid = T.rotation[:, :2] @ self._markers[marker].centroid + T.position
-        return Poses(
-            rotation, t.reshape(-1, 3) - rotation @ centroid, np.tile((kin.lower + kin.upper) / 2, (len(R), 1))
-        )
+        rotation = R @ (self._R[0] @ T.rotation).T
+        t = t - rotation @ (self._R[0] @ centroid + self._t[0])
+        return Poses(rotation, t, np.tile(self._q[0], (len(R), 1)))
+
+
+def _draws(surface: SpatialModel, component: int) -> tuple[Array, Array, Array]:
+    """Joints (D, J) mid-range, and then spread over the range of those that carry a component; its frames (D, 3, 3),
+    (D, 3) in the object's."""
+    kin = surface.kinematics
+    path = np.flatnonzero(kin.moves[component])
+    q = np.tile((kin.lower + kin.upper) / 2, (1 + JOINT_DRAWS * bool(len(path)), 1))
+    q[1:, path] = kin.lower[path] + _spread(len(q) - 1, len(path)) * (kin.upper - kin.lower)[path]
+    frames = kin.forward(np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3)), q)
+    return q, frames.R[:, component], frames.t[:, component]
+
+
+def _spread(n: int, dimensions: int) -> Array:
+    """(n, d) evenly spread points of the unit cube: multiples of the powers of Roberts' generalised golden ratio."""
+    ratio = 2.0
+    for _ in range(40):
+        ratio = (1 + ratio) ** (1 / (dimensions + 1))
+    return np.asarray((0.5 + np.arange(n)[:, None] * ratio ** -np.arange(1.0, dimensions + 1)) % 1, np.float64)
 
 
 def is_small(blob: Blob) -> bool:

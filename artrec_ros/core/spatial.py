@@ -139,6 +139,11 @@ class SpatialModel:
             half=self.boxes.half,
         )
 
+    @property
+    def no_poses(self) -> Poses:
+        """None of this model's."""
+        return Poses(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, self.kinematics.n_joints)))
+
     def in_camera(self, frames: Frames, patches: np.ndarray) -> tuple[Array, Array]:
         """Cosine of the viewing angle (H, P) of patches, and their depth (H, P)."""
         c = self.component[patches]

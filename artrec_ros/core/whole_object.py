@@ -23,19 +23,16 @@ from .datatypes import Camera, Target
 from .deadline import Deadline
 from .distinct import apart, best_distinct
 from .evidence import LabelField
-from .guesses import Guesser, is_small
 from .local_search import climb, moves_of, sweep
 from .posefit import refine
 from .projection import project
+from .seeds import Seeds
 from .spatial import LIMITS, PatchScores, Poses, SpatialModel
 from .transforms import Array
 
-JOINT_STEP = 0.15  # of a joint's unit
-COARSE_REACH_PX = (8, 6, 4, 3)
+JOINT_STEP, FIRST_JOINT_STEP = 0.15, 0.25  # of a joint's unit: of those sought, and of those sought first
 FINE_REACH_PX = (4, 3, 3, 2, 2)
-FEW_GUESSES, FEW_KEEP = 24, 10  # a blob: enough for most objects in plain view
-ROOT_KEEP, JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 40, 12, 8, 3  # hypotheses a blob that pass each stage
-SMALL_ROOT_KEEP, SMALL_JOINT_KEEP = 120, 36  # of a small blob: its shape tells least, the other components most
+JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 24, 8, 3  # hypotheses a blob that pass each stage
 CLIMBS = ((10, 120, 1.5), (5, 144, 1.0), (3, 336, 0.7))  # hypotheses a blob, tries, first step
 HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
 RIVAL = 0.8  # of a sure object's votes
@@ -57,7 +54,7 @@ class WholeObjectFinder:
         self._of_component = np.eye(len(target.model.components))[self.surface.component]  # (P, C)
         self._marker_of_component = self._of_component * self.surface.is_marker[:, None]
         self._grids = self.surface.kinematics.grids(JOINT_STEP)
-        self._guesser = Guesser(target.model, self.surface, self.root_label)
+        self._seeds = Seeds(target, self.surface)
 
     def warm_up(self) -> None:
         """Have compiled code ready before the first image: search a small one that shows a patch of the class."""
@@ -68,10 +65,9 @@ class WholeObjectFinder:
         for blob in find_blobs(labels, {self.root_label}, RecognizerConfig()):
             self.find_plain(field, camera, blob, clock, lambda _: True)
             self.find(field, camera, blob, clock, lambda _: False)
-            poses = self._guesser.guess(field, camera, blob)[:1]  # maybe none: what is compiled need not run
+            poses = self._seeds.all(field, camera, blob)[:1]  # maybe none: what is compiled need not run
             votes = self.votes(field, camera, poses, occlusion=True)
             self._climb(field, camera, *self._sweep(field, camera, poses, votes), 1, 1.0, clock)
-            self._fit_root(field, camera, poses, 1)
 
     def find_plain(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
@@ -81,9 +77,7 @@ class WholeObjectFinder:
 
         :param is_sure: whether one hypothesis is such an object.
         """
-        guesses = self._guesser.guess(field, camera, blob)
-        few = self._best_roots(field, camera, guesses, FEW_GUESSES, bodies=False)
-        poses, votes = self._with_joints(field, camera, self._fit_root(field, camera, few, FEW_KEEP), FEW_KEEP)
+        poses, votes = self._with_joints(field, camera, self._seeds.few(field, camera, blob))
         if not len(poses) or not is_sure(poses[:1]):
             return poses[:0]
         return self._raised(field, camera, poses, votes, CLIMBS[-1], True, deadline)[0]
@@ -91,13 +85,8 @@ class WholeObjectFinder:
     def find(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
     ) -> Poses:
-        """Hypotheses whose required component made a blob, or part of one, best first."""
-        guesses = self._guesser.guess(field, camera, blob)
-        if is_small(blob):
-            roots, keep = self._best_roots(field, camera, guesses, SMALL_ROOT_KEEP), SMALL_JOINT_KEEP
-        else:
-            roots, keep = self._fit_root(field, camera, guesses, ROOT_KEEP), JOINT_KEEP
-        poses, votes = self._with_joints(field, camera, roots, keep)
+        """Hypotheses of which a component made a blob, or part of one, best first."""
+        poses, votes = self._with_joints(field, camera, self._seeds.all(field, camera, blob))
         sure = False
         for climb_of in CLIMBS:
             if deadline.expired or votes.max(initial=0.0) < HOPELESS_VOTES:
@@ -122,7 +111,7 @@ class WholeObjectFinder:
         keep = (apart(poses, votes, RIVAL * votes[0]) if sure else np.flatnonzero(votes > 0))[:count]
         poses, votes = poses[keep], votes[keep]
         # a better pose may show a limb that a worse one missed
-        poses = Poses.concatenate([poses, self._search_joints(field, camera, poses)])
+        poses = Poses.concatenate([poses, self._search_joints(field, camera, poses, JOINT_STEP)])
         poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
         poses, votes = self._sweep(field, camera, poses, votes)
         poses, votes = self._with_rival_flips(field, camera, poses, votes)
@@ -130,10 +119,10 @@ class WholeObjectFinder:
         poses, votes = self._fit_all(field, camera, poses)
         return self._keep(poses, votes, len(poses))
 
-    def _with_joints(self, field: LabelField, camera: Camera, poses: Poses, keep: int) -> tuple[Poses, Array]:
+    def _with_joints(self, field: LabelField, camera: Camera, poses: Poses) -> tuple[Poses, Array]:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
-        poses = self._search_joints(field, camera, poses)
-        poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=False), keep)
+        poses = self._search_joints(field, camera, poses, FIRST_JOINT_STEP)
+        poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=False), JOINT_KEEP)
         poses, votes = self._fit_all(field, camera, self._with_flips(poses, votes))
         return self._keep(poses, votes, FIT_KEEP)
 
@@ -201,23 +190,7 @@ class WholeObjectFinder:
         distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
 
-    def _fit_root(self, field: LabelField, camera: Camera, poses: Poses, keep: int) -> Poses:
-        """Of guesses and their fits to the required component's contours the best by its markers."""
-        surface = self.surface
-        use = np.tile(surface.component[surface.markers] == self.root, (len(poses), 1))
-        pinned = np.zeros(poses.q.shape, bool)
-        fitted = refine(surface, field, camera, poses, use, COARSE_REACH_PX, pinned)
-        return self._best_roots(field, camera, Poses.concatenate([poses, fitted]), keep, bodies=False)
-
-    def _best_roots(self, field: LabelField, camera: Camera, poses: Poses, n: int, *, bodies: bool = True) -> Poses:
-        """The best by the required component alone, with or without its body."""
-        surface = self.surface
-        frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
-        patches = np.flatnonzero((surface.component == self.root) & (bodies | surface.is_marker))
-        votes = surface.score(field, camera, frames, patches, occlusion=False).votes.sum(axis=1)
-        return poses[best_distinct(poses, votes, n)]
-
-    def _search_joints(self, field: LabelField, camera: Camera, poses: Poses) -> Poses:
+    def _search_joints(self, field: LabelField, camera: Camera, poses: Poses, step: float) -> Poses:
         """Each joint in its parents' order: the angle at which the labels like its component best."""
         kin = self.surface.kinematics
         for c, j in enumerate(kin.joint_of):
@@ -225,7 +198,7 @@ class WholeObjectFinder:
                 continue
             frames = kin.forward(poses.R, poses.t, poses.q)
             q = poses.q.copy()
-            q[:, j] = self.surface.best_joint(field, camera, frames, c, kin.grid(j, JOINT_STEP))
+            q[:, j] = self.surface.best_joint(field, camera, frames, c, kin.grid(j, step))
             poses = replace(poses, q=q)
         return poses
 

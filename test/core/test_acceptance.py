@@ -90,6 +90,14 @@ def test_too_few_votes_are_named_with_what_is_wanted():
     assert "40 votes" in reason and "123" in reason and "\n" not in reason
 
 
+def test_without_its_required_component_there_is_no_object():
+    """However plain the others are: what stands for it may be merged with something, but must be there."""
+    verdict = verdict_of(claim({FORE: 200.0, HIND: 200.0}, votes=3000.0))
+    assert not verdict.is_object(RecognizerConfig(min_probability=0.0, min_votes=0.0))
+    assert verdict.reason(CONFIG) == "its required component torso is not confirmed"
+    assert verdict_of(claim(WHOLE, votes=3000.0)).is_object(CONFIG)
+
+
 def test_a_low_probability_is_named_with_what_was_confirmed_and_what_came_nearest():
     config = RecognizerConfig(min_probability=1.0)
     verdict = verdict_of(claim({TORSO: 300.0, HIND: 60.0}))

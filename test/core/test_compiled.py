@@ -9,7 +9,7 @@ import pytest
 from solids import BENT, RATIONAL, RED, camera_of, random_poses, truck
 
 from artrec_ros.core import bank as bank_module
-from artrec_ros.core import guesses, kinematics, posefit, spatial, whole_object
+from artrec_ros.core import distinct, guesses, kinematics, posefit, spatial, views, whole_object
 from artrec_ros.core.bank import blob_shape
 from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.compiled import geometry, jit
@@ -157,7 +157,7 @@ def test_climbing_leads_the_same_way(scene, monkeypatch):
 
 def test_alignments_with_a_blob_agree(monkeypatch):
     model = truck()
-    bank = guesses.Guesser(model, SpatialModel(model, RED), RED)._banks[0]
+    bank = guesses.Guesser(model, SpatialModel(model, RED), 0, RED)._banks[0]
     labels = np.zeros((120, 160), np.uint8)
     labels[30:70, 40:110] = RED
     field, camera = LabelField(labels), camera_of()
@@ -169,6 +169,43 @@ def test_alignments_with_a_blob_agree(monkeypatch):
     assert len(T) > 50
     np.testing.assert_array_equal(view, view_plain)
     np.testing.assert_allclose(votes, votes_plain, rtol=1e-5)
+
+
+@LENSES
+def test_similarities_are_lifted_alike(monkeypatch, lens):
+    rng, bank = np.random.default_rng(5), views.view_bank(truck().required.markers[0])
+    flips = views.flips_of(np.array([v.turn for v in bank]), np.array([v.direction for v in bank]))
+    low, high = (0, 0, -4, 20), (320, 240, 4, 600)
+    T, camera = rng.uniform(low, high, (len(bank), 4)), camera_of(distortion=lens)
+    found = views.lift(flips, T, camera)
+    plainly(monkeypatch, views)
+    for one, other in zip(found, views.lift(flips, T, camera), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-9)
+
+
+def test_hypotheses_are_told_apart_alike(monkeypatch, rng):
+    poses = random_poses(rng, truck(), 30)
+    poses = poses[rng.integers(0, 30, 200)]
+    poses.t[::2] *= rng.uniform(0.97, 1.03, (100, 1))
+    poses.t[7], score = np.nan, rng.normal(size=200)
+    found = [distinct.best_distinct(poses, score, n) for n in (5, 500)]
+    plainly(monkeypatch, distinct)
+    assert [f.tolist() for f in found] == [distinct.best_distinct(poses, score, n).tolist() for n in (5, 500)]
+    assert 30 <= len(found[1]) < 150
+
+
+def test_contours_fit_alike(monkeypatch, scene, rng):
+    surface, poses, field = scene
+    use = rng.random((len(poses), len(surface.markers))) < 0.6
+    use[:, 1] = False
+    found = posefit.contour_fit(surface, field, camera_of(distortion=BENT), poses, use, 3)
+    plainly(monkeypatch, posefit)
+    plain = posefit.contour_fit(surface, field, camera_of(distortion=BENT), poses, use, 3)
+    for name in ("normal", "spacing_px", "weight", "jacobian"):
+        np.testing.assert_allclose(getattr(found, name), getattr(plain, name), rtol=1e-6, atol=1e-6)
+    said = plain.weight > 0
+    assert said.sum() > 50
+    np.testing.assert_allclose(found.residual[said], plain.residual[said], atol=1e-6)
 
 
 def test_without_numba_the_functions_are_plain_python(monkeypatch):

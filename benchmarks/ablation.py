@@ -21,7 +21,7 @@ from unittest import mock
 import numpy as np
 import yaml
 
-from artrec_ros.core import acceptance, bank, evidence, spatial_search, surface, whole_object
+from artrec_ros.core import acceptance, bank, evidence, seeds, spatial_search, surface, whole_object
 from artrec_ros.tools.main import main
 
 COLUMNS = {
@@ -57,6 +57,11 @@ def no_couples(contour: Any, tolerances_px: Any) -> tuple[Any, Any]:
     return np.zeros((0, 2)), np.zeros((0, 2))
 
 
+def likely(self: Any, config: Any) -> bool:
+    """In place of `acceptance.Verdict.is_object`."""
+    return bool(self.claim.votes >= config.min_votes and self.probability >= config.min_probability)
+
+
 def patches(*changes: tuple[Any, str, Any]) -> Callable[[], contextlib.ExitStack]:
     def enter() -> contextlib.ExitStack:
         stack = contextlib.ExitStack()
@@ -69,7 +74,7 @@ def patches(*changes: tuple[Any, str, Any]) -> Callable[[], contextlib.ExitStack
 
 VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] = {
     "all of it": (patches(), {}),
-    "without fits to contours": (patches((whole_object, "refine", unfitted)), {}),
+    "without fits to contours": (patches((whole_object, "refine", unfitted), (seeds, "refine", unfitted)), {}),
     "without the local search on votes": (patches((FINDER, "_climb", unclimbed), (FINDER, "_sweep", unclimbed)), {}),
     "without the bodies' faces": (patches((surface, "_face_patches", faceless)), {}),
     "without votes at and around outlines": (
@@ -77,6 +82,9 @@ VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] =
                 (evidence, "RING_ON_BODY", (0.0, 0.0, 0.0)), (evidence, "RING_BODY_LABEL", 0.0)), {}),
     "without mirrored turns": (patches((FINDER, "_with_flips", lambda self, p, v: p)), {}),
     "without taking sure objects' pixels first": (patches((spatial_search, "SURE", 2.0)), {}),
+    "starting from the required component alone": (
+        patches((seeds.Seeds, "_of_limbs", lambda self, *_: self._surface.no_poses)), {}),
+    "required component need not be confirmed": (patches((acceptance.Verdict, "is_object", likely)), {}),
     "blobs aligned by moments alone": (patches((bank, "blob_couples", no_couples)), {}),
     "without telling grazing components": (patches((acceptance, "_TOLD_AGREE", 2.0)), {}),
     "flat path: learned constraints, no space": (patches(), {"whole_object": False}),

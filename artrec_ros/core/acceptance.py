@@ -15,16 +15,17 @@ from .transforms import Array
 
 # Logistic weights: constant; other components confirmed (at most two); their votes; the body's mean vote; all votes;
 # how well the required marker's outline fits. Fitted to claims in rendered scenes of two kinds of objects, labels of
-# two segmenters, each set with the same weight.
-_WEIGHTS = (-1.8, 0.7, 1.0, 1.9, 0.2, 0.8)
+# two segmenters, each set with the same weight; then all were brought to scale (Platt 1999) on claims whose required
+# component is confirmed.
+_WEIGHTS = (-2.55, 1.2, 1.75, 3.3, 0.35, 1.4)
 _COMPONENT_VOTES = 30.0  # about eight pixels of a marker
 _OBJECT_VOTES = 300.0
 _LEAST_PX = 8.0  # of a marker that could be recognised
 # By hand, such claims are too few to learn from:
-_LONE = 3.0  # what a lone marker's outline adds or takes, at ten times _OBJECT_VOTES, where nothing else could be seen
+_LONE = 5.2  # what a lone marker's outline adds or takes, at ten times _OBJECT_VOTES, where nothing else could be seen
 _LONE_EDGE = (0.0, 0.2, 0.6)  # fits of an outline that take all of it, say nothing, add all of it
-_OUTGROWN = 2.0  # weight of an outline that does not end where its class does
-_MISSING, _MISSING_PX = -0.15, 10.0  # weight of other markers that should be seen and are not confirmed
+_OUTGROWN = 3.5  # weight of an outline that does not end where its class does
+_MISSING, _MISSING_PX = -0.26, 10.0  # weight of other markers that should be seen and are not confirmed
 # A component of a found object is told where so much of its marker bears its label and the votes are not clearly
 # against it; seen nearly edge-on it may be too thin to count as confirmed.
 _TOLD_AGREE, _TOLD_VOTES = 0.2, -0.5  # share; votes per pixel

@@ -12,7 +12,7 @@ from .ownership import Claim, claims_of, silhouette
 from .spatial import Poses
 from .whole_object import WholeObjectFinder
 
-SURE = 0.97  # trust in an object whose pixels are not searched for others
+SURE = 0.999  # trust in an object whose pixels are not searched for others
 EXPLAINED = 0.6  # of a blob's contour must be a sure object's
 
 

@@ -13,6 +13,7 @@ from .spatial import Poses
 from .whole_object import WholeObjectFinder
 
 SURE = 0.999  # trust in an object whose pixels are not searched for others
+LIKELY = 0.9  # in one whose blobs need not be looked at again
 EXPLAINED = 0.6  # of a blob's contour must be a sure object's
 
 
@@ -29,6 +30,7 @@ class SpatialSearch:
         self._field, self._camera, self._deadline = field, camera, deadline
         self._trust, self._least = trust, least
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
+        self._unexplained: dict[WholeObjectFinder, LabelField] = {}  # without the pixels of its likely objects, too
 
     def run(
         self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]
@@ -40,7 +42,7 @@ class SpatialSearch:
         for find in (WholeObjectFinder.find_plain, WholeObjectFinder.find):
             left = []
             for finder, blob in queue:
-                if self._over(blob):
+                if self._over(finder, blob):
                     continue
                 poses = find(finder, self._field, self._camera, blob, self._deadline, self._sure(finder))
                 if not self._take(finder, poses):
@@ -48,23 +50,28 @@ class SpatialSearch:
             queue = left
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
-    def _over(self, blob: Blob) -> bool:
+    def _over(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether nothing of a blob is left to explain, or no time for it."""
-        return self._field.owned_share(blob.contour) > EXPLAINED or self._deadline.expired
+        fields = self._field, self._unexplained.get(finder, self._field)
+        return self._deadline.expired or any(f.owned_share(blob.contour) > EXPLAINED for f in fields)
 
     def _sure(self, finder: WholeObjectFinder) -> Callable[[Poses], bool]:
-        field = self._field
+        return lambda pose: self._trust_in(finder, pose) > SURE
 
-        def is_sure(pose: Poses) -> bool:
-            claims = claims_of(finder, pose, field, self._camera, self._least)
-            return bool(claims) and self._trust(claims[0]) > SURE
-
-        return is_sure
+    def _trust_in(self, finder: WholeObjectFinder, pose: Poses) -> float:
+        claims = claims_of(finder, pose, self._field, self._camera, self._least)
+        return self._trust(claims[0]) if claims else 0.0
 
     def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
-        """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels."""
+        """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.
+
+        A likely one may share them with a rival, but its own target's is not sought for them again.
+        """
         self._found.setdefault(finder, []).append(poses)
-        if not len(poses) or not self._sure(finder)(poses[:1]):
-            return False
-        self._field = self._field.without(silhouette(finder.surface, self._camera, poses[:1]))
-        return True
+        trust = self._trust_in(finder, poses[:1])
+        if trust > LIKELY:
+            hulls = silhouette(finder.surface, self._camera, poses[:1])
+            self._unexplained[finder] = self._unexplained.get(finder, self._field).without(hulls)
+            if trust > SURE:
+                self._field = self._field.without(hulls)
+        return trust > SURE

@@ -61,6 +61,12 @@ def test_where_there_is_doubt_every_blob_gets_a_long_look(finder, looks):
     assert nearest(poses, LEFT) < 0.02 and nearest(poses, RIGHT) < 0.02
 
 
+def test_other_blobs_of_likely_objects_get_no_long_look_either(finder, looks):
+    ((_, poses),), blobs = search(finder, trust=0.95)
+    assert len(looks) == 2 < len(blobs)
+    assert nearest(poses, LEFT) < 0.02 and nearest(poses, RIGHT) < 0.02
+
+
 def test_without_time_nothing_is_looked_at(finder, looks):
     found, blobs = search(finder, trust=0.5, budget_s=0.0)
     assert blobs and not looks

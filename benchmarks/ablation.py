@@ -81,7 +81,8 @@ VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] =
         patches((evidence, "RIM", (0.0, 0.0, 0.0)), (evidence, "RING", (0.0, 0.0, 0.0)),
                 (evidence, "RING_ON_BODY", (0.0, 0.0, 0.0)), (evidence, "RING_BODY_LABEL", 0.0)), {}),
     "without mirrored turns": (patches((FINDER, "_with_flips", lambda self, p, v: p)), {}),
-    "without taking sure objects' pixels first": (patches((spatial_search, "SURE", 2.0)), {}),
+    "without taking sure objects' pixels first": (
+        patches((spatial_search, "SURE", 2.0), (spatial_search, "LIKELY", 2.0)), {}),
     "starting from the required component alone": (
         patches((seeds.Seeds, "_of_limbs", lambda self, *_: self._surface.no_poses)), {}),
     "required component need not be confirmed": (patches((acceptance.Verdict, "is_object", likely)), {}),

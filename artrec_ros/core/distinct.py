@@ -9,7 +9,10 @@ from .compiled.telling_apart import first_of_cells
 from .spatial import Poses
 from .transforms import Array
 
-PLACE, DEPTH, TURN = 0.012, 0.06, 0.2  # of a cell: across the view in the range's unit, of the range's log, of axes
+# Sizes of a cell:
+CELL_PLACE = 0.012  # of the place across the view, as a share of the depth: 0.7 degrees
+CELL_LOG_DEPTH = 0.06  # 6 % of the depth
+CELL_AXIS = 0.2  # of the components of the x and z axes: about 12 degrees
 NICHE_RAD, NICHE_RANGE = 0.35, 0.12  # hypotheses that differ by less (in place: a share of the range) climb to one
 _FACTORS = np.random.default_rng(1).integers(1, 2**62, 9) * 2 + 1
 
@@ -19,17 +22,16 @@ def best_distinct(poses: Poses, score: Array, n: int) -> np.ndarray:
     order = np.argsort(-score, kind="stable")
     if COMPILED:
         out = np.empty(min(n, len(order)), np.int64)
-        return out[: first_of_cells(order, poses.R, poses.t, PLACE, DEPTH, TURN, out)]
+        return out[: first_of_cells(order, poses.R, poses.t, CELL_PLACE, CELL_LOG_DEPTH, CELL_AXIS, out)]
     _, first = np.unique(_keys(pose_cells(poses))[order], return_index=True)
     return order[np.sort(first)[:n]]  # the best of each cell
 
 
 def pose_cells(poses: Poses) -> np.ndarray:
-    """(H, 9) integers, equal for hypotheses that refinement would bring to one place: about 0.7 degrees
-    across the view, 6 % of depth, 12 degrees of turn."""
+    """(H, 9) integers, equal for hypotheses that refinement would bring to one place."""
     depth = np.maximum(poses.t[:, 2:], 1e-6)
-    place = np.column_stack([poses.t[:, :2] / depth / PLACE, np.log(depth) / DEPTH])
-    cells = np.column_stack([place, poses.R[:, :, 0] / TURN, poses.R[:, :, 2] / TURN])
+    place = np.column_stack([poses.t[:, :2] / depth / CELL_PLACE, np.log(depth) / CELL_LOG_DEPTH])
+    cells = np.column_stack([place, poses.R[:, :, 0] / CELL_AXIS, poses.R[:, :, 2] / CELL_AXIS])
     return np.rint(np.nan_to_num(np.clip(cells, -1e9, 1e9))).astype(np.int64)  # diverged ones must not raise
 
 

@@ -127,12 +127,13 @@ class LabelField:
         silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
         return np.asarray(np.where(silent[around], np.inf, np.hypot(dy, dx) - 1.0).min(axis=1), np.float64)
 
-    def without(self, hulls: Sequence[NDArray[np.float32]]) -> LabelField:
-        """The same image with the pixels in convex polygons (n, 1, 2) owned by somebody."""
+    def without(self, solids: Sequence[NDArray[np.float32]]) -> LabelField:
+        """The same image with the pixels in convex hulls of points (n, 2) owned by somebody."""
         labels, far = self.labels.copy(), 4 * max(self.labels.shape)
-        for hull in hulls:
-            corners = np.rint(np.clip(hull, -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-            cv2.fillConvexPoly(labels, corners, OWNED, shift=_SUBPIXEL_BITS)
+        for corners in solids:
+            hull = cv2.convexHull(np.clip(corners, -far, far))  # clipped before: what is cut stays convex
+            hull = np.rint(hull * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+            cv2.fillConvexPoly(labels, hull, OWNED, shift=_SUBPIXEL_BITS)
         rest = LabelField(labels)
         rest._seams = self._seams  # the segmenter's, not the objects'
         return rest

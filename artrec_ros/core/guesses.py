@@ -27,8 +27,8 @@ class Guesser:
     :ivar label: class of the blobs that the component makes.
     """
 
-    def __init__(self, model: ObjectModel, surface: SpatialModel, component: int, label: int) -> None:
-        part = model.components[component]
+    def __init__(self, model: ObjectModel, surface: SpatialModel, component: int) -> None:
+        part, label = model.components[component], surface.labels[component]
         self.label = label
         self._markers = part.markers
         inside = surface.table[surface.roles.inside(label)]

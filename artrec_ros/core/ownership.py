@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,11 +27,12 @@ class Claim:
 
 
 def silhouette(surface: SpatialModel, camera: Camera, poses: Poses) -> list[NDArray[np.float32]]:
-    """Everything of one hypothesis: the convex hulls (n, 1, 2) of its boxes and its markers in the image, pixels."""
+    """Everything of one hypothesis: the corners (n, 2) of its boxes and its markers in the image, pixels; convex hulls
+    of theirs cover it."""
     frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
     hulls = surface.hulls
     pixels = project(camera, surface.place(frames, hulls.corners, hulls.component)[0]).astype(np.float32)
-    return [cv2.convexHull(solid) for solid in np.split(pixels, hulls.starts[1:])]
+    return np.split(pixels, hulls.starts[1:])
 
 
 def share_out(

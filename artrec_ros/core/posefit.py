@@ -66,7 +66,8 @@ class ContourFit:
 
     :param normal: (H, M, m, 2) outward unit normals in the image. :param spacing_px: (H, M) of neighbouring points.
     :param residual: (H, M, m) signed distance of each point from its edge along its normal, pixels.
-    :param weight: (H, M, m), 0 where there is no edge. :param jacobian: (H, M, m, 6+J) of the residuals.
+    :param weight: (H, M, m), 0 where there is no edge, and the residual says nothing.
+    :param jacobian: (H, M, m, 6+J) of the residuals.
     """
 
     normal: Array

@@ -29,12 +29,11 @@ class Seeds:
     """Guesses of one target's pose, from each blob of its required component's class."""
 
     def __init__(self, target: Target, surface: SpatialModel) -> None:
-        model = target.model
-        labels = [target.label if c.label is None else c.label for c in model.components]
-        self._surface = surface
-        self._root = model.components.index(model.required)
+        self._surface, self._root = surface, surface.root
         self._guessers = {
-            c: Guesser(model, surface, c, label) for c, label in enumerate(labels) if label == labels[self._root]
+            c: Guesser(target.model, surface, c)
+            for c, label in enumerate(surface.labels)
+            if label == surface.labels[self._root]
         }
 
     def few(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:

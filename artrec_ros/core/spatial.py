@@ -71,7 +71,8 @@ class SpatialModel:
         self.patches: list[Patch] = patches_of(model, label)
         self.roles = Roles()
         bodies = [c.body_label or 0 for c in model.components]
-        labels = [label if c.label is None else c.label for c in model.components]
+        self.root = model.components.index(model.required)
+        self.labels = [label if c.label is None else c.label for c in model.components]  # of each component's markers
         self.component = np.array([p.component for p in self.patches])
         self.is_marker = np.array([p.marker is not None for p in self.patches])
         self.normal = np.array([p.normal for p in self.patches])
@@ -83,7 +84,9 @@ class SpatialModel:
         self.point_patch = np.repeat(np.arange(len(self.patches)), self.count)
         self.point_role = np.repeat(
             [
-                self.roles.inside(p.label) if p.marker is not None else self.roles.body(p.label, labels[p.component])
+                self.roles.inside(p.label)
+                if p.marker is not None
+                else self.roles.body(p.label, self.labels[p.component])
                 for p in self.patches
             ],
             self.count,
@@ -101,10 +104,9 @@ class SpatialModel:
         self.boxes = Boxes(model)
         self.hulls = hulls_of(model)
         self.ignored = self.boxes.behind_patches(self.patches)
-        root = model.components.index(model.required)
-        mine = self.points[(self.component == root)[self.point_patch] & self.is_marker[self.point_patch]]
+        mine = self.points[(self.component == self.root)[self.point_patch] & self.is_marker[self.point_patch]]
         self.anchor = mine.mean(axis=0)  # amid the required component's markers, object frame
-        whole = self.points[(self.component == root)[self.point_patch]]
+        whole = self.points[(self.component == self.root)[self.point_patch]]
         self.extent = float(np.linalg.norm(whole - self.anchor, axis=1).max())  # of the required component, metres
 
     @cached_property

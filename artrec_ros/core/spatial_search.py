@@ -13,8 +13,8 @@ from .spatial import Poses
 from .whole_object import WholeObjectFinder
 
 SURE = 0.999  # trust in an object whose pixels are not searched for others
-LIKELY = 0.9  # in one whose blobs need not be looked at again
-EXPLAINED = 0.6  # of a blob's contour must be a sure object's
+LIKELY = 0.995  # in one whose blobs need not be looked at again
+EXPLAINED = 0.6  # of a blob's contour must be a sure or a likely object's
 
 
 class SpatialSearch:
@@ -52,8 +52,8 @@ class SpatialSearch:
 
     def _over(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether nothing of a blob is left to explain, or no time for it."""
-        fields = self._field, self._unexplained.get(finder, self._field)
-        return self._deadline.expired or any(f.owned_share(blob.contour) > EXPLAINED for f in fields)
+        field = self._unexplained.get(finder, self._field)
+        return self._deadline.expired or field.owned_share(blob.contour) > EXPLAINED
 
     def _sure(self, finder: WholeObjectFinder) -> Callable[[Poses], bool]:
         return lambda pose: self._trust_in(finder, pose) > SURE
@@ -70,8 +70,10 @@ class SpatialSearch:
         self._found.setdefault(finder, []).append(poses)
         trust = self._trust_in(finder, poses[:1])
         if trust > LIKELY:
-            hulls = silhouette(finder.surface, self._camera, poses[:1])
-            self._unexplained[finder] = self._unexplained.get(finder, self._field).without(hulls)
+            solids = silhouette(finder.surface, self._camera, poses[:1])
+            self._unexplained.setdefault(finder, self._field)
+            for other in self._unexplained if trust > SURE else (finder,):
+                self._unexplained[other] = self._unexplained[other].without(solids)
             if trust > SURE:
-                self._field = self._field.without(hulls)
+                self._field = self._field.without(solids)
         return trust > SURE

@@ -24,7 +24,7 @@ from .deadline import Deadline
 from .distinct import apart, best_distinct
 from .evidence import LabelField
 from .local_search import climb, moves_of, sweep
-from .posefit import refine
+from .posefit import contour_fit, refine
 from .projection import project
 from .seeds import Seeds
 from .spatial import LIMITS, PatchScores, Poses, SpatialModel
@@ -47,9 +47,8 @@ class WholeObjectFinder:
     def __init__(self, target: Target) -> None:
         self.target = target
         self.surface = SpatialModel(target.model, target.label)
-        required = target.model.required
-        self.root = target.model.components.index(required)
-        self.root_label = target.label if required.label is None else required.label
+        self.root = self.surface.root
+        self.root_label = self.surface.labels[self.root]
         self._value = Value(len(target.model.components), self.root, HIDDEN_COST)
         self._of_component = np.eye(len(target.model.components))[self.surface.component]  # (P, C)
         self._marker_of_component = self._of_component * self.surface.is_marker[:, None]
@@ -68,6 +67,9 @@ class WholeObjectFinder:
             poses = self._seeds.all(field, camera, blob)[:1]  # maybe none: what is compiled need not run
             votes = self.votes(field, camera, poses, occlusion=True)
             self._climb(field, camera, *self._sweep(field, camera, poses, votes), 1, 1.0, clock)
+        kin, every = self.surface.kinematics, np.ones((1, len(self.surface.markers)), bool)
+        ahead = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), (kin.lower + kin.upper)[None] / 2)
+        contour_fit(self.surface, field, camera, ahead, every, 1)
 
     def find_plain(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]

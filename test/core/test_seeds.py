@@ -1,9 +1,12 @@
 """First hypotheses of objects: from the required component's blob, and from the other components'."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from solids import BODY, RED, camera_of, chain, pose, random_poses, render, truck, turn_between
 
+from artrec_ros.core import seeds as seeds_module
 from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.config import RecognizerConfig
 from artrec_ros.core.datatypes import Target
@@ -52,19 +55,27 @@ def test_another_components_blob_tells_it_too_but_not_at_first_sight():
     assert near(seeds_of(labels, "all", smallest), AT)
 
 
-def test_a_speck_is_no_object_in_plain_view():
+@pytest.mark.parametrize("least", ["PLAIN_PX", "PLAIN_VOTES"])
+def test_a_speck_is_no_object_in_plain_view(monkeypatch, least):
+    """Too small a blob, or too few votes for what it may be: either alone says so."""
     labels = np.full((240, 320), BODY, np.uint8)
     labels[100:104, 100:106] = RED
+    monkeypatch.setattr(seeds_module, "PLAIN_PX", 0.0)
+    monkeypatch.setattr(seeds_module, "PLAIN_VOTES", -np.inf)
+    assert len(seeds_of(labels, "few", largest))
+    monkeypatch.setattr(seeds_module, least, {"PLAIN_PX": 30.0, "PLAIN_VOTES": 300.0}[least])
     assert not len(seeds_of(labels, "few", largest))
 
 
-def test_components_of_another_class_are_not_sought_in_a_blob():
-    parts = tuple(c if c.required else type(c)(**{**vars(c), "label": RED + 1}) for c in TRUCK.components)
-    model = type(TRUCK)("truck", parts)
+@pytest.mark.parametrize("label, asked", [(RED, 3), (RED + 1, 1)])
+def test_only_components_of_its_class_are_sought_in_a_blob(monkeypatch, label, asked):
+    parts = tuple(c if c.required else replace(c, label=label) for c in TRUCK.components)
+    model, guess, count = replace(TRUCK, components=parts), Guesser.guess, []
+    monkeypatch.setattr(Guesser, "guess", lambda self, *args: count.append(self.label) or guess(self, *args))
     labels = render(CAMERA, [(TRUCK, AT, RED)])
     blobs = find_blobs(labels, {RED}, RecognizerConfig())
-    seeds = Seeds(Target("truck", model, RED), SpatialModel(model, RED))
-    assert not near(seeds.all(LabelField(labels), CAMERA, smallest(blobs)), AT)
+    Seeds(Target("truck", model, RED), SpatialModel(model, RED)).all(LabelField(labels), CAMERA, smallest(blobs))
+    assert count == [RED] * asked
 
 
 @pytest.mark.parametrize("component", ["base", "arm", "finger"])
@@ -72,7 +83,7 @@ def test_bending_leaves_a_component_where_it_is(component):
     model = chain()
     surface = SpatialModel(model, RED)
     c = [p.name for p in model.components].index(component)
-    guesser, kin = Guesser(model, surface, c, RED), surface.kinematics
+    guesser, kin = Guesser(model, surface, c), surface.kinematics
     rest = random_poses(np.random.default_rng(2), model, 4)
     rest.q[:] = (kin.lower + kin.upper) / 2
     bent = guesser.bent(rest)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import resource
 import signal
@@ -197,24 +196,57 @@ def fail():
 
 
 def do(engine: Engine, *jobs: Job) -> dict[str, list]:
+    """All jobs, of which as many are under way as the engine takes."""
     items: dict[str, list] = {}
-    for job in jobs:
-        engine.submit(job)
-        while engine.busy:
-            for done in engine.wait():
-                items.setdefault(done.job.name, []).extend(done.items)
+    left = list(jobs)
+    while left or engine.busy:
+        while left and engine.free:
+            engine.submit(left.pop(0))
+        for done in engine.wait():
+            items.setdefault(done.job.name, []).extend(done.items)
     return items
 
 
-@pytest.mark.parametrize("make", [InlineEngine, lambda: ProcessEngine(2)], ids=["inline", "processes"])
+ENGINES = pytest.mark.parametrize("make", [InlineEngine, lambda: ProcessEngine(1)], ids=["inline", "processes"])
+
+
+@ENGINES
 def test_engines_do_jobs_and_pass_on_errors(make):
     with make() as engine:
-        assert do(engine, Job("a", None, count_to, (3,)), Job("b", None, count_to, (2,))) == {
-            "a": [0, 1, 2],
-            "b": [0, 1],
-        }
+        jobs = [Job(name, None, count_to, (n,)) for name, n in (("a", 3), ("b", 2), ("c", 1))]
+        assert do(engine, *jobs) == {"a": [0, 1, 2], "b": [0, 1], "c": [0]}
         with pytest.raises(ArtrecError, match="no such thing"):
-            do(engine, Job("c", None, fail, ()))
+            do(engine, Job("d", None, fail, ()))
+
+
+def test_an_error_is_of_its_own_job_alone():
+    with ProcessEngine(1) as engine:
+        engine.submit(Job("bad", None, fail, ()))
+        engine.submit(Job("good", None, count_to, (2,)))
+        with pytest.raises(ArtrecError, match="no such thing"):
+            list(engine.wait())
+        assert [(done.job.name, done.items) for done in engine.wait()] == [("good", (0, 1))]
+        assert not engine.busy and not list(engine.wait())
+
+
+class OddError(Exception):
+    def __init__(self, one, two):
+        super().__init__(f"{one} and {two}")
+
+
+def fail_oddly():
+    raise OddError(1, 2)
+    yield
+
+
+def give_what_cannot_be_sent():
+    yield lambda: None
+
+
+@pytest.mark.parametrize("function, told", [(fail_oddly, "1 and 2"), (give_what_cannot_be_sent, "pickle")])
+def test_what_cannot_be_sent_is_told_as_it_is(function, told):
+    with ProcessEngine(1) as engine, pytest.raises(Exception, match=told):
+        do(engine, Job("a", None, function, ()))
 
 
 def test_a_job_that_kills_every_worker_is_given_up():
@@ -222,24 +254,27 @@ def test_a_job_that_kills_every_worker_is_given_up():
         do(engine, Job("bag, frames 0 to 3", None, die, ()))
 
 
-def hand_over(told: Path):
+def hand_over():
     yield bytes(20_000_000)  # more than a pipe holds: the worker waits until it is read
-    told.touch()
 
 
-def test_a_worker_killed_while_it_hands_items_over_is_replaced(tmp_path):
-    told = tmp_path / "told"
+def test_a_worker_killed_while_it_hands_items_over_is_replaced():
     with ProcessEngine(1) as engine:
-        engine.submit(Job("a", None, hand_over, (told,)))
-        while not told.exists():
-            time.sleep(0.01)
-        time.sleep(0.2)
-        (worker,) = multiprocessing.active_children()
-        worker.kill()
-        done: list[int] = []
-        while engine.busy:
-            done += [len(item) for finished in engine.wait() for item in finished.items]
-    assert done == [20_000_000]
+        engine.submit(Job("a", None, hand_over, ()))
+        engine.submit(Job("b", None, count_to, (2,)))
+        (worker,) = engine._workers
+        assert worker.connection.poll(60.0)  # it is in the midst of sending
+        os.kill(worker._process.pid, signal.SIGKILL)
+        done = do(engine)
+    assert [len(items) for items in done["a"]] == [20_000_000] and done["b"] == [0, 1]
+
+
+def test_a_worker_killed_while_it_rests_is_replaced():
+    with ProcessEngine(1) as engine:
+        for name in "abcde":  # more than MOST_DEATHS: none of them is a job's fault
+            assert do(engine, Job(name, None, count_to, (1,))) == {name: [0]}
+            engine._workers[0]._process.kill()
+            engine._workers[0]._process.join()
 
 
 def test_the_environment_is_as_it_was_after_processes(monkeypatch):

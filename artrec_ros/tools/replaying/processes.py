@@ -35,14 +35,24 @@ class _Worker:
     def __init__(self, context: Any, stopping: Any) -> None:
         self.connection, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs, stopping), daemon=True)
-        self._process.start()
+        # Ctrl-C reaches all processes of a terminal, but it is the parent that decides: it is blocked in workers
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self._process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         theirs.close()  # the worker has the only one: without it there is an end of what can be read
         self.jobs: deque[Job] = deque()
 
+    @property
+    def is_alive(self) -> bool:
+        return self._process.is_alive()
+
     def submit(self, job: Job) -> None:
+        order = pickle.dumps((job.function, job.arguments))
         self.jobs.append(job)
         with suppress(BrokenPipeError, ConnectionResetError):  # it died: `receive` will tell
-            self.connection.send_bytes(pickle.dumps((job.function, job.arguments)))
+            self.connection.send_bytes(order)
 
     def receive(self) -> Done | None:
         """The first job's items; waits for them. None: the worker died.
@@ -50,12 +60,14 @@ class _Worker:
         :raises Exception: whatever the job raised.
         """
         try:
-            items, error, told = self.connection.recv()
+            answer = self.connection.recv_bytes()
         except (EOFError, OSError):
             return None
+        job = self.jobs.popleft()
+        items, error, told = pickle.loads(answer)
         if error is not None:
             raise error from RuntimeError(told)
-        return Done(self.jobs.popleft(), items, True)
+        return Done(job, items, True)
 
     def end(self) -> None:
         self.connection.close()
@@ -65,7 +77,6 @@ class _Worker:
 
 def _serve(connection: Connection, stopping: Any) -> None:
     """What a worker process does all its life."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal: the parent decides
     cv2.setNumThreads(1)
     jobs: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_take_in, args=(connection, jobs), daemon=True).start()
@@ -73,10 +84,20 @@ def _serve(connection: Connection, stopping: Any) -> None:
         job = jobs.get()
         try:
             function, arguments = pickle.loads(job)
-            answer: tuple[Any, ...] = _collected(function, arguments, stopping), None, ""
+            answer = pickle.dumps((_collected(function, arguments, stopping), None, ""))
         except Exception as error:  # the parent's to judge
-            answer = (), error, traceback.format_exc()
-        connection.send(answer)
+            answer = _packed(error, traceback.format_exc())
+        connection.send_bytes(answer)
+
+
+def _packed(error: Exception, told: str) -> bytes:
+    """What the parent raises; in other words where it could not read the error itself."""
+    try:
+        answer = pickle.dumps(((), error, told))
+        pickle.loads(answer)
+    except Exception:  # whatever an error of any library does when it is put together again
+        return pickle.dumps(((), RuntimeError(told), told))
+    return answer
 
 
 def _take_in(connection: Connection, jobs: queue.SimpleQueue[bytes]) -> None:
@@ -105,8 +126,13 @@ class ProcessEngine(Engine):
         self._stopping = self._context.RawValue(ctypes.c_bool, False)  # an Event has a lock, which may be left locked
         self._environment = {name: os.environ.get(name) for name in _ONE_THREAD}
         os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))  # processes use the cores, not threads of each
-        self._workers = [_Worker(self._context, self._stopping) for _ in range(workers)]
         self._deaths: dict[Job, int] = {}
+        self._workers: list[_Worker] = []
+        try:
+            self._workers += (_Worker(self._context, self._stopping) for _ in range(workers))
+        except OSError:  # no more processes, or files
+            self.close()
+            raise
 
     @property
     def free(self) -> bool:
@@ -117,10 +143,14 @@ class ProcessEngine(Engine):
         return any(worker.jobs for worker in self._workers)
 
     def submit(self, job: Job) -> None:
-        min(self._workers, key=lambda worker: len(worker.jobs)).submit(job)
+        slot = min(range(len(self._workers)), key=lambda i: len(self._workers[i].jobs))
+        if not self._workers[slot].jobs and not self._workers[slot].is_alive:  # it died between two jobs
+            self._replace(slot)
+        self._workers[slot].submit(job)
 
     def wait(self) -> Iterator[Done]:
-        ready = wait([worker.connection for worker in self._workers if worker.jobs])
+        busy = [worker.connection for worker in self._workers if worker.jobs]
+        ready = wait(busy) if busy else []
         for slot, worker in enumerate(self._workers):
             if worker.connection in ready:
                 done = worker.receive()
@@ -130,16 +160,21 @@ class ProcessEngine(Engine):
                     yield done
 
     def _revive(self, slot: int) -> None:
-        """Put a new worker in the place of one that died, and give it the same jobs."""
-        dead = self._workers[slot]
-        dead.end()
-        self._workers[slot] = _Worker(self._context, self._stopping)
+        """Give a new worker the jobs of one that died."""
+        dead = self._replace(slot)
         job = dead.jobs[0]  # that it was at
         self._deaths[job] = self._deaths.get(job, 0) + 1
         if self._deaths[job] >= MOST_DEATHS:
             raise ArtrecError(f"{job.name}: {MOST_DEATHS} workers died over it; is there too little memory?")
         for job in dead.jobs:
             self._workers[slot].submit(job)
+
+    def _replace(self, slot: int) -> _Worker:
+        """Put a new worker in the place of a dead one, which is returned."""
+        dead = self._workers[slot]
+        dead.end()
+        self._workers[slot] = _Worker(self._context, self._stopping)
+        return dead
 
     def stop(self) -> None:
         self._stopping.value = True

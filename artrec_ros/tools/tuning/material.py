@@ -52,18 +52,22 @@ def recognise(
 ) -> None:
     """Frames of these numbers go to `take`, in any order; some are missing if the engine was stopped."""
     packed, left = order.packed(), iter(pieces)
-    piece = next(left, None)
+    piece, mine = next(left, None), set()
     while True:
         while engine.free and piece is not None:
             places = [i for i in range(piece.part.count) if piece.first + i in numbers]
             if places:
                 name = f"{piece.name}, frames {piece.part.first} to {piece.part.first + piece.part.count - 1}"
                 arguments = (packed, "recognise", piece.source, piece.part, places)
-                engine.submit(Job(name, piece, work, arguments))
+                job = Job(name, piece, work, arguments)
+                mine.add(job)
+                engine.submit(job)
             piece = next(left, None)
         if not engine.busy:
             return
         for done in engine.wait():
+            if done.job not in mine:  # of an earlier run, which an error ended
+                continue
             for seen in done.items:
                 take(done.job.tag.first + seen.place, seen.frame)
                 for line in seen.notes:

@@ -62,7 +62,7 @@ def test_where_there_is_doubt_every_blob_gets_a_long_look(finder, looks):
 
 
 def test_other_blobs_of_likely_objects_get_no_long_look_either(finder, looks):
-    ((_, poses),), blobs = search(finder, trust=0.95)
+    ((_, poses),), blobs = search(finder, trust=0.997)
     assert len(looks) == 2 < len(blobs)
     assert nearest(poses, LEFT) < 0.02 and nearest(poses, RIGHT) < 0.02
 

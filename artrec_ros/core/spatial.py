@@ -105,7 +105,7 @@ class SpatialModel:
         self.hulls = hulls_of(model)
         self.ignored = self.boxes.behind_patches(self.patches)
         mine = self.points[(self.component == self.root)[self.point_patch] & self.is_marker[self.point_patch]]
-        self.anchor = mine.mean(axis=0)  # amid the required component's markers, object frame
+        self.anchor = mine.mean(axis=0)  # amid the required component's markers, in its frame
         whole = self.points[(self.component == self.root)[self.point_patch]]
         self.extent = float(np.linalg.norm(whole - self.anchor, axis=1).max())  # of the required component, metres
 

@@ -186,7 +186,8 @@ class WholeObjectFinder:
 
     def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
         """(H,) bool: whose required component would cover that of `one` in the image."""
-        there, here = (_moved(p, self._on_object(p, self.surface.anchor)) for p in (poses, one))
+        roots = ((p, *self._root_frames(p)) for p in (poses, one))
+        there, here = (_moved(p, R @ self.surface.anchor + t) for p, R, t in roots)
         f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
         radius = 0.6 * f * self.surface.extent / np.maximum(np.maximum(there[:, 2], here[:, 2]), 1e-6)
         distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
@@ -197,11 +198,6 @@ class WholeObjectFinder:
         n = len(poses)
         frames = self.surface.kinematics.forward(np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3)), poses.q)
         return frames.R[:, self.root], frames.t[:, self.root]
-
-    def _on_object(self, poses: Poses, point: Array) -> Array:
-        """(H, 3) a point of the required component in the object's frame."""
-        R, t = self._root_frames(poses)
-        return np.asarray(R @ point + t, np.float64)
 
     def _search_joints(self, field: LabelField, camera: Camera, poses: Poses, step: float) -> Poses:
         """Each joint in its parents' order: the angle at which the labels like its component best."""
@@ -218,11 +214,11 @@ class WholeObjectFinder:
     def _with_flips(self, poses: Poses, votes: Array) -> Poses:
         """Add to the best their siblings: a flat marker's mirrored turn looks almost the same."""
         p, extra = self._keep(poses, votes, FLIP_KEEP)[0], [poses]
-        R_root, _ = self._root_frames(p)
+        R_root, t_root = self._root_frames(p)
         for marker in self.target.model.required.markers:
             T = marker.T_component_marker
             assert T is not None  # the model is spatial
-            centroid = self._on_object(p, T.rotation[:, :2] @ marker.centroid + T.position)
+            centroid = R_root @ (T.rotation[:, :2] @ marker.centroid + T.position) + t_root
             R_object_marker, centre = R_root @ T.rotation, _moved(p, centroid)
             R_marker = p.R @ R_object_marker
             facing = np.sum(R_marker[..., 2] * centre, axis=1) < 0

@@ -60,7 +60,8 @@ class Bank:
         for row, view in zip(anchors, views, strict=True):
             row[: len(view.anchors)] = view.anchors
         stack = lambda name: np.array([getattr(v, name) for v in views])  # noqa: E731
-        self._arrays = (anchors, n, stack("inside"), stack("contour"), stack("contour_normal"), stack("area"))
+        xy = lambda name: np.ascontiguousarray(stack(name).transpose(0, 2, 1))  # noqa: E731
+        self._arrays = (anchors, n, xy("inside"), xy("contour"), xy("contour_normal"), stack("area"))
         self._perimeter = stack("perimeter")
         self._moments = np.array([v.moments[0] for v in views]), np.array([v.moments[1] for v in views])
 
@@ -75,9 +76,10 @@ class Bank:
         inside, ring = self._votes
         look = guessing.Look(inside, ring, inside.max(), ring.max(), RING_PX, RING_WIDTH_PX)
         T, votes = np.empty((len(self._views), VIEW_KEEP, 4)), np.empty((len(self._views), VIEW_KEEP))
-        guessing.best_alignments(*shape.couples, moments, bank, look, LEAST_SHARE, view_of(field, camera), T, votes)
-        view, rank = np.nonzero(votes > -np.inf)
-        return T[view, rank], votes[view, rank], view
+        at, view = np.empty(max(bank.contour.shape[2], guessing.AT_ONCE), np.int32), view_of(field, camera)
+        guessing.best_alignments(*shape.couples, moments, bank, look, LEAST_SHARE, view, at, T, votes)
+        of, rank = np.nonzero(votes > -np.inf)
+        return T[of, rank], votes[of, rank], of
 
     def _align_arrays(self, field: LabelField, shape: BlobShape) -> tuple[Array, Array, np.ndarray]:
         similarities, votes, views = [], [], []

@@ -150,8 +150,8 @@ def _refine_compiled(
     middle, weight = _prior(kin)
     joints = Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves, middle, weight, PIN)
     refining.refine(
-        model.compiled, kin.chain, joints, model.markers, use, free, _edge_terms(model, field, reach_px), _STEP,
-        view_of(field, camera), LEAST_COSINE, R, t, q,
+        model.compiled, kin.chain, joints, model.markers, np.ascontiguousarray(use), free,
+        _edge_terms(model, field, reach_px), _STEP, view_of(field, camera), LEAST_COSINE, R, t, q,
     )  # fmt: skip
     return Poses(R, t, q)
 

@@ -139,6 +139,7 @@ class SpatialModel:
             box_rotation=self.boxes.R,
             box_t=self.boxes.t,
             half=self.boxes.half,
+            box_radius=np.linalg.norm(self.boxes.half, axis=1),
         )
 
     @property

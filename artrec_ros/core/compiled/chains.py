@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .jit import jit
+from .jit import jit, lean
 
 
 class Chain(NamedTuple):
@@ -21,7 +21,7 @@ class Chain(NamedTuple):
     revolute: Any  # (C,) bool
 
 
-@jit
+@lean
 def about_axis(axis: Any, angle: float, out: Any) -> None:
     """Rotation matrix of an angle about a unit axis (Rodrigues)."""
     s, c = math.sin(angle), math.cos(angle)
@@ -32,7 +32,7 @@ def about_axis(axis: Any, angle: float, out: Any) -> None:
     out[2, 0], out[2, 1], out[2, 2] = z * x * k - y * s, z * y * k + x * s, c + z * z * k
 
 
-@jit
+@lean
 def multiply(A: Any, B: Any, out: Any) -> None:
     """A B of 3 by 3 matrices; `out` is neither."""
     for i in range(3):
@@ -40,7 +40,16 @@ def multiply(A: Any, B: Any, out: Any) -> None:
             out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
 
 
-@jit
+@lean
+def copy_frame(R: Any, t: Any, R_out: Any, t_out: Any) -> None:
+    """Copy a rotation (3, 3) and a place (3,)."""
+    for i in range(3):
+        t_out[i] = t[i]
+        for j in range(3):
+            R_out[i, j] = R[i, j]
+
+
+@lean
 def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin: Any, turn: Any, rest: Any) -> None:
     """Frame of component `c` at a joint value, from its parent's; R (C, 3, 3), t (C, 3) of one hypothesis.
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .chains import Chain, about_axis, multiply, place
+from .chains import Chain, about_axis, copy_frame, multiply, place
 from .geometry import View
-from .jit import jit
+from .jit import jit, lean
 from .scoring import Limits, Room, Surface, room_of, score_hypothesis
 
 
@@ -51,19 +51,28 @@ class Body(NamedTuple):
     scratch: Any  # (4, 3, 3)
 
 
-@jit
+class Tried(NamedTuple):
+    """A hypothesis a step away from another."""
+
+    R: Any  # (3, 3)
+    t: Any  # (3,)
+    q: Any  # (J,)
+    turn: Any  # (2, 3, 3) scratch
+
+
+@lean
 def place_all(chain: Chain, R: Any, t: Any, q: Any, body: Body) -> None:
     """Frames of all components of one hypothesis: object R (3, 3), t (3,), joints q (J,)."""
     for c in range(len(chain.parent)):
         if chain.parent[c] < 0:
-            body.R[c], body.t[c] = R, t
+            copy_frame(R, t, body.R[c], body.t[c])
             continue
         j = chain.joint_of[c]
         value = q[j] if j >= 0 else 0.0
         place(chain, c, body.R, body.t, value, body.scratch[2, 0], body.scratch[2, 1], body.scratch[0], body.scratch[1])
 
 
-@jit
+@lean
 def total_votes(s: Surface, patches: Any, view: View, limits: Limits, value: Value, body: Body, room: Room) -> float:
     """Votes of a whole placed object; a component that speaks against itself counts as hidden, at a price."""
     score_hypothesis(s, body.R, body.t, patches, view, limits, True, room, body.votes, body.area_px, body.agree)
@@ -80,9 +89,10 @@ def total_votes(s: Surface, patches: Any, view: View, limits: Limits, value: Val
     return total
 
 
-@jit
-def move(m: Moves, z: Any, step: float, R: Any, t: Any, q: Any, turn: Any, R_new: Any, t_new: Any, q_new: Any) -> None:
+@lean
+def move(m: Moves, z: Any, step: float, R: Any, t: Any, q: Any, tried: Tried) -> None:
     """A try: `local_search._perturbed` of one hypothesis."""
+    R_new, t_new, q_new, turn = tried.R, tried.t, tried.q, tried.turn
     near = 1 + m.depth * step * z[2]
     across = m.px * step / m.focal * t[2]
     t_new[0], t_new[1], t_new[2] = t[0] * near + across * z[0], t[1] * near + across * z[1], t[2] * near
@@ -94,7 +104,7 @@ def move(m: Moves, z: Any, step: float, R: Any, t: Any, q: Any, turn: Any, R_new
         about_axis(t_axis, angle, turn[0])
         multiply(turn[0], R, R_new)
     else:
-        R_new[:] = R
+        copy_frame(R, t_new, R_new, t_new)
     for j in range(len(q)):
         value = q[j] + m.joint * step * m.unit[j] * z[6 + j]
         if m.endless[j]:
@@ -122,17 +132,26 @@ def sweep(
     other, as `local_search.sweep` does; NaN ends a joint's row."""
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value)
     for h in range(len(R)):
-        for j in range(q.shape[1]):
-            best = q[h, j]
-            for at in grid[j]:
-                if math.isnan(at):
-                    break
-                q[h, j] = at
-                place_all(chain, R[h], t[h], q[h], body)
-                found = total_votes(s, patches, view, limits, value, body, room)
-                if found > votes[h]:
-                    votes[h], best = found, at
-            q[h, j] = best
+        votes[h] = _sweep_one(s, patches, chain, view, limits, value, grid, R[h], t[h], q[h], votes[h], body, room)
+
+
+@lean
+def _sweep_one(
+    s: Surface, patches: Any, chain: Chain, view: View, limits: Limits, value: Value, grid: Any,
+    R: Any, t: Any, q: Any, votes: float, body: Body, room: Room,
+) -> float:  # fmt: skip
+    for j in range(len(q)):
+        best = q[j]
+        for at in grid[j]:
+            if math.isnan(at):
+                break
+            q[j] = at
+            place_all(chain, R, t, q, body)
+            found = total_votes(s, patches, view, limits, value, body, room)
+            if found > votes:
+                votes, best = found, at
+        q[j] = best
+    return votes
 
 
 @jit
@@ -142,18 +161,32 @@ def climb(
 ) -> None:  # fmt: skip
     """Move hypotheses R (H, 3, 3), t (H, 3), q (H, J) to better ones nearby, as `local_search.climb` does."""
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value)
-    R_new, t_new, q_new, turn = np.empty((3, 3)), np.empty(3), np.empty(q.shape[1]), np.empty((2, 3, 3))
+    tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(q.shape[1]), np.empty((2, 3, 3)))
     for h in range(len(R)):
-        step, better, which = spread, False, 0
-        for i in range(len(m.z)):
-            if step < m.least:
-                break
-            if not better:
-                which = i
-            move(m, m.z[which], step, R[h], t[h], q[h], turn, R_new, t_new, q_new)
-            place_all(chain, R_new, t_new, q_new, body)
-            found = total_votes(s, patches, view, limits, value, body, room)
-            better = found > votes[h]
-            step *= m.grow if better else m.shrink
-            if better:
-                R[h], t[h], q[h], votes[h] = R_new, t_new, q_new, found
+        votes[h] = _climb_one(
+            s, patches, chain, view, limits, value, m, spread, R[h], t[h], q[h], votes[h], tried, body, room
+        )
+
+
+@lean
+def _climb_one(
+    s: Surface, patches: Any, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, step: float,
+    R: Any, t: Any, q: Any, votes: float, tried: Tried, body: Body, room: Room,
+) -> float:  # fmt: skip
+    better, which = False, 0
+    for i in range(len(m.z)):
+        if step < m.least:
+            break
+        if not better:
+            which = i
+        move(m, m.z[which], step, R, t, q, tried)
+        place_all(chain, tried.R, tried.t, tried.q, body)
+        found = total_votes(s, patches, view, limits, value, body, room)
+        better = found > votes
+        step *= m.grow if better else m.shrink
+        if better:
+            votes = found
+            copy_frame(tried.R, tried.t, R, t)
+            for j in range(len(q)):
+                q[j] = tried.q[j]
+    return votes

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .geometry import View, contour_pixel, pixel, turned
-from .jit import jit
+from .jit import inlined, jit, lean
 from .scoring import Surface, aspect
 
 
@@ -24,7 +24,7 @@ class EdgeTerms(NamedTuple):
     outside: int
 
 
-@jit
+@inlined
 def find_edge(
     u: float, v: float, nu: float, nv: float, label: int, seam_px: float, e: EdgeTerms, step: int, view: View, seen: Any
 ) -> tuple[float, float]:
@@ -88,38 +88,51 @@ class Motion(NamedTuple):
     moves: Any  # (C, J) bool
 
 
-@jit
+@inlined
+def moving(c: int, motion: Motion, columns: Any) -> int:
+    """Fill `columns` with the parameters that move component `c`, and say how many: the pose's six, and its joints."""
+    n = 6
+    for i in range(6):
+        columns[i] = i
+    for j in range(motion.moves.shape[1]):
+        if motion.moves[c, j]:
+            columns[n] = 6 + j
+            n += 1
+    return n
+
+
+@inlined
 def fill_row(
-    x: float, y: float, z: float, nu: float, nv: float, c: int, motion: Motion, view: View, row: Any
+    x: float, y: float, z: float, nu: float, nv: float, motion: Motion, columns: Any, n: int, view: View, row: Any
 ) -> None:
-    """Derivative (6 + J,) of a residual: a point of component `c` at x, y, z, its normal nu, nv in the image."""
+    """Derivatives row[:n] of a residual by the parameters `columns[:n]`: a point at x, y, z, its normal nu, nv in the
+    image."""
     depth = max(z, 1e-3)
     gx, gy = nu * view.K[0, 0] / depth, nv * view.K[1, 1] / depth
     gz = -(gx * x + gy * y) / depth
     ax, ay, az = x - motion.t[0], y - motion.t[1], z - motion.t[2]
     row[0], row[1], row[2] = gx, gy, gz
     row[3], row[4], row[5] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
-    for j in range(len(row) - 6):
-        row[6 + j] = 0.0
-        if motion.moves[c, j]:
-            dx, dy, dz = motion.axis[j, 0], motion.axis[j, 1], motion.axis[j, 2]
-            if motion.revolute[j]:
-                rx, ry, rz = x - motion.origin[j, 0], y - motion.origin[j, 1], z - motion.origin[j, 2]
-                dx, dy, dz = dy * rz - dz * ry, dz * rx - dx * rz, dx * ry - dy * rx
-            row[6 + j] = gx * dx + gy * dy + gz * dz
+    for i in range(6, n):
+        j = columns[i] - 6
+        dx, dy, dz = motion.axis[j, 0], motion.axis[j, 1], motion.axis[j, 2]
+        if motion.revolute[j]:
+            rx, ry, rz = x - motion.origin[j, 0], y - motion.origin[j, 1], z - motion.origin[j, 2]
+            dx, dy, dz = dy * rz - dz * ry, dz * rx - dx * rz, dx * ry - dy * rx
+        row[i] = gx * dx + gy * dy + gz * dz
 
 
-@jit
+@lean
 def normal_equations(
     s: Surface, markers: Any, use: Any, R: Any, t: Any, motion: Motion, e: EdgeTerms, step: int, view: View,
-    least_cosine: float, A: Any, b: Any,
+    least_cosine: float, A: Any, b: Any, row: Any, columns: Any, seen: Any,
 ) -> None:  # fmt: skip
     """Fill A (6 + J, 6 + J), b (6 + J,) of one hypothesis as `posefit._normal_equations` does.
 
     :param markers: (M,) their patches; use: (M,) bool; R, t: (C, ...) frames.
+    :param row, columns, seen: scratch, (6 + J,), and int64 (6 + J,) and (2 max reach + 1,).
     """
     n_par = len(b)
-    row, seen = np.empty(n_par), np.empty(2 * e.reach[step] + 1, np.int64)
     A[:], b[:] = 0.0, 0.0
     for k in range(len(markers)):
         if not use[k]:
@@ -130,18 +143,19 @@ def normal_equations(
         cosine, _, _, _ = aspect(s, p, P, q)
         if not cosine > least_cosine:
             continue
+        n = moving(c, motion, columns)
         for i in range(s.contour.shape[2]):
             u, v, nu, nv = contour_pixel(P, q, s.contour[k, :, i], s.contour_normal[k, :, i], view)
             edge, w = find_edge(u, v, nu, nv, s.label[p], e.seam_px[k], e, step, view, seen)
             if w == 0.0:
                 continue
             x, y, z = turned(P, s.contour[k, :, i])
-            fill_row(x + q[0], y + q[1], z + q[2], nu, nv, c, motion, view, row)
-            for a in range(n_par):
-                wa = w * row[a]
-                b[a] -= wa * edge
+            fill_row(x + q[0], y + q[1], z + q[2], nu, nv, motion, columns, n, view, row)
+            for a in range(n):
+                wa, into = w * row[a], columns[a]
+                b[into] -= wa * edge
                 for g in range(a + 1):
-                    A[a, g] += wa * row[g]
+                    A[into, columns[g]] += wa * row[g]
     for a in range(n_par):
         for g in range(a):
             A[g, a] = A[a, g]
@@ -153,17 +167,22 @@ def contour_rows(
     at: Any, normal: Any, residual: Any, weight: Any, jacobian: Any,
 ) -> None:  # fmt: skip
     """Fill what `posefit.contour_fit` tells of one hypothesis: pixels (M, m, 2) of the contours, and its fields."""
-    seen = np.empty(2 * e.reach[0] + 1, np.int64)
+    n_par = jacobian.shape[2]
+    seen, row, columns = np.empty(2 * e.reach[0] + 1, np.int64), np.empty(n_par), np.empty(n_par, np.int64)
+    jacobian[:] = 0.0
     for k in range(len(markers)):
         p = markers[k]
         c = s.component[p]
         P, q = R[c], t[c]
+        n = moving(c, motion, columns)
         cosine, _, _, _ = aspect(s, p, P, q)
         for i in range(s.contour.shape[2]):
             u, v, nu, nv = contour_pixel(P, q, s.contour[k, :, i], s.contour_normal[k, :, i], view)
             edge, w = find_edge(u, v, nu, nv, s.label[p], e.seam_px[k], e, 0, view, seen)
             x, y, z = turned(P, s.contour[k, :, i])
-            fill_row(x + q[0], y + q[1], z + q[2], nu, nv, c, motion, view, jacobian[k, i])
+            fill_row(x + q[0], y + q[1], z + q[2], nu, nv, motion, columns, n, view, row)
+            for a in range(n):
+                jacobian[k, i, columns[a]] = row[a]
             at[k, i, 0], at[k, i, 1], normal[k, i, 0], normal[k, i, 1] = u, v, nu, nv
             residual[k, i] = -edge
             weight[k, i] = w if use[k] and cosine > least_cosine else 0.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..datatypes import Camera
 from ..evidence import LabelField
-from .jit import inlined, jit
+from .jit import inlined, lean
 
 
 class View(NamedTuple):
@@ -41,7 +41,7 @@ def turned(A: Any, q: Any) -> tuple[float, float, float]:
     )
 
 
-@jit
+@lean
 def pixel(px: float, py: float, width: int, height: int) -> int:
     """Index into the padded labels of the nearest pixel; NaN lies outside."""
     column = 0 if not px > -1.0 else (width + 1 if px >= width else int(math.floor(px + 0.5)) + 1)
@@ -49,7 +49,14 @@ def pixel(px: float, py: float, width: int, height: int) -> int:
     return row * (width + 2) + column
 
 
-@jit
+@inlined
+def padded_pixel(x: float, y: float, view: View) -> int:
+    """The same without branches, so that loops become vector instructions; x and y are numbers."""
+    row = np.int32(min(max(y, -1.0), float(view.height)) + 1.5)  # rounded, and one for the border
+    return row * (view.width + 2) + np.int32(min(max(x, -1.0), float(view.width)) + 1.5)
+
+
+@lean
 def project(x: float, y: float, z: float, view: View) -> tuple[float, float]:
     """`projection.project` of one point."""
     z = max(z, 1e-3)
@@ -67,19 +74,23 @@ def project(x: float, y: float, z: float, view: View) -> tuple[float, float]:
 
 
 @inlined
-def locate(A: Any, b: Any, points: Any, first: int, last: int, view: View, out: Any) -> None:
-    """Fill out[: last - first] with the padded labels' indices of points (3, n) first to last, under A X + b."""
+def locate(A: Any, b: Any, on: Any, view: View, out: Any) -> None:
+    """Fill out[:n] with the padded labels' indices of n points under A X + b.
+
+    :param on: their x, y and z.
+    """
+    xs, ys, zs = on
     K, w, right, down = view.K, view.width + 2, float(view.width), float(view.height)
     if view.bent:
-        for i in range(first, last):
-            x, y, z = points[0, i], points[1, i], points[2, i]
+        for i in range(len(xs)):
+            x, y, z = xs[i], ys[i], zs[i]
             u, v = project(
                 A[0, 0] * x + A[0, 1] * y + A[0, 2] * z + b[0],
                 A[1, 0] * x + A[1, 1] * y + A[1, 2] * z + b[1],
                 A[2, 0] * x + A[2, 1] * y + A[2, 2] * z + b[2],
                 view,
             )
-            out[i - first] = pixel(u, v, view.width, view.height)
+            out[i] = pixel(u, v, view.width, view.height)
         return
     # K (A X + b) with K multiplied in once: a loop that the compiler turns into vector instructions
     u0, u1, u2 = (
@@ -91,12 +102,12 @@ def locate(A: Any, b: Any, points: Any, first: int, last: int, view: View, out: 
     u3, v3 = K[0, 0] * b[0] + K[0, 1] * b[1], K[1, 1] * b[1]
     z0, z1, z2, z3 = A[2, 0], A[2, 1], A[2, 2], b[2]
     cx, cy = K[0, 2], K[1, 2]
-    for i in range(first, last):
-        x, y, z = points[0, i], points[1, i], points[2, i]
+    for i in range(len(xs)):
+        x, y, z = xs[i], ys[i], zs[i]
         k = 1.0 / max(z0 * x + z1 * y + z2 * z + z3, 1e-3)
         u = min(max((u0 * x + u1 * y + u2 * z + u3) * k + cx, -1.0), right)
         v = min(max((v0 * x + v1 * y + v2 * z + v3) * k + cy, -1.0), down)
-        out[i - first] = np.int32(v + 1.5) * w + np.int32(u + 1.5)  # rounded, and one for the border
+        out[i] = np.int32(v + 1.5) * w + np.int32(u + 1.5)  # rounded, and one for the border
 
 
 @inlined
@@ -124,7 +135,7 @@ def locate_ring(A: Any, b: Any, points: Any, normals: Any, view: View, ring_px: 
         inner[i] = np.int32(min(max(v - nv, -1.0), down) + 1.5) * w + np.int32(min(max(u - nu, -1.0), right) + 1.5)
 
 
-@jit
+@inlined
 def contour_pixel(A: Any, b: Any, point: Any, normal: Any, view: View) -> tuple[float, float, float, float]:
     """Pixel of a contour's point and its outward unit normal in the image."""
     x, y, z = turned(A, point)

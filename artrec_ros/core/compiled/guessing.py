@@ -7,8 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .geometry import View, pixel
-from .jit import inlined, jit
+from .geometry import View, padded_pixel
+from .jit import inlined, lean
+
+
+AT_ONCE = 8  # samples between two looks at whether the rest can still be enough
 
 
 class Bank(NamedTuple):
@@ -16,9 +19,9 @@ class Bank(NamedTuple):
 
     anchors: Any  # (V, a, 2)
     n_anchors: Any  # (V,) so many of them count
-    inside: Any  # (V, n, 2)
-    contour: Any  # (V, m, 2)
-    normal: Any  # (V, m, 2)
+    inside: Any  # (V, 2, n)
+    contour: Any  # (V, 2, m)
+    normal: Any  # (V, 2, m)
     area: Any  # (V,)
     perimeter: Any  # (V,)
     scale: Any  # (V, 2) least and greatest
@@ -35,38 +38,46 @@ class Look(NamedTuple):
     ring_width_px: float
 
 
-@jit
+@inlined
 def score_similarity(
-    x0: float, y0: float, a: float, b: float, m: Bank, v: int, look: Look, view: View, wanted: float
+    x0: float, y0: float, a: float, b: float, m: Bank, v: int, look: Look, view: View, wanted: float, at: Any
 ) -> float:
-    """`views.score_view` of the similarity p -> (x0, y0) + (a -b; b a) p; -inf where it is below `wanted`."""
+    """`views.score_view` of the similarity p -> (x0, y0) + (a -b; b a) p; -inf where it is below `wanted`.
+
+    :param at: scratch for pixels, of the samples looked at together, and of the contour's.
+    """
     k = math.sqrt(a * a + b * b)
-    inside, contour, normal = m.inside[v], m.contour[v], m.normal[v]
-    n, total, ring, most = len(inside), 0.0, 0.0, look.most_inside
+    n, total, ring = m.inside.shape[2], 0.0, 0.0
     share = m.area[v] * k * k / n
     around = m.perimeter[v] * k * look.ring_width_px
     most_ring = max(look.most_ring, 0.0) * around
-    for i in range(n):
-        x = x0 + a * inside[i, 0] - b * inside[i, 1]
-        y = y0 + b * inside[i, 0] + a * inside[i, 1]
-        total += look.inside[view.padded[pixel(x, y, view.width, view.height)]]
-        if (total + (n - 1 - i) * most) * share + most_ring < wanted:
+    for first in range(0, n, AT_ONCE):
+        xs, ys = m.inside[v, 0, first : first + AT_ONCE], m.inside[v, 1, first : first + AT_ONCE]
+        for i in range(len(xs)):
+            at[i] = padded_pixel(x0 + a * xs[i] - b * ys[i], y0 + b * xs[i] + a * ys[i], view)
+        for i in range(len(xs)):
+            total += look.inside[view.padded[at[i]]]
+        if (total + (n - first - len(xs)) * look.most_inside) * share + most_ring < wanted:
             return -np.inf
     c, s = look.ring_px * a / k, look.ring_px * b / k
-    for i in range(len(contour)):
-        x = x0 + a * contour[i, 0] - b * contour[i, 1] + c * normal[i, 0] - s * normal[i, 1]
-        y = y0 + b * contour[i, 0] + a * contour[i, 1] + s * normal[i, 0] + c * normal[i, 1]
-        ring += look.ring[view.padded[pixel(x, y, view.width, view.height)]]
-    return total * share + ring / len(contour) * around
+    xs, ys, us, vs = m.contour[v, 0], m.contour[v, 1], m.normal[v, 0], m.normal[v, 1]
+    for i in range(len(xs)):
+        x = x0 + a * xs[i] - b * ys[i] + c * us[i] - s * vs[i]
+        y = y0 + b * xs[i] + a * ys[i] + s * us[i] + c * vs[i]
+        at[i] = padded_pixel(x, y, view)
+    for i in range(len(xs)):
+        ring += look.ring[view.padded[at[i]]]
+    return total * share + ring / len(xs) * around
 
 
-@jit
+@lean
 def insert(T: Any, score: Any, x0: float, y0: float, a: float, b: float, value: float) -> None:
     """Keep the best similarities, best first."""
     i = len(score) - 1
     while i > 0 and score[i - 1] < value:
         score[i] = score[i - 1]
-        T[i] = T[i - 1]
+        for column in range(4):
+            T[i, column] = T[i - 1, column]
         i -= 1
     score[i] = value
     T[i, 0], T[i, 1], T[i, 2], T[i, 3] = x0, y0, math.atan2(b, a), math.sqrt(a * a + b * b)
@@ -74,19 +85,21 @@ def insert(T: Any, score: Any, x0: float, y0: float, a: float, b: float, value: 
 
 @inlined
 def offer(
-    x0: float, y0: float, a: float, b: float, m: Bank, v: int, look: Look, view: View, least: float, T: Any, score: Any
-) -> float:
+    x0: float, y0: float, a: float, b: float, m: Bank, v: int, look: Look, view: View, least: float, at: Any,
+    T: Any, score: Any,
+) -> float:  # fmt: skip
     """Keep a similarity of view `v` if it is among its best and reaches `least`; its score, -inf where it cannot be."""
-    value = score_similarity(x0, y0, a, b, m, v, look, view, max(score[-1], least))
+    value = score_similarity(x0, y0, a, b, m, v, look, view, max(score[-1], least), at)
     if value > score[-1]:
         insert(T, score, x0, y0, a, b, value)
     return value
 
 
-@jit
+@lean
 def best_alignments(
-    p1: Any, p2: Any, moments: Any, m: Bank, look: Look, least_share: float, view: View, T: Any, score: Any
-) -> None:
+    p1: Any, p2: Any, moments: Any, m: Bank, look: Look, least_share: float, view: View, at: Any,
+    T: Any, score: Any,
+) -> None:  # fmt: skip
     """Fill T (V, K, 4) and score (V, K) with each view's best similarities: of `moments` (V, n, 4) and of all couples
     of anchors (p1, p2); fewer than K that have `least_share` of the best one's score leave scores of -inf."""
     score[:] = -np.inf
@@ -95,7 +108,7 @@ def best_alignments(
         for x0, y0, theta, k in moments[v]:
             if m.scale[v, 0] < k < m.scale[v, 1]:
                 a, b = k * math.cos(theta), k * math.sin(theta)
-                best = max(best, offer(x0, y0, a, b, m, v, look, view, least_share * best, T[v], score[v]))
+                best = max(best, offer(x0, y0, a, b, m, v, look, view, least_share * best, at, T[v], score[v]))
     for v in range(len(m.area)):
         low, high, n = m.scale[v, 0], m.scale[v, 1], m.n_anchors[v]
         for j in range(len(p1)):
@@ -110,7 +123,7 @@ def best_alignments(
                 if not (low * low < a * a + b * b < high * high):
                     continue
                 x0, y0 = p1[j, 0] - a * q1[0] + b * q1[1], p1[j, 1] - b * q1[0] - a * q1[1]
-                best = max(best, offer(x0, y0, a, b, m, v, look, view, least_share * best, T[v], score[v]))
+                best = max(best, offer(x0, y0, a, b, m, v, look, view, least_share * best, at, T[v], score[v]))
     for v in range(len(m.area)):
         for i in range(score.shape[1]):
             if score[v, i] < least_share * best:

@@ -8,11 +8,11 @@ import numpy as np
 
 from .chains import Chain, place
 from .geometry import View, locate
-from .jit import jit
-from .scoring import Limits, Surface, aspect, ring_px2, ring_votes, scratch_of
+from .jit import jit, lean
+from .scoring import Limits, Surface, aspect, points_of, ring_px2, ring_votes, scratch_of
 
 
-@jit
+@lean
 def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, wanted: float, at: Any) -> float:
     """Votes of a patch that nothing hides; where these stay below `wanted`, any value below it."""
     cosine, _, _, mz = aspect(s, p, A, b)
@@ -20,22 +20,23 @@ def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, 
         return 0.0
     f2 = view.K[0, 0] * view.K[1, 1]
     size, total, k = s.area[p] * f2 / mz**2 * cosine, 0.0, s.marker_of[p]
-    first, last = s.starts[p], s.starts[p + 1]
+    on = points_of(s, p)
+    count = len(on[0])
     ring = ring_px2(s, k, cosine, mz, f2, limits) if k >= 0 else 0.0
     most = ring * (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) if k >= 0 else 0.0
-    share = size / (last - first)
+    share = size / count
     role, best = s.table[s.role[p]], s.best[s.role[p]]
-    if share * best * (last - first) + most < wanted:
-        return share * best * (last - first) + most
-    locate(A, b, s.points, first, last, view, at[0])
-    for i in range(last - first):
+    if size * best + most < wanted:
+        return size * best + most
+    locate(A, b, on, view, at[0])
+    for i in range(count):
         total += role[view.padded[at[0, i]]]
     if total * share + most < wanted or k < 0:
         return total * share + most
     return total * share + ring_votes(s, k, A, b, view, limits.ring_px, at) * ring
 
 
-@jit
+@lean
 def best_joint(
     s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: View, limits: Limits,
     most: Any, scratch: Any, at: Any,

@@ -10,7 +10,7 @@ import numpy as np
 from .chains import Chain, about_axis, forward, multiply
 from .fitting import EdgeTerms, Motion, normal_equations
 from .geometry import View
-from .jit import jit
+from .jit import jit, lean
 from .scoring import Surface
 
 
@@ -36,7 +36,7 @@ class StepTerms(NamedTuple):
     limit: Any  # (2,) the longest step
 
 
-@jit
+@lean
 def solve(A: Any, b: Any, x: Any) -> None:
     """x of A x = b, A symmetric and positive definite (Cholesky); A's lower half is overwritten."""
     n = len(b)
@@ -58,7 +58,7 @@ def solve(A: Any, b: Any, x: Any) -> None:
         x[i] = value / A[i, i]
 
 
-@jit
+@lean
 def turn_by(x: float, y: float, z: float, R: Any, scratch: Any) -> None:
     """Turn R (3, 3) by a rotation vector of the camera's axes; scratch (3, 3, 3)."""
     angle = math.sqrt(x * x + y * y + z * z)
@@ -68,10 +68,12 @@ def turn_by(x: float, y: float, z: float, R: Any, scratch: Any) -> None:
     axis[0], axis[1], axis[2] = x / angle, y / angle, z / angle
     about_axis(axis, angle, scratch[0])
     multiply(scratch[0], R, scratch[1])
-    R[:] = scratch[1]
+    for i in range(3):
+        for j in range(3):
+            R[i, j] = scratch[1, i, j]
 
 
-@jit
+@lean
 def step(A: Any, b: Any, free: Any, joints: Joints, m: StepTerms, R: Any, t: Any, q: Any, x: Any, scratch: Any) -> None:
     """Move one hypothesis R (3, 3), t (3,), q (J,) as `posefit._hold` and `_step` do; free (J,) bool."""
     n, n_joints, depth = len(b), len(q), max(t[2], 0.05)
@@ -112,7 +114,8 @@ def refine(
     frames_R, frames_t = np.empty((1, n_c, 3, 3)), np.empty((1, n_c, 3))
     axis, origin = np.empty((1, n_joints, 3)), np.empty((1, n_joints, 3))
     A, b, x = np.empty((6 + n_joints, 6 + n_joints)), np.empty(6 + n_joints), np.empty(6 + n_joints)
-    scratch = np.empty((3, 3, 3))
+    row, columns = np.empty(6 + n_joints), np.empty(6 + n_joints, np.int64)
+    scratch, seen = np.empty((3, 3, 3)), np.empty(2 * e.reach.max() + 1, np.int64)
     for h in range(len(R)):
         if not use[h].any():
             continue
@@ -123,6 +126,7 @@ def refine(
             forward(chain, q[h : h + 1], frames_R, frames_t, axis, origin)
             motion = Motion(t[h], axis[0], origin[0], joints.revolute, joints.moves)
             normal_equations(
-                s, markers, use[h], frames_R[0], frames_t[0], motion, e, i, view, least_cosine, A, b
+                s, markers, use[h], frames_R[0], frames_t[0], motion, e, i, view, least_cosine, A, b,
+                row, columns, seen,
             )  # fmt: skip
             step(A, b, free[h], joints, m, R[h], t[h], q[h], x, scratch)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..evidence import OUTSIDE
 from .geometry import View, locate, locate_ring, turned
-from .jit import inlined, jit
+from .jit import inlined, jit, lean
 
 
 class Surface(NamedTuple):
@@ -37,6 +37,7 @@ class Surface(NamedTuple):
     box_rotation: Any  # (B, 3, 3)
     box_t: Any  # (B, 3)
     half: Any  # (B, 3)
+    box_radius: Any  # (B,) of a ball that holds the box
 
 
 class Limits(NamedTuple):
@@ -49,35 +50,47 @@ class Limits(NamedTuple):
 
 
 @inlined
-def hide(
-    s: Surface,
-    A: Any,
-    b: Any,
-    first: int,
-    count: int,
-    near: Any,
-    n_near: int,
-    box_R: Any,
-    eye: Any,
-    end: float,
-    out: Any,
-) -> None:
-    """Fill out[:count] with whether one of the first `n_near` boxes of `near` hides a point (slab test)."""
-    out[:count] = False
-    M, m = np.empty((3, 3)), np.empty(3)
-    for k in range(n_near):
-        B, E, half = box_R[near[k]], eye[near[k]], s.half[near[k]]
-        for i in range(3):  # rays in the box's frame
-            m[i] = B[0, i] * b[0] + B[1, i] * b[1] + B[2, i] * b[2]
-            for j in range(3):
-                M[i, j] = B[0, i] * A[0, j] + B[1, i] * A[1, j] + B[2, i] * A[2, j]
+def points_of(s: Surface, p: int) -> tuple[Any, Any, Any]:
+    """x, y and z of a patch's points: slices of their own, over which loops become vector instructions."""
+    first, last = s.starts[p], s.starts[p + 1]
+    return s.points[0, first:last], s.points[1, first:last], s.points[2, first:last]
+
+
+@inlined
+def in_box(B: Any, i: int, A: Any, b: Any) -> tuple[float, float, float, float]:
+    """Row `i` of a component's frame A, b as a box sees it whose axes are the columns of B."""
+    return (
+        B[0, i] * A[0, 0] + B[1, i] * A[1, 0] + B[2, i] * A[2, 0],
+        B[0, i] * A[0, 1] + B[1, i] * A[1, 1] + B[2, i] * A[2, 1],
+        B[0, i] * A[0, 2] + B[1, i] * A[1, 2] + B[2, i] * A[2, 2],
+        B[0, i] * b[0] + B[1, i] * b[1] + B[2, i] * b[2],
+    )
+
+
+@inlined
+def hide(s: Surface, A: Any, b: Any, on: Any, room: Room, n_near: int, end: float) -> None:
+    """Fill `room.hidden` with whether one of the first `n_near` boxes of `room.near` hides a point (slab test).
+
+    :param on: x, y and z of points on the component whose frame is A, b.
+    """
+    out, (xs, ys, zs) = room.hidden, on
+    out[: len(xs)] = False
+    for n in range(n_near):
+        k = room.near[n]
+        B, E, half = room.box_rotation[k], room.eye[k], s.half[k]
+        # rays in the box's frame; scalars, for an array here would cost as much as the points do
+        x0, x1, x2, x3 = in_box(B, 0, A, b)
+        y0, y1, y2, y3 = in_box(B, 1, A, b)
+        z0, z1, z2, z3 = in_box(B, 2, A, b)
         l0, l1, l2 = -half[0] - E[0], -half[1] - E[1], -half[2] - E[2]
         h0, h1, h2 = half[0] - E[0], half[1] - E[1], half[2] - E[2]
-        for i in range(count):
-            x, y, z = s.points[0, first + i], s.points[1, first + i], s.points[2, first + i]
-            r0 = M[0, 0] * x + M[0, 1] * y + M[0, 2] * z + m[0]
-            r1 = M[1, 0] * x + M[1, 1] * y + M[1, 2] * z + m[1]
-            r2 = M[2, 0] * x + M[2, 1] * y + M[2, 2] * z + m[2]
+        for i in range(len(xs)):
+            x, y, z = xs[i], ys[i], zs[i]
+            r0, r1, r2 = (
+                x0 * x + x1 * y + x2 * z + x3,
+                y0 * x + y1 * y + y2 * z + y3,
+                z0 * x + z1 * y + z2 * z + z3,
+            )
             r0 = 1.0 / (r0 if abs(r0) > 1e-9 else 1e-9)
             r1 = 1.0 / (r1 if abs(r1) > 1e-9 else 1e-9)
             r2 = 1.0 / (r2 if abs(r2) > 1e-9 else 1e-9)
@@ -109,23 +122,30 @@ def boxes_in_camera(s: Surface, R: Any, t: Any, box_R: Any, eye: Any, middle: An
 def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room) -> int:
     """Fill `room.near` with the boxes that may hide a patch, whose normal and centre in the camera are given."""
     nx, ny, nz = normal
+    cx, cy, cz = centre
+    inverse = 1.0 / (cx * cx + cy * cy + cz * cz)
     n = 0
     for k in range(len(s.half)):
         if s.ignored[p, k]:
             continue
-        B, E, half = room.box_rotation[k], room.eye[k], s.half[k]
-        x, y, z = centre[0] - room.middle[k, 0], centre[1] - room.middle[k, 1], centre[2] - room.middle[k, 2]
-        above = -(nx * x + ny * y + nz * z)
-        enter, leave = 0.0, 1.0
+        B, E, half, m = room.box_rotation[k], room.eye[k], s.half[k], room.middle[k]
+        above = nx * (m[0] - cx) + ny * (m[1] - cy) + nz * (m[2] - cz)
         for i in range(3):
             above += half[i] * abs(nx * B[0, i] + ny * B[1, i] + nz * B[2, i])
+        if not above > 0.0:  # wholly behind the patch's plane
+            continue
+        along, reach = m[0] * cx + m[1] * cy + m[2] * cz, s.box_radius[k] + 2.0 * s.radius[p]
+        if m[0] * m[0] + m[1] * m[1] + m[2] * m[2] - along * along * inverse > reach * reach:  # beside its cone
+            continue
+        enter, leave = 0.0, 1.0
+        for i in range(3):
             # the ray to the centre, in the box's frame, and the box grown by the patch's radius
-            ray = B[0, i] * centre[0] + B[1, i] * centre[1] + B[2, i] * centre[2]
+            ray = B[0, i] * cx + B[1, i] * cy + B[2, i] * cz
             ray = 1.0 / (ray if abs(ray) > 1e-9 else 1e-9)
             grown = half[i] + s.radius[p]
             low, high = (-grown - E[i]) * ray, (grown - E[i]) * ray
             enter, leave = max(enter, min(low, high)), min(leave, max(low, high))
-        if above > 0.0 and enter <= leave:  # not wholly behind the patch's plane, nor beside its cone
+        if enter <= leave:
             room.near[n] = k
             n += 1
     return n
@@ -192,7 +212,7 @@ def score_patches(
         score_hypothesis(s, R[h], t[h], patches, view, limits, occlusion, room, votes[h], area_px[h], agree[h])
 
 
-@jit
+@lean
 def score_hypothesis(
     s: Surface, R: Any, t: Any, patches: Any, view: View, limits: Limits, occlusion: bool, room: Room,
     votes: Any, area_px: Any, agree: Any,
@@ -210,11 +230,12 @@ def score_hypothesis(
         if not (cosine > limits.least_cosine and mz > 0.02):
             continue
         n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room) if blocked else 0
-        total, seen, same, first, role = 0.0, 0, 0, s.starts[p], s.table[s.role[p]]
-        count = s.starts[p + 1] - first
-        locate(A, b, s.points, first, first + count, view, room.at[0])
+        total, seen, same, role = 0.0, 0, 0, s.table[s.role[p]]
+        on = points_of(s, p)
+        count = len(on[0])
+        locate(A, b, on, view, room.at[0])
         if n_near:
-            hide(s, A, b, first, count, room.near, n_near, room.box_rotation, room.eye, limits.behind, room.hidden)
+            hide(s, A, b, on, room, n_near, limits.behind)
         for i in range(count):
             if n_near and room.hidden[i]:
                 continue

@@ -50,7 +50,7 @@ def pixel(px: float, py: float, width: int, height: int) -> int:
 
 
 @inlined
-def padded_pixel(x: float, y: float, view: View) -> int:
+def padded_pixel(x: float, y: float, view: View) -> Any:
     """The same without branches, so that loops become vector instructions; x and y are numbers."""
     row = np.int32(min(max(y, -1.0), float(view.height)) + 1.5)  # rounded, and one for the border
     return row * (view.width + 2) + np.int32(min(max(x, -1.0), float(view.width)) + 1.5)

@@ -10,7 +10,6 @@ import numpy as np
 from .geometry import View, padded_pixel
 from .jit import inlined, lean
 
-
 AT_ONCE = 8  # samples between two looks at whether the rest can still be enough
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +13,6 @@ from .config import RecognizerConfig
 from .evidence import INSIDE, RIM, RING
 from .ownership import Claim
 from .spatial import RING_WIDTH_PX
-from .transforms import Array
 
 # Logistic weights: constant; other components confirmed (at most two); their votes; the body's mean vote; all votes;
 # how well the required marker's outline fits. Fitted to claims in rendered scenes of two kinds of objects, labels of
@@ -37,13 +38,13 @@ class Verdict:
 
     :param shown: per component the index into the surface's patches of the marker that shows it, -1 where none does.
     :param confirmed: per component whether its labels say clearly that it is there.
-    :param marker_votes: (C,) votes of each component's markers.
+    :param marker_votes: of each component.
     """
 
     claim: Claim
     shown: tuple[int, ...]
     confirmed: tuple[bool, ...]
-    marker_votes: Array
+    marker_votes: tuple[float, ...]
 
     @property
     def others(self) -> list[int]:
@@ -54,43 +55,48 @@ class Verdict:
     def probability(self) -> float:
         """That the claim is an object, 0 to 1."""
         surface, scores = self.claim.finder.surface, self.claim.scores
-        other_votes = float(np.clip(self.marker_votes[self.others], 0, None).sum()) if self.others else 0.0
-        body_px = float(scores.area_px[0, ~surface.is_marker].sum())
-        body = float(scores.votes[0, ~surface.is_marker].sum()) / max(body_px, 1.0)
-        edge, size = self._edge_fit(), float(np.log(max(self.claim.votes, 1.0) / _OBJECT_VOTES))
+        other_votes = sum(max(self.marker_votes[c], 0.0) for c in self.others)
+        body_px = float(scores.area_px[0, surface.faces].sum())
+        body = float(scores.votes[0, surface.faces].sum()) / max(body_px, 1.0)
+        edge, size = self._edge_fit(), math.log(max(self.claim.votes, 1.0) / _OBJECT_VOTES)
         features = (
             1.0,
             min(len(self.others), 2),
-            np.log1p(other_votes / _COMPONENT_VOTES),
+            math.log1p(other_votes / _COMPONENT_VOTES),
             body,
             size,
-            np.clip(edge, -1, 1),
+            min(max(edge, -1.0), 1.0),
         )
-        logit = float(np.dot(_WEIGHTS, features)) + _OUTGROWN * float(np.clip(edge, -1, 0))
-        logit += _MISSING * float(np.log1p(self._missing_px() / _MISSING_PX))
+        logit = sum(weight * feature for weight, feature in zip(_WEIGHTS, features, strict=True))
+        logit += _OUTGROWN * min(max(edge, -1.0), 0.0)
+        logit += _MISSING * math.log1p(self._missing_px() / _MISSING_PX)
         if not self._could_be_seen():
-            logit += _LONE * float(np.interp(edge, _LONE_EDGE, (-1, 0, 1)) * np.clip(size / np.log(10), 0, 1))
-        return 1 / (1 + float(np.exp(-logit)))
+            large = min(max(size / math.log(10), 0.0), 1.0)
+            logit += _LONE * float(np.interp(edge, _LONE_EDGE, (-1, 0, 1))) * large
+        return 1 / (1 + math.exp(min(-logit, 700.0)))
 
     def _missing_px(self) -> float:
         """Pixels of other components' markers that should be in view and are not confirmed."""
-        surface, scores = self.claim.finder.surface, self.claim.scores
-        missing = [not yes and c != self.claim.finder.root for c, yes in enumerate(self.confirmed)]
-        return float(scores.area_px[0, surface.is_marker & np.array(missing)[surface.component]].sum())
+        area_px = self.claim.scores.area_px[0].tolist()
+        return sum(area_px[p] for c, mine in self._others_markers() if not self.confirmed[c] for p in mine)
 
     def _could_be_seen(self) -> bool:
         """Whether the marker of any other component should be in view."""
-        surface = self.claim.finder.surface
-        others = surface.is_marker & (surface.component != self.claim.finder.root)
-        return bool((self.claim.scores.area_px[0, others] > _LEAST_PX).any())
+        area_px = self.claim.scores.area_px[0].tolist()
+        return any(area_px[p] > _LEAST_PX for _, mine in self._others_markers() for p in mine)
+
+    def _others_markers(self) -> Iterator[tuple[int, list[int]]]:
+        """Components besides the required one, each with its markers' patches."""
+        finder = self.claim.finder
+        return ((c, mine) for c, mine in enumerate(finder.surface.markers_of) if c != finder.root)
 
     def _edge_fit(self) -> float:
         """How well the required marker's outline parts its class from others: 1 all around, 0 or less nowhere."""
         finder, scores = self.claim.finder, self.claim.scores
         shown = self.shown[finder.root]
-        area_px, marker = scores.area_px[0, shown], finder.surface.patches[shown].marker
+        area_px, marker = float(scores.area_px[0, shown]), finder.surface.patches[shown].marker
         assert marker is not None  # what shows a component is a marker
-        perimeter_px = marker.perimeter * np.sqrt(max(area_px, 1e-9) / marker.area)
+        perimeter_px = marker.perimeter * math.sqrt(max(area_px, 1e-9) / marker.area)
         inside = INSIDE[0] * scores.agree[0, shown] * area_px
         return float((scores.votes[0, shown] - inside) / ((RIM[0] + RING[2]) * RING_WIDTH_PX * perimeter_px))
 
@@ -138,4 +144,4 @@ def verdict_of(claim: Claim) -> Verdict:
             area_px[best] > _LEAST_PX and agree[best] > _TOLD_AGREE and votes[c] > _TOLD_VOTES * area_px[best]
         )
         shown.append(best if best in supported or told or c == claim.finder.root else -1)
-    return Verdict(claim, tuple(shown), tuple(confirmed), np.array(votes))
+    return Verdict(claim, tuple(shown), tuple(confirmed), tuple(votes))

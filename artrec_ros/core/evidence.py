@@ -9,6 +9,7 @@ pixels say little: shade and the seams between two colours make a third to a hal
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 
 import cv2
 import numpy as np
@@ -114,26 +115,30 @@ class LabelField:
         return self._seams[label]
 
     def _gaps_px(self, label: int) -> Array:
-        """From border pixels of a class to the next pixel of another known class, itself not counted; inf: far."""
+        """From border pixels of a class, but such at the image's border, to the next pixel of another known class,
+        itself not counted; inf: far."""
         mask = (self.labels == label).view(np.uint8)
         inner = cv2.erode(mask, np.ones((3, 3), np.uint8), borderValue=1)
         border = np.flatnonzero(mask > inner)
-        y, x = np.divmod(border[:: 1 + len(border) // SEAM_SAMPLES], mask.shape[1])
+        border, (height, width) = border[:: 1 + len(border) // SEAM_SAMPLES], mask.shape
         r = int(np.ceil(SEAM_REACH_PX))
-        wide = cv2.copyMakeBorder(self.labels, r, r, r, r, cv2.BORDER_CONSTANT, value=OUTSIDE)
+        y, x = np.divmod(border, width)
+        whole = (x >= r) & (x < width - r) & (y >= r) & (y < height - r)
         dy, dx = (d.ravel() for d in np.mgrid[-r : r + 1, -r : r + 1])
-        around = wide[(y + r)[:, None] + dy, (x + r)[:, None] + dx]
-        silent = np.zeros(256, bool)
-        silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
-        return np.asarray(np.where(silent[around], np.inf, np.hypot(dy, dx) - 1.0).min(axis=1), np.float64)
+        around = self.labels.ravel()[border[whole, None] + dy * width + dx]
+        silence = np.zeros(256)
+        silence[[UNKNOWN, OWNED, OUTSIDE, label]] = np.inf
+        return np.asarray((silence[around] + (np.hypot(dy, dx) - 1.0)).min(axis=1), np.float64)
 
     def without(self, solids: Sequence[NDArray[np.float32]]) -> LabelField:
         """The same image with the pixels in convex hulls of points (n, 2) owned by somebody."""
-        labels, far = self.labels.copy(), 4 * max(self.labels.shape)
+        height, width = self.labels.shape
+        bordered, far = self.padded.reshape(height + 2, width + 2).copy(), 4 * max(height, width)
+        labels = bordered[1:-1, 1:-1]
         for corners in solids:
             hull = cv2.convexHull(np.clip(corners, -far, far))  # clipped before: what is cut stays convex
             hull = np.rint(hull * (1 << _SUBPIXEL_BITS)).astype(np.int32)
             cv2.fillConvexPoly(labels, hull, OWNED, shift=_SUBPIXEL_BITS)
-        rest = LabelField(labels)
-        rest._seams = self._seams  # the segmenter's, not the objects'
+        rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
+        rest.labels, rest.padded = labels, bordered.ravel()
         return rest

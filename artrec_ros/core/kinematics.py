@@ -32,6 +32,7 @@ class Kinematics:
 
     def __init__(self, model: ObjectModel) -> None:
         self.model = model
+        self._grids: dict[float, Array] = {}
         index = {c.name: i for i, c in enumerate(model.components)}
         self.parent = [-1 if c.joint is None else index[c.joint.parent] for c in model.components]
         joints = [c.name for c in model.joint_components]
@@ -57,11 +58,12 @@ class Kinematics:
 
     def grids(self, step: float) -> Array:
         """(J, n) such values of all joints; NaN fills up the rows of those with fewer."""
-        rows = [self.grid(j, step) for j in range(self.n_joints)]
-        out = np.full((len(rows), max(map(len, rows), default=0)), np.nan)
-        for row, values in zip(out, rows, strict=True):
-            row[: len(values)] = values
-        return out
+        if step not in self._grids:
+            rows = [self.grid(j, step) for j in range(self.n_joints)]
+            self._grids[step] = np.full((len(rows), max(map(len, rows), default=0)), np.nan)
+            for row, values in zip(self._grids[step], rows, strict=True):
+                row[: len(values)] = values
+        return self._grids[step]
 
     @cached_property
     def endless(self) -> np.ndarray:
@@ -116,10 +118,7 @@ class Kinematics:
             np.empty((n_h, self.n_joints, 3)),
         )
         if COMPILED:
-            for c, parent in enumerate(self.parent):
-                if parent < 0:
-                    out.R[:, c], out.t[:, c] = R, t
-            forward(self.chain, q, out.R, out.t, out.axis, out.origin)
+            forward(self.chain, R, t, q, out.R, out.t, out.axis, out.origin)
             return out
         for c, component in enumerate(self.model.components):
             joint = component.joint

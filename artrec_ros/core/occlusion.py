@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .compiled.hiding import hidden
+from .compiled.jit import COMPILED
 from .kinematics import Frames
 from .objects import ObjectModel
 from .surface import Patch
@@ -44,6 +46,10 @@ class Boxes:
         """
         out = np.zeros(X.shape[:2], bool)
         R, eye = self.in_camera(frames)
+        if COMPILED:
+            turn = np.ascontiguousarray(R.transpose(0, 1, 3, 2))
+            hidden(turn, eye, self.half, X, ignored, BEHIND, out)
+            return out
         axes = [np.ascontiguousarray(X[..., i]) for i in range(3)]  # one array an axis: no short reductions
         for b, half in enumerate(self.half):
             enter, leave = np.float64(0.0), np.float64(BEHIND)

@@ -57,8 +57,10 @@ def share_out(
             return accepted, _best_of_each_place(alive, camera)
         best = max(trusted, key=lambda t: t[0] * t[1].votes)[1]
         accepted.append(best)
-        field = field.without(silhouette(best.finder.surface, camera, best.poses))
-        rest = [(f, [c for c in alive if c.finder is f and c is not best]) for f, _ in found]
+        alive.remove(best)
+        if alive:
+            field = field.without(silhouette(best.finder.surface, camera, best.poses))
+        rest = [(f, [c for c in alive if c.finder is f]) for f, _ in found]
         alive = [
             claim
             for finder, claims in rest

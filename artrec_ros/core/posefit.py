@@ -6,7 +6,9 @@ to the edge of its class there (point to line); a point with no edge in reach, h
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -28,6 +30,7 @@ JOINT_SIGMA = 1.5  # a weak pull to the middle of a joint's range keeps unseen j
 POINT_SIGMA_PX = 0.7  # labels place a boundary this well
 PIN = 1e9  # weight that holds a joint
 _STEP = StepTerms(POINT_SIGMA_PX, damping=np.array([0.05, 0.15]), limit=np.array([0.15, 0.3]))
+_EDGE_STEPS = math.exp(2 * EDGE_VOTE), math.exp(2 * EDGE_VOTE_SEAM), math.exp(-2 * EDGE_VOTE)
 _UNKNOWNS = np.isin(np.arange(256), (UNKNOWN, OUTSIDE, OWNED))
 
 
@@ -158,12 +161,17 @@ def _refine_compiled(
 
 def _edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
     """What compiled code needs to find edges, in each of the steps of a fit."""
+    seams = np.array([field.seam_px(label) for label in model.marker_labels])
+    return EdgeTerms(np.array(reach_px), *_EDGE_STEPS, _priors(reach_px), seams, _UNKNOWNS, OUTSIDE)
+
+
+@cache
+def _priors(reach_px: tuple[int, ...]) -> Array:
+    """Prior (steps, n) of each place of an edge, in each of the steps of a fit."""
     prior = np.zeros((len(reach_px), 2 * max(reach_px) + 2))
     for row, reach in zip(prior, reach_px, strict=True):
         row[: 2 * reach + 2] = np.exp(_log_prior(reach))
-    votes = (np.exp(2 * EDGE_VOTE), np.exp(2 * EDGE_VOTE_SEAM), np.exp(-2 * EDGE_VOTE))
-    seams = np.array([field.seam_px(int(label)) for label in model.label[model.markers]])
-    return EdgeTerms(np.array(reach_px), *votes, prior, seams, _UNKNOWNS, OUTSIDE)
+    return prior
 
 
 def _places(reach: int) -> Array:

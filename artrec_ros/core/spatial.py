@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .compiled.geometry import view_of
 from .compiled.jit import COMPILED
-from .compiled.joint_search import search_joint
+from .compiled.joint_search import search_joints
 from .compiled.scoring import Limits, Surface, score_patches
 from .datatypes import Camera
 from .evidence import OUTSIDE, LabelField, Roles
@@ -92,6 +92,8 @@ class SpatialModel:
             self.count,
         )
         self.markers = np.flatnonzero(self.is_marker)
+        self.faces = np.flatnonzero(~self.is_marker)
+        self.marker_labels: list[int] = self.label[self.markers].tolist()
         self.markers_of = [self.markers[self.component[self.markers] == c].tolist() for c in range(len(bodies))]
         self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
         self.contour_normal = np.array([self.patches[i].contour_normal for i in self.markers])  # (M, m, 3)
@@ -174,18 +176,21 @@ class SpatialModel:
         score_patches(self.compiled, frames.R, frames.t, patches, view, LIMITS, occlusion, *out.arrays)
         return out
 
-    def best_joint(self, field: LabelField, camera: Camera, frames: Frames, c: int, grid: Array) -> Array:
-        """(H,) values of the joint that carries component `c`, from `grid`, that the labels like best; occlusion
-        apart."""
-        kin, patches = self.kinematics, np.flatnonzero(self.component == c)
+    def search_joints(self, field: LabelField, camera: Camera, poses: Poses, step: float) -> Poses:
+        """Each joint in its parents' order at the value, of its grid of `step`, at which the labels like its component
+        best; occlusion apart."""
+        kin, q = self.kinematics, poses.q.copy()
         if COMPILED:
-            out = np.empty(len(frames.R))
-            R, t = frames.R.copy(), frames.t.copy()
-            search_joint(self.compiled, kin.chain, c, patches, R, t, grid, view_of(field, camera), LIMITS, out)
-            return out
-        placed = kin.at_values(frames, c, grid)
-        votes = self.score(field, camera, placed, patches, occlusion=False).votes.sum(axis=1)
-        return grid[votes.reshape(len(frames.R), -1).argmax(axis=1)]
+            view = view_of(field, camera)
+            search_joints(self.compiled, kin.chain, poses.R, poses.t, q, kin.grids(step), view, LIMITS)
+            return Poses(poses.R, poses.t, q)
+        for c, j in enumerate(kin.joint_of):
+            if j >= 0:
+                patches, grid = np.flatnonzero(self.component == c), kin.grid(j, step)
+                placed = kin.at_values(kin.forward(poses.R, poses.t, q), c, grid)
+                votes = self.score(field, camera, placed, patches, occlusion=False).votes.sum(axis=1)
+                q[:, j] = grid[votes.reshape(len(poses), -1).argmax(axis=1)]
+        return Poses(poses.R, poses.t, q)
 
     def _score_arrays(
         self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, occlusion: bool

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 
 from .blobs import Blob
 from .datatypes import Camera
@@ -71,9 +72,10 @@ class SpatialSearch:
         trust = self._trust_in(finder, poses[:1])
         if trust > LIKELY:
             solids = silhouette(finder.surface, self._camera, poses[:1])
+            rest = cache(lambda field: field.without(solids))  # several finders may still share one
             self._unexplained.setdefault(finder, self._field)
             for other in self._unexplained if trust > SURE else (finder,):
-                self._unexplained[other] = self._unexplained[other].without(solids)
+                self._unexplained[other] = rest(self._unexplained[other])
             if trust > SURE:
-                self._field = self._field.without(solids)
+                self._field = rest(self._field)
         return trust > SURE

@@ -8,7 +8,6 @@ What is found is refined on all contours together, and judged with the parts tha
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -52,7 +51,6 @@ class WholeObjectFinder:
         self._value = Value(len(target.model.components), self.root, HIDDEN_COST)
         self._of_component = np.eye(len(target.model.components))[self.surface.component]  # (P, C)
         self._marker_of_component = self._of_component * self.surface.is_marker[:, None]
-        self._grids = self.surface.kinematics.grids(JOINT_STEP)
         self._seeds = Seeds(target, self.surface)
 
     def warm_up(self) -> None:
@@ -113,7 +111,7 @@ class WholeObjectFinder:
         keep = (apart(poses, votes, RIVAL * votes[0]) if sure else np.flatnonzero(votes > 0))[:count]
         poses, votes = poses[keep], votes[keep]
         # a better pose may show a limb that a worse one missed
-        poses = Poses.concatenate([poses, self._search_joints(field, camera, poses, JOINT_STEP)])
+        poses = Poses.concatenate([poses, self.surface.search_joints(field, camera, poses, JOINT_STEP)])
         poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
         poses, votes = self._sweep(field, camera, poses, votes)
         poses, votes = self._with_rival_flips(field, camera, poses, votes)
@@ -123,7 +121,7 @@ class WholeObjectFinder:
 
     def _with_joints(self, field: LabelField, camera: Camera, poses: Poses) -> tuple[Poses, Array]:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
-        poses = self._search_joints(field, camera, poses, FIRST_JOINT_STEP)
+        poses = self.surface.search_joints(field, camera, poses, FIRST_JOINT_STEP)
         poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=False), JOINT_KEEP)
         poses, votes = self._fit_all(field, camera, self._with_flips(poses, votes))
         return self._keep(poses, votes, FIT_KEEP)
@@ -143,8 +141,8 @@ class WholeObjectFinder:
         kin = self.surface.kinematics
         if COMPILED:
             R, t, q, best = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
-            view = view_of(field, camera)
-            climbing.sweep(self.surface.compiled, kin.chain, view, LIMITS, self._value, self._grids, R, t, q, best)
+            view, grids = view_of(field, camera), kin.grids(JOINT_STEP)
+            climbing.sweep(self.surface.compiled, kin.chain, view, LIMITS, self._value, grids, R, t, q, best)
             return Poses(R, t, q), best
         return sweep(partial(self.votes, field, camera, occlusion=True), kin, poses, votes, JOINT_STEP)
 
@@ -175,7 +173,13 @@ class WholeObjectFinder:
 
     def votes(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> Array:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
-        return self.total(self.judge(field, camera, poses, occlusion=occlusion))
+        if not COMPILED:
+            return self.total(self.judge(field, camera, poses, occlusion=occlusion))
+        out, view, chain = np.empty(len(poses)), view_of(field, camera), self.surface.kinematics.chain
+        climbing.votes_of(
+            self.surface.compiled, chain, view, LIMITS, self._value, occlusion, poses.R, poses.t, poses.q, out
+        )
+        return out
 
     def total(self, scores: PatchScores) -> Array:
         """(H,) votes of whole objects from what is said of all their patches."""
@@ -195,21 +199,12 @@ class WholeObjectFinder:
 
     def _root_frames(self, poses: Poses) -> tuple[Array, Array]:
         """The required component in the object's frame, (H, 3, 3), (H, 3): a joint may carry it."""
-        n = len(poses)
-        frames = self.surface.kinematics.forward(np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3)), poses.q)
+        kin, n = self.surface.kinematics, len(poses)
+        eye, origin = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
+        if kin.parent[self.root] < 0:
+            return eye, origin
+        frames = kin.forward(eye, origin, poses.q)
         return frames.R[:, self.root], frames.t[:, self.root]
-
-    def _search_joints(self, field: LabelField, camera: Camera, poses: Poses, step: float) -> Poses:
-        """Each joint in its parents' order: the angle at which the labels like its component best."""
-        kin = self.surface.kinematics
-        for c, j in enumerate(kin.joint_of):
-            if j < 0:
-                continue
-            frames = kin.forward(poses.R, poses.t, poses.q)
-            q = poses.q.copy()
-            q[:, j] = self.surface.best_joint(field, camera, frames, c, kin.grid(j, step))
-            poses = replace(poses, q=q)
-        return poses
 
     def _with_flips(self, poses: Poses, votes: Array) -> Poses:
         """Add to the best their siblings: a flat marker's mirrored turn looks almost the same."""

@@ -9,7 +9,7 @@ import pytest
 from solids import BENT, RATIONAL, RED, camera_of, random_poses, truck
 
 from artrec_ros.core import bank as bank_module
-from artrec_ros.core import distinct, guesses, kinematics, posefit, spatial, views, whole_object
+from artrec_ros.core import distinct, guesses, kinematics, occlusion, posefit, spatial, views, whole_object
 from artrec_ros.core.bank import blob_shape
 from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.compiled import geometry, jit
@@ -100,15 +100,31 @@ def test_chains_place_components_alike(scene, monkeypatch):
 
 def test_joints_are_found_alike(scene, monkeypatch):
     surface, poses, field = scene
-    kin, camera = surface.kinematics, camera_of()
-    frames = kin.forward(poses.R, poses.t, poses.q)
-    c = next(c for c, j in enumerate(kin.joint_of) if j >= 0)
-    j = kin.joint_of[c]
-    grid = np.linspace(kin.lower[j], kin.upper[j], 13)
-    compiled = surface.best_joint(field, camera, frames, c, grid)
+    compiled = surface.search_joints(field, camera_of(), poses, 0.25)
     plainly(monkeypatch, spatial)
-    np.testing.assert_allclose(compiled, surface.best_joint(field, camera, frames, c, grid))
-    assert len(np.unique(compiled)) > 2
+    np.testing.assert_allclose(compiled.q, surface.search_joints(field, camera_of(), poses, 0.25).q)
+    assert len(np.unique(compiled.q)) > 2
+    np.testing.assert_array_equal(compiled.t, poses.t)
+
+
+@pytest.mark.parametrize("occlusion", [False, True])
+def test_whole_objects_have_the_same_votes(scene, monkeypatch, occlusion):
+    surface, poses, field = scene
+    finder = WholeObjectFinder(Target("truck", surface.model, RED))
+    compiled = finder.votes(field, camera_of(), poses, occlusion=occlusion)
+    plainly(monkeypatch, spatial, whole_object)
+    np.testing.assert_allclose(compiled, finder.votes(field, camera_of(), poses, occlusion=occlusion), rtol=1e-4)
+
+
+def test_boxes_hide_the_same_points(scene, monkeypatch, rng):
+    surface, poses, _ = scene
+    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+    X = poses.t[:, None] + rng.normal(0, 0.15, (len(poses), 200, 3))
+    ignored = rng.random((200, len(surface.boxes))) < 0.2
+    compiled = surface.boxes.hidden(frames, X, ignored)
+    plainly(monkeypatch, occlusion)
+    np.testing.assert_array_equal(compiled, surface.boxes.hidden(frames, X, ignored))
+    assert 0.1 < compiled.mean() < 0.9
 
 
 @LENSES

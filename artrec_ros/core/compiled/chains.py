@@ -74,13 +74,13 @@ def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin:
 
 
 @jit
-def forward(chain: Chain, q: Any, R: Any, t: Any, axis: Any, origin: Any) -> None:
-    """Fill the frames (H, C, 3, 3), (H, C, 3) and joints (H, J, 3) of hypotheses whose object frames stand in the
-    components without parent."""
+def forward(chain: Chain, R_object: Any, t_object: Any, q: Any, R: Any, t: Any, axis: Any, origin: Any) -> None:
+    """Fill the frames R (H, C, 3, 3), t (H, C, 3) and joints (H, J, 3) of hypotheses (H, 3, 3), (H, 3), (H, J)."""
     turn, rest, scratch = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3))
     for h in range(len(R)):
         for c in range(len(chain.parent)):
             if chain.parent[c] < 0:
+                copy_frame(R_object[h], t_object[h], R[h, c], t[h, c])
                 continue
             j = chain.joint_of[c]
             if j >= 0:

@@ -1,12 +1,13 @@
-"""Search of one joint's value, a hypothesis at a time, with what cannot win left out."""
+"""Search of joints' values, one after the other, a hypothesis at a time, with what cannot win left out."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
-from .chains import Chain, place
+from .chains import Chain, copy_frame, place
 from .geometry import View, locate
 from .jit import jit, lean
 from .scoring import Limits, Surface, aspect, points_of, ring_px2, ring_votes, scratch_of
@@ -43,12 +44,15 @@ def best_joint(
 ) -> float:  # fmt: skip
     """Joint value of component `c` that the labels like best; R, t (C, ...) of one hypothesis get its frame there.
 
+    :param grid: values to try; NaN ends them.
     :param most: (P,) upper bounds of each patch's votes, filled here.
     :param scratch: (4, 3, 3).
     """
     f2 = view.K[0, 0] * view.K[1, 1]
     best_value, best_votes = grid[0], -np.inf
     for value in grid:
+        if math.isnan(value):
+            break
         place(chain, c, R, t, value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
         rest = 0.0
         for p in patches:  # what the labels could say at most
@@ -73,11 +77,36 @@ def best_joint(
     return best_value
 
 
+@lean
+def search_one(
+    s: Surface, chain: Chain, order: Any, starts: Any, R: Any, t: Any, q: Any, grids: Any, view: View, limits: Limits,
+    most: Any, scratch: Any, at: Any,
+) -> None:  # fmt: skip
+    """Joints q (J,) of one hypothesis, whose frames R (C, 3, 3), t (C, 3) are known where there is no parent.
+
+    :param order: (P,) patches by component, those of `c` from starts[c] to starts[c + 1].
+    """
+    for c in range(len(chain.parent)):
+        j = chain.joint_of[c]
+        if j >= 0:
+            mine = order[starts[c] : starts[c + 1]]
+            q[j] = best_joint(s, chain, c, mine, R, t, grids[j], view, limits, most, scratch, at)
+        elif chain.parent[c] >= 0:
+            place(chain, c, R, t, 0.0, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+
+
 @jit
-def search_joint(
-    s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: View, limits: Limits, out: Any
+def search_joints(
+    s: Surface, chain: Chain, R: Any, t: Any, q: Any, grids: Any, view: View, limits: Limits
 ) -> None:
-    """Fill out (H,) with each hypothesis' best value of the joint that carries component `c`."""
+    """Fill q (H, J) of hypotheses R (H, 3, 3), t (H, 3) as `SpatialModel.search_joints` does; `grids`: (J, n)."""
+    n_c = len(chain.parent)
+    order = np.argsort(s.component, kind="mergesort")
+    starts = np.searchsorted(s.component[order], np.arange(n_c + 1))
+    frames_R, frames_t = np.empty((n_c, 3, 3)), np.empty((n_c, 3))
     most, scratch, at = np.empty(len(s.area)), np.empty((4, 3, 3)), scratch_of(s)
     for h in range(len(R)):
-        out[h] = best_joint(s, chain, c, patches, R[h], t[h], grid, view, limits, most, scratch, at)
+        for c in range(n_c):
+            if chain.parent[c] < 0:
+                copy_frame(R[h], t[h], frames_R[c], frames_t[c])
+        search_one(s, chain, order, starts, frames_R, frames_t, q[h], grids, view, limits, most, scratch, at)

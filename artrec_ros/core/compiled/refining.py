@@ -120,10 +120,7 @@ def refine(
         if not use[h].any():
             continue
         for i in range(len(e.reach)):
-            for c in range(n_c):
-                if chain.parent[c] < 0:
-                    frames_R[0, c], frames_t[0, c] = R[h], t[h]
-            forward(chain, q[h : h + 1], frames_R, frames_t, axis, origin)
+            forward(chain, R[h : h + 1], t[h : h + 1], q[h : h + 1], frames_R, frames_t, axis, origin)
             motion = Motion(t[h], axis[0], origin[0], joints.revolute, joints.moves)
             normal_equations(
                 s, markers, use[h], frames_R[0], frames_t[0], motion, e, i, view, least_cosine, A, b,

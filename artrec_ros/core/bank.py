@@ -15,7 +15,7 @@ from .datatypes import Camera
 from .evidence import LabelField
 from .spatial import RING_PX, RING_WIDTH_PX
 from .transforms import Array
-from .views import View, align_view, blob_couples, flips_of, moment_alignments, moments_of, scale_range, score_view
+from .views import View, align_view, blob_couples, flips_of, moments_of, scale_range, score_view
 
 VIEW_KEEP = 12  # alignments of a view with a blob that go on
 LEAST_SHARE = 0.5  # of the best alignment's votes; one with fewer decides nothing
@@ -69,10 +69,10 @@ class Bank:
         """The VIEW_KEEP best similarities (H, 4) of each view, their votes (H,), and each one's view (H,)."""
         if not COMPILED:
             return self._align_arrays(field, shape)
-        area = self._arrays[-1]
-        moments = moment_alignments(*self._moments, area, shape.moments, shape.area_px)
-        scale = scale_range(area, shape.area_px, LEAST_AREA_PX)
-        bank = guessing.Bank(*self._arrays, self._perimeter, scale)
+        scale = scale_range(self._arrays[-1], shape.area_px, LEAST_AREA_PX)
+        bank = guessing.Bank(*self._arrays, self._perimeter, scale, *self._moments)
+        (x, y), turn = shape.moments
+        moments = guessing.Moments(x, y, turn, shape.area_px)
         inside, ring = self._votes
         look = guessing.Look(inside, ring, inside.max(), ring.max(), RING_PX, RING_WIDTH_PX)
         T, votes = np.empty((len(self._views), VIEW_KEEP, 4)), np.empty((len(self._views), VIEW_KEEP))

@@ -42,7 +42,8 @@ def pose_covariance(model: SpatialModel, field: LabelField, camera: Camera, pose
     fit = contour_fit(model, field, camera, poses, use, REACH_PX)
     seam_px = field.seam_px(int(model.label[model.markers[np.flatnonzero(use[0])[0]]]))
     Jw = fit.jacobian[0] * fit.weight[0][..., None]  # (M, m, 6+J)
-    A = np.einsum("mkp,mkq->pq", Jw, fit.jacobian[0]) / POINT_SIGMA_PX**2 + prior
+    n_par = Jw.shape[-1]
+    A = Jw.reshape(-1, n_par).T @ fit.jacobian[0].reshape(-1, n_par) / POINT_SIGMA_PX**2 + prior
     noise = _noise(fit, Jw, seam_px) / POINT_SIGMA_PX**4 + prior
     inverse = np.linalg.inv(A)
     covariance = (inverse @ noise @ inverse)[:6, :6]
@@ -56,10 +57,11 @@ def _noise(fit: ContourFit, Jw: Array, seam_px: float) -> Array:
     n = float(independent[w > 0].sum())
     freedom = n / max(n - n_par, 0.25 * n, 1e-9)
     spread = float(np.sum(w * fit.residual[0] ** 2) / max(w.sum(), 1e-9)) * freedom
-    points = np.einsum("mkp,mkq,mk->pq", Jw, Jw, (FLOOR_PX**2 + spread) / np.maximum(independent, 1e-3))
+    variance = (FLOOR_PX**2 + spread) / np.maximum(independent, 1e-3)
+    points = (Jw * variance[..., None]).reshape(-1, n_par).T @ Jw.reshape(-1, n_par)
     outwards = Jw.sum(axis=(0, 1))
-    sideways = np.einsum("mkp,mki->mpi", Jw, fit.normal[0])
-    shift = np.einsum("mpi,mqi->pq", sideways, sideways)
+    sideways = Jw.transpose(0, 2, 1) @ fit.normal[0]  # (M, 6+J, 2)
+    shift = (sideways @ sideways.transpose(0, 2, 1)).sum(axis=0)
     starts = np.linspace(0, w.shape[1], STRETCHES, endpoint=False).astype(int)
     pull = np.add.reduceat(Jw * fit.residual[0][..., None], starts, axis=1).reshape(-1, n_par)
     robust = STRETCH_SHARE * freedom * pull.T @ pull

@@ -15,6 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled.jit import COMPILED
+from .compiled.seams import gaps_px
 from .transforms import Array
 
 OUTSIDE = 255  # the label of what lies beyond the image: says nothing
@@ -31,8 +33,13 @@ RING_BODY_LABEL = 0.6
 BODY = (0.7, -0.2, -2.0)  # a third of a marker's: bodies are large, plain, and like other things
 BODY_MARKER_LABEL = -1.0
 SEAM_REACH_PX = 4.0
-SEAM_SAMPLES = 300  # border pixels that are looked at, of a class that has many
+SEAM_PIXELS = 6000  # of a class, about, that are looked at
 SEAM_SHARE = 0.2  # of a class' border must have another known class in reach
+
+_REACH = int(np.ceil(SEAM_REACH_PX))
+_AROUND = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1].reshape(2, -1)
+_ROWS, _COLUMNS = _AROUND[:, np.argsort(np.hypot(*_AROUND), kind="stable")]  # around a pixel, nearest first
+_GAPS_PX = np.hypot(_ROWS, _COLUMNS) - 1.0  # between the pixel and one so far off
 
 
 class Roles:
@@ -117,18 +124,18 @@ class LabelField:
     def _gaps_px(self, label: int) -> Array:
         """From border pixels of a class, but such at the image's border, to the next pixel of another known class,
         itself not counted; inf: far."""
-        mask = (self.labels == label).view(np.uint8)
-        inner = cv2.erode(mask, np.ones((3, 3), np.uint8), borderValue=1)
-        border = np.flatnonzero(mask > inner)
-        border, (height, width) = border[:: 1 + len(border) // SEAM_SAMPLES], mask.shape
-        r = int(np.ceil(SEAM_REACH_PX))
-        y, x = np.divmod(border, width)
-        whole = (x >= r) & (x < width - r) & (y >= r) & (y < height - r)
-        dy, dx = (d.ravel() for d in np.mgrid[-r : r + 1, -r : r + 1])
-        around = self.labels.ravel()[border[whole, None] + dy * width + dx]
-        silence = np.zeros(256)
-        silence[[UNKNOWN, OWNED, OUTSIDE, label]] = np.inf
-        return np.asarray((silence[around] + (np.hypot(dy, dx) - 1.0)).min(axis=1), np.float64)
+        silent = np.zeros(256, bool)
+        silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
+        (height, width), mine = self.labels.shape, np.flatnonzero(self.labels == label)
+        mine = mine[:: 1 + len(mine) // SEAM_PIXELS].copy()
+        if COMPILED:
+            gaps, looks = np.empty(len(mine)), (_ROWS, _COLUMNS, _GAPS_PX)
+            return gaps[: gaps_px(self.padded, width, height, _REACH, mine, label, silent, *looks, gaps)]
+        y, x = np.divmod(mine, width)
+        whole = (x >= _REACH) & (x < width - _REACH) & (y >= _REACH) & (y < height - _REACH)
+        seen = self.labels[y[whole, None] + _ROWS, x[whole, None] + _COLUMNS]  # the nearest 8 are neighbours
+        seen = seen[(seen[:, :9] != label).any(axis=1)]
+        return np.asarray(np.where(silent[seen], np.inf, _GAPS_PX).min(axis=1), np.float64)
 
     def without(self, solids: Sequence[NDArray[np.float32]]) -> LabelField:
         """The same image with the pixels in convex hulls of points (n, 2) owned by somebody."""

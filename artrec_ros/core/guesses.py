@@ -9,7 +9,7 @@ from .blobs import Blob
 from .datatypes import Camera
 from .distinct import best_distinct
 from .evidence import LabelField
-from .objects import ObjectModel
+from .objects import Marker, ObjectModel
 from .spatial import Poses, SpatialModel
 from .transforms import Array
 from .views import lift, view_bank
@@ -35,6 +35,7 @@ class Guesser:
         ring = surface.table[surface.roles.ring(label, part.body_label or 0)]
         self._banks = [Bank(view_bank(m), inside, ring) for m in self._markers]
         self._q, self._R, self._t = _draws(surface, component)
+        self._object_in = [self._object_in_marker(m) for m in self._markers]
 
     def guess(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:
         """Object poses from one blob, the best of each marker by the votes for it; joints mid-range."""
@@ -57,19 +58,20 @@ class Guesser:
         T, s, view = bank.align(field, camera, shape)
         best = np.argsort(-s, kind="stable")[: ENOUGH * BLOB_KEEP]
         T, s, view = T[best], s[best], view[best]
-        T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
-        R, t = lift(bank.flips[:, view], T, camera)
-        found, score = self._to_object(m, R, t), np.tile(s, 2 * len(grown))
-        return found[best_distinct(found, score, BLOB_KEEP * len(grown))]
+        if len(grown) > 1:
+            T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
+        R_marker, t_marker = lift(bank.flips[:, view], T, camera)
+        R_object, t_object = self._object_in[m]
+        R = R_marker @ R_object
+        found = Poses(R, t_marker + R_marker @ t_object, np.tile(self._q[0], (len(R), 1)))
+        return found[best_distinct(found, np.tile(s, 2 * len(grown)), BLOB_KEEP * len(grown))]
 
-    def _to_object(self, marker: int, R: Array, t: Array) -> Poses:
-        """The object's pose of which a marker's rotation and centroid are known."""
-        T = self._markers[marker].T_component_marker
+    def _object_in_marker(self, marker: Marker) -> tuple[Array, Array]:
+        """The object's frame (3, 3), (3,) in a marker's whose origin is its centroid; joints mid-range."""
+        T = marker.T_component_marker
         assert T is not None  # the model is spatial
-        centroid = T.rotation[:, :2] @ self._markers[marker].centroid + T.position
-        rotation = R @ (self._R[0] @ T.rotation).T
-        t = t - rotation @ (self._R[0] @ centroid + self._t[0])
-        return Poses(rotation, t, np.tile(self._q[0], (len(R), 1)))
+        R = (self._R[0] @ T.rotation).T
+        return R, -R @ (self._R[0] @ marker.centre + self._t[0])
 
 
 def _draws(surface: SpatialModel, component: int) -> tuple[Array, Array, Array]:

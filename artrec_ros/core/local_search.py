@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 
 import numpy as np
 
@@ -15,8 +14,8 @@ from .spatial import Poses
 from .transforms import Array, rotation_from_rotvec
 
 STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT = 1.5, 0.03, 0.12, 0.15
-GROW, SHRINK = 1.1, 0.98  # of the step after a try that succeeds, and one that fails
-LEAST_STEP = 0.01  # smaller ones end a climb: a fit to the contours goes there in one step
+LENGTHEN, TURN = 1.6, -0.7  # of a parameter's step after it helped, and after it did not
+LEAST_STEP = 0.01  # a shorter one is not taken: a fit to the contours goes there in one step
 
 
 def climb(
@@ -25,33 +24,33 @@ def climb(
     camera: Camera,
     poses: Poses,
     votes: Array,
-    tries: int,
+    rounds: int,
     spread: float,
     deadline: Deadline | None = None,
-    seed: int = 0,
 ) -> tuple[Poses, Array]:
-    """Move each hypothesis to better ones nearby: (1+1) evolution (Rechenberg 1973) that repeats a move that helped.
+    """Move each hypothesis to better ones nearby, one parameter after the other, so many rounds of all of them.
+
+    Each parameter has a step of its own. One that helps is taken, and the next one is longer; one that does not is
+    turned round and shortened (Rosenbrock 1960, along the parameters' own axes throughout).
 
     :param votes_of: the value of hypotheses, (H,).
-    :param deadline: ends the search between two tries.
-    :param spread: first step, in units of STEP_PX and the like.
+    :param deadline: ends the search between two rounds.
+    :param spread: first steps, in units of STEP_PX and the like.
     :return: hypotheses no worse than before, and their votes.
     """
-    n, moves = len(poses), draws(kinematics.n_joints, tries, seed)
-    if not n:
-        return poses, votes
-    step: Array = np.full(n, spread)
-    better, which = np.zeros(n, bool), np.zeros(n, int)
-    for i in range(tries):
-        if (deadline is not None and deadline.expired) or step.max() < LEAST_STEP:
+    steps = np.full((len(poses), 6 + kinematics.n_joints), spread)
+    for _ in range(rounds if len(poses) else 0):
+        if (deadline is not None and deadline.expired) or (np.abs(steps) < LEAST_STEP).all():
             break
-        which = np.where(better, which, i)
-        tried = _perturbed(moves[which] * step[:, None], kinematics, camera, poses)
-        found = votes_of(tried)
-        better = (found > votes) & (step >= LEAST_STEP)
-        votes = np.where(better, found, votes)
-        poses = Poses.concatenate([poses, tried])[np.arange(n) + n * better]
-        step = step * np.where(better, GROW, SHRINK)
+        for k in range(steps.shape[1]):
+            step = np.zeros_like(steps)
+            step[:, k] = steps[:, k]
+            tried = _moved(step, kinematics, camera, poses)
+            found, taken = votes_of(tried), np.abs(steps[:, k]) >= LEAST_STEP
+            better = (found > votes) & taken
+            votes = np.where(better, found, votes)
+            poses = Poses.concatenate([poses, tried])[np.arange(len(poses)) + len(poses) * better]
+            steps[:, k] *= np.where(better, LENGTHEN, np.where(taken, TURN, 1.0))
     return poses, votes
 
 
@@ -77,26 +76,15 @@ def sweep(
     return poses, votes
 
 
-@lru_cache(maxsize=32)
-def draws(n_joints: int, tries: int, seed: int = 0) -> Array:
-    """(tries, 6 + J) steps in units of STEP_PX and the like; half the parameters stay put in each try.
-
-    The same for all hypotheses: the same image gives the same answer.
-    """
-    rng, shape = np.random.default_rng(seed), (tries, 6 + n_joints)
-    return rng.standard_normal(shape) * (rng.random(shape) < 0.5)
-
-
-def moves_of(kinematics: Kinematics, camera: Camera, tries: int) -> Moves:
+def moves_of(kinematics: Kinematics, camera: Camera) -> Moves:
     """The same steps for compiled code."""
     focal = float(np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]))
-    z = draws(kinematics.n_joints, tries)
-    steps = (STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT, GROW, SHRINK, LEAST_STEP)
-    return Moves(z, *steps, focal, kinematics.lower, kinematics.upper, kinematics.unit, kinematics.endless)
+    steps = (STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT, LENGTHEN, TURN, LEAST_STEP)
+    return Moves(*steps, focal, kinematics.lower, kinematics.upper, kinematics.unit, kinematics.endless)
 
 
-def _perturbed(z: Array, kin: Kinematics, camera: Camera, poses: Poses) -> Poses:
-    """Poses moved by z (H, 6 + J): along the ray and across it, turned, bent."""
+def _moved(z: Array, kin: Kinematics, camera: Camera, poses: Poses) -> Poses:
+    """Poses moved by z (H, 6 + J), in units of STEP_PX and the like: across the ray and along it, turned, bent."""
     f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
     across = z[:, :3] * np.array([STEP_PX, STEP_PX, 0.0]) / f * poses.t[:, 2:]
     t = poses.t * (1 + STEP_DEPTH * z[:, 2:3]) + across

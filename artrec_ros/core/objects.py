@@ -67,6 +67,12 @@ class Marker:
         return readonly(np.array(sums) / (6 * self._signed_area))
 
     @cached_property
+    def centre(self) -> Array:
+        """(3,) the centroid in the component's frame; for a marker whose place there is known."""
+        assert self.T_component_marker is not None
+        return readonly(self.T_component_marker.apply(np.append(self.centroid, 0.0)[None])[0])
+
+    @cached_property
     def image_outline(self) -> Array:
         """(n, 2) outline about the centroid with y DOWN, so that T(outline) is a plain similarity."""
         return readonly((self.outline - self.centroid) * (1, -1))

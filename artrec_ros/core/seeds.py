@@ -30,6 +30,7 @@ class Seeds:
 
     def __init__(self, target: Target, surface: SpatialModel) -> None:
         self._surface, self._root = surface, surface.root
+        self._patches: dict[tuple[tuple[int, ...], bool], np.ndarray] = {}
         self._guessers = {
             c: Guesser(target.model, surface, c)
             for c, label in enumerate(surface.labels)
@@ -85,5 +86,11 @@ class Seeds:
         """(H,) votes for some components, occlusion apart, with or without their bodies."""
         surface = self._surface
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
-        patches = np.flatnonzero(np.isin(surface.component, components) & (bodies | surface.is_marker))
+        patches = self._patches_of(components, bodies)
         return surface.score(field, camera, frames, patches, occlusion=False).votes.sum(axis=1)
+
+    def _patches_of(self, components: tuple[int, ...], bodies: bool) -> np.ndarray:
+        if (components, bodies) not in self._patches:
+            mine = np.isin(self._surface.component, components) & (bodies | self._surface.is_marker)
+            self._patches[components, bodies] = np.flatnonzero(mine)
+        return self._patches[components, bodies]

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled.chains import place_points
 from .compiled.geometry import view_of
 from .compiled.jit import COMPILED
 from .compiled.joint_search import search_joints
@@ -160,6 +161,9 @@ class SpatialModel:
     def place(self, frames: Frames, points: Array, component: np.ndarray) -> Array:
         """(H, n, 3) camera coordinates of (n, 3) points given on components (n,)."""
         out = np.empty((len(frames.R), len(points), 3))
+        if COMPILED:
+            place_points(frames.R, frames.t, points, component, out)
+            return out
         for c in np.unique(component):
             on = component == c
             out[:, on] = points[on] @ frames.R[:, c].transpose(0, 2, 1) + frames.t[:, c, None]

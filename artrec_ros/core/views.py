@@ -87,17 +87,15 @@ def anchors_of(outline: Array) -> Array:
 
 
 def blob_couples(contour: Array, tolerances_px: tuple[float, ...]) -> tuple[Array, Array]:
-    """Couples of consecutive anchors, and of every second one, at several approximation tolerances."""
-    first, second = [], []
+    """Couples of consecutive anchors, and of every second one, at several approximation tolerances; each once."""
+    couples: dict[tuple[float, ...], None] = {}
     for tolerance in tolerances_px:
-        A = cv2.approxPolyDP(contour.astype(np.float32), tolerance, True).reshape(-1, 2).astype(float)
+        A = cv2.approxPolyDP(contour.astype(np.float32), tolerance, True).reshape(-1, 2)
         for step in (1, 2):
             if len(A) > step:
-                first.append(A)
-                second.append(np.roll(A, -step, axis=0))
-    if not first:
-        return np.zeros((0, 2)), np.zeros((0, 2))
-    return np.concatenate(first), np.concatenate(second)
+                couples |= dict.fromkeys(map(tuple, np.hstack([A, np.roll(A, -step, axis=0)]).tolist()))
+    both = np.array(list(couples), float).reshape(-1, 4)
+    return both[:, :2].copy(), both[:, 2:].copy()
 
 
 def align_view(view: View, couples: tuple[Array, Array], contour: Array, area_px: float, min_area_px: float) -> Array:

@@ -32,7 +32,8 @@ from .transforms import Array
 JOINT_STEP, FIRST_JOINT_STEP = 0.15, 0.25  # of a joint's unit: of those sought, and of those sought first
 FINE_REACH_PX = (4, 3, 3, 2, 2)
 JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 24, 8, 3  # hypotheses a blob that pass each stage
-CLIMBS = ((10, 120, 1.5), (5, 144, 1.0), (3, 336, 0.7))  # hypotheses a blob, tries, first step
+CLIMBS = ((10, 9, 1.5), (5, 11, 1.0), (3, 18, 0.7))  # hypotheses a blob, rounds, first step
+PLAIN_CLIMB = (3, 13, 0.7)  # of an object beyond doubt
 HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
 RIVAL = 0.8  # of a sure object's votes
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
@@ -49,6 +50,9 @@ class WholeObjectFinder:
         self.root = self.surface.root
         self.root_label = self.surface.labels[self.root]
         self._value = Value(len(target.model.components), self.root, HIDDEN_COST)
+        markers = target.model.required.markers
+        self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
+        self._marker_centres = np.array([m.centre for m in markers])
         self._of_component = np.eye(len(target.model.components))[self.surface.component]  # (P, C)
         self._marker_of_component = self._of_component * self.surface.is_marker[:, None]
         self._seeds = Seeds(target, self.surface)
@@ -80,7 +84,7 @@ class WholeObjectFinder:
         poses, votes = self._with_joints(field, camera, self._seeds.few(field, camera, blob))
         if not len(poses) or not is_sure(poses[:1]):
             return poses[:0]
-        return self._raised(field, camera, poses, votes, CLIMBS[-1], True, deadline)[0]
+        return self._raised(field, camera, poses, votes, PLAIN_CLIMB, True, deadline)[0]
 
     def find(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
@@ -106,8 +110,8 @@ class WholeObjectFinder:
         sure: bool,
         deadline: Deadline,
     ) -> tuple[Poses, Array]:
-        """The best, or a sure object and its rivals, after one of CLIMBS."""
-        count, tries, spread = climb_of
+        """The best, or a sure object and its rivals, after one of the climbs."""
+        count, rounds, spread = climb_of
         keep = (apart(poses, votes, RIVAL * votes[0]) if sure else np.flatnonzero(votes > 0))[:count]
         poses, votes = poses[keep], votes[keep]
         # a better pose may show a limb that a worse one missed
@@ -115,7 +119,7 @@ class WholeObjectFinder:
         poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
         poses, votes = self._sweep(field, camera, poses, votes)
         poses, votes = self._with_rival_flips(field, camera, poses, votes)
-        poses, votes = self._climb(field, camera, poses, votes, tries, spread, deadline)
+        poses, votes = self._climb(field, camera, poses, votes, rounds, spread, deadline)
         poses, votes = self._fit_all(field, camera, poses)
         return self._keep(poses, votes, len(poses))
 
@@ -152,19 +156,20 @@ class WholeObjectFinder:
         camera: Camera,
         poses: Poses,
         votes: Array,
-        tries: int,
+        rounds: int,
         spread: float,
         deadline: Deadline,
     ) -> tuple[Poses, Array]:
         """Local search on the votes of the whole object."""
         kin = self.surface.kinematics
         if COMPILED:
-            moves, view = moves_of(kin, camera, tries), view_of(field, camera)
+            moves, view = moves_of(kin, camera), view_of(field, camera)
             R, t, q, best = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
-            climbing.climb(self.surface.compiled, kin.chain, view, LIMITS, self._value, moves, spread, R, t, q, best)
+            surface, value = self.surface.compiled, self._value
+            climbing.climb(surface, kin.chain, view, LIMITS, value, moves, rounds, spread, R, t, q, best)
             return Poses(R, t, q), best
         votes_of = partial(self.votes, field, camera, occlusion=True)
-        return climb(votes_of, kin, camera, poses, votes, tries, spread, deadline)
+        return climb(votes_of, kin, camera, poses, votes, rounds, spread, deadline)
 
     def judge(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> PatchScores:
         """What the labels say of every patch under each hypothesis."""
@@ -208,18 +213,15 @@ class WholeObjectFinder:
 
     def _with_flips(self, poses: Poses, votes: Array) -> Poses:
         """Add to the best their siblings: a flat marker's mirrored turn looks almost the same."""
-        p, extra = self._keep(poses, votes, FLIP_KEEP)[0], [poses]
+        p = self._keep(poses, votes, FLIP_KEEP)[0]
         R_root, t_root = self._root_frames(p)
-        for marker in self.target.model.required.markers:
-            T = marker.T_component_marker
-            assert T is not None  # the model is spatial
-            centroid = R_root @ (T.rotation[:, :2] @ marker.centroid + T.position) + t_root
-            R_object_marker, centre = R_root @ T.rotation, _moved(p, centroid)
-            R_marker = p.R @ R_object_marker
-            facing = np.sum(R_marker[..., 2] * centre, axis=1) < 0
-            R = MIRROR @ R_marker @ MIRROR @ R_object_marker.transpose(0, 2, 1)
-            extra.append(Poses(R, centre - np.einsum("hij,hj->hi", R, centroid), p.q)[facing])
-        return Poses.concatenate(extra)
+        R_object_marker = R_root @ self._marker_turns[:, None]  # (markers, H, 3, 3)
+        centroid = (R_root @ self._marker_centres[:, None, :, None])[..., 0] + t_root
+        R_marker, centre = p.R @ R_object_marker, (p.R @ centroid[..., None])[..., 0] + p.t
+        facing = np.sum(R_marker[..., 2] * centre, axis=-1) < 0
+        R = MIRROR @ R_marker @ MIRROR @ R_object_marker.swapaxes(-1, -2)
+        t, q = centre - (R @ centroid[..., None])[..., 0], np.broadcast_to(p.q, (len(R), *p.q.shape))
+        return Poses.concatenate([poses, Poses(R[facing], t[facing], q[facing])])
 
     def _fit_all(self, field: LabelField, camera: Camera, poses: Poses) -> tuple[Poses, Array]:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""

@@ -9,7 +9,7 @@ import pytest
 from solids import BENT, RATIONAL, RED, camera_of, random_poses, truck
 
 from artrec_ros.core import bank as bank_module
-from artrec_ros.core import distinct, guesses, kinematics, occlusion, posefit, spatial, views, whole_object
+from artrec_ros.core import distinct, evidence, guesses, kinematics, occlusion, posefit, spatial, views, whole_object
 from artrec_ros.core.bank import blob_shape
 from artrec_ros.core.blobs import find_blobs
 from artrec_ros.core.compiled import geometry, jit
@@ -160,11 +160,11 @@ def test_climbing_leads_the_same_way(scene, monkeypatch, spread):
     surface, poses, field = scene
     finder, camera, clock = WholeObjectFinder(Target("truck", surface.model, RED)), camera_of(), Deadline(60.0)
     votes = finder.votes(field, camera, poses, occlusion=True)
-    found, best = finder._climb(field, camera, poses, votes, 40, spread, clock)
+    found, best = finder._climb(field, camera, poses, votes, 4, spread, clock)
     assert (best >= votes).all() and (best > votes).any()
     np.testing.assert_allclose(finder.votes(field, camera, found, occlusion=True), best, rtol=0.02, atol=1e-3)
     plainly(monkeypatch, whole_object)
-    plain, plain_best = finder._climb(field, camera, poses, votes, 40, spread, clock)
+    plain, plain_best = finder._climb(field, camera, poses, votes, 4, spread, clock)
     # a point between two pixels may round to either, and lead another way from there
     same = np.isclose(best, plain_best, rtol=1e-6, atol=1e-3)
     assert same.mean() > 0.7
@@ -239,3 +239,12 @@ def test_without_numba_the_functions_are_plain_python(monkeypatch):
     spec.loader.exec_module(plain)
     assert not plain.COMPILED
     assert plain.jit(len) is len
+
+
+def test_seams_are_measured_alike(scene, monkeypatch):
+    _, _, field = scene
+    compiled = field._gaps_px(RED)
+    plainly(monkeypatch, evidence)
+    plain = field._gaps_px(RED)
+    assert len(plain) > 300 and np.isinf(plain).any() and len(np.unique(plain)) > 3
+    np.testing.assert_array_equal(compiled, plain)

@@ -29,7 +29,7 @@ def start(n=4, seed=0):
 def test_the_search_climbs_towards_the_top():
     poses = start()
     before = closeness(poses)
-    found, votes = climb(closeness, KIN, CAMERA, poses, before, tries=300, spread=1.0)
+    found, votes = climb(closeness, KIN, CAMERA, poses, before, rounds=30, spread=1.0)
     np.testing.assert_allclose(closeness(found), votes)
     assert (votes >= before).all()
     assert np.median(votes / before) < 0.6
@@ -43,24 +43,22 @@ def test_no_hypothesis_gets_worse_where_votes_are_rough(seed):
         return np.floor(closeness(p)) + 3 * np.sin(1e4 * p.t[:, 0])
 
     before = rough(poses)
-    found, votes = climb(rough, KIN, CAMERA, poses, before, tries=60, spread=2.0)
+    found, votes = climb(rough, KIN, CAMERA, poses, before, rounds=6, spread=2.0)
     assert (votes >= before).all()
     np.testing.assert_allclose(rough(found), votes)
 
 
 def test_the_same_start_gives_the_same_end():
     poses = start()
-    first, again = (climb(closeness, KIN, CAMERA, poses, closeness(poses), 60, 1.0) for _ in range(2))
+    first, again = (climb(closeness, KIN, CAMERA, poses, closeness(poses), 6, 1.0) for _ in range(2))
     for name in ("R", "t", "q"):
         np.testing.assert_array_equal(getattr(first[0], name), getattr(again[0], name))
-    other = climb(closeness, KIN, CAMERA, poses, closeness(poses), 60, 1.0, seed=1)
-    assert not np.array_equal(first[0].t, other[0].t)
 
 
 def test_where_nothing_is_better_nothing_moves():
     poses = start()
     flat = lambda p: np.zeros(len(p))  # noqa: E731
-    found, votes = climb(flat, KIN, CAMERA, poses, np.zeros(4), 40, 1.0)
+    found, votes = climb(flat, KIN, CAMERA, poses, np.zeros(4), 4, 1.0)
     for name in ("R", "t", "q"):
         np.testing.assert_array_equal(getattr(found, name), getattr(poses, name))
     assert not votes.any()
@@ -69,14 +67,14 @@ def test_where_nothing_is_better_nothing_moves():
 def test_joints_stay_within_their_limits_and_rotations_are_rotations():
     poses = start()
     poses.q[:] = KIN.upper
-    found, _ = climb(lambda p: p.q.sum(axis=1), KIN, CAMERA, poses, poses.q.sum(axis=1), 40, 3.0)
+    found, _ = climb(lambda p: p.q.sum(axis=1), KIN, CAMERA, poses, poses.q.sum(axis=1), 4, 3.0)
     np.testing.assert_array_equal(found.q, poses.q)  # already as far as they go
-    found, _ = climb(lambda p: -p.q.sum(axis=1), KIN, CAMERA, poses, -poses.q.sum(axis=1), 200, 3.0)
+    found, _ = climb(lambda p: -p.q.sum(axis=1), KIN, CAMERA, poses, -poses.q.sum(axis=1), 20, 3.0)
     assert (found.q >= KIN.lower).all() and (found.q < KIN.upper).any()
     np.testing.assert_allclose(found.R @ found.R.transpose(0, 2, 1), np.tile(np.eye(3), (4, 1, 1)), atol=1e-9)
 
 
-def test_nothing_to_climb_and_no_tries():
+def test_nothing_to_climb_and_no_rounds():
     none = start()[np.zeros(0, int)]
     found, votes = climb(closeness, KIN, CAMERA, none, np.zeros(0), 3, 1.0)
     assert len(found) == len(votes) == 0
@@ -89,7 +87,7 @@ def test_an_object_without_joints():
     at = pose(0, 0, 1.0, model=sign())
     goal = at.t + (0.004, 0, 0.02)
     value = lambda p: -np.linalg.norm(p.t - goal, axis=1)  # noqa: E731
-    found, votes = climb(value, Kinematics(sign()), CAMERA, at, value(at), 20, 1.0)
+    found, votes = climb(value, Kinematics(sign()), CAMERA, at, value(at), 4, 1.0)
     assert votes[0] > 0.5 * value(at)[0] and found.q.shape == (1, 0)
 
 

@@ -73,6 +73,16 @@ def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin:
                 t[c, i] += axis[i] * value
 
 
+@lean
+def place_points(R: Any, t: Any, points: Any, component: Any, out: Any) -> None:
+    """Fill out (H, n, 3) with the camera coordinates of points (n, 3) on components (n,) whose frames are given."""
+    for h in range(len(R)):
+        for n in range(len(points)):
+            c, x, y, z = component[n], points[n, 0], points[n, 1], points[n, 2]
+            for i in range(3):
+                out[h, n, i] = t[h, c, i] + R[h, c, i, 0] * x + R[h, c, i, 1] * y + R[h, c, i, 2] * z
+
+
 @jit
 def forward(chain: Chain, R_object: Any, t_object: Any, q: Any, R: Any, t: Any, axis: Any, origin: Any) -> None:
     """Fill the frames R (H, C, 3, 3), t (H, C, 3) and joints (H, J, 3) of hypotheses (H, 3, 3), (H, 3), (H, J)."""

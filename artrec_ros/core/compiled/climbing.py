@@ -24,13 +24,12 @@ class Value(NamedTuple):
 class Moves(NamedTuple):
     """The steps of `local_search`, and the joints' limits."""
 
-    z: Any  # (tries, 6 + J) draws
     px: float
     depth: float
     rad: float
     joint: float
-    grow: float
-    shrink: float
+    lengthen: float
+    turn: float
     least: float
     focal: float
     lower: Any  # (J,)
@@ -92,13 +91,13 @@ def total_votes(
 
 
 @lean
-def move(m: Moves, z: Any, step: float, R: Any, t: Any, q: Any, tried: Tried) -> None:
-    """A try: `local_search._perturbed` of one hypothesis."""
+def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
+    """A try: `local_search._moved` of one hypothesis."""
     R_new, t_new, q_new, turn = tried.R, tried.t, tried.q, tried.turn
-    near = 1 + m.depth * step * z[2]
-    across = m.px * step / m.focal * t[2]
+    near = 1 + m.depth * z[2]
+    across = m.px / m.focal * t[2]
     t_new[0], t_new[1], t_new[2] = t[0] * near + across * z[0], t[1] * near + across * z[1], t[2] * near
-    x, y, w = m.rad * step * z[3], m.rad * step * z[4], m.rad * step * z[5]
+    x, y, w = m.rad * z[3], m.rad * z[4], m.rad * z[5]
     angle = math.sqrt(x * x + y * y + w * w)
     if angle > 1e-9:
         t_axis = turn[1, 0]
@@ -108,7 +107,7 @@ def move(m: Moves, z: Any, step: float, R: Any, t: Any, q: Any, tried: Tried) ->
     else:
         copy_frame(R, t_new, R_new, t_new)
     for j in range(len(q)):
-        value = q[j] + m.joint * step * m.unit[j] * z[6 + j]
+        value = q[j] + m.joint * m.unit[j] * z[6 + j]
         if m.endless[j]:
             value = m.lower[j] + (value - m.lower[j]) % (2 * math.pi)
         else:
@@ -170,37 +169,44 @@ def _sweep_one(
 
 @jit
 def climb(
-    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, spread: float,
+    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, rounds: int, spread: float,
     R: Any, t: Any, q: Any, votes: Any,
 ) -> None:  # fmt: skip
     """Move hypotheses R (H, 3, 3), t (H, 3), q (H, J) to better ones nearby, as `local_search.climb` does."""
-    patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value)
-    tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(q.shape[1]), np.empty((2, 3, 3)))
+    patches, room, body, n_joints = np.arange(len(s.area)), room_of(s), body_of(s, value), q.shape[1]
+    tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(n_joints), np.empty((2, 3, 3)))
+    steps, step = np.empty(6 + n_joints), np.zeros(6 + n_joints)
     for h in range(len(R)):
+        steps[:] = spread
         votes[h] = _climb_one(
-            s, patches, chain, view, limits, value, m, spread, R[h], t[h], q[h], votes[h], tried, body, room
-        )
+            s, patches, chain, view, limits, value, m, rounds, steps, step,
+            R[h], t[h], q[h], votes[h], tried, body, room,
+        )  # fmt: skip
 
 
 @lean
 def _climb_one(
-    s: Surface, patches: Any, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, step: float,
-    R: Any, t: Any, q: Any, votes: float, tried: Tried, body: Body, room: Room,
+    s: Surface, patches: Any, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, rounds: int,
+    steps: Any, step: Any, R: Any, t: Any, q: Any, votes: float, tried: Tried, body: Body, room: Room,
 ) -> float:  # fmt: skip
-    better, which = False, 0
-    for i in range(len(m.z)):
-        if step < m.least:
+    """:param steps: (6 + J,) the first one of each parameter; step: (6 + J,) zeros."""
+    for _ in range(rounds):
+        over = True
+        for k in range(len(steps)):
+            if abs(steps[k]) < m.least:
+                continue
+            over = False
+            step[k] = steps[k]
+            move(m, step, R, t, q, tried)
+            step[k] = 0.0
+            place_all(chain, tried.R, tried.t, tried.q, body)
+            found = total_votes(s, patches, view, limits, value, True, body, room)
+            steps[k] *= m.lengthen if found > votes else m.turn
+            if found > votes:
+                votes = found
+                copy_frame(tried.R, tried.t, R, t)
+                for j in range(len(q)):
+                    q[j] = tried.q[j]
+        if over:
             break
-        if not better:
-            which = i
-        move(m, m.z[which], step, R, t, q, tried)
-        place_all(chain, tried.R, tried.t, tried.q, body)
-        found = total_votes(s, patches, view, limits, value, True, body, room)
-        better = found > votes
-        step *= m.grow if better else m.shrink
-        if better:
-            votes = found
-            copy_frame(tried.R, tried.t, R, t)
-            for j in range(len(q)):
-                q[j] = tried.q[j]
     return votes

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .geometry import View, contour_pixel, pixel, turned
+from .geometry import View, outline_pixels, pixel, turned
 from .jit import inlined, jit, lean
 from .scoring import Surface, aspect
 
@@ -125,12 +125,12 @@ def fill_row(
 @lean
 def normal_equations(
     s: Surface, markers: Any, use: Any, R: Any, t: Any, motion: Motion, e: EdgeTerms, step: int, view: View,
-    least_cosine: float, A: Any, b: Any, row: Any, columns: Any, seen: Any,
+    least_cosine: float, A: Any, b: Any, row: Any, columns: Any, seen: Any, outline: Any,
 ) -> None:  # fmt: skip
     """Fill A (6 + J, 6 + J), b (6 + J,) of one hypothesis as `posefit._normal_equations` does.
 
     :param markers: (M,) their patches; use: (M,) bool; R, t: (C, ...) frames.
-    :param row, columns, seen: scratch, (6 + J,), and int64 (6 + J,) and (2 max reach + 1,).
+    :param row, columns, seen, outline: scratch, (6 + J,), int64 (6 + J,) and (2 max reach + 1,), and (4, m).
     """
     n_par = len(b)
     A[:], b[:] = 0.0, 0.0
@@ -144,8 +144,9 @@ def normal_equations(
         if not cosine > least_cosine:
             continue
         n = moving(c, motion, columns)
+        outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, outline)
         for i in range(s.contour.shape[2]):
-            u, v, nu, nv = contour_pixel(P, q, s.contour[k, :, i], s.contour_normal[k, :, i], view)
+            u, v, nu, nv = outline[0, i], outline[1, i], outline[2, i], outline[3, i]
             edge, w = find_edge(u, v, nu, nv, s.label[p], e.seam_px[k], e, step, view, seen)
             if w == 0.0:
                 continue
@@ -167,7 +168,7 @@ def contour_rows(
     at: Any, normal: Any, residual: Any, weight: Any, jacobian: Any,
 ) -> None:  # fmt: skip
     """Fill what `posefit.contour_fit` tells of one hypothesis: pixels (M, m, 2) of the contours, and its fields."""
-    n_par = jacobian.shape[2]
+    n_par, outline = jacobian.shape[2], np.empty((4, s.contour.shape[2]))
     seen, row, columns = np.empty(2 * e.reach[0] + 1, np.int64), np.empty(n_par), np.empty(n_par, np.int64)
     jacobian[:] = 0.0
     for k in range(len(markers)):
@@ -176,8 +177,9 @@ def contour_rows(
         P, q = R[c], t[c]
         n = moving(c, motion, columns)
         cosine, _, _, _ = aspect(s, p, P, q)
+        outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, outline)
         for i in range(s.contour.shape[2]):
-            u, v, nu, nv = contour_pixel(P, q, s.contour[k, :, i], s.contour_normal[k, :, i], view)
+            u, v, nu, nv = outline[0, i], outline[1, i], outline[2, i], outline[3, i]
             edge, w = find_edge(u, v, nu, nv, s.label[p], e.seam_px[k], e, 0, view, seen)
             x, y, z = turned(P, s.contour[k, :, i])
             fill_row(x + q[0], y + q[1], z + q[2], nu, nv, motion, columns, n, view, row)

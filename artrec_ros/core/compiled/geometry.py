@@ -111,37 +111,24 @@ def locate(A: Any, b: Any, on: Any, view: View, out: Any) -> None:
 
 
 @inlined
-def locate_ring(A: Any, b: Any, points: Any, normals: Any, view: View, ring_px: float, outer: Any, inner: Any) -> None:
-    """The same for a contour (3, m) moved by `ring_px` along its image normals, out and in."""
-    K, w, right, down = view.K, view.width + 2, float(view.width), float(view.height)
-    for i in range(points.shape[1]):
-        x, y, z = points[0, i], points[1, i], points[2, i]
-        gx, gy, gz = normals[0, i], normals[1, i], normals[2, i]
-        X = A[0, 0] * x + A[0, 1] * y + A[0, 2] * z + b[0]
-        Y = A[1, 0] * x + A[1, 1] * y + A[1, 2] * z + b[1]
-        Z = max(A[2, 0] * x + A[2, 1] * y + A[2, 2] * z + b[2], 1e-3)
-        GX = A[0, 0] * gx + A[0, 1] * gy + A[0, 2] * gz
-        GY = A[1, 0] * gx + A[1, 1] * gy + A[1, 2] * gz
-        GZ = A[2, 0] * gx + A[2, 1] * gy + A[2, 2] * gz
-        u, v = X / Z, Y / Z
-        nu, nv = K[0, 0] * (GX - u * GZ), K[1, 1] * (GY - v * GZ)  # the projection's derivative, times Z
-        scale = ring_px / math.sqrt(nu * nu + nv * nv + 1e-24)
-        if view.bent:
-            u, v = project(X, Y, Z, view)
-        else:
-            u, v = K[0, 0] * u + K[0, 1] * v + K[0, 2], K[1, 1] * v + K[1, 2]
-        nu, nv = nu * scale, nv * scale
-        outer[i] = np.int32(min(max(v + nv, -1.0), down) + 1.5) * w + np.int32(min(max(u + nu, -1.0), right) + 1.5)
-        inner[i] = np.int32(min(max(v - nv, -1.0), down) + 1.5) * w + np.int32(min(max(u - nu, -1.0), right) + 1.5)
-
-
-@inlined
-def contour_pixel(A: Any, b: Any, point: Any, normal: Any, view: View) -> tuple[float, float, float, float]:
-    """Pixel of a contour's point and its outward unit normal in the image."""
-    x, y, z = turned(A, point)
-    x, y, z = x + b[0], y + b[1], max(z + b[2], 1e-3)
-    gx, gy, gz = turned(A, normal)
-    u, v = project(x, y, z, view)
-    nu, nv = view.K[0, 0] * (gx - x / z * gz), view.K[1, 1] * (gy - y / z * gz)
-    length = math.sqrt(nu * nu + nv * nv + 1e-24)
-    return u, v, nu / length, nv / length
+def outline_pixels(A: Any, b: Any, points: Any, normals: Any, view: View, out: Any) -> None:
+    """Fill out (4, m) with the pixels u, v of a contour (3, m) under A X + b, and its outward unit normals there."""
+    K, xs, ys, zs, gxs, gys, gzs = view.K, points[0], points[1], points[2], normals[0], normals[1], normals[2]
+    us, vs, nus, nvs = out[0], out[1], out[2], out[3]
+    for i in range(len(xs)):
+        x, y, z, gx, gy, gz = xs[i], ys[i], zs[i], gxs[i], gys[i], gzs[i]
+        k = 1.0 / max(A[2, 0] * x + A[2, 1] * y + A[2, 2] * z + b[2], 1e-3)
+        u = (A[0, 0] * x + A[0, 1] * y + A[0, 2] * z + b[0]) * k
+        v = (A[1, 0] * x + A[1, 1] * y + A[1, 2] * z + b[1]) * k
+        g = A[2, 0] * gx + A[2, 1] * gy + A[2, 2] * gz
+        # the projection's derivative, times the depth
+        nu = K[0, 0] * (A[0, 0] * gx + A[0, 1] * gy + A[0, 2] * gz - u * g)
+        nv = K[1, 1] * (A[1, 0] * gx + A[1, 1] * gy + A[1, 2] * gz - v * g)
+        k = 1.0 / math.sqrt(nu * nu + nv * nv + 1e-24)
+        us[i], vs[i], nus[i], nvs[i] = u, v, nu * k, nv * k
+    if view.bent:
+        for i in range(len(xs)):
+            us[i], vs[i] = project(us[i], vs[i], 1.0, view)
+        return
+    for i in range(len(xs)):
+        us[i], vs[i] = K[0, 0] * us[i] + K[0, 1] * vs[i] + K[0, 2], K[1, 1] * vs[i] + K[1, 2]

@@ -24,6 +24,17 @@ class Bank(NamedTuple):
     area: Any  # (V,)
     perimeter: Any  # (V,)
     scale: Any  # (V, 2) least and greatest
+    centroid: Any  # (V, 2)
+    direction: Any  # (V,) of the principal axis
+
+
+class Moments(NamedTuple):
+    """Of a blob: centroid, direction of the principal axis, area."""
+
+    x: float
+    y: float
+    turn: float
+    area_px: float
 
 
 class Look(NamedTuple):
@@ -96,18 +107,23 @@ def offer(
 
 @lean
 def best_alignments(
-    p1: Any, p2: Any, moments: Any, m: Bank, look: Look, least_share: float, view: View, at: Any,
+    p1: Any, p2: Any, moments: Moments, m: Bank, look: Look, least_share: float, view: View, at: Any,
     T: Any, score: Any,
 ) -> None:  # fmt: skip
-    """Fill T (V, K, 4) and score (V, K) with each view's best similarities: of `moments` (V, n, 4) and of all couples
-    of anchors (p1, p2); fewer than K that have `least_share` of the best one's score leave scores of -inf."""
+    """Fill T (V, K, 4) and score (V, K) with each view's best similarities: of `views.moment_alignments` and of all
+    couples of anchors (p1, p2); fewer than K that have `least_share` of the best one's score leave scores of -inf."""
     score[:] = -np.inf
     best = 0.0
     for v in range(len(m.area)):
-        for x0, y0, theta, k in moments[v]:
-            if m.scale[v, 0] < k < m.scale[v, 1]:
-                a, b = k * math.cos(theta), k * math.sin(theta)
-                best = max(best, offer(x0, y0, a, b, m, v, look, view, least_share * best, at, T[v], score[v]))
+        k = math.sqrt(moments.area_px / m.area[v])
+        if not m.scale[v, 0] < k < m.scale[v, 1]:
+            continue
+        for quarter in (0, 2, 1, 3):
+            theta = moments.turn - m.direction[v] + quarter * math.pi / 2
+            a, b = k * math.cos(theta), k * math.sin(theta)
+            x, y = m.centroid[v, 0], m.centroid[v, 1]
+            x0, y0 = moments.x - a * x + b * y, moments.y - b * x - a * y
+            best = max(best, offer(x0, y0, a, b, m, v, look, view, least_share * best, at, T[v], score[v]))
     for v in range(len(m.area)):
         low, high, n = m.scale[v, 0], m.scale[v, 1], m.n_anchors[v]
         for j in range(len(p1)):

@@ -10,11 +10,11 @@ import numpy as np
 from .chains import Chain, copy_frame, place
 from .geometry import View, locate
 from .jit import jit, lean
-from .scoring import Limits, Surface, aspect, points_of, ring_px2, ring_votes, scratch_of
+from .scoring import Limits, Room, Surface, aspect, points_of, ring_px2, ring_votes, room_of
 
 
 @lean
-def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, wanted: float, at: Any) -> float:
+def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, wanted: float, room: Room) -> float:
     """Votes of a patch that nothing hides; where these stay below `wanted`, any value below it."""
     cosine, _, _, mz = aspect(s, p, A, b)
     if not (cosine > limits.least_cosine and mz > 0.02):
@@ -29,18 +29,18 @@ def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, 
     role, best = s.table[s.role[p]], s.best[s.role[p]]
     if size * best + most < wanted:
         return size * best + most
-    locate(A, b, on, view, at[0])
+    locate(A, b, on, view, room.at[0])
     for i in range(count):
-        total += role[view.padded[at[0, i]]]
+        total += role[view.padded[room.at[0, i]]]
     if total * share + most < wanted or k < 0:
         return total * share + most
-    return total * share + ring_votes(s, k, A, b, view, limits.ring_px, at) * ring
+    return total * share + ring_votes(s, k, A, b, view, limits.ring_px, room) * ring
 
 
 @lean
 def best_joint(
     s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: View, limits: Limits,
-    most: Any, scratch: Any, at: Any,
+    most: Any, scratch: Any, room: Room,
 ) -> float:  # fmt: skip
     """Joint value of component `c` that the labels like best; R, t (C, ...) of one hypothesis get its frame there.
 
@@ -67,7 +67,7 @@ def best_joint(
         total = 0.0
         for p in patches:
             rest -= most[p]
-            total += patch_bound(s, p, R[c], t[c], view, limits, best_votes - total - rest, at)
+            total += patch_bound(s, p, R[c], t[c], view, limits, best_votes - total - rest, room)
             if total + rest < best_votes:
                 break
         else:
@@ -80,7 +80,7 @@ def best_joint(
 @lean
 def search_one(
     s: Surface, chain: Chain, order: Any, starts: Any, R: Any, t: Any, q: Any, grids: Any, view: View, limits: Limits,
-    most: Any, scratch: Any, at: Any,
+    most: Any, scratch: Any, room: Room,
 ) -> None:  # fmt: skip
     """Joints q (J,) of one hypothesis, whose frames R (C, 3, 3), t (C, 3) are known where there is no parent.
 
@@ -90,7 +90,7 @@ def search_one(
         j = chain.joint_of[c]
         if j >= 0:
             mine = order[starts[c] : starts[c + 1]]
-            q[j] = best_joint(s, chain, c, mine, R, t, grids[j], view, limits, most, scratch, at)
+            q[j] = best_joint(s, chain, c, mine, R, t, grids[j], view, limits, most, scratch, room)
         elif chain.parent[c] >= 0:
             place(chain, c, R, t, 0.0, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
 
@@ -104,9 +104,9 @@ def search_joints(
     order = np.argsort(s.component, kind="mergesort")
     starts = np.searchsorted(s.component[order], np.arange(n_c + 1))
     frames_R, frames_t = np.empty((n_c, 3, 3)), np.empty((n_c, 3))
-    most, scratch, at = np.empty(len(s.area)), np.empty((4, 3, 3)), scratch_of(s)
+    most, scratch, room = np.empty(len(s.area)), np.empty((4, 3, 3)), room_of(s)
     for h in range(len(R)):
         for c in range(n_c):
             if chain.parent[c] < 0:
                 copy_frame(R[h], t[h], frames_R[c], frames_t[c])
-        search_one(s, chain, order, starts, frames_R, frames_t, q[h], grids, view, limits, most, scratch, at)
+        search_one(s, chain, order, starts, frames_R, frames_t, q[h], grids, view, limits, most, scratch, room)

@@ -116,6 +116,7 @@ def refine(
     A, b, x = np.empty((6 + n_joints, 6 + n_joints)), np.empty(6 + n_joints), np.empty(6 + n_joints)
     row, columns = np.empty(6 + n_joints), np.empty(6 + n_joints, np.int64)
     scratch, seen = np.empty((3, 3, 3)), np.empty(2 * e.reach.max() + 1, np.int64)
+    outline = np.empty((4, s.contour.shape[2]))
     for h in range(len(R)):
         if not use[h].any():
             continue
@@ -124,6 +125,6 @@ def refine(
             motion = Motion(t[h], axis[0], origin[0], joints.revolute, joints.moves)
             normal_equations(
                 s, markers, use[h], frames_R[0], frames_t[0], motion, e, i, view, least_cosine, A, b,
-                row, columns, seen,
+                row, columns, seen, outline,
             )  # fmt: skip
             step(A, b, free[h], joints, m, R[h], t[h], q[h], x, scratch)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..evidence import OUTSIDE
-from .geometry import View, locate, locate_ring, turned
+from .geometry import View, locate, outline_pixels, padded_pixel, turned
 from .jit import inlined, jit, lean
 
 
@@ -152,22 +152,28 @@ def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room) -> 
 
 
 @inlined
-def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, ring_px: float, at: Any) -> float:
+def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, ring_px: float, room: Room) -> float:
     """Mean vote of what lies just inside and just outside the contour of marker `k`."""
-    locate_ring(A, b, s.contour[k], s.contour_normal[k], view, ring_px, at[0], at[1])
+    outline_pixels(A, b, s.contour[k], s.contour_normal[k], view, room.outline)
+    u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
+    outer, inner = room.at[0], room.at[1]
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
-    m, ring = s.contour.shape[2], 0.0
+    m, ring = len(u), 0.0
     for i in range(m):
-        beyond = view.padded[at[0, i]]
+        outer[i] = padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)
+        inner[i] = padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)
+    for i in range(m):
+        beyond = view.padded[outer[i]]
         if beyond != OUTSIDE:  # else not the marker ends there but the image
-            ring += out[beyond] + into[view.padded[at[1, i]]]
+            ring += out[beyond] + into[view.padded[inner[i]]]
     return ring / m
 
 
 class Room(NamedTuple):
     """Scratch arrays of one hypothesis."""
 
-    at: Any  # (2, n) pixels
+    at: Any  # (2, n) pixels of a patch
+    outline: Any  # (4, m), see `outline_pixels`
     hidden: Any  # (n,)
     near: Any  # (B,)
     box_rotation: Any  # (B, 3, 3)
@@ -176,17 +182,11 @@ class Room(NamedTuple):
 
 
 @jit
-def scratch_of(s: Surface) -> Any:
-    """Room for the pixels of a patch."""
-    return np.empty((2, max(s.contour.shape[2], np.diff(s.starts).max())), np.int32)
-
-
-@jit
 def room_of(s: Surface) -> Room:
     """Scratch arrays that fit a surface."""
-    n = len(s.half)
+    n, m, most = len(s.half), s.contour.shape[2], np.diff(s.starts).max()
     return Room(
-        scratch_of(s), np.empty(np.diff(s.starts).max(), np.bool_), np.empty(n, np.int64),
+        np.empty((2, max(m, most)), np.int32), np.empty((4, m)), np.empty(most, np.bool_), np.empty(n, np.int64),
         np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
     )  # fmt: skip
 
@@ -246,7 +246,7 @@ def score_hypothesis(
         size, visible = s.area[p] * f2 / mz**2 * cosine, seen / count
         value, k = total / count * size, s.marker_of[p]
         if k >= 0 and visible > 0.5:
-            value += ring_votes(s, k, A, b, view, limits.ring_px, room.at) * ring_px2(s, k, cosine, mz, f2, limits)
+            value += ring_votes(s, k, A, b, view, limits.ring_px, room) * ring_px2(s, k, cosine, mz, f2, limits)
         votes[column] = value
         area_px[column] = size * visible
         agree[column] = same / max(visible * count, 1.0)

@@ -23,7 +23,7 @@ from artrec_ros.simulation.simulator import pinhole_camera, simulate
 APPARENT = (0.16, 0.2)  # objects' diameters as shares of the image's width: eight have room
 PATCH = 0.04  # the same for a soccer robot's patch
 SCENES = 3  # of each kind; a median is over all of their frames
-REPEATS, SLOW_REPEATS = 20, 2
+REPEATS, SPACE_REPEATS, SLOW_REPEATS = 20, 6, 2
 STAGES = ("segmentation", "blobs", "alignment", "grouping", "pose")
 
 
@@ -135,7 +135,7 @@ class Bench:
     def space(self, threads: int = 1) -> Times:
         engine = self._recognizer()
         works: list[Callable[[], object]] = [partial(engine.recognize, s.labels, s.camera) for s in self.scenes]
-        return measure(works, SLOW_REPEATS, threads)
+        return measure(works, SPACE_REPEATS, threads)
 
     def floor(self) -> Times:
         return measure([contours_alone(s.labels, self.classes) for s in self.scenes], REPEATS)

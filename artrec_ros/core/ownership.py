@@ -75,7 +75,8 @@ def claims_of(finder: WholeObjectFinder, poses: Poses, field: LabelField, camera
     votes = finder.total(scores)
     shape = (field.labels.shape[0], field.labels.shape[1])
     return [
-        Claim(finder, poses[[i]], float(votes[i]), scores[[i]], shape) for i in np.flatnonzero(votes > least).tolist()
+        Claim(finder, poses[i : i + 1], float(votes[i]), scores[i : i + 1], shape)
+        for i in np.flatnonzero(votes > least).tolist()
     ]
 
 

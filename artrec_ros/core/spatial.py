@@ -12,7 +12,7 @@ from .compiled.chains import place_points
 from .compiled.geometry import view_of
 from .compiled.jit import COMPILED
 from .compiled.joint_search import search_joints
-from .compiled.scoring import Limits, Surface, score_patches
+from .compiled.scoring import AT_ONCE, Limits, Surface, score_patches
 from .datatypes import Camera
 from .evidence import OUTSIDE, LabelField, Roles
 from .kinematics import Frames, Kinematics
@@ -59,7 +59,7 @@ class PatchScores:
     def arrays(self) -> tuple[Array, Array, Array]:
         return self.votes, self.area_px, self.agree
 
-    def __getitem__(self, index: NDArray | list[int]) -> PatchScores:
+    def __getitem__(self, index: NDArray | list[int] | slice) -> PatchScores:
         return PatchScores(self.votes[index], self.area_px[index], self.agree[index])
 
 
@@ -117,6 +117,7 @@ class SpatialModel:
         """The same for compiled code."""
         marker_of = np.full(len(self.patches), -1)
         marker_of[self.markers] = np.arange(len(self.markers))
+        filled = [np.pad(p.inside, ((0, -len(p.inside) % AT_ONCE), (0, 0)), mode="edge") for p in self.patches]
         return Surface(
             component=self.component,
             normal=self.normal,
@@ -128,8 +129,9 @@ class SpatialModel:
             label=self.label,
             marker_of=marker_of,
             ignored=self.ignored,
-            starts=np.concatenate([[0], np.cumsum(self.count)]),
-            points=np.ascontiguousarray(self.points.T),
+            starts=np.concatenate([[0], np.cumsum([len(points) for points in filled])]),
+            count=self.count,
+            points=np.ascontiguousarray(np.concatenate(filled).T),
             role=self.point_role[np.cumsum(self.count) - 1],
             contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),
             contour_normal=np.ascontiguousarray(self.contour_normal.transpose(0, 2, 1)),

@@ -38,7 +38,8 @@ HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
 RIVAL = 0.8  # of a sure object's votes
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
 SETTLED_VOTES = 0.85  # of a hypothesis' votes must be left after its last fit
-MIRROR = np.diag([1.0, 1.0, -1.0])
+_MIRROR = np.array([1.0, 1.0, -1.0])
+_MIRRORED = np.outer(_MIRROR, _MIRROR)  # times a rotation: its mirror image in the marker's and in the image's plane
 
 
 class WholeObjectFinder:
@@ -203,12 +204,11 @@ class WholeObjectFinder:
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
 
     def _root_frames(self, poses: Poses) -> tuple[Array, Array]:
-        """The required component in the object's frame, (H, 3, 3), (H, 3): a joint may carry it."""
+        """The required component in the object's frame, (H, 3, 3), (H, 3), or (1, ...) where no joint carries it."""
         kin, n = self.surface.kinematics, len(poses)
-        eye, origin = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
         if kin.parent[self.root] < 0:
-            return eye, origin
-        frames = kin.forward(eye, origin, poses.q)
+            return np.eye(3)[None], np.zeros((1, 3))
+        frames = kin.forward(np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3)), poses.q)
         return frames.R[:, self.root], frames.t[:, self.root]
 
     def _with_flips(self, poses: Poses, votes: Array) -> Poses:
@@ -219,7 +219,7 @@ class WholeObjectFinder:
         centroid = (R_root @ self._marker_centres[:, None, :, None])[..., 0] + t_root
         R_marker, centre = p.R @ R_object_marker, (p.R @ centroid[..., None])[..., 0] + p.t
         facing = np.sum(R_marker[..., 2] * centre, axis=-1) < 0
-        R = MIRROR @ R_marker @ MIRROR @ R_object_marker.swapaxes(-1, -2)
+        R = (_MIRRORED * R_marker) @ R_object_marker.swapaxes(-1, -2)
         t, q = centre - (R @ centroid[..., None])[..., 0], np.broadcast_to(p.q, (len(R), *p.q.shape))
         return Poses.concatenate([poses, Poses(R[facing], t[facing], q[facing])])
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .geometry import View, outline_pixels, pixel, turned
+from .geometry import View, outline_pixels, padded_pixel, turned
 from .jit import inlined, jit, lean
 from .scoring import Surface, aspect
 
@@ -29,12 +29,14 @@ def find_edge(
     u: float, v: float, nu: float, nv: float, label: int, seam_px: float, e: EdgeTerms, step: int, view: View, seen: Any
 ) -> tuple[float, float]:
     """`posefit.find_edges` at one contour point: signed distance of the edge and its weight."""
+    if not abs(u) + abs(v) < 1e9:  # nor a number
+        return 0.0, 0.0
     reach, prior = e.reach[step], e.prior[step]
     n = 2 * reach + 1
     inner, outer, last_known = False, False, -1
     for i in range(n):
         at = i - reach
-        seen[i] = view.padded[pixel(u + at * nu, v + at * nv, view.width, view.height)]
+        seen[i] = view.padded[padded_pixel(u + at * nu, v + at * nv, view)]
         own = seen[i] == label
         if own and i < reach:
             inner = True
@@ -73,7 +75,7 @@ def find_edge(
     if ends_unknown and not has_seam:
         mean += seam_px
     s = mean + 1.2
-    if view.padded[pixel(u + s * nu, v + s * nv, view.width, view.height)] == e.outside:
+    if view.padded[padded_pixel(u + s * nu, v + s * nv, view)] == e.outside:
         return 0.0, 0.0  # not the marker ends there but the image
     return mean, 1.0 / (1.0 + variance)
 

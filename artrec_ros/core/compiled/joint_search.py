@@ -9,11 +9,11 @@ import numpy as np
 
 from .chains import Chain, copy_frame, place
 from .geometry import View, locate
-from .jit import jit, lean
+from .jit import inlined, jit, lean
 from .scoring import Limits, Room, Surface, aspect, points_of, ring_px2, ring_votes, room_of
 
 
-@lean
+@inlined
 def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, wanted: float, room: Room) -> float:
     """Votes of a patch that nothing hides; where these stay below `wanted`, any value below it."""
     cosine, _, _, mz = aspect(s, p, A, b)
@@ -21,8 +21,7 @@ def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, 
         return 0.0
     f2 = view.K[0, 0] * view.K[1, 1]
     size, total, k = s.area[p] * f2 / mz**2 * cosine, 0.0, s.marker_of[p]
-    on = points_of(s, p)
-    count = len(on[0])
+    on, count = points_of(s, p), s.count[p]
     ring = ring_px2(s, k, cosine, mz, f2, limits) if k >= 0 else 0.0
     most = ring * (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) if k >= 0 else 0.0
     share = size / count

@@ -11,9 +11,15 @@ from ..evidence import OUTSIDE
 from .geometry import View, locate, outline_pixels, padded_pixel, turned
 from .jit import inlined, jit, lean
 
+AT_ONCE = 8  # numbers in a vector
+
 
 class Surface(NamedTuple):
-    """P patches and B boxes of a spatial model as arrays; patch p owns points[starts[p]:starts[p + 1]]."""
+    """P patches and B boxes of a spatial model as arrays.
+
+    Patch p owns the points from starts[p] to starts[p + 1], of which the first count[p] count; the others fill up a
+    vector instruction.
+    """
 
     component: Any  # (P,)
     normal: Any  # (P, 3)
@@ -23,7 +29,8 @@ class Surface(NamedTuple):
     label: Any  # (P,)
     marker_of: Any  # (P,) index into the markers' contours, -1: a face
     ignored: Any  # (P, B) bool: boxes that the patch lies on
-    starts: Any  # (P + 1,)
+    starts: Any  # (P + 1,) multiples of AT_ONCE
+    count: Any  # (P,)
     points: Any  # (3, n)
     role: Any  # (P,)
     contour: Any  # (M, 3, m)
@@ -51,7 +58,8 @@ class Limits(NamedTuple):
 
 @inlined
 def points_of(s: Surface, p: int) -> tuple[Any, Any, Any]:
-    """x, y and z of a patch's points: slices of their own, over which loops become vector instructions."""
+    """x, y and z of a patch's points, AT_ONCE or a multiple: slices of their own, over which loops become vector
+    instructions."""
     first, last = s.starts[p], s.starts[p + 1]
     return s.points[0, first:last], s.points[1, first:last], s.points[2, first:last]
 
@@ -231,8 +239,7 @@ def score_hypothesis(
             continue
         n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room) if blocked else 0
         total, seen, same, role = 0.0, 0, 0, s.table[s.role[p]]
-        on = points_of(s, p)
-        count = len(on[0])
+        on, count = points_of(s, p), s.count[p]
         locate(A, b, on, view, room.at[0])
         if n_near:
             hide(s, A, b, on, room, n_near, limits.behind)

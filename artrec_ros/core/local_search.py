@@ -66,7 +66,7 @@ def sweep(
         grid = kinematics.grid(j, step)
         tried = poses[np.repeat(every, len(grid))]
         tried.q[:, j] = np.tile(grid, len(poses))
-        found = votes_of(tried).reshape(len(poses), -1)
+        found = votes_of(tried).reshape(len(poses), len(grid))
         best = found.argmax(axis=1)
         better = found[every, best] > votes
         votes = np.where(better, found[every, best], votes)

@@ -195,7 +195,7 @@ class SpatialModel:
                 patches, grid = np.flatnonzero(self.component == c), kin.grid(j, step)
                 placed = kin.at_values(kin.forward(poses.R, poses.t, q), c, grid)
                 votes = self.score(field, camera, placed, patches, occlusion=False).votes.sum(axis=1)
-                q[:, j] = grid[votes.reshape(len(poses), -1).argmax(axis=1)]
+                q[:, j] = grid[votes.reshape(len(poses), len(grid)).argmax(axis=1)]
         return Poses(poses.R, poses.t, q)
 
     def _score_arrays(

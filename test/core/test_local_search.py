@@ -78,6 +78,7 @@ def test_nothing_to_climb_and_no_rounds():
     none = start()[np.zeros(0, int)]
     found, votes = climb(closeness, KIN, CAMERA, none, np.zeros(0), 3, 1.0)
     assert len(found) == len(votes) == 0
+    assert len(sweep(closeness, KIN, none, np.zeros(0), step=0.1)[0]) == 0
     poses = start()
     found, votes = climb(closeness, KIN, CAMERA, poses, closeness(poses), 0, 1.0)
     np.testing.assert_array_equal(found.t, poses.t)

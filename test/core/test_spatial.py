@@ -162,6 +162,8 @@ def test_no_hypotheses_give_no_scores(monkeypatch, compiled):
     none = pose(model=truck())[np.zeros(0, int)]
     scores = judged(surface, np.ones((120, 160), np.uint8), none)
     assert scores.votes.shape == scores.area_px.shape == (0, len(surface.patches))
+    field = LabelField(np.ones((120, 160), np.uint8))
+    assert surface.search_joints(field, CAMERA, none, 0.2).q.shape == none.q.shape
 
 
 def test_patches_scores_do_not_depend_on_which_others_are_asked_for():

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
 try:
@@ -12,6 +15,24 @@ except ImportError:  # the numpy twins do the work
 COMPILED = numba is not None
 _MATH = {"contract", "reassoc", "arcp", "nsz"}  # sums may be reordered; NaN keeps its meaning
 _OPTIONS = {"nogil": True, "fastmath": _MATH, "error_model": "numpy"}
+
+
+def forget_stale(sources: Path) -> None:
+    """Remove results kept beside sources of which any has changed: numba looks at a function's own file alone, not at
+    those whose functions it was compiled with."""
+    stamp, kept = sources / "__pycache__" / "sources.sha256", sources.glob("__pycache__/*.nb[ic]")
+    digest = sha256(b"".join(p.read_bytes() for p in sorted(sources.glob("*.py")))).hexdigest()
+    with suppress(OSError):  # nobody edits an installation that nobody may write to
+        if stamp.is_file() and stamp.read_text(encoding="utf-8") == digest:
+            return
+        for result in kept:
+            result.unlink()
+        stamp.parent.mkdir(exist_ok=True)
+        stamp.write_text(digest, encoding="utf-8")
+
+
+if numba is not None:
+    forget_stale(Path(__file__).parent)
 
 
 def jit(function: Any, **options: Any) -> Any:

@@ -32,7 +32,7 @@ from .transforms import Array
 JOINT_STEP, FIRST_JOINT_STEP = 0.15, 0.25  # of a joint's unit: of those sought, and of those sought first
 FINE_REACH_PX = (4, 3, 3, 2, 2)
 JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 24, 8, 3  # hypotheses a blob that pass each stage
-CLIMBS = ((10, 9, 1.5), (5, 11, 1.0), (3, 18, 0.7))  # hypotheses a blob, rounds, first step
+CLIMBS = ((10, 11, 1.5), (5, 13, 1.0), (3, 24, 0.7))  # hypotheses a blob, rounds, first step
 PLAIN_CLIMB = (3, 13, 0.7)  # of an object beyond doubt
 HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
 RIVAL = 0.8  # of a sure object's votes

@@ -10,7 +10,7 @@ import numpy as np
 from .blobs import Blob
 from .compiled import guessing
 from .compiled.geometry import view_of
-from .compiled.jit import COMPILED
+from .compiled.jit import COMPILED, LANES
 from .datatypes import Camera
 from .evidence import LabelField
 from .spatial import RING_PX, RING_WIDTH_PX
@@ -76,7 +76,7 @@ class Bank:
         inside, ring = self._votes
         look = guessing.Look(inside, ring, inside.max(), ring.max(), RING_PX, RING_WIDTH_PX)
         T, votes = np.empty((len(self._views), VIEW_KEEP, 4)), np.empty((len(self._views), VIEW_KEEP))
-        at, view = np.empty(max(bank.contour.shape[2], guessing.AT_ONCE), np.int32), view_of(field, camera)
+        at, view = np.empty(max(bank.contour.shape[2], LANES), np.int32), view_of(field, camera)
         guessing.best_alignments(*shape.couples, moments, bank, look, LEAST_SHARE, view, at, T, votes)
         of, rank = np.nonzero(votes > -np.inf)
         return T[of, rank], votes[of, rank], of

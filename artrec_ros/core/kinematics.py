@@ -118,7 +118,8 @@ class Kinematics:
             np.empty((n_h, self.n_joints, 3)),
         )
         if COMPILED:
-            forward(self.chain, R, t, q, out.R, out.t, out.axis, out.origin)
+            # copies: each kind of array, as a broadcast or a constant one, would be compiled for anew
+            forward(self.chain, R.copy(), t.copy(), q, out.R, out.t, out.axis, out.origin)
             return out
         for c, component in enumerate(self.model.components):
             joint = component.joint

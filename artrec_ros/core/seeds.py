@@ -90,6 +90,7 @@ class Seeds:
         return surface.score(field, camera, frames, patches, occlusion=False).votes.sum(axis=1)
 
     def _patches_of(self, components: tuple[int, ...], bodies: bool) -> np.ndarray:
+        """The components' patches: indices into the surface's, ascending."""
         if (components, bodies) not in self._patches:
             mine = np.isin(self._surface.component, components) & (bodies | self._surface.is_marker)
             self._patches[components, bodies] = np.flatnonzero(mine)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from .compiled.chains import place_points
 from .compiled.geometry import view_of
-from .compiled.jit import COMPILED
+from .compiled.jit import COMPILED, LANES
 from .compiled.joint_search import search_joints
-from .compiled.scoring import AT_ONCE, Limits, Surface, score_patches
+from .compiled.scoring import Limits, Surface, score_patches
 from .datatypes import Camera
 from .evidence import OUTSIDE, LabelField, Roles
 from .kinematics import Frames, Kinematics
@@ -117,7 +117,7 @@ class SpatialModel:
         """The same for compiled code."""
         marker_of = np.full(len(self.patches), -1)
         marker_of[self.markers] = np.arange(len(self.markers))
-        filled = [np.pad(p.inside, ((0, -len(p.inside) % AT_ONCE), (0, 0)), mode="edge") for p in self.patches]
+        filled = [np.pad(p.inside, ((0, -len(p.inside) % LANES), (0, 0)), mode="edge") for p in self.patches]
         return Surface(
             component=self.component,
             normal=self.normal,

@@ -50,7 +50,7 @@ class WholeObjectFinder:
         self.surface = SpatialModel(target.model, target.label)
         self.root = self.surface.root
         self.root_label = self.surface.labels[self.root]
-        self._value = Value(len(target.model.components), self.root, HIDDEN_COST)
+        self._value = Value(len(target.model.components), self.root, HIDDEN_COST, occlusion=True)
         markers = target.model.required.markers
         self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
         self._marker_centres = np.array([m.centre for m in markers])
@@ -181,10 +181,10 @@ class WholeObjectFinder:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
         if not COMPILED:
             return self.total(self.judge(field, camera, poses, occlusion=occlusion))
-        out, view, chain = np.empty(len(poses)), view_of(field, camera), self.surface.kinematics.chain
-        climbing.votes_of(
-            self.surface.compiled, chain, view, LIMITS, self._value, occlusion, poses.R, poses.t, poses.q, out
-        )
+        surface, view, out = self.surface, view_of(field, camera), np.empty(len(poses))
+        value = self._value._replace(occlusion=occlusion)
+        R, t, q = poses.R, poses.t, poses.q
+        climbing.votes_of(surface.compiled, surface.kinematics.chain, view, LIMITS, value, R, t, q, out)
         return out
 
     def total(self, scores: PatchScores) -> Array:

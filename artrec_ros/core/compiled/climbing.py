@@ -19,6 +19,7 @@ class Value(NamedTuple):
     n_components: int
     root: int
     hidden_cost: float
+    occlusion: bool  # whether bodies hide what is behind them
 
 
 class Moves(NamedTuple):
@@ -72,11 +73,10 @@ def place_all(chain: Chain, R: Any, t: Any, q: Any, body: Body) -> None:
 
 
 @lean
-def total_votes(
-    s: Surface, patches: Any, view: View, limits: Limits, value: Value, occlusion: bool, body: Body, room: Room
-) -> float:
+def total_votes(s: Surface, patches: Any, view: View, limits: Limits, value: Value, body: Body, room: Room) -> float:
     """Votes of a whole placed object; a component that speaks against itself counts as hidden, at a price."""
-    score_hypothesis(s, body.R, body.t, patches, view, limits, occlusion, room, body.votes, body.area_px, body.agree)
+    hidden = value.occlusion
+    score_hypothesis(s, body.R, body.t, patches, view, limits, hidden, room, body.votes, body.area_px, body.agree)
     body.sums[:] = 0.0
     for p in range(len(patches)):
         c = s.component[p]
@@ -127,14 +127,13 @@ def body_of(s: Surface, value: Value) -> Body:
 
 @jit
 def votes_of(
-    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, occlusion: bool, R: Any, t: Any, q: Any,
-    out: Any,
-) -> None:  # fmt: skip
+    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, R: Any, t: Any, q: Any, out: Any
+) -> None:
     """Fill out (H,) with the votes of hypotheses R (H, 3, 3), t (H, 3), q (H, J) as `WholeObjectFinder.votes` does."""
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value)
     for h in range(len(R)):
         place_all(chain, R[h], t[h], q[h], body)
-        out[h] = total_votes(s, patches, view, limits, value, occlusion, body, room)
+        out[h] = total_votes(s, patches, view, limits, value, body, room)
 
 
 @jit
@@ -160,7 +159,7 @@ def _sweep_one(
                 break
             q[j] = at
             place_all(chain, R, t, q, body)
-            found = total_votes(s, patches, view, limits, value, True, body, room)
+            found = total_votes(s, patches, view, limits, value, body, room)
             if found > votes:
                 votes, best = found, at
         q[j] = best
@@ -200,7 +199,7 @@ def _climb_one(
             move(m, step, R, t, q, tried)
             step[k] = 0.0
             place_all(chain, tried.R, tried.t, tried.q, body)
-            found = total_votes(s, patches, view, limits, value, True, body, room)
+            found = total_votes(s, patches, view, limits, value, body, room)
             steps[k] *= m.lengthen if found > votes else m.turn
             if found > votes:
                 votes = found

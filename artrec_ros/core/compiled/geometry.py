@@ -80,7 +80,7 @@ def locate(A: Any, b: Any, on: Any, view: View, out: Any) -> None:
     :param on: their x, y and z.
     """
     xs, ys, zs = on
-    K, w, right, down = view.K, view.width + 2, float(view.width), float(view.height)
+    K = view.K
     if view.bent:
         for i in range(len(xs)):
             x, y, z = xs[i], ys[i], zs[i]
@@ -105,9 +105,8 @@ def locate(A: Any, b: Any, on: Any, view: View, out: Any) -> None:
     for i in range(len(xs)):
         x, y, z = xs[i], ys[i], zs[i]
         k = 1.0 / max(z0 * x + z1 * y + z2 * z + z3, 1e-3)
-        u = min(max((u0 * x + u1 * y + u2 * z + u3) * k + cx, -1.0), right)
-        v = min(max((v0 * x + v1 * y + v2 * z + v3) * k + cy, -1.0), down)
-        out[i] = np.int32(v + 1.5) * w + np.int32(u + 1.5)  # rounded, and one for the border
+        u, v = (u0 * x + u1 * y + u2 * z + u3) * k + cx, (v0 * x + v1 * y + v2 * z + v3) * k + cy
+        out[i] = padded_pixel(u, v, view)
 
 
 @inlined

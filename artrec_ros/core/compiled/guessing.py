@@ -8,9 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .geometry import View, padded_pixel
-from .jit import inlined, lean
-
-AT_ONCE = 8  # samples between two looks at whether the rest can still be enough
+from .jit import LANES, inlined, lean
 
 
 class Bank(NamedTuple):
@@ -61,8 +59,8 @@ def score_similarity(
     share = m.area[v] * k * k / n
     around = m.perimeter[v] * k * look.ring_width_px
     most_ring = max(look.most_ring, 0.0) * around
-    for first in range(0, n, AT_ONCE):
-        xs, ys = m.inside[v, 0, first : first + AT_ONCE], m.inside[v, 1, first : first + AT_ONCE]
+    for first in range(0, n, LANES):  # between two of these it looks whether the rest can still be enough
+        xs, ys = m.inside[v, 0, first : first + LANES], m.inside[v, 1, first : first + LANES]
         for i in range(len(xs)):
             at[i] = padded_pixel(x0 + a * xs[i] - b * ys[i], y0 + b * xs[i] + a * ys[i], view)
         for i in range(len(xs)):

@@ -13,6 +13,7 @@ except ImportError:  # the numpy twins do the work
     numba = None
 
 COMPILED = numba is not None
+LANES = 8  # numbers in a vector instruction
 _MATH = {"contract", "reassoc", "arcp", "nsz"}  # sums may be reordered; NaN keeps its meaning
 _OPTIONS = {"nogil": True, "fastmath": _MATH, "error_model": "numpy"}
 

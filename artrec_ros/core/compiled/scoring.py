@@ -11,8 +11,6 @@ from ..evidence import OUTSIDE
 from .geometry import View, locate, outline_pixels, padded_pixel, turned
 from .jit import inlined, jit, lean
 
-AT_ONCE = 8  # numbers in a vector
-
 
 class Surface(NamedTuple):
     """P patches and B boxes of a spatial model as arrays.
@@ -29,7 +27,7 @@ class Surface(NamedTuple):
     label: Any  # (P,)
     marker_of: Any  # (P,) index into the markers' contours, -1: a face
     ignored: Any  # (P, B) bool: boxes that the patch lies on
-    starts: Any  # (P + 1,) multiples of AT_ONCE
+    starts: Any  # (P + 1,) multiples of LANES
     count: Any  # (P,)
     points: Any  # (3, n)
     role: Any  # (P,)
@@ -58,7 +56,7 @@ class Limits(NamedTuple):
 
 @inlined
 def points_of(s: Surface, p: int) -> tuple[Any, Any, Any]:
-    """x, y and z of a patch's points, AT_ONCE or a multiple: slices of their own, over which loops become vector
+    """x, y and z of a patch's points, LANES or a multiple: slices of their own, over which loops become vector
     instructions."""
     first, last = s.starts[p], s.starts[p + 1]
     return s.points[0, first:last], s.points[1, first:last], s.points[2, first:last]
@@ -142,6 +140,7 @@ def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room) -> 
             above += half[i] * abs(nx * B[0, i] + ny * B[1, i] + nz * B[2, i])
         if not above > 0.0:  # wholly behind the patch's plane
             continue
+        # a box grown by the patch's radius reaches out at most that much times the square root of three
         along, reach = m[0] * cx + m[1] * cy + m[2] * cz, s.box_radius[k] + 2.0 * s.radius[p]
         if m[0] * m[0] + m[1] * m[1] + m[2] * m[2] - along * along * inverse > reach * reach:  # beside its cone
             continue

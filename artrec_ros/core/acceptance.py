@@ -38,7 +38,7 @@ class Verdict:
 
     :param shown: per component the index into the surface's patches of the marker that shows it, -1 where none does.
     :param confirmed: per component whether its labels say clearly that it is there.
-    :param marker_votes: of each component.
+    :param marker_votes: votes of each component's markers.
     """
 
     claim: Claim

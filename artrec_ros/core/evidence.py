@@ -33,9 +33,10 @@ RING_BODY_LABEL = 0.6
 BODY = (0.7, -0.2, -2.0)  # a third of a marker's: bodies are large, plain, and like other things
 BODY_MARKER_LABEL = -1.0
 SEAM_REACH_PX = 4.0
-SEAM_PIXELS = 6000  # of a class, about, that are looked at
+SEAM_PIXELS = 6000  # of a class that are looked at
 SEAM_SHARE = 0.2  # of a class' border must have another known class in reach
 
+_GOLDEN = (np.sqrt(5) - 1) / 2
 _REACH = int(np.ceil(SEAM_REACH_PX))
 _AROUND = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1].reshape(2, -1)
 _ROWS, _COLUMNS = _AROUND[:, np.argsort(np.hypot(*_AROUND), kind="stable")]  # around a pixel, nearest first
@@ -122,12 +123,13 @@ class LabelField:
         return self._seams[label]
 
     def _gaps_px(self, label: int) -> Array:
-        """From border pixels of a class, but such at the image's border, to the next pixel of another known class,
-        itself not counted; inf: far."""
+        """From border pixels of a class, but for those within SEAM_REACH_PX of the image's border, to the next pixel
+        of another known class, itself not counted; inf: far."""
         silent = np.zeros(256, bool)
         silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
         (height, width), mine = self.labels.shape, np.flatnonzero(self.labels == label)
-        mine = mine[:: 1 + len(mine) // SEAM_PIXELS].copy()
+        if len(mine) > SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
+            mine = mine[(np.arange(SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
         if COMPILED:
             gaps, looks = np.empty(len(mine)), (_ROWS, _COLUMNS, _GAPS_PX)
             return gaps[: gaps_px(self.padded, width, height, _REACH, mine, label, silent, *looks, gaps)]

@@ -60,9 +60,10 @@ class Kinematics:
         """(J, n) such values of all joints; NaN fills up the rows of those with fewer."""
         if step not in self._grids:
             rows = [self.grid(j, step) for j in range(self.n_joints)]
-            self._grids[step] = np.full((len(rows), max(map(len, rows), default=0)), np.nan)
-            for row, values in zip(self._grids[step], rows, strict=True):
+            grids = np.full((len(rows), max(map(len, rows), default=0)), np.nan)
+            for row, values in zip(grids, rows, strict=True):
                 row[: len(values)] = values
+            self._grids[step] = grids
         return self._grids[step]
 
     @cached_property
@@ -119,7 +120,7 @@ class Kinematics:
         )
         if COMPILED:
             # copies: each kind of array, as a broadcast or a constant one, would be compiled for anew
-            forward(self.chain, R.copy(), t.copy(), q, out.R, out.t, out.axis, out.origin)
+            forward(self.chain, R.copy(), t.copy(), q.copy(), out.R, out.t, out.axis, out.origin)
             return out
         for c, component in enumerate(self.model.components):
             joint = component.joint

@@ -38,14 +38,14 @@ def climb(
     :param spread: first steps, in units of STEP_PX and the like.
     :return: hypotheses no worse than before, and their votes.
     """
-    steps = np.full((len(poses), 6 + kinematics.n_joints), spread)
+    steps = np.full((len(poses), 6 + kinematics.n_joints), float(spread))
     for _ in range(rounds if len(poses) else 0):
         if (deadline is not None and deadline.expired) or (np.abs(steps) < LEAST_STEP).all():
             break
         for k in range(steps.shape[1]):
             step = np.zeros_like(steps)
             step[:, k] = steps[:, k]
-            tried = _moved(step, kinematics, camera, poses)
+            tried = _stepped(step, kinematics, camera, poses)
             found, taken = votes_of(tried), np.abs(steps[:, k]) >= LEAST_STEP
             better = (found > votes) & taken
             votes = np.where(better, found, votes)
@@ -83,7 +83,7 @@ def moves_of(kinematics: Kinematics, camera: Camera) -> Moves:
     return Moves(*steps, focal, kinematics.lower, kinematics.upper, kinematics.unit, kinematics.endless)
 
 
-def _moved(z: Array, kin: Kinematics, camera: Camera, poses: Poses) -> Poses:
+def _stepped(z: Array, kin: Kinematics, camera: Camera, poses: Poses) -> Poses:
     """Poses moved by z (H, 6 + J), in units of STEP_PX and the like: across the ray and along it, turned, bent."""
     f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
     across = z[:, :3] * np.array([STEP_PX, STEP_PX, 0.0]) / f * poses.t[:, 2:]

@@ -47,7 +47,7 @@ class Boxes:
         out = np.zeros(X.shape[:2], bool)
         R, eye = self.in_camera(frames)
         if COMPILED:
-            turn = np.ascontiguousarray(R.transpose(0, 1, 3, 2))
+            turn, eye, X = (np.ascontiguousarray(values) for values in (R.transpose(0, 1, 3, 2), eye, X))
             hidden(turn, eye, self.half, X, ignored, BEHIND, out)
             return out
         axes = [np.ascontiguousarray(X[..., i]) for i in range(3)]  # one array an axis: no short reductions

@@ -30,7 +30,7 @@ JOINT_SIGMA = 1.5  # a weak pull to the middle of a joint's range keeps unseen j
 POINT_SIGMA_PX = 0.7  # labels place a boundary this well
 PIN = 1e9  # weight that holds a joint
 _STEP = StepTerms(POINT_SIGMA_PX, damping=np.array([0.05, 0.15]), limit=np.array([0.15, 0.3]))
-_EDGE_STEPS = math.exp(2 * EDGE_VOTE), math.exp(2 * EDGE_VOTE_SEAM), math.exp(-2 * EDGE_VOTE)
+_EDGE_FACTORS = math.exp(2 * EDGE_VOTE), math.exp(2 * EDGE_VOTE_SEAM), math.exp(-2 * EDGE_VOTE)
 _UNKNOWNS = np.isin(np.arange(256), (UNKNOWN, OUTSIDE, OWNED))
 
 
@@ -162,7 +162,7 @@ def _refine_compiled(
 def _edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
     """What compiled code needs to find edges, in each of the steps of a fit."""
     seams = np.array([field.seam_px(label) for label in model.marker_labels])
-    return EdgeTerms(np.array(reach_px), *_EDGE_STEPS, _priors(reach_px), seams, _UNKNOWNS, OUTSIDE)
+    return EdgeTerms(np.array(reach_px), *_EDGE_FACTORS, _priors(reach_px), seams, _UNKNOWNS, OUTSIDE)
 
 
 @cache

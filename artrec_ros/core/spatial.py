@@ -25,7 +25,7 @@ from .transforms import Array
 RING_PX = 1.25  # outside and inside of the seam that a segmenter leaves between two colours
 RING_WIDTH_PX = 1.5  # what a ring point stands for across the contour
 LEAST_COSINE = 0.12  # a patch seen flatter than this shows nothing
-LIMITS = Limits(LEAST_COSINE, RING_PX, RING_WIDTH_PX, BEHIND)
+LIMITS = Limits(LEAST_COSINE, RING_PX, RING_WIDTH_PX, BEHIND, OUTSIDE)
 
 
 @dataclass(frozen=True)

@@ -73,6 +73,9 @@ class WholeObjectFinder:
         kin, every = self.surface.kinematics, np.ones((1, len(self.surface.markers)), bool)
         ahead = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), (kin.lower + kin.upper)[None] / 2)
         contour_fit(self.surface, field, camera, ahead, every, 1)
+        frames, points = kin.forward(ahead.R, ahead.t, ahead.q), self.surface.points
+        X = self.surface.place(frames, points, self.surface.component[self.surface.point_patch])
+        self.surface.boxes.hidden(frames, X, self.surface.ignored[self.surface.point_patch])
 
     def find_plain(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]

@@ -41,12 +41,19 @@ def multiply(A: Any, B: Any, out: Any) -> None:
 
 
 @lean
+def copy_rotation(R: Any, out: Any) -> None:
+    """Copy (3, 3) without room for the case that both overlap."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = R[i, j]
+
+
+@lean
 def copy_frame(R: Any, t: Any, R_out: Any, t_out: Any) -> None:
     """Copy a rotation (3, 3) and a place (3,)."""
+    copy_rotation(R, R_out)
     for i in range(3):
         t_out[i] = t[i]
-        for j in range(3):
-            R_out[i, j] = R[i, j]
 
 
 @lean

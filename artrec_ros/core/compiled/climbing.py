@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .chains import Chain, about_axis, copy_frame, multiply, place
+from .chains import Chain, about_axis, copy_frame, copy_rotation, multiply, place
 from .geometry import View
 from .jit import jit, lean
 from .scoring import Limits, Room, Surface, room_of, score_hypothesis
@@ -92,7 +92,7 @@ def total_votes(s: Surface, patches: Any, view: View, limits: Limits, value: Val
 
 @lean
 def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
-    """A try: `local_search._moved` of one hypothesis."""
+    """A try: `local_search._stepped` of one hypothesis."""
     R_new, t_new, q_new, turn = tried.R, tried.t, tried.q, tried.turn
     near = 1 + m.depth * z[2]
     across = m.px / m.focal * t[2]
@@ -105,7 +105,7 @@ def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
         about_axis(t_axis, angle, turn[0])
         multiply(turn[0], R, R_new)
     else:
-        copy_frame(R, t_new, R_new, t_new)
+        copy_rotation(R, R_new)
     for j in range(len(q)):
         value = q[j] + m.joint * m.unit[j] * z[6 + j]
         if m.endless[j]:

@@ -51,7 +51,8 @@ def pixel(px: float, py: float, width: int, height: int) -> int:
 
 @inlined
 def padded_pixel(x: float, y: float, view: View) -> Any:
-    """The same without branches, so that loops become vector instructions; x and y are numbers."""
+    """The same without branches, so that loops become vector instructions. x and y must be numbers: NaN would give any
+    index at all."""
     row = np.int32(min(max(y, -1.0), float(view.height)) + 1.5)  # rounded, and one for the border
     return row * (view.width + 2) + np.int32(min(max(x, -1.0), float(view.width)) + 1.5)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
@@ -20,16 +21,19 @@ _OPTIONS = {"nogil": True, "fastmath": _MATH, "error_model": "numpy"}
 
 def forget_stale(sources: Path) -> None:
     """Remove results kept beside sources of which any has changed: numba looks at a function's own file alone, not at
-    those whose functions it was compiled with."""
-    stamp, kept = sources / "__pycache__" / "sources.sha256", sources.glob("__pycache__/*.nb[ic]")
-    digest = sha256(b"".join(p.read_bytes() for p in sorted(sources.glob("*.py")))).hexdigest()
-    with suppress(OSError):  # nobody edits an installation that nobody may write to
-        if stamp.is_file() and stamp.read_text(encoding="utf-8") == digest:
+    those whose functions it was compiled with. Results in a folder elsewhere, as NUMBA_CACHE_DIR names one, stay."""
+    folder, now = sources / "__pycache__", sha256()
+    stamp, new = folder / "sources.sha256", folder / f"sources.{os.getpid()}"
+    with suppress(OSError):  # results that nobody may write are not kept here either
+        for source in sorted(sources.glob("*.py")):
+            now.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
+        if stamp.is_file() and stamp.read_text(encoding="utf-8") == now.hexdigest():
             return
-        for result in kept:
-            result.unlink()
-        stamp.parent.mkdir(exist_ok=True)
-        stamp.write_text(digest, encoding="utf-8")
+        for result in folder.glob("*.nb[ic]"):
+            result.unlink(missing_ok=True)  # another process may be at it
+        folder.mkdir(exist_ok=True)
+        new.write_text(now.hexdigest(), encoding="utf-8")
+        new.replace(stamp)
 
 
 if numba is not None:
@@ -47,9 +51,12 @@ def jit(function: Any, **options: Any) -> Any:
 
 
 def lean(function: Any) -> Any:
-    """Compile a function that makes no array: without the counting of references, which takes longer than the work
-    where views of arrays are cut out and handed on at every point."""
-    return jit(function, _nrt=False)
+    """Compile a function that makes no array, nor calls one that does: without the counting of references, which takes
+    longer than the work where views of arrays are cut out and handed on at every point."""
+    try:
+        return jit(function, _nrt=False)
+    except (KeyError, TypeError):  # a numba that has no such option
+        return jit(function)
 
 
 def inlined(function: Any) -> Any:

@@ -33,7 +33,7 @@ def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, 
         total += role[view.padded[room.at[0, i]]]
     if total * share + most < wanted or k < 0:
         return total * share + most
-    return total * share + ring_votes(s, k, A, b, view, limits.ring_px, room) * ring
+    return total * share + ring_votes(s, k, A, b, view, limits, room) * ring
 
 
 @lean

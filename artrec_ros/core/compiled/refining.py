@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .chains import Chain, about_axis, forward, multiply
+from .chains import Chain, about_axis, copy_rotation, forward, multiply
 from .fitting import EdgeTerms, Motion, normal_equations
 from .geometry import View
 from .jit import jit, lean
@@ -68,9 +68,7 @@ def turn_by(x: float, y: float, z: float, R: Any, scratch: Any) -> None:
     axis[0], axis[1], axis[2] = x / angle, y / angle, z / angle
     about_axis(axis, angle, scratch[0])
     multiply(scratch[0], R, scratch[1])
-    for i in range(3):
-        for j in range(3):
-            R[i, j] = scratch[1, i, j]
+    copy_rotation(scratch[1], R)
 
 
 @lean

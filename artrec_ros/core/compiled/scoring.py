@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..evidence import OUTSIDE
 from .geometry import View, locate, outline_pixels, padded_pixel, turned
 from .jit import inlined, jit, lean
 
@@ -52,6 +51,7 @@ class Limits(NamedTuple):
     ring_px: float
     ring_width_px: float
     behind: float  # share of the way to a point beyond which nothing hides it
+    outside: int  # the label beyond the image
 
 
 @inlined
@@ -159,11 +159,11 @@ def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room) -> 
 
 
 @inlined
-def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, ring_px: float, room: Room) -> float:
+def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, limits: Limits, room: Room) -> float:
     """Mean vote of what lies just inside and just outside the contour of marker `k`."""
     outline_pixels(A, b, s.contour[k], s.contour_normal[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
-    outer, inner = room.at[0], room.at[1]
+    outer, inner, ring_px = room.at[0], room.at[1], limits.ring_px
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
     m, ring = len(u), 0.0
     for i in range(m):
@@ -171,7 +171,7 @@ def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, ring_px: float, r
         inner[i] = padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)
     for i in range(m):
         beyond = view.padded[outer[i]]
-        if beyond != OUTSIDE:  # else not the marker ends there but the image
+        if beyond != limits.outside:  # else not the marker ends there but the image
             ring += out[beyond] + into[view.padded[inner[i]]]
     return ring / m
 
@@ -252,7 +252,7 @@ def score_hypothesis(
         size, visible = s.area[p] * f2 / mz**2 * cosine, seen / count
         value, k = total / count * size, s.marker_of[p]
         if k >= 0 and visible > 0.5:
-            value += ring_votes(s, k, A, b, view, limits.ring_px, room) * ring_px2(s, k, cosine, mz, f2, limits)
+            value += ring_votes(s, k, A, b, view, limits, room) * ring_px2(s, k, cosine, mz, f2, limits)
         votes[column] = value
         area_px[column] = size * visible
         agree[column] = same / max(visible * count, 1.0)

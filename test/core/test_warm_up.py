@@ -1,0 +1,42 @@
+"""Compiled code is ready before the first image."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from artrec_ros.core.compiled.jit import COMPILED
+
+ROOT = Path(__file__).parents[2]
+PROGRAM = """
+import importlib, pkgutil
+from artrec_ros.core import compiled
+from artrec_ros.core.config import RecognizerConfig
+from artrec_ros.io.parameters import load_parameters
+from artrec_ros.simulation.config import SceneConfig, SensorConfig
+from artrec_ros.simulation.simulator import pinhole_camera, simulate
+
+def compiled_for():
+    names = [f"{compiled.__name__}.{m.name}" for m in pkgutil.iter_modules(compiled.__path__)]
+    functions = [f for name in names for f in vars(importlib.import_module(name)).values() if hasattr(f, "signatures")]
+    return {f"{f.__module__}.{f.__name__}": f.signatures for f in functions}
+
+setup = load_parameters("config/excavator.yaml")
+recognizer = setup.build()
+before = compiled_for()
+camera = pinhole_camera((320, 240), 60.0)
+scene = SceneConfig(objects=(1, 1), size=(0.5, 0.6), facing=1.0, distractors=1)
+found = 0
+for frame in simulate(setup.targets, camera, scene, SensorConfig(), 3, 3):
+    found += len(recognizer.recognize(frame.labels, camera).detections)
+assert found, "nothing to see"
+late = [name for name, kinds in compiled_for().items() if kinds != before[name]]
+assert not late, late
+"""
+
+
+@pytest.mark.skipif(not COMPILED, reason="numba is not installed")
+def test_the_first_images_of_whole_objects_compile_nothing():
+    done = subprocess.run([sys.executable, "-c", PROGRAM], cwd=ROOT, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr

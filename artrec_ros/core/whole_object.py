@@ -38,8 +38,8 @@ HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
 RIVAL = 0.8  # of a sure object's votes
 HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
 SETTLED_VOTES = 0.85  # of a hypothesis' votes must be left after its last fit
-_MIRROR = np.array([1.0, 1.0, -1.0])
-_MIRRORED = np.outer(_MIRROR, _MIRROR)  # times a rotation: its mirror image in the marker's and in the image's plane
+# times a rotation: its mirror image in the marker's and in the image's plane
+_MIRRORED = np.outer((1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 
 
 class WholeObjectFinder:

@@ -49,6 +49,19 @@ def copy_rotation(R: Any, out: Any) -> None:
 
 
 @lean
+def turn_by(x: float, y: float, z: float, R: Any, scratch: Any) -> None:
+    """Turn R (3, 3) by a rotation vector of the camera's axes; scratch (3, 3, 3)."""
+    angle = math.sqrt(x * x + y * y + z * z)
+    if angle < 1e-12:
+        return
+    axis = scratch[2, 0]
+    axis[0], axis[1], axis[2] = x / angle, y / angle, z / angle
+    about_axis(axis, angle, scratch[0])
+    multiply(scratch[0], R, scratch[1])
+    copy_rotation(scratch[1], R)
+
+
+@lean
 def copy_frame(R: Any, t: Any, R_out: Any, t_out: Any) -> None:
     """Copy a rotation (3, 3) and a place (3,)."""
     copy_rotation(R, R_out)

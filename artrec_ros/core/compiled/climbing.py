@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .chains import Chain, about_axis, copy_frame, copy_rotation, multiply, place
+from .chains import Chain, copy_frame, copy_rotation, place, turn_by
 from .geometry import View
 from .jit import jit, lean
 from .scoring import Limits, Room, Surface, room_of, score_hypothesis
@@ -57,7 +57,7 @@ class Tried(NamedTuple):
     R: Any  # (3, 3)
     t: Any  # (3,)
     q: Any  # (J,)
-    turn: Any  # (2, 3, 3) scratch
+    scratch: Any  # (3, 3, 3)
 
 
 @lean
@@ -93,19 +93,12 @@ def total_votes(s: Surface, patches: Any, view: View, limits: Limits, value: Val
 @lean
 def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
     """A try: `local_search._stepped` of one hypothesis."""
-    R_new, t_new, q_new, turn = tried.R, tried.t, tried.q, tried.turn
+    t_new, q_new = tried.t, tried.q
     near = 1 + m.depth * z[2]
     across = m.px / m.focal * t[2]
     t_new[0], t_new[1], t_new[2] = t[0] * near + across * z[0], t[1] * near + across * z[1], t[2] * near
-    x, y, w = m.rad * z[3], m.rad * z[4], m.rad * z[5]
-    angle = math.sqrt(x * x + y * y + w * w)
-    if angle > 1e-9:
-        t_axis = turn[1, 0]
-        t_axis[0], t_axis[1], t_axis[2] = x / angle, y / angle, w / angle
-        about_axis(t_axis, angle, turn[0])
-        multiply(turn[0], R, R_new)
-    else:
-        copy_rotation(R, R_new)
+    copy_rotation(R, tried.R)
+    turn_by(m.rad * z[3], m.rad * z[4], m.rad * z[5], tried.R, tried.scratch)
     for j in range(len(q)):
         value = q[j] + m.joint * m.unit[j] * z[6 + j]
         if m.endless[j]:
@@ -173,7 +166,7 @@ def climb(
 ) -> None:  # fmt: skip
     """Move hypotheses R (H, 3, 3), t (H, 3), q (H, J) to better ones nearby, as `local_search.climb` does."""
     patches, room, body, n_joints = np.arange(len(s.area)), room_of(s), body_of(s, value), q.shape[1]
-    tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(n_joints), np.empty((2, 3, 3)))
+    tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(n_joints), np.empty((3, 3, 3)))
     steps, step = np.empty(6 + n_joints), np.zeros(6 + n_joints)
     for h in range(len(R)):
         steps[:] = spread

@@ -29,7 +29,7 @@ def find_edge(
     u: float, v: float, nu: float, nv: float, label: int, seam_px: float, e: EdgeTerms, step: int, view: View, seen: Any
 ) -> tuple[float, float]:
     """`posefit.find_edges` at one contour point: signed distance of the edge and its weight."""
-    if not abs(u) + abs(v) < 1e9:  # nor where they are no numbers
+    if not abs(u) + abs(v) < 1e9:  # a pose that is no number has no edge anywhere
         return 0.0, 0.0
     reach, prior = e.reach[step], e.prior[step]
     n = 2 * reach + 1

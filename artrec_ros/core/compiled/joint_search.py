@@ -78,19 +78,21 @@ def best_joint(
 
 @lean
 def search_one(
-    s: Surface, chain: Chain, order: Any, starts: Any, R: Any, t: Any, q: Any, grids: Any, view: View, limits: Limits,
-    most: Any, scratch: Any, room: Room,
+    s: Surface, chain: Chain, order: Any, starts: Any, R_object: Any, t_object: Any, q: Any, grids: Any, view: View,
+    limits: Limits, R: Any, t: Any, most: Any, scratch: Any, room: Room,
 ) -> None:  # fmt: skip
-    """Joints q (J,) of one hypothesis, whose frames R (C, 3, 3), t (C, 3) are known where there is no parent.
+    """Fill the joints q (J,) and the frames R (C, 3, 3), t (C, 3) of one hypothesis (3, 3), (3,).
 
     :param order: (P,) patches by component, those of `c` from starts[c] to starts[c + 1].
     """
     for c in range(len(chain.parent)):
         j = chain.joint_of[c]
-        if j >= 0:
+        if chain.parent[c] < 0:
+            copy_frame(R_object, t_object, R[c], t[c])
+        elif j >= 0:
             mine = order[starts[c] : starts[c + 1]]
             q[j] = best_joint(s, chain, c, mine, R, t, grids[j], view, limits, most, scratch, room)
-        elif chain.parent[c] >= 0:
+        else:
             place(chain, c, R, t, 0.0, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
 
 
@@ -105,7 +107,6 @@ def search_joints(
     frames_R, frames_t = np.empty((n_c, 3, 3)), np.empty((n_c, 3))
     most, scratch, room = np.empty(len(s.area)), np.empty((4, 3, 3)), room_of(s)
     for h in range(len(R)):
-        for c in range(n_c):
-            if chain.parent[c] < 0:
-                copy_frame(R[h], t[h], frames_R[c], frames_t[c])
-        search_one(s, chain, order, starts, frames_R, frames_t, q[h], grids, view, limits, most, scratch, room)
+        search_one(
+            s, chain, order, starts, R[h], t[h], q[h], grids, view, limits, frames_R, frames_t, most, scratch, room
+        )

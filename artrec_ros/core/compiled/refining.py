@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .chains import Chain, about_axis, copy_rotation, forward, multiply
+from .chains import Chain, forward, turn_by
 from .fitting import EdgeTerms, Motion, normal_equations
 from .geometry import View
 from .jit import jit, lean
@@ -56,19 +56,6 @@ def solve(A: Any, b: Any, x: Any) -> None:
         for k in range(i + 1, n):
             value -= A[k, i] * x[k]
         x[i] = value / A[i, i]
-
-
-@lean
-def turn_by(x: float, y: float, z: float, R: Any, scratch: Any) -> None:
-    """Turn R (3, 3) by a rotation vector of the camera's axes; scratch (3, 3, 3)."""
-    angle = math.sqrt(x * x + y * y + z * z)
-    if angle < 1e-12:
-        return
-    axis = scratch[2, 0]
-    axis[0], axis[1], axis[2] = x / angle, y / angle, z / angle
-    about_axis(axis, angle, scratch[0])
-    multiply(scratch[0], R, scratch[1])
-    copy_rotation(scratch[1], R)
 
 
 @lean

@@ -31,45 +31,53 @@ STRETCH_SHARE = 0.5  # of what the stretches' residuals pull counts: the rest is
 MOST_TURN_RAD, MOST_RANGE_SHARE = 1.0, 0.5  # what is known of a pose without any contour
 
 
-def pose_covariance(model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray) -> Array:
-    """(6, 6) covariance of one fitted hypothesis: x, y, z, then rotations about them, along the camera's axes.
+def pose_covariances(model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray) -> Array:
+    """(H, 6, 6) covariances of fitted hypotheses: x, y, z, then rotations about them, along the camera's axes.
 
-    :param use: (1, M) bool: the markers of `model.markers` that it was fitted to.
+    :param use: (H, M) bool: the markers of `model.markers` that each was fitted to.
     """
     prior = _prior(model, poses)
-    if not use.any():
-        return np.diag(1 / np.diag(prior)[:6])
     fit = contour_fit(model, field, camera, poses, use, REACH_PX)
-    seam_px = field.seam_px(int(model.label[model.markers[np.flatnonzero(use[0])[0]]]))
-    Jw = fit.jacobian[0] * fit.weight[0][..., None]  # (M, m, 6+J)
-    n_par = Jw.shape[-1]
-    A = Jw.reshape(-1, n_par).T @ fit.jacobian[0].reshape(-1, n_par) / POINT_SIGMA_PX**2 + prior
-    noise = _noise(fit, Jw, seam_px) / POINT_SIGMA_PX**4 + prior
+    seams_px = np.array([field.seam_px(model.marker_labels[first]) for first in use.argmax(axis=1)])
+    J = fit.jacobian.reshape(len(poses), -1, prior.shape[-1])  # (H, M m, 6+J)
+    Jw = J * fit.weight.reshape(len(poses), -1, 1)
+    A = _turned(Jw) @ J / POINT_SIGMA_PX**2 + prior
+    noise = _noise(fit, Jw.reshape(fit.jacobian.shape), seams_px) / POINT_SIGMA_PX**4 + prior
     inverse = np.linalg.inv(A)
-    covariance = (inverse @ noise @ inverse)[:6, :6]
-    return np.asarray((covariance + covariance.T) / 2, np.float64)
+    covariance = (inverse @ noise @ inverse)[:, :6, :6]
+    return np.asarray((covariance + _turned(covariance)) / 2, np.float64)
 
 
-def _noise(fit: ContourFit, Jw: Array, seam_px: float) -> Array:
-    """J' W cov(e) W J."""
-    w, n_par = fit.weight[0], Jw.shape[-1]
-    independent = np.minimum(1.0, fit.spacing_px[0])[:, None] * np.ones_like(w)  # of each point, a share
-    n = float(independent[w > 0].sum())
-    freedom = n / max(n - n_par, 0.25 * n, 1e-9)
-    spread = float(np.sum(w * fit.residual[0] ** 2) / max(w.sum(), 1e-9)) * freedom
-    variance = (FLOOR_PX**2 + spread) / np.maximum(independent, 1e-3)
-    points = (Jw * variance[..., None]).reshape(-1, n_par).T @ Jw.reshape(-1, n_par)
-    outwards = Jw.sum(axis=(0, 1))
-    sideways = Jw.transpose(0, 2, 1) @ fit.normal[0]  # (M, 6+J, 2)
-    shift = (sideways @ sideways.transpose(0, 2, 1)).sum(axis=0)
-    starts = np.linspace(0, w.shape[1], STRETCHES, endpoint=False).astype(int)
-    pull = np.add.reduceat(Jw * fit.residual[0][..., None], starts, axis=1).reshape(-1, n_par)
-    robust = STRETCH_SHARE * freedom * pull.T @ pull
-    return points + (SEAM_SHARE * seam_px) ** 2 * np.outer(outwards, outwards) + SHIFT_PX**2 * shift + robust
+def _noise(fit: ContourFit, Jw: Array, seams_px: Array) -> Array:
+    """(H, 6+J, 6+J) J' W cov(e) W J."""
+    w, (n_poses, _, n_points, n_par) = fit.weight, Jw.shape
+    independent = np.minimum(1.0, fit.spacing_px)[..., None]  # (H, M, 1) of each point, a share
+    n = (independent * (w > 0)).sum(axis=(1, 2))
+    freedom = n / np.maximum(np.maximum(n - n_par, 0.25 * n), 1e-9)
+    spread = (w * fit.residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9) * freedom
+    deviation = np.sqrt((FLOOR_PX**2 + spread)[:, None, None] / np.maximum(independent, 1e-3))
+    each = (Jw * deviation[..., None]).reshape(n_poses, -1, n_par)
+    outwards = seams_px[:, None, None] * Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J)
+    sideways = (_turned(fit.normal) @ Jw).reshape(n_poses, -1, n_par)  # (H, 2 M, 6+J)
+    starts = np.linspace(0, n_points, STRETCHES, endpoint=False).astype(int)
+    pull = np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2).reshape(n_poses, -1, n_par)
+    robust = STRETCH_SHARE * freedom[:, None, None] * _squared(pull)
+    return _squared(each) + SEAM_SHARE**2 * _squared(outwards) + SHIFT_PX**2 * _squared(sideways) + robust
 
 
 def _prior(model: SpatialModel, poses: Poses) -> Array:
-    """Information on the parameters that needs no image."""
-    range_m = MOST_RANGE_SHARE * max(float(poses.t[0, 2]), 0.05)
-    sigma = np.concatenate([[range_m] * 3, [MOST_TURN_RAD] * 3, JOINT_SIGMA * model.kinematics.unit])
-    return np.diag(sigma**-2.0)
+    """(H, 6+J, 6+J) information on the parameters that needs no image."""
+    sigma = np.empty((len(poses), 6 + model.kinematics.n_joints))
+    sigma[:, :3] = MOST_RANGE_SHARE * np.maximum(poses.t[:, 2:], 0.05)
+    sigma[:, 3:6], sigma[:, 6:] = MOST_TURN_RAD, JOINT_SIGMA * model.kinematics.unit
+    return np.asarray(np.eye(sigma.shape[1]) * (sigma**-2.0)[:, None], np.float64)
+
+
+def _turned(A: Array) -> Array:
+    """Transposes of a stack of matrices."""
+    return A.swapaxes(-1, -2)
+
+
+def _squared(A: Array) -> Array:
+    """A' A of a stack of matrices."""
+    return _turned(A) @ A

@@ -238,11 +238,13 @@ class WholeObjectFinder:
         m = self.surface.markers
         return (scores.votes[:, m] > 0) & (scores.area_px[:, m] > 8) & (scores.agree[:, m] > 0.4)
 
-    def settled(self, field: LabelField, camera: Camera, poses: Poses, scores: PatchScores) -> Poses:
-        """One hypothesis at rest on its contours, which are finer than the votes, unless these fall far."""
-        fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX)
-        before, after = self.votes(field, camera, Poses.concatenate([poses, fitted]), occlusion=True)
-        return fitted if after > SETTLED_VOTES * before else poses
+    def settled(self, field: LabelField, camera: Camera, poses: Poses, used: np.ndarray) -> Poses:
+        """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
+        whose votes fall far."""
+        fitted = refine(self.surface, field, camera, poses, used, FINE_REACH_PX)
+        both = Poses.concatenate([poses, fitted])
+        before, after = self.votes(field, camera, both, occlusion=True).reshape(2, -1)
+        return both[np.arange(len(poses)) + len(poses) * (after > SETTLED_VOTES * before)]
 
     @staticmethod
     def _keep(poses: Poses, votes: Array, n: int) -> tuple[Poses, Array]:

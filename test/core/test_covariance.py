@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 from solids import BACKGROUND, BODY, RED, camera_of, jolted, pose, render, sign, slide, truck
 
-from artrec_ros.core.covariance import MOST_RANGE_SHARE, MOST_TURN_RAD, pose_covariance
+from artrec_ros.core.covariance import MOST_RANGE_SHARE, MOST_TURN_RAD, pose_covariances
 from artrec_ros.core.evidence import UNKNOWN, LabelField
 from artrec_ros.core.posefit import refine
 from artrec_ros.core.spatial import SpatialModel
@@ -58,7 +58,7 @@ def fits(name, count, seam=False, seed=0):
         if np.linalg.norm(error[3:]) > 0.4:
             continue  # the mirrored turn: no covariance tells of that
         errors.append(error)
-        covariances.append(pose_covariance(surface, field, CAMERA, fit, use))
+        covariances.append(pose_covariances(surface, field, CAMERA, fit, use)[0])
     return np.array(errors), np.array(covariances)
 
 
@@ -87,7 +87,7 @@ def test_it_is_a_covariance_even_of_nothing(name):
     truth = pose(0.05, -0.02, 0.9, 0.4, 0.1, MODELS[name])
     surface, field, use = scene(MODELS[name], truth)
     for used in (use, np.zeros_like(use)):
-        C = pose_covariance(surface, field, CAMERA, truth, used)
+        C = pose_covariances(surface, field, CAMERA, truth, used)[0]
         assert C.shape == (6, 6)
         np.testing.assert_array_equal(C, C.T)
         assert np.linalg.eigvalsh(C).min() > 0
@@ -99,7 +99,7 @@ def test_it_is_a_covariance_even_of_nothing(name):
 def test_an_image_without_edges_says_nothing(label):
     truth = pose(0.0, 0.0, 0.9, 0.4, 0.1, MODELS["truck"])
     surface, _, use = scene(MODELS["truck"], truth)
-    C = pose_covariance(surface, LabelField(np.full((240, 320), label, np.uint8)), CAMERA, truth, use)
+    C = pose_covariances(surface, LabelField(np.full((240, 320), label, np.uint8)), CAMERA, truth, use)[0]
     np.testing.assert_allclose(np.sqrt(np.diag(C)), [MOST_RANGE_SHARE * 0.9] * 3 + [MOST_TURN_RAD] * 3, rtol=1e-6)
 
 
@@ -108,7 +108,7 @@ def test_more_markers_say_more_and_depth_is_known_least():
     surface, field, use = scene(MODELS["truck"], truth)
     one = use & (surface.component[surface.markers] == 0)
     assert one.sum() < use.sum()
-    less, more = (pose_covariance(surface, field, CAMERA, truth, u) for u in (one, use))
+    less, more = (pose_covariances(surface, field, CAMERA, truth, u)[0] for u in (one, use))
     assert np.trace(more[:3, :3]) < np.trace(less[:3, :3]) and np.trace(more[3:, 3:]) < np.trace(less[3:, 3:])
     assert more[2, 2] > 2 * max(more[0, 0], more[1, 1])
 
@@ -118,7 +118,7 @@ def test_farther_away_less_is_known():
     spread = []
     for truth in (near, far):
         surface, field, use = scene(MODELS["truck"], truth)
-        spread.append(np.sqrt(np.diag(pose_covariance(surface, field, CAMERA, truth, use))))
+        spread.append(np.sqrt(np.diag(pose_covariances(surface, field, CAMERA, truth, use)[0])))
     assert np.all(spread[1][:3] > 1.3 * spread[0][:3]) and spread[1][2] > 2 * spread[0][2]
 
 
@@ -128,5 +128,5 @@ def test_a_seam_makes_the_range_less_sure():
     spread = []
     for seam in (False, True):
         surface, field, use = scene(MODELS["truck"], truth, seam=seam, rng=rng)
-        spread.append(pose_covariance(surface, field, CAMERA, truth, use)[2, 2])
+        spread.append(pose_covariances(surface, field, CAMERA, truth, use)[0][2, 2])
     assert spread[1] > 1.5 * spread[0]

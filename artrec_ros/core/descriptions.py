@@ -1,0 +1,99 @@
+"""What is told of accepted spatial objects: fitted poses and how sure they are, joints, components in the image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .acceptance import Verdict, verdict_of
+from .covariance import pose_covariances
+from .datatypes import Camera, Detection, ImagePose, Instance
+from .evidence import LabelField
+from .kinematics import Frames
+from .ownership import Claim
+from .projection import project
+from .spatial import Poses
+from .transforms import Array, Pose
+from .whole_object import WholeObjectFinder
+
+
+class Describer:
+    """Describes all of one target's objects in a frame together."""
+
+    def __init__(self, finder: WholeObjectFinder) -> None:
+        self._finder = finder
+        surface = finder.surface
+        patches = [surface.patches[p] for p in surface.markers]
+        self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
+        self._component = surface.component[surface.markers]
+        # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
+        self._inside = np.array([p.inside for p in patches]).shape[:2]
+        self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
+        n_drawn = [len(p.drawn) for p in patches]
+        self._on = np.concatenate([np.repeat(self._component, self._inside[1]), np.repeat(self._component, n_drawn)])
+        self._ignored = surface.ignored[np.repeat(surface.markers, self._inside[1])]
+        self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
+
+    def describe(self, claims: Sequence[Claim], field: LabelField, camera: Camera) -> list[Detection]:
+        """Detections, the most probable first."""
+        if not claims:
+            return []
+        finder, surface = self._finder, self._finder.surface
+        verdicts = sorted(map(verdict_of, claims), key=lambda v: -v.probability)
+        used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
+        poses = finder.settled(field, camera, Poses.concatenate([v.claim.poses for v in verdicts]), used)
+        covariances = pose_covariances(surface, field, camera, poses, used)
+        parts = self._instances(verdicts, surface.kinematics.forward(poses.R, poses.t, poses.q), camera)
+        return [
+            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n])
+            for n, verdict in enumerate(verdicts)
+        ]
+
+    def _detection(
+        self, verdict: Verdict, number: int, pose: Poses, parts: tuple[Instance, ...], covariance: Array
+    ) -> Detection:
+        target, kin = self._finder.target, self._finder.surface.kinematics
+        root = next(p for p in parts if p.component == target.model.required.name)
+        seen = [c for c, patch in enumerate(verdict.shown) if patch >= 0]
+        told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component in view
+        return Detection(
+            target.name,
+            number,
+            verdict.probability,
+            ImagePose(root.x, root.y, root.theta, root.scale),
+            parts,
+            Pose(pose.R[0], pose.t[0]),
+            {c.name: float(pose.q[0, j]) for j, c in enumerate(target.model.joint_components) if told[j]},
+            covariance,
+        )
+
+    def _instances(self, verdicts: Sequence[Verdict], frames: Frames, camera: Camera) -> list[tuple[Instance, ...]]:
+        """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre."""
+        surface, n_inside = self._finder.surface, len(self._ignored)
+        X = surface.place(frames, self._points, self._on)
+        pixels, (height, width) = project(camera, X), verdicts[0].claim.shape
+        inside = pixels[:, :n_inside]
+        seen = ~surface.boxes.hidden(frames, X[:, :n_inside], self._ignored)
+        seen &= ((inside > -0.5) & (inside < (width - 0.5, height - 0.5))).all(axis=-1)
+        inside, weight = inside.reshape(-1, *self._inside, 2), seen.reshape(-1, *self._inside, 1)
+        count = weight.sum(axis=2)
+        centroid, tail, head = (pixels[:, self._first_drawn[:-1] + i] for i in range(3))  # (H, M, 2)
+        centre = np.where(count, (inside * weight).sum(axis=2) / np.maximum(count, 1), centroid)
+        theta = np.arctan2(*np.moveaxis((head - tail)[..., ::-1], -1, 0))
+        focal = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
+        scale = focal / np.maximum(frames.t[:, self._component, 2], 1e-6)
+        numbers = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()
+        return [
+            tuple(self._instance(v, p, numbers[h][self._row[p]], pixels[h]) for p in v.shown if p >= 0)
+            for h, v in enumerate(verdicts)
+        ]
+
+    def _instance(self, verdict: Verdict, patch: int, numbers: list[float], pixels: Array) -> Instance:
+        """The component that a patch shows; its x, y, theta, scale, and the pixels (n, 2) of all points."""
+        shown, row = self._finder.surface.patches[patch], self._row[patch]
+        assert shown.marker is not None  # what shows a component is a marker
+        agree = min(max(float(verdict.claim.scores.agree[0, patch]), 0.0), 1.0)
+        outline = pixels[self._first_drawn[row] + 3 : self._first_drawn[row + 1]]  # behind centroid, tail and head
+        name, (x, y, theta, scale) = self._finder.target.model.components[shown.component].name, numbers
+        return Instance(name, shown.marker.name, agree, x, y, theta, scale, outline)

@@ -9,9 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
+from .claims import Claim
 from .config import RecognizerConfig
 from .evidence import INSIDE, RIM, RING
-from .ownership import Claim
 from .spatial import RING_WIDTH_PX
 
 # Logistic weights: constant; other components confirmed (at most two); their votes; the body's mean vote; all votes;

@@ -59,7 +59,7 @@ def _noise(fit: ContourFit, Jw: Array, seams_px: Array) -> Array:
     each = (Jw * deviation[..., None]).reshape(n_poses, -1, n_par)
     outwards = seams_px[:, None, None] * Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J)
     sideways = (_turned(fit.normal) @ Jw).reshape(n_poses, -1, n_par)  # (H, 2 M, 6+J)
-    starts = np.linspace(0, n_points, STRETCHES, endpoint=False).astype(int)
+    starts = n_points * np.arange(STRETCHES) // STRETCHES
     pull = np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2).reshape(n_poses, -1, n_par)
     robust = STRETCH_SHARE * freedom[:, None, None] * _squared(pull)
     return _squared(each) + SEAM_SHARE**2 * _squared(outwards) + SHIFT_PX**2 * _squared(sideways) + robust

@@ -40,6 +40,11 @@ class Camera:
         return readonly(np.pad(self.distortion, (0, max(0, 8 - len(self.distortion))))[:8])
 
     @cached_property
+    def bent(self) -> bool:
+        """Whether the lens distorts at all."""
+        return bool(self.distortion.any())
+
+    @cached_property
     def fold(self) -> float:
         """Squared normalised radius up to which the lens' radial factor grows; points behind it would fold back."""
         k1, k2, _, _, k3, k4, k5, k6 = self.rational

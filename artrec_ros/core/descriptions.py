@@ -6,12 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .acceptance import Verdict, verdict_of
+from .acceptance import Verdict
 from .covariance import pose_covariances
 from .datatypes import Camera, Detection, ImagePose, Instance
 from .evidence import LabelField
 from .kinematics import Frames
-from .ownership import Claim
 from .projection import project
 from .spatial import Poses
 from .transforms import Array, Pose
@@ -35,12 +34,12 @@ class Describer:
         self._ignored = surface.ignored[np.repeat(surface.markers, self._inside[1])]
         self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
 
-    def describe(self, claims: Sequence[Claim], field: LabelField, camera: Camera) -> list[Detection]:
+    def describe(self, verdicts: Sequence[Verdict], field: LabelField, camera: Camera) -> list[Detection]:
         """Detections, the most probable first."""
-        if not claims:
+        if not verdicts:
             return []
         finder, surface = self._finder, self._finder.surface
-        verdicts = sorted(map(verdict_of, claims), key=lambda v: -v.probability)
+        verdicts = sorted(verdicts, key=lambda v: -v.probability)
         used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
         poses = finder.settled(field, camera, Poses.concatenate([v.claim.poses for v in verdicts]), used)
         covariances = pose_covariances(surface, field, camera, poses, used)
@@ -80,7 +79,7 @@ class Describer:
         count = weight.sum(axis=2)
         centroid, tail, head = (pixels[:, self._first_drawn[:-1] + i] for i in range(3))  # (H, M, 2)
         centre = np.where(count, (inside * weight).sum(axis=2) / np.maximum(count, 1), centroid)
-        theta = np.arctan2(*np.moveaxis((head - tail)[..., ::-1], -1, 0))
+        theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
         focal = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
         scale = focal / np.maximum(frames.t[:, self._component, 2], 1e-6)
         numbers = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()

@@ -102,9 +102,8 @@ class LabelField:
     def at(self, pixels: Array) -> NDArray[np.uint8]:
         """Labels (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
         height, width = self.labels.shape
-        x = np.clip(np.floor(pixels[..., 0] + 0.5), -1, width).astype(np.int32) + 1
-        y = np.clip(np.floor(pixels[..., 1] + 0.5), -1, height).astype(np.int32) + 1
-        return self.padded[y * (width + 2) + x]
+        place = np.clip(np.floor(pixels + 0.5), -1, (width, height)).astype(np.int32)
+        return self.padded[(place[..., 1] + 1) * (width + 2) + place[..., 0] + 1]
 
     def owned_share(self, contour: Array) -> float:
         """Share of a blob's contour (n, 2) that lies on pixels which somebody owns."""
@@ -145,9 +144,8 @@ class LabelField:
         bordered, far = self.padded.reshape(height + 2, width + 2).copy(), 4 * max(height, width)
         labels = bordered[1:-1, 1:-1]
         for corners in solids:
-            hull = cv2.convexHull(np.clip(corners, -far, far))  # clipped before: what is cut stays convex
-            hull = np.rint(hull * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-            cv2.fillConvexPoly(labels, hull, OWNED, shift=_SUBPIXEL_BITS)
+            fine = np.rint(np.clip(corners, -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+            cv2.fillConvexPoly(labels, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
         rest.labels, rest.padded = labels, bordered.ravel()
         return rest

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -77,7 +78,7 @@ class Hulls(NamedTuple):
 
     corners: Array  # (n, 3) in their components' frames
     component: np.ndarray  # (n,)
-    starts: np.ndarray
+    starts: list[int]  # and the end of the last
 
 
 def hulls_of(model: ObjectModel) -> Hulls:
@@ -90,4 +91,4 @@ def hulls_of(model: ObjectModel) -> Hulls:
             solids.append((c, marker.T_component_marker.apply(np.pad(marker.outline, ((0, 0), (0, 1))))))
     sizes = [len(corners) for _, corners in solids]
     component_of = np.repeat([c for c, _ in solids], sizes)
-    return Hulls(np.concatenate([corners for _, corners in solids]), component_of, np.cumsum([0, *sizes[:-1]]))
+    return Hulls(np.concatenate([corners for _, corners in solids]), component_of, [0, *accumulate(sizes)])

@@ -116,16 +116,16 @@ def _contour_fit_compiled(
     reach: int,
 ) -> ContourFit:
     kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
-    pixels, normal, residual = np.empty((*size, 2)), np.empty((*size, 2)), np.empty(size)
+    normal, spacing_px, residual = np.empty((*size, 2)), np.empty(size[:2]), np.empty(size)
     weight, jacobian = np.empty(size), np.empty((*size, 6 + kin.n_joints))
     terms, view = _edge_terms(model, field, (reach,)), view_of(field, camera)
     for h in range(len(poses)):
         motion = Motion(poses.t[h], frames.axis[h], frames.origin[h], kin.revolute, kin.moves)
         contour_rows(
             model.compiled, model.markers, use[h], frames.R[h], frames.t[h], motion, terms, view, LEAST_COSINE,
-            pixels[h], normal[h], residual[h], weight[h], jacobian[h],
+            normal[h], spacing_px[h], residual[h], weight[h], jacobian[h],
         )  # fmt: skip
-    kept = (values[:, which] for values in (normal, _spacing_px(pixels), residual, weight, jacobian))
+    kept = (values[:, which] for values in (normal, spacing_px, residual, weight, jacobian))
     return ContourFit(*kept)
 
 

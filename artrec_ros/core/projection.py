@@ -15,7 +15,7 @@ def project(camera: Camera, X: Array) -> Array:
     """Pixels (..., 2) of points (..., 3) in the camera's optical frame (z forward, metres)."""
     z = np.maximum(X[..., 2], MIN_DEPTH_M)
     x, y = X[..., 0] / z, X[..., 1] / z
-    if camera.distortion.any():
+    if camera.bent:
         x, y = _distort(camera, x, y)
     K = camera.matrix
     return np.stack([K[0, 0] * x + K[0, 1] * y + K[0, 2], K[1, 1] * y + K[1, 2]], axis=-1)
@@ -47,5 +47,5 @@ def normalise(camera: Camera, pixels: Array) -> Array:
     if not len(pixels):
         return np.zeros((0, 2))
     points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
-    distortion = camera.distortion if camera.distortion.any() else None
+    distortion = camera.distortion if camera.bent else None
     return cv2.undistortPoints(points, camera.matrix.copy(), distortion).reshape(-1, 2)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 
+from .acceptance import Verdict, verdict_of
 from .blobs import Blob
+from .claims import claims_of, silhouette
 from .datatypes import Camera
 from .deadline import Deadline
 from .evidence import LabelField
-from .ownership import Claim, claims_of, silhouette
 from .spatial import Poses
 from .whole_object import WholeObjectFinder
 
@@ -26,12 +27,13 @@ class SpatialSearch:
     """
 
     def __init__(
-        self, field: LabelField, camera: Camera, deadline: Deadline, trust: Callable[[Claim], float], least: float
+        self, field: LabelField, camera: Camera, deadline: Deadline, trust: Callable[[Verdict], float], least: float
     ) -> None:
         self._field, self._camera, self._deadline = field, camera, deadline
         self._trust, self._least = trust, least
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, LabelField] = {}  # without the pixels of its likely objects, too
+        self._to_hide: list[tuple[WholeObjectFinder, Poses, bool]] = []  # found, and whether sure; still in both
 
     def run(
         self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]
@@ -53,6 +55,7 @@ class SpatialSearch:
 
     def _over(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether nothing of a blob is left to explain, or no time for it."""
+        self._hide_found()
         field = self._unexplained.get(finder, self._field)
         return self._deadline.expired or field.owned_share(blob.contour) > EXPLAINED
 
@@ -60,8 +63,10 @@ class SpatialSearch:
         return lambda pose: self._trust_in(finder, pose) > SURE
 
     def _trust_in(self, finder: WholeObjectFinder, pose: Poses) -> float:
-        claims = claims_of(finder, pose, self._field, self._camera, self._least)
-        return self._trust(claims[0]) if claims else 0.0
+        if not len(pose):
+            return 0.0
+        (claim,) = claims_of(finder, pose, self._field, self._camera)
+        return self._trust(verdict_of(claim)) if claim.votes > self._least else 0.0
 
     def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
         """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.
@@ -71,11 +76,16 @@ class SpatialSearch:
         self._found.setdefault(finder, []).append(poses)
         trust = self._trust_in(finder, poses[:1])
         if trust > LIKELY:
-            solids = silhouette(finder.surface, self._camera, poses[:1])
-            rest = cache(lambda field: field.without(solids))  # several finders may still share one
-            self._unexplained.setdefault(finder, self._field)
-            for other in self._unexplained if trust > SURE else (finder,):
-                self._unexplained[other] = rest(self._unexplained[other])
-            if trust > SURE:
-                self._field = rest(self._field)
+            self._to_hide.append((finder, poses[:1], trust > SURE))
         return trust > SURE
+
+    def _hide_found(self) -> None:
+        """Take found objects' pixels: put off until there is another blob to look at."""
+        for finder, pose, sure in self._to_hide:
+            rest = cache(partial(LabelField.without, solids=silhouette(finder.surface, self._camera, pose)))
+            self._unexplained.setdefault(finder, self._field)
+            for other in self._unexplained if sure else (finder,):
+                self._unexplained[other] = rest(self._unexplained[other])  # several finders may still share one
+            if sure:
+                self._field = rest(self._field)
+        self._to_hide.clear()

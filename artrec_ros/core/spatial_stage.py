@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .acceptance import Verdict, verdict_of
+from .acceptance import Verdict
 from .blobs import Blob
 from .config import RecognizerConfig
 from .datatypes import Camera, Detection, Rejection, Target
 from .deadline import Deadline
 from .descriptions import Describer
 from .evidence import LabelField
-from .ownership import Claim, share_out
+from .ownership import share_out
 from .projection import project
 from .spatial_search import SpatialSearch
 from .whole_object import WholeObjectFinder
@@ -40,12 +40,11 @@ class SpatialStage:
         detections = [
             detection
             for finder, describer in zip(self._finders, self._describers, strict=True)
-            for detection in describer.describe([c for c in accepted if c.finder is finder], field, camera)
+            for detection in describer.describe([v for v in accepted if v.claim.finder is finder], field, camera)
         ]
-        return tuple(detections), tuple(self._rejection(verdict_of(c), camera) for c in others)
+        return tuple(detections), tuple(self._rejection(v, camera) for v in others)
 
-    def _trust(self, claim: Claim) -> float:
-        verdict = verdict_of(claim)
+    def _trust(self, verdict: Verdict) -> float:
         return verdict.probability if verdict.is_object(self._config) else 0.0
 
     def _rejection(self, verdict: Verdict, camera: Camera) -> Rejection:

@@ -90,10 +90,10 @@ def blob_couples(contour: Array, tolerances_px: tuple[float, ...]) -> tuple[Arra
     """Couples of consecutive anchors, and of every second one, at several approximation tolerances; each once."""
     couples: dict[tuple[float, ...], None] = {}
     for tolerance in tolerances_px:
-        A = cv2.approxPolyDP(contour.astype(np.float32), tolerance, True).reshape(-1, 2)
+        A = cv2.approxPolyDP(contour.astype(np.float32), tolerance, True)[:, 0].tolist()
         for step in (1, 2):
             if len(A) > step:
-                couples |= dict.fromkeys(map(tuple, np.hstack([A, np.roll(A, -step, axis=0)]).tolist()))
+                couples |= dict.fromkeys((*a, *b) for a, b in zip(A, A[step:] + A[:step], strict=True))
     both = np.array(list(couples), float).reshape(-1, 4)
     return both[:, :2].copy(), both[:, 2:].copy()
 

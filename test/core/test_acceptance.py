@@ -5,9 +5,9 @@ import pytest
 from solids import RED, pose, sign, truck
 
 from artrec_ros.core.acceptance import verdict_of
+from artrec_ros.core.claims import Claim
 from artrec_ros.core.config import RecognizerConfig
 from artrec_ros.core.datatypes import Target
-from artrec_ros.core.ownership import Claim
 from artrec_ros.core.spatial import PatchScores
 from artrec_ros.core.whole_object import WholeObjectFinder
 

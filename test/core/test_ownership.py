@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from solids import BACKGROUND, BENT, BLUE, RED, camera_of, chain, jolted, pose, render, sign, truck
 
+from artrec_ros.core.claims import silhouette
 from artrec_ros.core.datatypes import Target
 from artrec_ros.core.evidence import OWNED, LabelField
-from artrec_ros.core.ownership import share_out, silhouette
+from artrec_ros.core.ownership import share_out
 from artrec_ros.core.spatial import Poses, SpatialModel
 from artrec_ros.core.whole_object import WholeObjectFinder
 
@@ -68,7 +69,7 @@ def crowd(seed=0, n=6):
     return Poses.concatenate([LEFT, jolted(rng, LEFT, n, 0.01, 0.1, 0.1), RIGHT, jolted(rng, RIGHT, n, 0.01, 0.1, 0.1)])
 
 
-def everything(claim):
+def everything(verdict):
     return True
 
 
@@ -79,7 +80,7 @@ def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
     accepted, _ = share_out([(finder, candidates(finder, field, crowd(seed)))], field, CAMERA, LEAST, everything)
     assert len(accepted) == 2
     for truth in (LEFT, RIGHT):
-        assert sum(np.linalg.norm(c.poses.t - truth.t) < 0.05 for c in accepted) == 1
+        assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
 
 
 def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns():
@@ -90,16 +91,16 @@ def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns():
     poses = Poses.concatenate([near, far])
     accepted, _ = share_out([(finder, candidates(finder, field, poses))], field, CAMERA, LEAST, everything)
     assert len(accepted) == 2
-    before = [c.votes for c in accepted]
+    before = [v.claim.votes for v in accepted]
     assert before == sorted(before, reverse=True)
     left = field
-    for claim in accepted:
+    for claim in (v.claim for v in accepted):
         expected = finder.judge(left, CAMERA, claim.poses, occlusion=True)
         np.testing.assert_allclose(claim.scores.votes, expected.votes, rtol=1e-6, atol=1e-6)
         assert claim.votes == pytest.approx(float(finder.votes(left, CAMERA, claim.poses, occlusion=True)[0]))
         left = left.without(silhouette(finder.surface, CAMERA, claim.poses))
-    alone = finder.votes(field, CAMERA, accepted[1].poses, occlusion=True)[0]
-    assert accepted[1].votes < alone  # what they share went to the first
+    alone = finder.votes(field, CAMERA, accepted[1].claim.poses, occlusion=True)[0]
+    assert accepted[1].claim.votes < alone  # what they share went to the first
 
 
 def test_targets_compete_for_pixels():
@@ -117,14 +118,14 @@ def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
     field = image_of_two()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
     found = [(finder, candidates(finder, field, crowd()))]
-    accepted, others = share_out(found, field, CAMERA, LEAST, lambda claim: False)
+    accepted, others = share_out(found, field, CAMERA, LEAST, lambda verdict: False)
     assert accepted == [] and len(others) == 2
-    left_only = lambda claim: claim.poses.t[0, 0] < 0  # noqa: E731
+    left_only = lambda verdict: verdict.claim.poses.t[0, 0] < 0  # noqa: E731
     accepted, others = share_out(found, field, CAMERA, LEAST, left_only)
     assert len(accepted) == 1 and len(others) == 1
-    assert accepted[0].poses.t[0, 0] < 0 < others[0].poses.t[0, 0]
-    whole = finder.votes(field, CAMERA, others[0].poses, occlusion=True)[0]
-    assert others[0].votes == pytest.approx(float(whole))
+    assert accepted[0].claim.poses.t[0, 0] < 0 < others[0].claim.poses.t[0, 0]
+    whole = finder.votes(field, CAMERA, others[0].claim.poses, occlusion=True)[0]
+    assert others[0].claim.votes == pytest.approx(float(whole))
 
 
 def test_nothing_found_gives_nothing():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -167,10 +168,11 @@ def normal_equations(
 @jit
 def contour_rows(
     s: Surface, markers: Any, use: Any, R: Any, t: Any, motion: Motion, e: EdgeTerms, view: View, least_cosine: float,
-    at: Any, normal: Any, residual: Any, weight: Any, jacobian: Any,
+    normal: Any, spacing_px: Any, residual: Any, weight: Any, jacobian: Any,
 ) -> None:  # fmt: skip
-    """Fill what `posefit.contour_fit` tells of one hypothesis: pixels (M, m, 2) of the contours, and its fields."""
-    n_par, outline = jacobian.shape[2], np.empty((4, s.contour.shape[2]))
+    """Fill what `posefit.contour_fit` tells of one hypothesis: the fields of `posefit.ContourFit`."""
+    n_par, m = jacobian.shape[2], s.contour.shape[2]
+    outline = np.empty((4, m))
     seen, row, columns = np.empty(2 * e.reach[0] + 1, np.int64), np.empty(n_par), np.empty(n_par, np.int64)
     jacobian[:] = 0.0
     for k in range(len(markers)):
@@ -180,13 +182,15 @@ def contour_rows(
         n = moving(c, motion, columns)
         cosine, _, _, _ = aspect(s, p, P, q)
         outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, outline)
-        for i in range(s.contour.shape[2]):
+        spacing_px[k] = 0.0
+        for i in range(m):
             u, v, nu, nv = outline[0, i], outline[1, i], outline[2, i], outline[3, i]
+            spacing_px[k] += math.hypot(outline[0, i - 1] - u, outline[1, i - 1] - v) / m
             edge, w = find_edge(u, v, nu, nv, s.label[p], e.seam_px[k], e, 0, view, seen)
             x, y, z = turned(P, s.contour[k, :, i])
             fill_row(x + q[0], y + q[1], z + q[2], nu, nv, motion, columns, n, view, row)
             for a in range(n):
                 jacobian[k, i, columns[a]] = row[a]
-            at[k, i, 0], at[k, i, 1], normal[k, i, 0], normal[k, i, 1] = u, v, nu, nv
+            normal[k, i, 0], normal[k, i, 1] = nu, nv
             residual[k, i] = -edge
             weight[k, i] = w if use[k] and cosine > least_cosine else 0.0

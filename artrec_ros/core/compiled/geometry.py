@@ -27,8 +27,7 @@ class View(NamedTuple):
 def view_of(field: LabelField, camera: Camera) -> View:
     """What compiled code needs of an image and its camera."""
     height, width = field.labels.shape
-    d = camera.rational
-    return View(field.padded, width, height, camera.matrix, d, bool(d.any()), camera.fold)
+    return View(field.padded, width, height, camera.matrix, camera.rational, camera.bent, camera.fold)
 
 
 @inlined

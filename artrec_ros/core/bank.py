@@ -65,23 +65,31 @@ class Bank:
         self._perimeter = stack("perimeter")
         self._moments = np.array([v.moments[0] for v in views]), np.array([v.moments[1] for v in views])
 
-    def align(self, field: LabelField, camera: Camera, shape: BlobShape) -> tuple[Array, Array, np.ndarray]:
-        """The VIEW_KEEP best similarities (H, 4) of each view, their votes (H,), and each one's view (H,)."""
+    def align(
+        self, field: LabelField, camera: Camera, shape: BlobShape, most: int
+    ) -> tuple[Array, Array, np.ndarray]:
+        """Of the VIEW_KEEP best similarities of each view the best, at most so many: (H, 4), their votes (H,), and each
+        one's view (H,), best first."""
         if not COMPILED:
-            return self._align_arrays(field, shape)
+            return self._align_arrays(field, shape, most)
         scale = scale_range(self._arrays[-1], shape.area_px, LEAST_AREA_PX)
         bank = guessing.Bank(*self._arrays, self._perimeter, scale, *self._moments)
         (x, y), turn = shape.moments
         moments = guessing.Moments(x, y, turn, shape.area_px)
         inside, ring = self._votes
         look = guessing.Look(inside, ring, inside.max(), ring.max(), RING_PX, RING_WIDTH_PX)
-        T, votes = np.empty((len(self._views), VIEW_KEEP, 4)), np.empty((len(self._views), VIEW_KEEP))
+        n_views, most = len(self._views), min(most, len(self._views) * VIEW_KEEP)
+        each = guessing.Kept(
+            np.empty((n_views, VIEW_KEEP, 4)), np.empty((n_views, VIEW_KEEP)), np.empty(n_views, np.int64)
+        )
+        T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
         at, view = np.empty(max(bank.contour.shape[2], LANES), np.int32), view_of(field, camera)
-        guessing.best_alignments(*shape.couples, moments, bank, look, LEAST_SHARE, view, at, T, votes)
-        of, rank = np.nonzero(votes > -np.inf)
-        return T[of, rank], votes[of, rank], of
+        n = guessing.best_alignments(
+            *shape.couples, moments, bank, look, LEAST_SHARE, view, at, each, T, votes, of
+        )
+        return T[:n], votes[:n], of[:n]
 
-    def _align_arrays(self, field: LabelField, shape: BlobShape) -> tuple[Array, Array, np.ndarray]:
+    def _align_arrays(self, field: LabelField, shape: BlobShape, most: int) -> tuple[Array, Array, np.ndarray]:
         similarities, votes, views = [], [], []
         for v, view in enumerate(self._views):
             T = align_view(view, shape.couples, shape.contour, shape.area_px, LEAST_AREA_PX)
@@ -91,5 +99,6 @@ class Bank:
             votes.append(s[best])
             views.append(np.full(len(best), v))
         T, score, of = np.concatenate(similarities), np.concatenate(votes), np.concatenate(views)
-        keep = score >= LEAST_SHARE * score.max(initial=0.0)
-        return T[keep], score[keep], of[keep]
+        order = np.argsort(-score, kind="stable")[:most]
+        order = order[score[order] >= LEAST_SHARE * score.max(initial=0.0)]
+        return T[order], score[order], of[order]

@@ -35,7 +35,9 @@ class Guesser:
         ring = surface.table[surface.roles.ring(label, part.body_label or 0)]
         self._banks = [Bank(view_bank(m), inside, ring) for m in self._markers]
         self._q, self._R, self._t = _draws(surface, component)
-        self._object_in = [self._object_in_marker(m) for m in self._markers]
+        in_marker = [self._object_in_marker(m) for m in self._markers]
+        self._flips = [bank.flips @ R for bank, (R, _) in zip(self._banks, in_marker, strict=True)]  # of the object
+        self._origins = [R.T @ t for R, t in in_marker]
 
     def guess(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:
         """Object poses from one blob, the best of each marker by the votes for it; joints mid-range."""
@@ -54,16 +56,11 @@ class Guesser:
     def _of_marker(
         self, m: int, field: LabelField, camera: Camera, shape: BlobShape, grown: tuple[float, ...]
     ) -> Poses:
-        bank = self._banks[m]
-        T, s, view = bank.align(field, camera, shape)
-        best = np.argsort(-s, kind="stable")[: ENOUGH * BLOB_KEEP]
-        T, s, view = T[best], s[best], view[best]
+        T, s, view = self._banks[m].align(field, camera, shape, ENOUGH * BLOB_KEEP)
         if len(grown) > 1:
             T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
-        R_marker, t_marker = lift(bank.flips[:, view], T, camera)
-        R_object, t_object = self._object_in[m]
-        R = R_marker @ R_object
-        found = Poses(R, t_marker + R_marker @ t_object, np.tile(self._q[0], (len(R), 1)))
+        R, t = lift(self._flips[m], view, T, camera, self._origins[m])
+        found = Poses(R, t, np.tile(self._q[0], (len(R), 1)))
         return found[best_distinct(found, np.tile(s, 2 * len(grown)), BLOB_KEEP * len(grown))]
 
     def _object_in_marker(self, marker: Marker) -> tuple[Array, Array]:

@@ -164,16 +164,18 @@ def flips_of(turn: Array, direction: Array) -> Array:
     return np.stack([rotation_from_rotvec(sign * turn[:, None] * across) @ FACING for sign in (1, -1)])
 
 
-def lift(flips: Array, T: Array, camera: Camera) -> tuple[Array, Array]:
+def lift(flips: Array, view: np.ndarray, T: Array, camera: Camera, origin: Array) -> tuple[Array, Array]:
     """Both 6-DoF poses of similarities of views.
 
-    :param flips: (2, H, 3, 3) of the views; T: (H, 4).
-    :return: marker rotations (2H, 3, 3) and centroids (2H, 3), first all of one flip.
+    :param flips: (2, V, 3, 3) on the optical axis, of the marker or of a frame that is fixed to it.
+    :param view: (H,) of each similarity; T: (H, 4).
+    :param origin: (3,) that frame's, from the marker's centroid and along the frame's axes.
+    :return: rotations (2H, 3, 3) and origins (2H, 3) of the frame, first all of one flip.
     """
     rays, focal = normalise(camera, T[:, :2]), np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
     if COMPILED:
         out = np.empty((2, len(T), 3, 3)), np.empty((2, len(T), 3))
-        lifting.lift(flips, T, rays, focal, *out)
+        lifting.lift(flips, view, T, rays, focal, origin, *out)
         return out[0].reshape(-1, 3, 3), out[1].reshape(-1, 3)
     depth = focal / T[:, 3]
     t = depth[:, None] * np.column_stack([rays, np.ones(len(rays))])
@@ -181,4 +183,5 @@ def lift(flips: Array, T: Array, camera: Camera) -> tuple[Array, Array]:
     roll = rotation_from_rotvec(np.column_stack([zero, zero, T[:, 2]]))  # (H, 3, 3)
     # the flat image plane of the weak perspective stands across the viewing ray, not across the optical axis
     tilt = rotation_from_rotvec(np.column_stack([-rays[:, 1], rays[:, 0], zero]))
-    return (tilt @ roll @ flips).reshape(-1, 3, 3), np.concatenate([t, t])
+    R = (tilt @ roll @ flips[:, view]).reshape(-1, 3, 3)
+    return R, np.concatenate([t, t]) + R @ origin

@@ -199,12 +199,15 @@ def test_alignments_with_a_blob_agree(monkeypatch):
     field, camera = LabelField(labels), camera_of()
     (blob,) = find_blobs(labels, {RED}, RecognizerConfig(), ())
     shape = blob_shape(blob, 0.5)
-    _, votes, view = bank.align(field, camera, shape)
+    found = [bank.align(field, camera, shape, most) for most in (70, 10_000)]
     plainly(monkeypatch, bank_module)
-    T, votes_plain, view_plain = bank.align(field, camera, shape)
-    assert len(T) > 50
-    np.testing.assert_array_equal(view, view_plain)
-    np.testing.assert_allclose(votes, votes_plain, rtol=1e-5)
+    for (_, votes, view), most in zip(found, (70, 10_000), strict=True):
+        T, votes_plain, view_plain = bank.align(field, camera, shape, most)
+        assert len(T) == 70 if most == 70 else len(T) > 70
+        assert (np.diff(votes_plain) <= 0).all()
+        np.testing.assert_allclose(votes, votes_plain, rtol=1e-5)
+        differ = np.flatnonzero(view != view_plain)  # the order of equal votes hangs on the last digit
+        np.testing.assert_allclose(votes_plain[differ], votes_plain[np.maximum(differ - 1, 0)], rtol=0.05)
 
 
 @LENSES
@@ -212,10 +215,11 @@ def test_similarities_are_lifted_alike(monkeypatch, lens):
     rng, bank = np.random.default_rng(5), views.view_bank(truck().required.markers[0])
     flips = views.flips_of(np.array([v.turn for v in bank]), np.array([v.direction for v in bank]))
     low, high = (0, 0, -4, 20), (320, 240, 4, 600)
-    T, camera = rng.uniform(low, high, (len(bank), 4)), camera_of(distortion=lens)
-    found = views.lift(flips, T, camera)
+    T, camera = rng.uniform(low, high, (50, 4)), camera_of(distortion=lens)
+    view, origin = rng.integers(0, len(bank), 50), np.array([0.02, -0.1, 0.05])
+    found = views.lift(flips, view, T, camera, origin)
     plainly(monkeypatch, views)
-    for one, other in zip(found, views.lift(flips, T, camera), strict=True):
+    for one, other in zip(found, views.lift(flips, view, T, camera, origin), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-9)
 
 

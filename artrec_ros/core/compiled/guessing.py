@@ -10,6 +10,8 @@ import numpy as np
 from .geometry import View, padded_pixel
 from .jit import LANES, inlined, lean
 
+LOOK_EVERY = 4  # views: then what the best have is found out, which the others must reach
+
 
 class Bank(NamedTuple):
     """V views of a marker."""
@@ -103,15 +105,44 @@ def offer(
     return value
 
 
+class Kept(NamedTuple):
+    """The best K similarities of each view, best first; and room to read them in order."""
+
+    T: Any  # (V, K, 4)
+    score: Any  # (V, K), -inf: none
+    next: Any  # (V,)
+
+
+@lean
+def in_order(kept: Kept, least: float, T: Any, score: Any, of: Any) -> int:
+    """Fill T (N, 4), score (N,) and of (N,) with the best of all views, best first, and say how many reach `least`."""
+    kept.next[:] = 0
+    for n in range(len(score)):
+        v, best = -1, least
+        for u in range(len(kept.next)):
+            if kept.next[u] < kept.score.shape[1]:
+                value = kept.score[u, kept.next[u]]
+                if value > best or (v < 0 and value == best):
+                    v, best = u, value
+        if v < 0:
+            return n
+        for column in range(4):
+            T[n, column] = kept.T[v, kept.next[v], column]
+        score[n], of[n] = best, v
+        kept.next[v] += 1
+    return len(score)
+
+
 @lean
 def best_alignments(
-    p1: Any, p2: Any, moments: Moments, m: Bank, look: Look, least_share: float, view: View, at: Any,
-    T: Any, score: Any,
-) -> None:  # fmt: skip
-    """Fill T (V, K, 4) and score (V, K) with each view's best similarities: of `views.moment_alignments` and of all
-    couples of anchors (p1, p2); fewer than K that have `least_share` of the best one's score leave scores of -inf."""
-    score[:] = -np.inf
-    best = 0.0
+    p1: Any, p2: Any, moments: Moments, m: Bank, look: Look, least_share: float, view: View, at: Any, kept: Kept,
+    T: Any, score: Any, of: Any,
+) -> int:  # fmt: skip
+    """Fill T (N, 4), score (N,) and of (N,) with the best of each view's best similarities: of
+    `views.moment_alignments` and of all couples of anchors (p1, p2). Says how many have `least_share` of the best one's
+    score, which may be fewer than N."""
+    kept.score[:] = -np.inf
+    best, least = 0.0, -np.inf  # a similarity with less is none of the N
     for v in range(len(m.area)):
         k = math.sqrt(moments.area_px / m.area[v])
         if not m.scale[v, 0] < k < m.scale[v, 1]:
@@ -121,9 +152,12 @@ def best_alignments(
             a, b = k * math.cos(theta), k * math.sin(theta)
             x, y = m.centroid[v, 0], m.centroid[v, 1]
             x0, y0 = moments.x - a * x + b * y, moments.y - b * x - a * y
-            best = max(best, offer(x0, y0, a, b, m, v, look, view, least_share * best, at, T[v], score[v]))
+            wanted = least_share * best
+            best = max(best, offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v]))
     for v in range(len(m.area)):
         low, high, n = m.scale[v, 0], m.scale[v, 1], m.n_anchors[v]
+        if v % LOOK_EVERY == 0 and in_order(kept, least_share * best, T, score, of) == len(score):
+            least = score[-1]
         for j in range(len(p1)):
             px, py = p2[j, 0] - p1[j, 0], p2[j, 1] - p1[j, 1]
             for i in range(n):
@@ -136,8 +170,6 @@ def best_alignments(
                 if not (low * low < a * a + b * b < high * high):
                     continue
                 x0, y0 = p1[j, 0] - a * q1[0] + b * q1[1], p1[j, 1] - b * q1[0] - a * q1[1]
-                best = max(best, offer(x0, y0, a, b, m, v, look, view, least_share * best, at, T[v], score[v]))
-    for v in range(len(m.area)):
-        for i in range(score.shape[1]):
-            if score[v, i] < least_share * best:
-                score[v, i] = -np.inf
+                wanted = max(least_share * best, least)
+                best = max(best, offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v]))
+    return in_order(kept, least_share * best, T, score, of)

@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 
 from .chains import about_axis, multiply
+from .geometry import turned
 from .jit import jit
 
 
 @jit
-def lift(flips: Any, T: Any, rays: Any, focal: float, R: Any, t: Any) -> None:
+def lift(flips: Any, view: Any, T: Any, rays: Any, focal: float, origin: Any, R: Any, t: Any) -> None:
     """Fill R (2, H, 3, 3), t (2, H, 3) as `views.lift` does.
 
-    :param flips: (2, H, 3, 3); T: (H, 4); rays: (H, 2) of the similarities' centres, at depth 1.
+    :param flips: (2, V, 3, 3); view: (H,); T: (H, 4); rays: (H, 2) of the similarities' centres, at depth 1.
+    :param origin: (3,).
     """
     axis, roll, tilt, both = np.zeros(3), np.zeros((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     roll[2, 2] = 1.0
@@ -28,5 +30,6 @@ def lift(flips: Any, T: Any, rays: Any, focal: float, R: Any, t: Any) -> None:
         about_axis(axis, angle, tilt)
         multiply(tilt, roll, both)
         for k in range(2):
-            multiply(both, flips[k, h], R[k, h])
-            t[k, h, 0], t[k, h, 1], t[k, h, 2] = depth * x, depth * y, depth
+            multiply(both, flips[k, view[h]], R[k, h])
+            dx, dy, dz = turned(R[k, h], origin)
+            t[k, h, 0], t[k, h, 1], t[k, h, 2] = depth * x + dx, depth * y + dy, depth + dz

@@ -84,10 +84,8 @@ class Seeds:
         self, field: LabelField, camera: Camera, poses: Poses, *components: int, bodies: bool = True
     ) -> Array:
         """(H,) votes for some components, occlusion apart, with or without their bodies."""
-        surface = self._surface
-        frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
         patches = self._patches_of(components, bodies)
-        return surface.score(field, camera, frames, patches, occlusion=False).votes.sum(axis=1)
+        return self._surface.score(field, camera, poses, patches, occlusion=False).votes.sum(axis=1)
 
     def _patches_of(self, components: tuple[int, ...], bodies: bool) -> np.ndarray:
         """The components' patches: indices into the surface's, ascending."""

@@ -172,14 +172,16 @@ class SpatialModel:
         return out
 
     def score(
-        self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, *, occlusion: bool
+        self, field: LabelField, camera: Camera, poses: Poses, patches: np.ndarray, *, occlusion: bool
     ) -> PatchScores:
         """What the labels say of each of `patches` (ascending indices) under each hypothesis."""
+        R, t, q = poses.R, poses.t, poses.q
         if not COMPILED:
-            return self._score_arrays(field, camera, frames, patches, occlusion)
-        out = PatchScores(*(np.empty((len(frames.R), len(patches))) for _ in range(3)))
-        view = view_of(field, camera)
-        score_patches(self.compiled, frames.R, frames.t, patches, view, LIMITS, occlusion, *out.arrays)
+            return self._score_arrays(field, camera, self.kinematics.forward(R, t, q), patches, occlusion)
+        out, chain = PatchScores(*np.empty((3, len(R), len(patches)))), self.kinematics.chain
+        score_patches(
+            self.compiled, chain, R, t, q, patches, view_of(field, camera), LIMITS, occlusion, *out.arrays
+        )
         return out
 
     def search_joints(self, field: LabelField, camera: Camera, poses: Poses, step: float) -> Poses:
@@ -194,7 +196,7 @@ class SpatialModel:
             if j >= 0:
                 patches, grid = np.flatnonzero(self.component == c), kin.grid(j, step)
                 placed = kin.at_values(kin.forward(poses.R, poses.t, q), c, grid)
-                votes = self.score(field, camera, placed, patches, occlusion=False).votes.sum(axis=1)
+                votes = self._score_arrays(field, camera, placed, patches, False).votes.sum(axis=1)
                 q[:, j] = grid[votes.reshape(len(poses), len(grid)).argmax(axis=1)]
         return Poses(poses.R, poses.t, q)
 

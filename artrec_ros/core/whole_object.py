@@ -177,8 +177,7 @@ class WholeObjectFinder:
 
     def judge(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> PatchScores:
         """What the labels say of every patch under each hypothesis."""
-        frames = self.surface.kinematics.forward(poses.R, poses.t, poses.q)
-        return self.surface.score(field, camera, frames, np.arange(len(self.surface.patches)), occlusion=occlusion)
+        return self.surface.score(field, camera, poses, np.arange(len(self.surface.patches)), occlusion=occlusion)
 
     def votes(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> Array:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""

@@ -87,11 +87,10 @@ def test_pixels_are_looked_up_alike():
 def test_patches_score_alike(scene, lens, occlusion, monkeypatch):
     surface, poses, field = scene
     camera = camera_of(distortion=lens)
-    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
     patches = np.arange(len(surface.patches))
-    compiled = surface.score(field, camera, frames, patches, occlusion=occlusion)
+    compiled = surface.score(field, camera, poses, patches, occlusion=occlusion)
     plainly(monkeypatch, spatial)
-    plain = surface.score(field, camera, frames, patches, occlusion=occlusion)
+    plain = surface.score(field, camera, poses, patches, occlusion=occlusion)
     assert np.abs(plain.votes).max() > 10
     for one, other in zip(compiled.arrays, plain.arrays, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-3)
@@ -100,8 +99,7 @@ def test_patches_score_alike(scene, lens, occlusion, monkeypatch):
 def test_hypotheses_that_are_no_numbers_score_nothing(scene):
     surface, poses, field = scene
     broken = replace(poses, t=np.full_like(poses.t, np.nan))
-    frames = surface.kinematics.forward(broken.R, broken.t, broken.q)
-    scores = surface.score(field, camera_of(), frames, np.arange(len(surface.patches)), occlusion=True)
+    scores = surface.score(field, camera_of(), broken, np.arange(len(surface.patches)), occlusion=True)
     assert not scores.votes.any() and not scores.area_px.any()
 
 

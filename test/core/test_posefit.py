@@ -101,9 +101,8 @@ def test_half_the_usual_seam_is_added_where_only_unknown_follows():
 def scene(model, truth, camera=CAMERA):
     surface = SpatialModel(model, RED)
     field = LabelField(render(camera, [(model, truth, RED)]))
-    frames = surface.kinematics.forward(truth.R, truth.t, truth.q)
     everything = np.arange(len(surface.patches))
-    scores = surface.score(field, camera, frames, everything, occlusion=True)
+    scores = surface.score(field, camera, truth, everything, occlusion=True)
     return surface, field, scores.agree[:, surface.markers] > 0.5
 
 

@@ -29,7 +29,7 @@ CAMERA = camera_of((160, 120), 150.0)
 
 def judged(surface, labels, poses, camera=CAMERA, occlusion=True, patches=None):
     patches = np.arange(len(surface.patches)) if patches is None else patches
-    return surface.score(LabelField(labels), camera, frames_of(surface, poses), patches, occlusion=occlusion)
+    return surface.score(LabelField(labels), camera, poses, patches, occlusion=occlusion)
 
 
 def test_hypotheses_are_picked_and_joined():

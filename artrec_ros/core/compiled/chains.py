@@ -94,6 +94,21 @@ def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin:
 
 
 @lean
+def place_all(chain: Chain, R: Any, t: Any, q: Any, R_out: Any, t_out: Any, scratch: Any) -> None:
+    """Frames (C, 3, 3), (C, 3) of all components of one hypothesis: object R (3, 3), t (3,), joints q (J,).
+
+    :param scratch: (4, 3, 3).
+    """
+    for c in range(len(chain.parent)):
+        if chain.parent[c] < 0:
+            copy_frame(R, t, R_out[c], t_out[c])
+            continue
+        j = chain.joint_of[c]
+        value = q[j] if j >= 0 else 0.0
+        place(chain, c, R_out, t_out, value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+
+
+@lean
 def place_points(R: Any, t: Any, points: Any, component: Any, out: Any) -> None:
     """Fill out (H, n, 3) with the camera coordinates of points (n, 3) on components (n,) whose frames are given."""
     for h in range(len(R)):

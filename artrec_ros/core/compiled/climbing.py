@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .chains import Chain, copy_frame, copy_rotation, place, turn_by
+from .chains import Chain, copy_frame, copy_rotation, place_all, turn_by
 from .geometry import View
 from .jit import jit, lean
 from .scoring import Limits, Room, Surface, room_of, score_hypothesis
@@ -58,18 +58,6 @@ class Tried(NamedTuple):
     t: Any  # (3,)
     q: Any  # (J,)
     scratch: Any  # (3, 3, 3)
-
-
-@lean
-def place_all(chain: Chain, R: Any, t: Any, q: Any, body: Body) -> None:
-    """Frames of all components of one hypothesis: object R (3, 3), t (3,), joints q (J,)."""
-    for c in range(len(chain.parent)):
-        if chain.parent[c] < 0:
-            copy_frame(R, t, body.R[c], body.t[c])
-            continue
-        j = chain.joint_of[c]
-        value = q[j] if j >= 0 else 0.0
-        place(chain, c, body.R, body.t, value, body.scratch[2, 0], body.scratch[2, 1], body.scratch[0], body.scratch[1])
 
 
 @lean
@@ -125,7 +113,7 @@ def votes_of(
     """Fill out (H,) with the votes of hypotheses R (H, 3, 3), t (H, 3), q (H, J) as `WholeObjectFinder.votes` does."""
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value)
     for h in range(len(R)):
-        place_all(chain, R[h], t[h], q[h], body)
+        place_all(chain, R[h], t[h], q[h], body.R, body.t, body.scratch)
         out[h] = total_votes(s, patches, view, limits, value, body, room)
 
 
@@ -151,7 +139,7 @@ def _sweep_one(
             if math.isnan(at):
                 break
             q[j] = at
-            place_all(chain, R, t, q, body)
+            place_all(chain, R, t, q, body.R, body.t, body.scratch)
             found = total_votes(s, patches, view, limits, value, body, room)
             if found > votes:
                 votes, best = found, at
@@ -191,7 +179,7 @@ def _climb_one(
             step[k] = steps[k]
             move(m, step, R, t, q, tried)
             step[k] = 0.0
-            place_all(chain, tried.R, tried.t, tried.q, body)
+            place_all(chain, tried.R, tried.t, tried.q, body.R, body.t, body.scratch)
             found = total_votes(s, patches, view, limits, value, body, room)
             steps[k] *= m.lengthen if found > votes else m.turn
             if found > votes:

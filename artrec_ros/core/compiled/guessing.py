@@ -10,8 +10,6 @@ import numpy as np
 from .geometry import View, padded_pixel
 from .jit import LANES, inlined, lean
 
-LOOK_EVERY = 4  # views: then what the best have is found out, which the others must reach
-
 
 class Bank(NamedTuple):
     """V views of a marker."""
@@ -142,7 +140,7 @@ def best_alignments(
     `views.moment_alignments` and of all couples of anchors (p1, p2). Says how many have `least_share` of the best one's
     score, which may be fewer than N."""
     kept.score[:] = -np.inf
-    best, least = 0.0, -np.inf  # a similarity with less is none of the N
+    best = 0.0
     for v in range(len(m.area)):
         k = math.sqrt(moments.area_px / m.area[v])
         if not m.scale[v, 0] < k < m.scale[v, 1]:
@@ -156,8 +154,6 @@ def best_alignments(
             best = max(best, offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v]))
     for v in range(len(m.area)):
         low, high, n = m.scale[v, 0], m.scale[v, 1], m.n_anchors[v]
-        if v % LOOK_EVERY == 0 and in_order(kept, least_share * best, T, score, of) == len(score):
-            least = score[-1]
         for j in range(len(p1)):
             px, py = p2[j, 0] - p1[j, 0], p2[j, 1] - p1[j, 1]
             for i in range(n):
@@ -170,6 +166,6 @@ def best_alignments(
                 if not (low * low < a * a + b * b < high * high):
                     continue
                 x0, y0 = p1[j, 0] - a * q1[0] + b * q1[1], p1[j, 1] - b * q1[0] - a * q1[1]
-                wanted = max(least_share * best, least)
+                wanted = least_share * best
                 best = max(best, offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v]))
     return in_order(kept, least_share * best, T, score, of)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .chains import Chain, place_all
 from .geometry import View, locate, outline_pixels, padded_pixel, turned
 from .jit import inlined, jit, lean
 
@@ -210,13 +211,17 @@ def aspect(s: Surface, p: int, A: Any, b: Any) -> tuple[float, float, float, flo
 
 @jit
 def score_patches(
-    s: Surface, R: Any, t: Any, patches: Any, view: View, limits: Limits, occlusion: bool,
+    s: Surface, chain: Chain, R: Any, t: Any, q: Any, patches: Any, view: View, limits: Limits, occlusion: bool,
     votes: Any, area_px: Any, agree: Any,
 ) -> None:  # fmt: skip
-    """Fill votes, area_px and agree (H, P) of hypotheses R (H, C, 3, 3), t (H, C, 3) as `SpatialModel.score` does."""
-    room = room_of(s)
+    """Fill votes, area_px, agree (H, P) of hypotheses R (H, 3, 3), t (H, 3), q (H, J) as `SpatialModel.score` does."""
+    room, scratch, n_c = room_of(s), np.empty((4, 3, 3)), len(chain.parent)
+    frames_R, frames_t = np.empty((n_c, 3, 3)), np.empty((n_c, 3))
     for h in range(len(R)):
-        score_hypothesis(s, R[h], t[h], patches, view, limits, occlusion, room, votes[h], area_px[h], agree[h])
+        place_all(chain, R[h], t[h], q[h], frames_R, frames_t, scratch)
+        score_hypothesis(
+            s, frames_R, frames_t, patches, view, limits, occlusion, room, votes[h], area_px[h], agree[h]
+        )
 
 
 @lean

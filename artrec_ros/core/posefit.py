@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .compiled import refining
+from .compiled import fitting, refining
 from .compiled.fitting import EdgeTerms, Motion, contour_rows
 from .compiled.geometry import view_of
 from .compiled.jit import COMPILED
@@ -31,7 +32,6 @@ POINT_SIGMA_PX = 0.7  # labels place a boundary this well
 PIN = 1e9  # weight that holds a joint
 _STEP = StepTerms(POINT_SIGMA_PX, damping=np.array([0.05, 0.15]), limit=np.array([0.15, 0.3]))
 _EDGE_FACTORS = math.exp(2 * EDGE_VOTE), math.exp(2 * EDGE_VOTE_SEAM), math.exp(-2 * EDGE_VOTE)
-_UNKNOWNS = np.isin(np.arange(256), (UNKNOWN, OUTSIDE, OWNED))
 
 
 def refine(
@@ -162,7 +162,17 @@ def _refine_compiled(
 def _edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
     """What compiled code needs to find edges, in each of the steps of a fit."""
     seams = np.array([field.seam_px(label) for label in model.marker_labels])
-    return EdgeTerms(np.array(reach_px), *_EDGE_FACTORS, _priors(reach_px), seams, _UNKNOWNS, OUTSIDE)
+    kinds = _kinds(tuple(model.marker_labels))
+    return EdgeTerms(np.array(reach_px), *_EDGE_FACTORS, _priors(reach_px), seams, kinds, OUTSIDE)
+
+
+@cache
+def _kinds(marker_labels: tuple[int, ...]) -> NDArray[np.int32]:
+    """(M, 256) what each label is along the normals of each marker."""
+    kinds = np.full((len(marker_labels), 256), fitting.KNOWN, np.int32)
+    kinds[:, [UNKNOWN, OUTSIDE, OWNED]] = fitting.UNKNOWN
+    kinds[np.arange(len(marker_labels)), marker_labels] = fitting.OWN
+    return kinds
 
 
 @cache

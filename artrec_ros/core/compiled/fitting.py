@@ -11,6 +11,8 @@ from .geometry import View, outline_pixels, padded_pixel, turned
 from .jit import inlined, jit, lean
 from .scoring import Surface, aspect
 
+OWN, KNOWN, UNKNOWN = 0, 1, 2  # kinds of labels along a marker's normal: its own, another's, one that says nothing
+
 
 class EdgeTerms(NamedTuple):
     """The constants of `posefit.find_edges`, and what it is told of each of the steps of a fit."""
@@ -21,64 +23,96 @@ class EdgeTerms(NamedTuple):
     step_out: float
     prior: Any  # (steps, n) of each place, the first 2 reach + 2 count
     seam_px: Any  # (M,) half the seam of each marker's class
-    unknown: Any  # (256,) bool: labels that say nothing
+    kind: Any  # (M, 256) int32, of each label for each marker
     outside: int
 
 
+class EdgeRoom(NamedTuple):
+    """Scratch arrays of the m points of one contour."""
+
+    outline: Any  # (4, m), see `outline_pixels`
+    at: Any  # (m,)
+    kind: Any  # (2 max reach + 1, m)
+    flags: Any  # (5, m)
+    sums: Any  # (5, m)
+    edge: Any  # (m,) signed distance of the edge along the normal
+    weight: Any  # (m,) 0: no edge
+
+
+@jit
+def edge_room(m: int, most_reach: int) -> EdgeRoom:
+    """Scratch arrays for contours of `m` points."""
+    return EdgeRoom(
+        np.empty((4, m)), np.empty(m, np.int32), np.empty((2 * most_reach + 1, m), np.int32),
+        np.empty((5, m), np.int32), np.empty((5, m)), np.empty(m), np.empty(m),
+    )  # fmt: skip
+
+
 @inlined
-def find_edge(
-    u: float, v: float, nu: float, nv: float, label: int, seam_px: float, e: EdgeTerms, step: int, view: View, seen: Any
-) -> tuple[float, float]:
-    """`posefit.find_edges` at one contour point: signed distance of the edge and its weight."""
-    if not abs(u) + abs(v) < 1e9:  # a pose that is no number has no edge anywhere
-        return 0.0, 0.0
-    reach, prior = e.reach[step], e.prior[step]
-    n = 2 * reach + 1
-    inner, outer, last_known = False, False, -1
-    for i in range(n):
-        at = i - reach
-        seen[i] = view.padded[padded_pixel(u + at * nu, v + at * nv, view)]
-        own = seen[i] == label
-        if own and i < reach:
-            inner = True
-        if not own and i >= reach:
-            outer = True
-        if not own and not e.unknown[seen[i]]:
-            last_known = i
-    if not (inner and outer):
-        return 0.0, 0.0
-    likelihood, total, mean, square, first, last = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    ends_unknown, has_seam = False, False
-    for i in range(n + 1):
-        p = likelihood * prior[i]
-        place = i - reach - 0.5
-        total += p
-        mean += p * place
-        square += p * place * place
-        if i == 0:
-            first = p
-        last = p
-        if i == n:
-            break
-        if seen[i] == label:
-            likelihood *= e.step_in
-        elif e.unknown[seen[i]] and i < last_known:
-            likelihood *= e.step_seam
-            has_seam = True
+def look_along(k: int, reach: int, e: EdgeTerms, view: View, room: EdgeRoom) -> None:
+    """Fill room.kind with the kinds of the labels along the normals, and room.flags with what they tell together."""
+    us, vs, nus, nvs = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
+    for i in range(len(us)):
+        if not abs(us[i]) + abs(vs[i]) + abs(nus[i]) + abs(nvs[i]) < 1e9:
+            us[i], vs[i], nus[i], nvs[i] = -9.0, -9.0, 0.0, 0.0  # a pose that is no number has no edge anywhere
+    at, kinds = room.at, e.kind[k]
+    inner, outer, last, silent = room.flags[0], room.flags[1], room.flags[2], room.flags[3]
+    inner[:], outer[:], last[:], silent[:] = 0, 0, -1, 0
+    for n in range(2 * reach + 1):
+        off, row = float(n - reach), room.kind[n]
+        for i in range(len(us)):
+            at[i] = padded_pixel(us[i] + off * nus[i], vs[i] + off * nvs[i], view)
+        for i in range(len(us)):
+            row[i] = kinds[view.padded[at[i]]]
+        for i in range(len(us)):
+            last[i] = n if row[i] == KNOWN else last[i]
+        if n < reach:
+            for i in range(len(us)):
+                inner[i] |= row[i] == OWN
         else:
-            likelihood *= e.step_out
-        if i > reach and e.unknown[seen[i]]:
-            ends_unknown = True
-    if (first + last) / total >= 0.3:
-        return 0.0, 0.0
-    mean /= total
-    variance = square / total - mean * mean
-    if ends_unknown and not has_seam:
-        mean += seam_px
-    s = mean + 1.2
-    if view.padded[padded_pixel(u + s * nu, v + s * nv, view)] == e.outside:
-        return 0.0, 0.0  # not the marker ends there but the image
-    return mean, 1.0 / (1.0 + variance)
+            for i in range(len(us)):
+                outer[i] |= row[i] != OWN
+        if n > reach:
+            for i in range(len(us)):
+                silent[i] |= row[i] == UNKNOWN
+
+
+@inlined
+def find_edges(k: int, e: EdgeTerms, step: int, view: View, room: EdgeRoom) -> None:
+    """`posefit.find_edges` of marker `k`, whose contour is room.outline: fill room.edge and room.weight."""
+    reach, prior = e.reach[step], e.prior[step]
+    look_along(k, reach, e, view, room)
+    inner, outer, last, silent, seam = room.flags[0], room.flags[1], room.flags[2], room.flags[3], room.flags[4]
+    likelihood, total, mean, square, end = room.sums[0], room.sums[1], room.sums[2], room.sums[3], room.sums[4]
+    likelihood[:], total[:], mean[:], square[:], seam[:] = 1.0, 0.0, 0.0, 0.0, 0
+    m = len(total)
+    for n in range(2 * reach + 2):
+        place, before = n - reach - 0.5, prior[n]
+        for i in range(m):
+            p = likelihood[i] * before
+            total[i] += p
+            mean[i] += p * place
+            square[i] += p * place * place
+            end[i] = p
+        if n == 2 * reach + 1:
+            break
+        row = room.kind[n]
+        for i in range(m):
+            in_seam = (row[i] == UNKNOWN) & (n < last[i])
+            seam[i] |= in_seam
+            likelihood[i] *= e.step_in if row[i] == OWN else (e.step_seam if in_seam else e.step_out)
+    for i in range(m):
+        room.edge[i] = room.weight[i] = 0.0
+        if not (inner[i] and outer[i]) or prior[0] + end[i] >= 0.3 * total[i]:
+            continue
+        edge = mean[i] / total[i]
+        variance = square[i] / total[i] - edge * edge
+        if silent[i] and not seam[i]:
+            edge += e.seam_px[k]
+        u, v, out = room.outline[0, i], room.outline[1, i], edge + 1.2
+        if view.padded[padded_pixel(u + out * room.outline[2, i], v + out * room.outline[3, i], view)] == e.outside:
+            continue  # not the marker ends there but the image
+        room.edge[i], room.weight[i] = edge, 1.0 / (1.0 + variance)
 
 
 class Motion(NamedTuple):
@@ -128,12 +162,12 @@ def fill_row(
 @lean
 def normal_equations(
     s: Surface, markers: Any, use: Any, R: Any, t: Any, motion: Motion, e: EdgeTerms, step: int, view: View,
-    least_cosine: float, A: Any, b: Any, row: Any, columns: Any, seen: Any, outline: Any,
+    least_cosine: float, A: Any, b: Any, row: Any, columns: Any, room: EdgeRoom,
 ) -> None:  # fmt: skip
     """Fill A (6 + J, 6 + J), b (6 + J,) of one hypothesis as `posefit._normal_equations` does.
 
     :param markers: (M,) their patches; use: (M,) bool; R, t: (C, ...) frames.
-    :param row, columns, seen, outline: scratch, (6 + J,), int64 (6 + J,) and (2 max reach + 1,), and (4, m).
+    :param row, columns: scratch, (6 + J,) and int64 (6 + J,).
     """
     n_par = len(b)
     A[:], b[:] = 0.0, 0.0
@@ -147,14 +181,16 @@ def normal_equations(
         if not cosine > least_cosine:
             continue
         n = moving(c, motion, columns)
-        outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, outline)
+        outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, room.outline)
+        find_edges(k, e, step, view, room)
         for i in range(s.contour.shape[2]):
-            u, v, nu, nv = outline[0, i], outline[1, i], outline[2, i], outline[3, i]
-            edge, w = find_edge(u, v, nu, nv, s.label[p], e.seam_px[k], e, step, view, seen)
+            edge, w = room.edge[i], room.weight[i]
             if w == 0.0:
                 continue
             x, y, z = turned(P, s.contour[k, :, i])
-            fill_row(x + q[0], y + q[1], z + q[2], nu, nv, motion, columns, n, view, row)
+            fill_row(
+                x + q[0], y + q[1], z + q[2], room.outline[2, i], room.outline[3, i], motion, columns, n, view, row
+            )
             for a in range(n):
                 wa, into = w * row[a], columns[a]
                 b[into] -= wa * edge
@@ -172,8 +208,8 @@ def contour_rows(
 ) -> None:  # fmt: skip
     """Fill what `posefit.contour_fit` tells of one hypothesis: the fields of `posefit.ContourFit`."""
     n_par, m = jacobian.shape[2], s.contour.shape[2]
-    outline = np.empty((4, m))
-    seen, row, columns = np.empty(2 * e.reach[0] + 1, np.int64), np.empty(n_par), np.empty(n_par, np.int64)
+    room, row, columns = edge_room(m, e.reach[0]), np.empty(n_par), np.empty(n_par, np.int64)
+    outline = room.outline
     jacobian[:] = 0.0
     for k in range(len(markers)):
         p = markers[k]
@@ -182,15 +218,15 @@ def contour_rows(
         n = moving(c, motion, columns)
         cosine, _, _, _ = aspect(s, p, P, q)
         outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, outline)
+        find_edges(k, e, 0, view, room)
         spacing_px[k] = 0.0
         for i in range(m):
             u, v, nu, nv = outline[0, i], outline[1, i], outline[2, i], outline[3, i]
             spacing_px[k] += math.hypot(outline[0, i - 1] - u, outline[1, i - 1] - v) / m
-            edge, w = find_edge(u, v, nu, nv, s.label[p], e.seam_px[k], e, 0, view, seen)
             x, y, z = turned(P, s.contour[k, :, i])
             fill_row(x + q[0], y + q[1], z + q[2], nu, nv, motion, columns, n, view, row)
             for a in range(n):
                 jacobian[k, i, columns[a]] = row[a]
             normal[k, i, 0], normal[k, i, 1] = nu, nv
-            residual[k, i] = -edge
-            weight[k, i] = w if use[k] and cosine > least_cosine else 0.0
+            residual[k, i] = -room.edge[i]
+            weight[k, i] = room.weight[i] if use[k] and cosine > least_cosine else 0.0

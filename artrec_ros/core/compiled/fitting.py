@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .geometry import View, outline_pixels, padded_pixel, turned
+from .geometry import View, outline_pixels, padded_pixel
 from .jit import inlined, jit, lean
 from .scoring import Surface, aspect
 
@@ -37,14 +37,15 @@ class EdgeRoom(NamedTuple):
     sums: Any  # (5, m)
     edge: Any  # (m,) signed distance of the edge along the normal
     weight: Any  # (m,) 0: no edge
+    rows: Any  # (9 + J, m)
 
 
 @jit
-def edge_room(m: int, most_reach: int) -> EdgeRoom:
-    """Scratch arrays for contours of `m` points."""
+def edge_room(m: int, most_reach: int, n_par: int) -> EdgeRoom:
+    """Scratch arrays for contours of `m` points that move with `n_par` parameters."""
     return EdgeRoom(
         np.empty((4, m)), np.empty(m, np.int32), np.empty((2 * most_reach + 1, m), np.int32),
-        np.empty((5, m), np.int32), np.empty((5, m)), np.empty(m), np.empty(m),
+        np.empty((5, m), np.int32), np.empty((5, m)), np.empty(m), np.empty(m), np.empty((n_par + 3, m)),
     )  # fmt: skip
 
 
@@ -139,63 +140,77 @@ def moving(c: int, motion: Motion, columns: Any) -> int:
 
 
 @inlined
-def fill_row(
-    x: float, y: float, z: float, nu: float, nv: float, motion: Motion, columns: Any, n: int, view: View, row: Any
+def fill_rows(
+    s: Surface, k: int, P: Any, q: Any, motion: Motion, columns: Any, n: int, view: View, outline: Any, rows: Any
 ) -> None:
-    """Derivatives row[:n] of a residual by the parameters `columns[:n]`: a point at x, y, z, its normal nu, nv in the
-    image."""
-    depth = max(z, 1e-3)
-    gx, gy = nu * view.K[0, 0] / depth, nv * view.K[1, 1] / depth
-    gz = -(gx * x + gy * y) / depth
-    ax, ay, az = x - motion.t[0], y - motion.t[1], z - motion.t[2]
-    row[0], row[1], row[2] = gx, gy, gz
-    row[3], row[4], row[5] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
-    for i in range(6, n):
-        j = columns[i] - 6
+    """Derivatives rows[:n] (n, m) of the residuals of marker `k`'s points by the parameters `columns[:n]`.
+
+    :param P, q: the component's frame; outline: normals in the image in its last two rows.
+    """
+    on, nus, nvs, K = s.contour[k], outline[2], outline[3], view.K
+    gxs, gys, gzs, r3, r4, r5 = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    xs, ys, zs = rows[n], rows[n + 1], rows[n + 2]
+    for i in range(len(nus)):
+        x = P[0, 0] * on[0, i] + P[0, 1] * on[1, i] + P[0, 2] * on[2, i] + q[0]
+        y = P[1, 0] * on[0, i] + P[1, 1] * on[1, i] + P[1, 2] * on[2, i] + q[1]
+        z = P[2, 0] * on[0, i] + P[2, 1] * on[1, i] + P[2, 2] * on[2, i] + q[2]
+        near = 1.0 / max(z, 1e-3)
+        gx, gy = nus[i] * K[0, 0] * near, nvs[i] * K[1, 1] * near
+        gz = -(gx * x + gy * y) * near
+        ax, ay, az = x - motion.t[0], y - motion.t[1], z - motion.t[2]
+        gxs[i], gys[i], gzs[i] = gx, gy, gz
+        r3[i], r4[i], r5[i] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
+        xs[i], ys[i], zs[i] = x, y, z
+    for c in range(6, n):
+        j, row = columns[c] - 6, rows[c]
         dx, dy, dz = motion.axis[j, 0], motion.axis[j, 1], motion.axis[j, 2]
+        ox, oy, oz = motion.origin[j, 0], motion.origin[j, 1], motion.origin[j, 2]
         if motion.revolute[j]:
-            rx, ry, rz = x - motion.origin[j, 0], y - motion.origin[j, 1], z - motion.origin[j, 2]
-            dx, dy, dz = dy * rz - dz * ry, dz * rx - dx * rz, dx * ry - dy * rx
-        row[i] = gx * dx + gy * dy + gz * dz
+            for i in range(len(nus)):
+                rx, ry, rz = xs[i] - ox, ys[i] - oy, zs[i] - oz
+                row[i] = (
+                    gxs[i] * (dy * rz - dz * ry) + gys[i] * (dz * rx - dx * rz) + gzs[i] * (dx * ry - dy * rx)
+                )
+        else:
+            for i in range(len(nus)):
+                row[i] = gxs[i] * dx + gys[i] * dy + gzs[i] * dz
 
 
 @lean
 def normal_equations(
     s: Surface, markers: Any, use: Any, R: Any, t: Any, motion: Motion, e: EdgeTerms, step: int, view: View,
-    least_cosine: float, A: Any, b: Any, row: Any, columns: Any, room: EdgeRoom,
+    least_cosine: float, A: Any, b: Any, columns: Any, room: EdgeRoom,
 ) -> None:  # fmt: skip
     """Fill A (6 + J, 6 + J), b (6 + J,) of one hypothesis as `posefit._normal_equations` does.
 
     :param markers: (M,) their patches; use: (M,) bool; R, t: (C, ...) frames.
-    :param row, columns: scratch, (6 + J,) and int64 (6 + J,).
+    :param columns: int64 scratch, (6 + J,).
     """
-    n_par = len(b)
+    n_par, weighed, weight, edge = len(b), room.sums[0], room.weight, room.edge
     A[:], b[:] = 0.0, 0.0
     for k in range(len(markers)):
         if not use[k]:
             continue
         p = markers[k]
-        c = s.component[p]
-        P, q = R[c], t[c]
+        P, q = R[s.component[p]], t[s.component[p]]
         cosine, _, _, _ = aspect(s, p, P, q)
         if not cosine > least_cosine:
             continue
-        n = moving(c, motion, columns)
+        n = moving(s.component[p], motion, columns)
         outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, room.outline)
         find_edges(k, e, step, view, room)
-        for i in range(s.contour.shape[2]):
-            edge, w = room.edge[i], room.weight[i]
-            if w == 0.0:
-                continue
-            x, y, z = turned(P, s.contour[k, :, i])
-            fill_row(
-                x + q[0], y + q[1], z + q[2], room.outline[2, i], room.outline[3, i], motion, columns, n, view, row
-            )
-            for a in range(n):
-                wa, into = w * row[a], columns[a]
-                b[into] -= wa * edge
-                for g in range(a + 1):
-                    A[into, columns[g]] += wa * row[g]
+        fill_rows(s, k, P, q, motion, columns, n, view, room.outline, room.rows)
+        for a in range(n):
+            row, into, pull = room.rows[a], columns[a], 0.0
+            for i in range(len(weight)):
+                weighed[i] = weight[i] * row[i]
+                pull += weighed[i] * edge[i]
+            b[into] -= pull
+            for g in range(a + 1):
+                other, total = room.rows[g], 0.0
+                for i in range(len(weight)):
+                    total += weighed[i] * other[i]
+                A[into, columns[g]] += total
     for a in range(n_par):
         for g in range(a):
             A[g, a] = A[a, g]
@@ -208,25 +223,22 @@ def contour_rows(
 ) -> None:  # fmt: skip
     """Fill what `posefit.contour_fit` tells of one hypothesis: the fields of `posefit.ContourFit`."""
     n_par, m = jacobian.shape[2], s.contour.shape[2]
-    room, row, columns = edge_room(m, e.reach[0]), np.empty(n_par), np.empty(n_par, np.int64)
+    room, columns = edge_room(m, e.reach[0], n_par), np.empty(n_par, np.int64)
     outline = room.outline
     jacobian[:] = 0.0
     for k in range(len(markers)):
         p = markers[k]
-        c = s.component[p]
-        P, q = R[c], t[c]
-        n = moving(c, motion, columns)
+        P, q = R[s.component[p]], t[s.component[p]]
+        n = moving(s.component[p], motion, columns)
         cosine, _, _, _ = aspect(s, p, P, q)
         outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, outline)
         find_edges(k, e, 0, view, room)
+        fill_rows(s, k, P, q, motion, columns, n, view, outline, room.rows)
         spacing_px[k] = 0.0
         for i in range(m):
-            u, v, nu, nv = outline[0, i], outline[1, i], outline[2, i], outline[3, i]
-            spacing_px[k] += math.hypot(outline[0, i - 1] - u, outline[1, i - 1] - v) / m
-            x, y, z = turned(P, s.contour[k, :, i])
-            fill_row(x + q[0], y + q[1], z + q[2], nu, nv, motion, columns, n, view, row)
+            spacing_px[k] += math.hypot(outline[0, i - 1] - outline[0, i], outline[1, i - 1] - outline[1, i]) / m
             for a in range(n):
-                jacobian[k, i, columns[a]] = row[a]
-            normal[k, i, 0], normal[k, i, 1] = nu, nv
+                jacobian[k, i, columns[a]] = room.rows[a, i]
+            normal[k, i, 0], normal[k, i, 1] = outline[2, i], outline[3, i]
             residual[k, i] = -room.edge[i]
             weight[k, i] = room.weight[i] if use[k] and cosine > least_cosine else 0.0

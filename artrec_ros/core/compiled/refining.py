@@ -99,8 +99,8 @@ def refine(
     frames_R, frames_t = np.empty((1, n_c, 3, 3)), np.empty((1, n_c, 3))
     axis, origin = np.empty((1, n_joints, 3)), np.empty((1, n_joints, 3))
     A, b, x = np.empty((6 + n_joints, 6 + n_joints)), np.empty(6 + n_joints), np.empty(6 + n_joints)
-    row, columns, scratch = np.empty(6 + n_joints), np.empty(6 + n_joints, np.int64), np.empty((3, 3, 3))
-    room = edge_room(s.contour.shape[2], e.reach.max())
+    columns, scratch = np.empty(6 + n_joints, np.int64), np.empty((3, 3, 3))
+    room = edge_room(s.contour.shape[2], e.reach.max(), 6 + n_joints)
     for h in range(len(R)):
         if not use[h].any():
             continue
@@ -109,6 +109,6 @@ def refine(
             motion = Motion(t[h], axis[0], origin[0], joints.revolute, joints.moves)
             normal_equations(
                 s, markers, use[h], frames_R[0], frames_t[0], motion, e, i, view, least_cosine, A, b,
-                row, columns, room,
+                columns, room,
             )  # fmt: skip
             step(A, b, free[h], joints, m, R[h], t[h], q[h], x, scratch)

@@ -59,6 +59,8 @@ def score_similarity(
     share = m.area[v] * k * k / n
     around = m.perimeter[v] * k * look.ring_width_px
     most_ring = max(look.most_ring, 0.0) * around
+    if n * look.most_inside * share + most_ring < wanted:
+        return -np.inf
     for first in range(0, n, LANES):  # between two of these it looks whether the rest can still be enough
         xs, ys = m.inside[v, 0, first : first + LANES], m.inside[v, 1, first : first + LANES]
         for i in range(len(xs)):

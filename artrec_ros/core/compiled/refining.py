@@ -37,29 +37,38 @@ class StepTerms(NamedTuple):
 
 
 @lean
-def solve(A: Any, b: Any, x: Any) -> None:
-    """x of A x = b, A symmetric and positive definite (Cholesky); A's lower half is overwritten."""
+def solve(A: Any, b: Any, x: Any, first: Any) -> None:
+    """x of A x = b, A symmetric and positive definite (Cholesky); A's lower half is overwritten.
+
+    :param first: int64 scratch (n,), each row's first column that is not zero: a joint that is held, or moves nothing
+        in view, has nothing before its diagonal.
+    """
     n = len(b)
     for i in range(n):
-        for j in range(i + 1):
+        first[i] = 0
+        while A[i, first[i]] == 0.0 and first[i] < i:
+            first[i] += 1
+        for j in range(first[i], i):
             value = A[i, j]
-            for k in range(j):
+            for k in range(max(first[i], first[j]), j):
                 value -= A[i, k] * A[j, k]
-            A[i, j] = math.sqrt(max(value, 1e-300)) if i == j else value / A[j, j]
-    for i in range(n):
-        value = b[i]
-        for k in range(i):
-            value -= A[i, k] * x[k]
-        x[i] = value / A[i, i]
+            A[i, j] = value * A[j, j]
+        value, pull = A[i, i], b[i]
+        for k in range(first[i], i):
+            value -= A[i, k] * A[i, k]
+            pull -= A[i, k] * x[k]
+        A[i, i] = 1.0 / math.sqrt(max(value, 1e-300))  # only ever divided by
+        x[i] = pull * A[i, i]
     for i in range(n - 1, -1, -1):
-        value = x[i]
-        for k in range(i + 1, n):
-            value -= A[k, i] * x[k]
-        x[i] = value / A[i, i]
+        x[i] *= A[i, i]
+        for k in range(first[i], i):
+            x[k] -= A[i, k] * x[i]
 
 
 @lean
-def step(A: Any, b: Any, free: Any, joints: Joints, m: StepTerms, R: Any, t: Any, q: Any, x: Any, scratch: Any) -> None:
+def step(
+    A: Any, b: Any, free: Any, joints: Joints, m: StepTerms, R: Any, t: Any, q: Any, x: Any, first: Any, scratch: Any
+) -> None:
     """Move one hypothesis R (3, 3), t (3,), q (J,) as `posefit._hold` and `_step` do; free (J,) bool."""
     n, n_joints, depth = len(b), len(q), max(t[2], 0.05)
     for j in range(n_joints):
@@ -68,7 +77,7 @@ def step(A: Any, b: Any, free: Any, joints: Joints, m: StepTerms, R: Any, t: Any
     for i in range(n):
         unit = depth if i < 3 else (1.0 if i < 6 else joints.unit[i - 6])
         A[i, i] += (m.sigma_px / (unit * m.damping[0 if i < 3 else 1])) ** 2 + 1e-9
-    solve(A, b, x)
+    solve(A, b, x, first)
     longest = 1.0
     for i in range(n):
         unit = depth if i < 3 else (1.0 if i < 6 else joints.unit[i - 6])
@@ -111,4 +120,4 @@ def refine(
                 s, markers, use[h], frames_R[0], frames_t[0], motion, e, i, view, least_cosine, A, b,
                 columns, room,
             )  # fmt: skip
-            step(A, b, free[h], joints, m, R[h], t[h], q[h], x, scratch)
+            step(A, b, free[h], joints, m, R[h], t[h], q[h], x, columns, scratch)

@@ -156,15 +156,16 @@ def best_alignments(
             best = max(best, offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v]))
     for v in range(len(m.area)):
         low, high, n = m.scale[v, 0], m.scale[v, 1], m.n_anchors[v]
-        for j in range(len(p1)):
-            px, py = p2[j, 0] - p1[j, 0], p2[j, 1] - p1[j, 1]
-            for i in range(n):
-                q1, q2 = m.anchors[v, i], m.anchors[v, (i + 1) % n]
-                qx, qy = q2[0] - q1[0], q2[1] - q1[1]
-                size = qx * qx + qy * qy
-                if size == 0.0:
-                    continue
-                a, b = (px * qx + py * qy) / size, (py * qx - px * qy) / size
+        for i in range(n):
+            q1, q2 = m.anchors[v, i], m.anchors[v, (i + 1) % n]
+            qx, qy = q2[0] - q1[0], q2[1] - q1[1]
+            size = qx * qx + qy * qy
+            if size == 0.0:
+                continue
+            qx, qy = qx / size, qy / size
+            for j in range(len(p1)):
+                px, py = p2[j, 0] - p1[j, 0], p2[j, 1] - p1[j, 1]
+                a, b = px * qx + py * qy, py * qx - px * qy
                 if not (low * low < a * a + b * b < high * high):
                     continue
                 x0, y0 = p1[j, 0] - a * q1[0] + b * q1[1], p1[j, 1] - b * q1[0] - a * q1[1]

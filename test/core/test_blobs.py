@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from scene import Placed, draw, rectangle
 
+from artrec_ros.core import blobs
 from artrec_ros.core.blobs import anchor_points, blob_anchors, find_blobs
 from artrec_ros.core.config import RecognizerConfig
 
@@ -88,3 +89,17 @@ def test_only_the_largest_blobs_are_kept():
         labels[5 : 10 + n, 25 * n + 2 : 25 * n + 12] = 1
     kept = find_blobs(labels, {1}, RecognizerConfig(max_blobs=3))
     assert [b.area_px for b in kept] == [120.0, 110.0, 100.0]
+
+
+@pytest.mark.parametrize("classes", [2, 3, 5, 9])
+def test_specks_left_out_early_change_no_blob(monkeypatch, classes):
+    """Noise is rid of its specks before contours are drawn: the same blobs come out."""
+    labels = np.random.default_rng(classes).integers(0, classes, (97, 131)).astype(np.uint8)
+    config = RecognizerConfig(min_blob_px=12, max_blobs=10_000)
+    early = find_blobs(labels, {1, 2}, config)
+    monkeypatch.setattr(blobs, "_CROWDED", 1.0)
+    late = find_blobs(labels, {1, 2}, config)
+    assert len(late) or classes == 9
+    assert [(b.label, b.area_px) for b in early] == [(b.label, b.area_px) for b in late]
+    for one, other in zip(early, late, strict=True):
+        np.testing.assert_array_equal(one.pixels, other.pixels)

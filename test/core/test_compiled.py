@@ -12,7 +12,7 @@ from artrec_ros.core import bank as bank_module
 from artrec_ros.core import distinct, evidence, guesses, kinematics, occlusion, posefit, spatial, views, whole_object
 from artrec_ros.core.bank import blob_shape
 from artrec_ros.core.blobs import find_blobs
-from artrec_ros.core.compiled import geometry, jit
+from artrec_ros.core.compiled import geometry, jit, refining
 from artrec_ros.core.config import RecognizerConfig
 from artrec_ros.core.datatypes import Target
 from artrec_ros.core.deadline import Deadline
@@ -298,3 +298,27 @@ def test_every_side_of_a_large_blob_tells_its_seam(turns):
     gaps = LabelField(np.rot90(labels, turns).copy())._gaps_px(RED)
     assert np.isfinite(gaps).sum() > 5
     assert np.median(gaps[np.isfinite(gaps)]) == 1.0
+
+
+def test_equations_whose_rows_begin_late_are_solved(rng):
+    """Joints that nothing in view moves, and joints that are held, have no part in the others' equations."""
+    n = 12
+    for quiet in ([], [7], [6, 7, 11], [0, 5], list(range(6, n))):
+        J = rng.normal(0, 1, (30, n))
+        J[:, quiet] = 0.0
+        A, b = J.T @ J + np.diag(rng.uniform(0.1, 2.0, n)), rng.normal(0, 1, n)
+        A[5, 5], x = A[5, 5] + 1e9, np.empty(n)
+        expected = np.linalg.solve(A, b)
+        refining.solve(A, b, x, np.empty(n, np.int64))
+        np.testing.assert_allclose(x, expected, rtol=1e-9, atol=1e-12)
+
+
+def test_a_fit_from_no_numbers_harms_no_other(scene):
+    surface, poses, field = scene
+    use = np.ones((len(poses), len(surface.markers)), bool)
+    alone = posefit.refine(surface, field, camera_of(), poses, use, (4, 3))
+    broken = replace(poses, t=np.where(np.arange(len(poses))[:, None] % 3 == 0, np.nan, poses.t))
+    found = posefit.refine(surface, field, camera_of(), broken, use, (4, 3))
+    good = np.arange(len(poses)) % 3 != 0
+    for name in ("R", "t", "q"):
+        np.testing.assert_array_equal(getattr(found, name)[good], getattr(alone, name)[good])

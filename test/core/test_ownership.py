@@ -83,9 +83,16 @@ def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
         assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
 
 
-def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns():
-    """Two objects, one half in front of the other."""
-    near, far = pose(0.05, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK)
+@pytest.mark.parametrize(
+    "near, far",
+    [
+        (pose(0.05, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK)),
+        (pose(-0.02, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK)),
+        (LEFT, RIGHT),
+    ],
+    ids=["half in front", "touching", "apart"],
+)
+def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far):
     field = LabelField(render(CAMERA, [(TRUCK, near, RED), (TRUCK, far, RED)]))
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
     poses = Poses.concatenate([near, far])
@@ -100,7 +107,8 @@ def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns():
         assert claim.votes == pytest.approx(float(finder.votes(left, CAMERA, claim.poses, occlusion=True)[0]))
         left = left.without(silhouette(finder.surface, CAMERA, claim.poses))
     alone = finder.votes(field, CAMERA, accepted[1].claim.poses, occlusion=True)[0]
-    assert accepted[1].claim.votes < alone  # what they share went to the first
+    if near is not LEFT:
+        assert accepted[1].claim.votes < alone  # what they share went to the first
 
 
 def test_targets_compete_for_pixels():

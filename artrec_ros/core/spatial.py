@@ -12,7 +12,8 @@ from .compiled.chains import place_points
 from .compiled.geometry import view_of
 from .compiled.jit import COMPILED, LANES
 from .compiled.joint_search import search_joints
-from .compiled.scoring import Limits, Surface, score_patches
+from .compiled.scoring import score_patches
+from .compiled.surface import Limits, Surface
 from .datatypes import Camera
 from .evidence import OUTSIDE, LabelField, Roles
 from .kinematics import Frames, Kinematics

@@ -18,8 +18,9 @@ from solids import (
     turn_between,
 )
 
+from artrec_ros.core.edges import find_edges
 from artrec_ros.core.evidence import OWNED, UNKNOWN, LabelField
-from artrec_ros.core.posefit import contour_fit, find_edges, refine
+from artrec_ros.core.posefit import contour_fit, refine
 from artrec_ros.core.spatial import SpatialModel
 from artrec_ros.core.transforms import rotation_from_rotvec
 

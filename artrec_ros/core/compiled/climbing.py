@@ -10,7 +10,8 @@ import numpy as np
 from .chains import Chain, copy_frame, copy_rotation, place_all, turn_by
 from .geometry import View
 from .jit import jit, lean
-from .scoring import Limits, Room, Surface, room_of, score_hypothesis
+from .scoring import score_hypothesis
+from .surface import Limits, Room, Surface, room_of
 
 
 class Value(NamedTuple):

@@ -10,7 +10,8 @@ import numpy as np
 from .chains import Chain, copy_frame, place
 from .geometry import View, locate
 from .jit import inlined, jit, lean
-from .scoring import Limits, Room, Surface, aspect, points_of, ring_px2, ring_votes, room_of
+from .scoring import ring_px2, ring_votes
+from .surface import Limits, Room, Surface, aspect, points_of, room_of
 
 
 @inlined

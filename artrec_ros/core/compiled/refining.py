@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .chains import Chain, forward, turn_by
-from .fitting import EdgeTerms, Motion, edge_room, normal_equations
+from .edges import EdgeTerms, edge_room
+from .fitting import Motion, normal_equations
 from .geometry import View
 from .jit import jit, lean
-from .scoring import Surface
+from .surface import Surface
 
 
 class Joints(NamedTuple):

@@ -39,28 +39,30 @@ def pose_covariances(model: SpatialModel, field: LabelField, camera: Camera, pos
     prior = _prior(model, poses)
     fit = contour_fit(model, field, camera, poses, use, REACH_PX)
     seams_px = np.array([field.seam_px(model.marker_labels[first]) for first in use.argmax(axis=1)])
-    J = fit.jacobian.reshape(len(poses), -1, prior.shape[-1])  # (H, M m, 6+J)
-    Jw = J * fit.weight.reshape(len(poses), -1, 1)
-    A = _turned(Jw) @ J / POINT_SIGMA_PX**2 + prior
-    noise = _noise(fit, Jw.reshape(fit.jacobian.shape), seams_px) / POINT_SIGMA_PX**4 + prior
+    Jw = fit.jacobian * fit.weight[..., None]
+    A = _transposed(_stacked(Jw)) @ _stacked(fit.jacobian) / POINT_SIGMA_PX**2 + prior
+    noise = _noise(fit, Jw, seams_px) / POINT_SIGMA_PX**4 + prior
     inverse = np.linalg.inv(A)
     covariance = (inverse @ noise @ inverse)[:, :6, :6]
-    return np.asarray((covariance + _turned(covariance)) / 2, np.float64)
+    return np.asarray((covariance + _transposed(covariance)) / 2, np.float64)
 
 
 def _noise(fit: ContourFit, Jw: Array, seams_px: Array) -> Array:
-    """(H, 6+J, 6+J) J' W cov(e) W J."""
-    w, (n_poses, _, n_points, n_par) = fit.weight, Jw.shape
+    """(H, 6+J, 6+J) J' W cov(e) W J.
+
+    :param Jw: (H, M, m, 6+J) rows of W J.
+    """
+    w, (_, _, n_points, n_par) = fit.weight, Jw.shape
     independent = np.minimum(1.0, fit.spacing_px)[..., None]  # (H, M, 1) of each point, a share
     n = (independent * (w > 0)).sum(axis=(1, 2))
     freedom = n / np.maximum(np.maximum(n - n_par, 0.25 * n), 1e-9)
     spread = (w * fit.residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9) * freedom
     deviation = np.sqrt((FLOOR_PX**2 + spread)[:, None, None] / np.maximum(independent, 1e-3))
-    each = (Jw * deviation[..., None]).reshape(n_poses, -1, n_par)
+    each = _stacked(Jw * deviation[..., None])
     outwards = seams_px[:, None, None] * Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J)
-    sideways = (_turned(fit.normal) @ Jw).reshape(n_poses, -1, n_par)  # (H, 2 M, 6+J)
+    sideways = _stacked(_transposed(fit.normal) @ Jw)  # (H, 2 M, 6+J)
     starts = n_points * np.arange(STRETCHES) // STRETCHES
-    pull = np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2).reshape(n_poses, -1, n_par)
+    pull = _stacked(np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2))
     robust = STRETCH_SHARE * freedom[:, None, None] * _squared(pull)
     return _squared(each) + SEAM_SHARE**2 * _squared(outwards) + SHIFT_PX**2 * _squared(sideways) + robust
 
@@ -73,11 +75,16 @@ def _prior(model: SpatialModel, poses: Poses) -> Array:
     return np.asarray(np.eye(sigma.shape[1]) * (sigma**-2.0)[:, None], np.float64)
 
 
-def _turned(A: Array) -> Array:
-    """Transposes of a stack of matrices."""
+def _stacked(rows: Array) -> Array:
+    """(H, M n, p) of rows (H, M, n, p)."""
+    h, m, n, p = rows.shape
+    return rows.reshape(h, m * n, p)
+
+
+def _transposed(A: Array) -> Array:
     return A.swapaxes(-1, -2)
 
 
 def _squared(A: Array) -> Array:
     """A' A of a stack of matrices."""
-    return _turned(A) @ A
+    return _transposed(A) @ A

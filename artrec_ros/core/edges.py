@@ -30,7 +30,7 @@ def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]
 def _kinds(marker_labels: tuple[int, ...]) -> NDArray[np.int32]:
     """(M, 256) what each label is along the normals of each marker."""
     kinds = np.full((len(marker_labels), 256), compiled.KNOWN, np.int32)
-    kinds[:, [UNKNOWN, OUTSIDE, OWNED]] = compiled.UNKNOWN
+    kinds[:, [UNKNOWN, OUTSIDE, OWNED]] = compiled.SILENT
     kinds[np.arange(len(marker_labels)), marker_labels] = compiled.OWN
     return kinds
 

@@ -16,7 +16,8 @@ from .spatial import Poses
 from .transforms import Array
 from .whole_object import WholeObjectFinder
 
-_MARGIN_PX, _MARGIN_SHARE = 3.0, 0.1  # around an object's corners: rings of its contours, and what a lens bends out
+_MARGIN_PX = 3.0  # around an object's corners: for the rings around its contours
+_MARGIN_SHARE = 0.1  # of its larger side, besides: for what a lens bends out
 
 
 def share_out(
@@ -26,15 +27,16 @@ def share_out(
     least: float,
     trust: Callable[[Verdict], float],
 ) -> tuple[list[Verdict], list[Verdict]]:
-    """Accepted claims of all targets together, best first, and the best of the others at each place.
+    """Verdicts on accepted claims of all targets together, best first, and on the best of the others at each place.
 
-    The claim with the most trusted votes takes its pixels; the others are judged again without them.
+    The claim with the most trusted votes takes its pixels; others that stand there are judged again without them.
 
     :param least: claims with fewer votes are dropped.
     :param trust: what a claim's votes count, 0 to 1; 0: it is not acceptable.
     """
     accepted: list[Verdict] = []
-    alive = [s for finder, poses in found for s in _standing(_Group(finder, poses, camera), field, least)]
+    groups = [_Group(finder, poses, camera) for finder, poses in found]
+    alive = [s for group in groups for s in group.judged(range(len(group.poses)), field, least) if s is not None]
     while True:
         trusted = [(weight, s) for s in alive if (weight := trust(s.verdict))]
         if not trusted:
@@ -47,19 +49,29 @@ def share_out(
             alive = _judged_again(alive, best, field, least)
 
 
+@dataclass(frozen=True, eq=False)
 class _Group:
-    """One target's hypotheses."""
+    """One target's H hypotheses."""
 
-    def __init__(self, finder: WholeObjectFinder, poses: Poses, camera: Camera) -> None:
-        self.finder, self.poses, self.camera = finder, poses, camera
+    finder: WholeObjectFinder
+    poses: Poses
+    camera: Camera
 
     @cached_property
     def boxes(self) -> Array:
-        """(H, 2, 2) least and greatest pixels of all that the votes for each look at."""
+        """(H, 2, 2) least and greatest x, y of all pixels that the votes for each look at."""
         corners = corners_of(self.finder.surface, self.camera, self.poses)
         low, high = corners.min(axis=1), corners.max(axis=1)
-        margin = _MARGIN_PX + _MARGIN_SHARE * (high - low)
+        margin = _MARGIN_PX + _MARGIN_SHARE * (high - low).max(axis=1, keepdims=True)
         return np.stack([low - margin, high + margin], axis=1)
+
+    def judged(self, rows: Sequence[int], field: LabelField, least: float) -> list[_Standing | None]:
+        """Claims of some of the hypotheses; None for those without votes enough."""
+        claims = claims_of(self.finder, self.poses[list(rows)], field, self.camera)
+        return [
+            _Standing(self, row, verdict_of(claim)) if claim.votes > least else None
+            for row, claim in zip(rows, claims, strict=True)
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,19 +88,16 @@ class _Standing:
         return bool((low <= other_high).all() and (other_low <= high).all())
 
 
-def _standing(group: _Group, field: LabelField, least: float, rows: Sequence[int] | None = None) -> list[_Standing]:
-    """Claims of some hypotheses, or of all, with votes enough."""
-    rows = range(len(group.poses)) if rows is None else rows
-    claims = claims_of(group.finder, group.poses[list(rows)], field, group.camera)
-    return [_Standing(group, row, verdict_of(c)) for row, c in zip(rows, claims, strict=True) if c.votes > least]
-
-
 def _judged_again(alive: list[_Standing], owner: _Standing, field: LabelField, least: float) -> list[_Standing]:
-    """Those that stand where some pixels have found an owner."""
-    out = [s for s in alive if not s.meets(owner)]
-    for group in dict.fromkeys(s.group for s in alive):
-        out += _standing(group, field, least, [s.row for s in alive if s.group is group and s.meets(owner)])
-    return out
+    """Claims, in their order, after some pixels have found an owner: those that stand elsewhere are as they were."""
+    met: dict[_Group, list[_Standing]] = {}
+    for standing in alive:
+        if standing.meets(owner):
+            met.setdefault(standing.group, []).append(standing)
+    anew: dict[_Standing, _Standing | None] = {}
+    for group, mine in met.items():
+        anew.update(zip(mine, group.judged([s.row for s in mine], field, least), strict=True))
+    return [now for now in (anew.get(s, s) for s in alive) if now is not None]
 
 
 def _best_of_each_place(verdicts: list[Verdict], camera: Camera) -> list[Verdict]:

@@ -113,11 +113,11 @@ def _contour_fit_compiled(
     kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
     normal, spacing_px, residual = np.empty((*size, 2)), np.empty(size[:2]), np.empty(size)
     weight, jacobian = np.empty(size), np.empty((*size, 6 + kin.n_joints))
-    terms, view = edge_terms(model, field, (reach,)), view_of(field, camera)
+    terms, view, used = edge_terms(model, field, (reach,)), view_of(field, camera), np.ascontiguousarray(use)
     for h in range(len(poses)):
         motion = Motion(poses.t[h], frames.axis[h], frames.origin[h], kin.revolute, kin.moves)
         contour_rows(
-            model.compiled, model.markers, use[h], frames.R[h], frames.t[h], motion, terms, view, LEAST_COSINE,
+            model.compiled, model.markers, used[h], frames.R[h], frames.t[h], motion, terms, view, LEAST_COSINE,
             normal[h], spacing_px[h], residual[h], weight[h], jacobian[h],
         )  # fmt: skip
     kept = (values[:, which] for values in (normal, spacing_px, residual, weight, jacobian))

@@ -1,4 +1,4 @@
-"""Search of one image for whole objects of all targets, blob by blob; sure objects take their pixels at once."""
+"""Search of one image for whole objects of all targets, blob by blob; a sure object takes its pixels before the next."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EXPLAINED = 0.6  # of a blob's contour must be a sure or a likely object's
 class SpatialSearch:
     """What is found so far, and the image without the pixels of sure objects.
 
-    :param trust: in a claim, 0 to 1.
+    :param trust: in a claim by its verdict, 0 to 1.
     :param least: votes of a claim worth looking at.
     """
 
@@ -33,7 +33,8 @@ class SpatialSearch:
         self._trust, self._least = trust, least
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, LabelField] = {}  # without the pixels of its likely objects, too
-        self._to_hide: list[tuple[WholeObjectFinder, Poses, bool]] = []  # found, and whether sure; still in both
+        # found, and whether sure; its pixels are still in the fields
+        self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
     def run(
         self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]
@@ -55,9 +56,10 @@ class SpatialSearch:
 
     def _over(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether nothing of a blob is left to explain, or no time for it."""
+        if self._deadline.expired:
+            return True
         self._hide_found()
-        field = self._unexplained.get(finder, self._field)
-        return self._deadline.expired or field.owned_share(blob.contour) > EXPLAINED
+        return self._unexplained.get(finder, self._field).owned_share(blob.contour) > EXPLAINED
 
     def _sure(self, finder: WholeObjectFinder) -> Callable[[Poses], bool]:
         return lambda pose: self._trust_in(finder, pose) > SURE
@@ -76,16 +78,17 @@ class SpatialSearch:
         self._found.setdefault(finder, []).append(poses)
         trust = self._trust_in(finder, poses[:1])
         if trust > LIKELY:
-            self._to_hide.append((finder, poses[:1], trust > SURE))
+            self._to_hide = finder, poses[:1], trust > SURE
         return trust > SURE
 
     def _hide_found(self) -> None:
-        """Take found objects' pixels: put off until there is another blob to look at."""
-        for finder, pose, sure in self._to_hide:
-            rest = cache(partial(LabelField.without, solids=silhouette(finder.surface, self._camera, pose)))
-            self._unexplained.setdefault(finder, self._field)
-            for other in self._unexplained if sure else (finder,):
-                self._unexplained[other] = rest(self._unexplained[other])  # several finders may still share one
-            if sure:
-                self._field = rest(self._field)
-        self._to_hide.clear()
+        """Take the pixels of what was found last: put off until there is another blob to look at."""
+        if self._to_hide is None:
+            return
+        (finder, pose, sure), self._to_hide = self._to_hide, None
+        rest = cache(partial(LabelField.without, solids=silhouette(finder.surface, self._camera, pose)))
+        self._unexplained.setdefault(finder, self._field)
+        for other in self._unexplained if sure else (finder,):
+            self._unexplained[other] = rest(self._unexplained[other])  # several finders may still share one
+        if sure:
+            self._field = rest(self._field)

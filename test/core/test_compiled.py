@@ -301,7 +301,7 @@ def test_every_side_of_a_large_blob_tells_its_seam(turns):
 
 
 def test_equations_whose_rows_begin_late_are_solved(rng):
-    """Joints that nothing in view moves, and joints that are held, have no part in the others' equations."""
+    """Joints that move nothing in use have no part in the others' equations."""
     n = 12
     for quiet in ([], [7], [6, 7, 11], [0, 5], list(range(6, n))):
         J = rng.normal(0, 1, (30, n))

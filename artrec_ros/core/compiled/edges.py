@@ -9,7 +9,7 @@ import numpy as np
 from .geometry import View, padded_pixel
 from .jit import inlined, jit
 
-OWN, KNOWN, UNKNOWN = 0, 1, 2  # kinds of labels along a marker's normal: its own, another's, one that says nothing
+OWN, KNOWN, SILENT = 0, 1, 2  # kinds of labels along a marker's normal: its own, another's, one that says nothing
 
 
 class EdgeTerms(NamedTuple):
@@ -31,11 +31,11 @@ class EdgeRoom(NamedTuple):
     outline: Any  # (4, m), see `outline_pixels`
     at: Any  # (m,)
     kind: Any  # (2 max reach + 1, m)
-    flags: Any  # (5, m)
-    sums: Any  # (5, m)
+    flags: Any  # (5, m) own inside, not own outside, last known place, silent outside, a seam in between
+    sums: Any  # (6, m) likelihood; its sum, the places' and their squares' by it; its last; one for the caller
     edge: Any  # (m,) signed distance of the edge along the normal
     weight: Any  # (m,) 0: no edge
-    rows: Any  # (9 + J, m)
+    rows: Any  # (9 + J, m) of derivatives, and behind those that are used the points' x, y and z
 
 
 @jit
@@ -43,17 +43,20 @@ def edge_room(m: int, most_reach: int, n_par: int) -> EdgeRoom:
     """Scratch arrays for contours of `m` points that move with `n_par` parameters."""
     return EdgeRoom(
         np.empty((4, m)), np.empty(m, np.int32), np.empty((2 * most_reach + 1, m), np.int32),
-        np.empty((5, m), np.int32), np.empty((5, m)), np.empty(m), np.empty(m), np.empty((n_par + 3, m)),
+        np.empty((5, m), np.int32), np.empty((6, m)), np.empty(m), np.empty(m), np.empty((n_par + 3, m)),
     )  # fmt: skip
 
 
 @inlined
 def look_along(k: int, reach: int, e: EdgeTerms, view: View, room: EdgeRoom) -> None:
-    """Fill room.kind with the kinds of the labels along the normals, and room.flags with what they tell together."""
+    """Fill room.kind with the kinds of the labels along the normals, and room.flags with what they tell together.
+
+    Points of the outline that are no numbers, or beyond all bounds, are put where there is no edge.
+    """
     us, vs, nus, nvs = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
     for i in range(len(us)):
         if not abs(us[i]) + abs(vs[i]) + abs(nus[i]) + abs(nvs[i]) < 1e9:
-            us[i], vs[i], nus[i], nvs[i] = -9.0, -9.0, 0.0, 0.0  # a pose that is no number has no edge anywhere
+            us[i], vs[i], nus[i], nvs[i] = -9.0, -9.0, 0.0, 0.0
     at, kinds = room.at, e.kind[k]
     inner, outer, last, silent = room.flags[0], room.flags[1], room.flags[2], room.flags[3]
     inner[:], outer[:], last[:], silent[:] = 0, 0, -1, 0
@@ -73,7 +76,7 @@ def look_along(k: int, reach: int, e: EdgeTerms, view: View, room: EdgeRoom) -> 
                 outer[i] |= row[i] != OWN
         if n > reach:
             for i in range(len(us)):
-                silent[i] |= row[i] == UNKNOWN
+                silent[i] |= row[i] == SILENT
 
 
 @inlined
@@ -97,7 +100,7 @@ def find_edges(k: int, e: EdgeTerms, step: int, view: View, room: EdgeRoom) -> N
             break
         row = room.kind[n]
         for i in range(m):
-            in_seam = (row[i] == UNKNOWN) & (n < last[i])
+            in_seam = (row[i] == SILENT) & (n < last[i])
             seam[i] |= in_seam
             likelihood[i] *= e.step_in if row[i] == OWN else (e.step_seam if in_seam else e.step_out)
     for i in range(m):

@@ -83,7 +83,7 @@ def normal_equations(
     :param markers: (M,) their patches; use: (M,) bool; R, t: (C, ...) frames.
     :param columns: int64 scratch, (6 + J,).
     """
-    n_par, weighed, weight, edge = len(b), room.sums[0], room.weight, room.edge
+    n_par, weighed, weight, edge = len(b), room.sums[5], room.weight, room.edge
     A[:], b[:] = 0.0, 0.0
     for k in range(len(markers)):
         if not use[k]:
@@ -91,7 +91,7 @@ def normal_equations(
         p = markers[k]
         P, q = R[s.component[p]], t[s.component[p]]
         cosine, _, _, _ = aspect(s, p, P, q)
-        if not cosine > least_cosine:
+        if not cosine > least_cosine:  # nor is it where the pose is no number: sums below take all points
             continue
         n = moving(s.component[p], motion, columns)
         outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, room.outline)

@@ -39,10 +39,11 @@ class StepTerms(NamedTuple):
 
 @lean
 def solve(A: Any, b: Any, x: Any, first: Any) -> None:
-    """x of A x = b, A symmetric and positive definite (Cholesky); A's lower half is overwritten.
+    """x of A x = b, A symmetric and positive definite (Cholesky). A's lower half is overwritten, its diagonal by what
+    is multiplied with in place of a division.
 
-    :param first: int64 scratch (n,), each row's first column that is not zero: a joint that is held, or moves nothing
-        in view, has nothing before its diagonal.
+    :param first: int64 scratch (n,), each row's first column that is not zero: a joint that moves no marker in use has
+        nothing before its diagonal.
     """
     n = len(b)
     for i in range(n):
@@ -121,4 +122,5 @@ def refine(
                 s, markers, use[h], frames_R[0], frames_t[0], motion, e, i, view, least_cosine, A, b,
                 columns, room,
             )  # fmt: skip
+            # the columns were of use up to here; now they are scratch
             step(A, b, free[h], joints, m, R[h], t[h], q[h], x, columns, scratch)

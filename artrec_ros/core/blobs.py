@@ -18,7 +18,8 @@ from .config import RecognizerConfig
 from .deadline import Deadline
 from .transforms import Array
 
-_CROWD_ROWS, _CROWDED = 8, 0.05  # looks at every such row; changes a pixel
+_CROWD_ROWS = 8  # every so many-th is looked at
+_CROWDED = 0.05  # changes between neighbours in a row, as a share of its pixels
 
 
 @dataclass(frozen=True)
@@ -78,14 +79,16 @@ def find_blobs(
 
 
 def _is_crowded(mask: NDArray[np.uint8]) -> bool:
-    """Whether a mask changes so often along its rows that most of its blobs must be specks."""
+    """Whether a mask (H, W) changes so often along its rows that most of its blobs must be specks."""
     rows = mask[::_CROWD_ROWS]
     return cv2.countNonZero(rows[:, 1:] ^ rows[:, :-1]) > _CROWDED * rows.size
 
 
 def _without_specks(mask: NDArray[np.uint8], least_px: float) -> NDArray[np.uint8]:
-    """A mask without the blobs whose bounding box is too small to enclose so many pixels. A contour of each of them
-    takes far longer than they take together here; where there are few, it is the other way round."""
+    """A mask (H, W) without the blobs whose bounding box is too small to enclose so many pixels.
+
+    The contours of very many of them would take longer than this; of few, it is the other way round.
+    """
     _, blob, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     large = stats[:, cv2.CC_STAT_WIDTH] * stats[:, cv2.CC_STAT_HEIGHT] >= least_px
     large[0] = False  # the background

@@ -13,6 +13,7 @@ from .evidence import LabelField
 from .kinematics import Frames
 from .projection import project
 from .spatial import Poses
+from .surface import INSIDE_POINTS
 from .transforms import Array, Pose
 from .whole_object import WholeObjectFinder
 
@@ -27,7 +28,7 @@ class Describer:
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         self._component = surface.component[surface.markers]
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
-        self._inside = np.array([p.inside for p in patches]).shape[:2]
+        self._inside = len(patches), INSIDE_POINTS
         self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
         n_drawn = [len(p.drawn) for p in patches]
         self._on = np.concatenate([np.repeat(self._component, self._inside[1]), np.repeat(self._component, n_drawn)])
@@ -45,7 +46,7 @@ class Describer:
         covariances = pose_covariances(surface, field, camera, poses, used)
         parts = self._instances(verdicts, surface.kinematics.forward(poses.R, poses.t, poses.q), camera)
         return [
-            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n])
+            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy())
             for n, verdict in enumerate(verdicts)
         ]
 
@@ -82,17 +83,19 @@ class Describer:
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
         focal = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
         scale = focal / np.maximum(frames.t[:, self._component, 2], 1e-6)
-        numbers = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()
+        values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
         return [
-            tuple(self._instance(v, p, numbers[h][self._row[p]], pixels[h]) for p in v.shown if p >= 0)
+            tuple(self._instance(v, p, pixels[h], *values[h][self._row[p]]) for p in v.shown if p >= 0)
             for h, v in enumerate(verdicts)
         ]
 
-    def _instance(self, verdict: Verdict, patch: int, numbers: list[float], pixels: Array) -> Instance:
-        """The component that a patch shows; its x, y, theta, scale, and the pixels (n, 2) of all points."""
+    def _instance(
+        self, verdict: Verdict, patch: int, pixels: Array, x: float, y: float, theta: float, scale: float
+    ) -> Instance:
+        """The component that a patch shows. :param pixels: (n, 2) of all markers' points."""
         shown, row = self._finder.surface.patches[patch], self._row[patch]
         assert shown.marker is not None  # what shows a component is a marker
         agree = min(max(float(verdict.claim.scores.agree[0, patch]), 0.0), 1.0)
         outline = pixels[self._first_drawn[row] + 3 : self._first_drawn[row + 1]]  # behind centroid, tail and head
-        name, (x, y, theta, scale) = self._finder.target.model.components[shown.component].name, numbers
-        return Instance(name, shown.marker.name, agree, x, y, theta, scale, outline)
+        name = self._finder.target.model.components[shown.component].name
+        return Instance(name, shown.marker.name, agree, x, y, theta, scale, outline.copy())

@@ -22,7 +22,7 @@ _FACTORS = math.exp(2 * EDGE_VOTE), math.exp(2 * EDGE_VOTE_SEAM), math.exp(-2 * 
 def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
     """What compiled code needs to find edges, in each of the steps of a fit."""
     seams = np.array([field.seam_px(label) for label in model.marker_labels])
-    kinds = _kinds(tuple(model.marker_labels))
+    kinds = _kinds(model.marker_labels)
     return EdgeTerms(np.array(reach_px), *_FACTORS, _priors(reach_px), seams, kinds, OUTSIDE)
 
 

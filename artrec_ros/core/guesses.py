@@ -36,7 +36,8 @@ class Guesser:
         self._banks = [Bank(view_bank(m), inside, ring) for m in self._markers]
         self._q, self._R, self._t = _draws(surface, component)
         in_marker = [self._object_in_marker(m) for m in self._markers]
-        self._flips = [bank.flips @ R for bank, (R, _) in zip(self._banks, in_marker, strict=True)]  # of the object
+        # the object's frame, see `lift`: (2, V, 3, 3) of each marker's views, and (3,) its origin along its own axes
+        self._flips = [bank.flips @ R for bank, (R, _) in zip(self._banks, in_marker, strict=True)]
         self._origins = [R.T @ t for R, t in in_marker]
 
     def guess(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:

@@ -95,7 +95,7 @@ class SpatialModel:
         )
         self.markers = np.flatnonzero(self.is_marker)
         self.faces = np.flatnonzero(~self.is_marker)
-        self.marker_labels: list[int] = self.label[self.markers].tolist()
+        self.marker_labels: tuple[int, ...] = tuple(self.label[self.markers].tolist())
         self.markers_of = [self.markers[self.component[self.markers] == c].tolist() for c in range(len(bodies))]
         self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
         self.contour_normal = np.array([self.patches[i].contour_normal for i in self.markers])  # (M, m, 3)

@@ -1,4 +1,4 @@
-"""Search of one image for whole objects of all targets, blob by blob; a sure object takes its pixels before the next."""
+"""Search of one image for whole objects of all targets, blob by blob; a sure object takes its pixels."""
 
 from __future__ import annotations
 

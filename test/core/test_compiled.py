@@ -6,7 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from solids import BENT, RATIONAL, RED, camera_of, chain, random_poses, sign, slide, truck
+from solids import (
+    BENT,
+    BLUE,
+    BODY,
+    RATIONAL,
+    RED,
+    camera_of,
+    chain,
+    jolted,
+    pose,
+    random_poses,
+    render,
+    sign,
+    slide,
+    truck,
+)
 
 from artrec_ros.core import bank as bank_module
 from artrec_ros.core import distinct, evidence, guesses, kinematics, occlusion, posefit, spatial, views, whole_object
@@ -16,9 +31,10 @@ from artrec_ros.core.compiled import geometry, jit, refining
 from artrec_ros.core.config import RecognizerConfig
 from artrec_ros.core.datatypes import Target
 from artrec_ros.core.deadline import Deadline
-from artrec_ros.core.evidence import LabelField
+from artrec_ros.core.evidence import OWNED, UNKNOWN, LabelField
 from artrec_ros.core.projection import project
 from artrec_ros.core.spatial import Poses, SpatialModel
+from artrec_ros.core.transforms import wrap_angle
 from artrec_ros.core.whole_object import WholeObjectFinder
 
 LENSES = pytest.mark.parametrize("lens", [(), BENT[:4], BENT, RATIONAL], ids=len)
@@ -199,13 +215,19 @@ def test_alignments_with_a_blob_agree(monkeypatch):
     shape = blob_shape(blob, 0.5)
     found = [bank.align(field, camera, shape, most) for most in (70, 10_000)]
     plainly(monkeypatch, bank_module)
-    for (_, votes, view), most in zip(found, (70, 10_000), strict=True):
-        T, votes_plain, view_plain = bank.align(field, camera, shape, most)
+    for (T, votes, view), most in zip(found, (70, 10_000), strict=True):
+        T_plain, votes_plain, view_plain = bank.align(field, camera, shape, most)
         assert len(T) == 70 if most == 70 else len(T) > 70
         assert (np.diff(votes_plain) <= 0).all()
         np.testing.assert_allclose(votes, votes_plain, rtol=1e-5)
-        differ = np.flatnonzero(view != view_plain)  # the order of equal votes hangs on the last digit
-        np.testing.assert_allclose(votes_plain[differ], votes_plain[np.maximum(differ - 1, 0)], rtol=0.05)
+        gap = np.diff(votes_plain) > -1e-4 * votes_plain[:-1]  # the order of equal votes hangs on the last digit
+        clear = ~(np.append(gap, False) | np.append(False, gap))
+        clear[-1] = False  # more of its votes may have been left out
+        assert clear.sum() > 5
+        np.testing.assert_array_equal(view[clear], view_plain[clear])
+        turned = wrap_angle(T[clear, 2] - T_plain[clear, 2])
+        np.testing.assert_allclose(turned, 0.0, atol=1e-6)
+        np.testing.assert_allclose(T[clear][:, [0, 1, 3]], T_plain[clear][:, [0, 1, 3]], rtol=1e-6)
 
 
 @LENSES
@@ -232,18 +254,44 @@ def test_hypotheses_are_told_apart_alike(monkeypatch, rng):
     assert 30 <= len(found[1]) < 150
 
 
-def test_contours_fit_alike(monkeypatch, scene, rng):
-    surface, poses, field = scene
+def test_contours_fit_alike(monkeypatch, any_scene, rng):
+    surface, poses, field = any_scene
     use = rng.random((len(poses), len(surface.markers))) < 0.6
-    use[:, 1] = False
-    found = posefit.contour_fit(surface, field, camera_of(distortion=BENT), poses, use, 3)
+    use[:, -1] |= use.shape[1] == 1
+    found = posefit.contour_fit(surface, field, camera_of(distortion=BENT), poses, np.asfortranarray(use), 3)
     plainly(monkeypatch, posefit)
     plain = posefit.contour_fit(surface, field, camera_of(distortion=BENT), poses, use, 3)
     for name in ("normal", "spacing_px", "weight", "jacobian"):
         np.testing.assert_allclose(getattr(found, name), getattr(plain, name), rtol=1e-6, atol=1e-6)
     said = plain.weight > 0
-    assert said.sum() > 50
+    assert said.sum() > 15
     np.testing.assert_allclose(found.residual[said], plain.residual[said], atol=1e-6)
+
+
+@pytest.mark.parametrize("owned", [False, True])
+def test_edges_of_markers_of_two_classes_are_found_alike(monkeypatch, rng, owned):
+    """With seams of widths of their own, and pixels that another object owns."""
+    model = truck()
+    torso, fore, hind = model.components
+    surface = SpatialModel(replace(model, components=(torso, fore, replace(hind, label=BLUE))), RED)
+    truth = pose(0.0, 0.0, 0.8, 0.3, model=model)
+    labels = render(camera_of(), [(surface.model, truth, RED)])
+    labels[labels == BODY] = UNKNOWN
+    if owned:
+        labels[::3, ::3] = OWNED
+    field = LabelField(labels)
+    field._seams.update({RED: 1.5, BLUE: 0.8})
+    poses, use = jolted(rng, truth, 20, 0.005, 0.03, 0.05), np.ones((20, len(surface.markers)), bool)
+    found = posefit.contour_fit(surface, field, camera_of(), poses, use, 4)
+    plainly(monkeypatch, posefit)
+    plain = posefit.contour_fit(surface, field, camera_of(), poses, use, 4)
+    np.testing.assert_allclose(found.weight, plain.weight, atol=1e-6)
+    of_class = surface.label[surface.markers]
+    for label in (RED, BLUE):
+        mine = plain.weight[:, of_class == label] > 0
+        assert mine.sum() > 50
+        pairs = (fit.residual[:, of_class == label][mine] for fit in (found, plain))
+        np.testing.assert_allclose(*pairs, atol=1e-6)
 
 
 def test_results_are_kept_until_any_of_the_sources_changes(tmp_path):

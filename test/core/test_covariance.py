@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import chi2
 from solids import BACKGROUND, BODY, RED, camera_of, jolted, pose, render, sign, slide, truck
 
+from artrec_ros.core import posefit
 from artrec_ros.core.covariance import MOST_RANGE_SHARE, MOST_TURN_RAD, pose_covariances
 from artrec_ros.core.evidence import UNKNOWN, LabelField
 from artrec_ros.core.posefit import refine
@@ -130,3 +131,19 @@ def test_a_seam_makes_the_range_less_sure():
         surface, field, use = scene(MODELS["truck"], truth, seam=seam, rng=rng)
         spread.append(pose_covariances(surface, field, CAMERA, truth, use)[0][2, 2])
     assert spread[1] > 1.5 * spread[0]
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+@pytest.mark.parametrize("name", sorted(MODELS))
+def test_many_are_told_of_as_each_alone(name, compiled, monkeypatch):
+    if not compiled:
+        monkeypatch.setattr(posefit, "COMPILED", False)
+    rng, truth = np.random.default_rng(0), pose(0.0, 0.0, 0.9, 0.4, 0.1, MODELS[name])
+    surface, field, use = scene(MODELS[name], truth)
+    poses = jolted(rng, truth, 3, 0.002, 0.01, 0.02)
+    uses = np.array([use[0], np.zeros_like(use[0]), use[0] & (np.arange(use.shape[1]) == use[0].argmax())])
+    together = pose_covariances(surface, field, CAMERA, poses, uses)
+    for n in range(3):
+        alone = pose_covariances(surface, field, CAMERA, poses[n : n + 1], uses[n : n + 1])[0]
+        np.testing.assert_allclose(together[n], alone, rtol=1e-9, atol=1e-15)
+    assert pose_covariances(surface, field, CAMERA, poses[:0], uses[:0]).shape == (0, 6, 6)

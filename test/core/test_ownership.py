@@ -84,15 +84,15 @@ def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
 
 
 @pytest.mark.parametrize(
-    "near, far",
+    "near, far, meet",
     [
-        (pose(0.05, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK)),
-        (pose(-0.02, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK)),
-        (LEFT, RIGHT),
+        (pose(0.05, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK), True),
+        (pose(-0.02, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK), True),
+        (LEFT, RIGHT, False),
     ],
     ids=["half in front", "touching", "apart"],
 )
-def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far):
+def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, meet):
     field = LabelField(render(CAMERA, [(TRUCK, near, RED), (TRUCK, far, RED)]))
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
     poses = Poses.concatenate([near, far])
@@ -107,8 +107,7 @@ def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far):
         assert claim.votes == pytest.approx(float(finder.votes(left, CAMERA, claim.poses, occlusion=True)[0]))
         left = left.without(silhouette(finder.surface, CAMERA, claim.poses))
     alone = finder.votes(field, CAMERA, accepted[1].claim.poses, occlusion=True)[0]
-    if near is not LEFT:
-        assert accepted[1].claim.votes < alone  # what they share went to the first
+    assert (accepted[1].claim.votes < alone) == meet  # what they share went to the first
 
 
 def test_targets_compete_for_pixels():
@@ -146,3 +145,26 @@ def test_nothing_found_gives_nothing():
     far_off = candidates(finder, field, pose(5.0, model=chain()))
     accepted, others = share_out([(finder, far_off)], field, CAMERA, LEAST, everything)
     assert list(accepted) == list(others) == []
+
+
+@pytest.mark.parametrize("lens", [(), BENT], ids=len)
+def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
+    camera = camera_of(distortion=lens)
+    field = LabelField(render(camera, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)]))
+    finder, judged = WholeObjectFinder(Target("truck", TRUCK, RED)), []
+    judge = finder.judge
+    monkeypatch.setattr(finder, "judge", lambda f, c, poses, **k: judged.append(len(poses)) or judge(f, c, poses, **k))
+    poses = Poses.concatenate([LEFT, RIGHT, jolted(np.random.default_rng(1), LEFT, 3, 0.002, 0.02, 0.02)])
+    accepted, _ = share_out([(finder, poses)], field, camera, LEAST, everything)
+    assert len(accepted) == 2
+    assert judged == [5, 3]  # all of them; then the left one's rivals
+
+
+def test_claims_keep_their_order_when_some_are_judged_again():
+    """Which of two equal claims goes first does not hang on what was judged before."""
+    field = image_of_two()
+    finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
+    far = pose(-0.25, -0.02, 2.2, 0.3, model=TRUCK)  # behind the left one: its votes fall when that owns its pixels
+    found = [(finders[0], RIGHT), (finders[1], Poses.concatenate([LEFT, far, RIGHT]))]
+    accepted, _ = share_out(found, field, CAMERA, LEAST, everything)
+    assert [v.claim.finder.target.name for v in accepted if v.claim.poses.t[0, 0] > 0] == ["one"]

@@ -9,7 +9,7 @@ from solids import BENT, CAB, RED, RIGHT_SIDE, camera_of, marker
 
 from artrec_ros.core.evidence import LabelField, Roles
 from artrec_ros.core.projection import project
-from artrec_ros.core.transforms import apply_similarity
+from artrec_ros.core.transforms import apply_similarity, rotation_from_rotvec
 from artrec_ros.core.views import align_view, anchors_of, blob_couples, flips_of, lift, score_view, view_bank
 
 FLAG = marker("flag", CAB, RIGHT_SIDE, (0, 0, 0))
@@ -141,3 +141,14 @@ def test_both_lifted_poses_look_like_the_view(lens):
             assert apart.max() < (1.0 if lens else 0.6)
         turned = np.arccos(np.clip(-R[i][:, 2] @ t[i] / np.linalg.norm(t[i]), -1, 1))
         assert turned == pytest.approx(view.turn, abs=0.02)
+
+
+def test_any_frame_fixed_to_a_marker_is_lifted():
+    rng, bank = np.random.default_rng(2), view_bank(FLAG)
+    flips = flips_of(np.array([v.turn for v in bank]), np.array([v.direction for v in bank]))
+    view, T = rng.integers(0, len(bank), 30), rng.uniform((0, 0, -3, 30), (320, 240, 3, 400), (30, 4))
+    R_marker, t_marker = lift(flips, view, T, camera_of(), np.zeros(3))
+    R_in, t_in = rotation_from_rotvec([0.3, -0.8, 1.1]), np.array([0.02, -0.1, 0.05])  # of the frame in the marker's
+    R, t = lift(flips @ R_in, view, T, camera_of(), R_in.T @ t_in)
+    np.testing.assert_allclose(R, R_marker @ R_in, atol=1e-12)
+    np.testing.assert_allclose(t, t_marker + R_marker @ t_in, atol=1e-12)

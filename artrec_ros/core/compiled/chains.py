@@ -97,7 +97,7 @@ def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin:
 def place_all(chain: Chain, R: Any, t: Any, q: Any, R_out: Any, t_out: Any, scratch: Any) -> None:
     """Frames (C, 3, 3), (C, 3) of all components of one hypothesis: object R (3, 3), t (3,), joints q (J,).
 
-    :param scratch: (4, 3, 3).
+    :param scratch: (3, 3, 3).
     """
     for c in range(len(chain.parent)):
         if chain.parent[c] < 0:

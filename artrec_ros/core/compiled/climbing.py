@@ -49,7 +49,7 @@ class Body(NamedTuple):
     area_px: Any
     agree: Any
     sums: Any  # (2, C)
-    scratch: Any  # (4, 3, 3)
+    scratch: Any  # (3, 3, 3)
 
 
 class Tried(NamedTuple):
@@ -103,7 +103,7 @@ def body_of(s: Surface, value: Value) -> Body:
     n_c, n_p = value.n_components, len(s.area)
     return Body(
         np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty(n_p), np.empty(n_p), np.empty(n_p),
-        np.empty((2, n_c)), np.empty((4, 3, 3)),
+        np.empty((2, n_c)), np.empty((3, 3, 3)),
     )  # fmt: skip
 
 

@@ -140,7 +140,10 @@ def best_alignments(
 ) -> int:  # fmt: skip
     """Fill T (N, 4), score (N,) and of (N,) with the best of each view's best similarities: of
     `views.moment_alignments` and of all couples of anchors (p1, p2). Says how many have `least_share` of the best one's
-    score, which may be fewer than N."""
+    score, which may be fewer than N.
+
+    :param at: scratch, see `score_similarity`; kept: scratch.
+    """
     kept.score[:] = -np.inf
     best = 0.0
     for v in range(len(m.area)):

@@ -38,7 +38,7 @@ def score_patches(
     votes: Any, area_px: Any, agree: Any,
 ) -> None:  # fmt: skip
     """Fill votes, area_px, agree (H, P) of hypotheses R (H, 3, 3), t (H, 3), q (H, J) as `SpatialModel.score` does."""
-    room, scratch, n_c = room_of(s), np.empty((4, 3, 3)), len(chain.parent)
+    room, scratch, n_c = room_of(s), np.empty((3, 3, 3)), len(chain.parent)
     frames_R, frames_t = np.empty((n_c, 3, 3)), np.empty((n_c, 3))
     for h in range(len(R)):
         place_all(chain, R[h], t[h], q[h], frames_R, frames_t, scratch)

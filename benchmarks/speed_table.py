@@ -18,7 +18,8 @@ two, wall-clock time. *legged*: simulated quadrupeds (`config/aibo.yaml`), 16 to
 their markers turned away at all angles. *overhead*: soccer robots (`config/vss.yaml`) of two patches, each 4 % of
 the width, seen from above: what recognition in the image plane is for.
 
-- *floor*: `cv2.findContours` of the classes in use, and nothing else.
+- *floor*: `cv2.findContours` of the classes in use, and nothing else. In noise recognition may take less: it leaves out
+  specks before it draws contours.
 - *plane*: the default profile without calibration. *paper*: the same with `recognizer.profile: paper`.
 - *Hough*: OpenCV's generalized Hough transform (Guil) of one marker in each class.
 - *ArUco*: `cv2.aruco` on the scene's picture with as many tags in it as objects; in brackets how many it finds.

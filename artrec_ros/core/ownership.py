@@ -16,7 +16,6 @@ from .spatial import Poses
 from .transforms import Array
 from .whole_object import WholeObjectFinder
 
-_LIKELY_SECOND = 0.5  # least probability of an object at the place of another one of its target
 _MARGIN_PX = 3.0  # around an object's corners: for the rings around its contours
 _MARGIN_SHARE = 0.1  # of its larger side, besides: for what a lens bends out
 
@@ -30,8 +29,7 @@ def share_out(
 ) -> tuple[list[Verdict], list[Verdict]]:
     """Verdicts on accepted claims of all targets together, best first, and on the best of the others at each place.
 
-    The claim with the most trusted votes takes its pixels; others that stand there are judged again without them, and
-    must then be likely.
+    The claim with the most trusted votes takes its pixels; others that stand there are judged again without them.
 
     :param least: claims with fewer votes are dropped.
     :param trust: what a claim's votes count, 0 to 1; 0: it is not acceptable.
@@ -40,7 +38,7 @@ def share_out(
     groups = [_Group(finder, poses, camera) for finder, poses in found]
     alive = [s for group in groups for s in group.judged(range(len(group.poses)), field, least) if s is not None]
     while True:
-        trusted = [(weight, s) for s in alive if (weight := trust(s.verdict)) and not _is_double(s, accepted)]
+        trusted = [(weight, s) for s in alive if (weight := trust(s.verdict))]
         if not trusted:
             return accepted, _best_of_each_place([s.verdict for s in alive], camera)
         best = max(trusted, key=lambda t: t[0] * t[1].verdict.claim.votes)[1]
@@ -88,15 +86,6 @@ class _Standing:
         """Whether what one owns can matter to the other."""
         (low, high), (other_low, other_high) = self.group.boxes[self.row], other.group.boxes[other.row]
         return bool((low <= other_high).all() and (other_low <= high).all())
-
-
-def _is_double(standing: _Standing, accepted: Sequence[Verdict]) -> bool:
-    """Whether an accepted object of the same target explains an unlikely claim: two seldom stand at one place."""
-    group, claim = standing.group, standing.verdict.claim
-    return standing.verdict.probability < _LIKELY_SECOND and any(
-        v.claim.finder is group.finder and group.finder.same_place(group.camera, claim.poses, v.claim.poses)[0]
-        for v in accepted
-    )
 
 
 def _judged_again(alive: list[_Standing], owner: _Standing, field: LabelField, least: float) -> list[_Standing]:

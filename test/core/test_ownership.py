@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from solids import BENT, BLUE, RED, camera_of, chain, jolted, pose, render, truck
 
-from artrec_ros.core.acceptance import Verdict
 from artrec_ros.core.claims import silhouette
 from artrec_ros.core.datatypes import Target
 from artrec_ros.core.evidence import LabelField
@@ -133,16 +132,3 @@ def test_claims_keep_their_order_when_some_are_judged_again():
     found = [(finders[0], RIGHT), (finders[1], Poses.concatenate([LEFT, far, RIGHT]))]
     accepted, _ = share_out(found, field, CAMERA, LEAST, everything)
     assert [v.claim.finder.target.name for v in accepted if v.claim.poses.t[0, 0] > 0] == ["one"]
-
-
-@pytest.mark.parametrize("likely", [0.4, 0.6])
-def test_a_second_one_at_a_place_must_be_likely(likely, monkeypatch):
-    """A candidate at the place of a found one lives on its leftovers."""
-    here, behind = pose(0.0, 0, 1.0, 0.3, model=TRUCK), pose(0.01, 0.0, 1.3, 0.3, model=TRUCK)
-    field = LabelField(render(CAMERA, [(TRUCK, behind, RED), (TRUCK, here, RED), (TRUCK, LEFT, RED)]))
-    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
-    monkeypatch.setattr(Verdict, "probability", property(lambda v: likely if v.claim.poses.t[0, 2] == 1.3 else 0.99))
-    poses = Poses.concatenate([here, behind, LEFT])
-    accepted, others = share_out([(finder, poses)], field, CAMERA, -np.inf, everything)
-    assert len(accepted) == (2 if likely < 0.5 else 3)
-    assert [v.claim.poses.t[0, 2] for v in others] == ([1.3] if likely < 0.5 else [])

@@ -54,6 +54,8 @@ class Bank:
     def __init__(self, views: Sequence[View], inside_votes: Array, ring_votes: Array) -> None:
         self._views = views
         self._votes = inside_votes, ring_votes
+        most = inside_votes.max(), ring_votes.max()
+        self._look = guessing.Look(inside_votes, ring_votes, *most, RING_PX, RING_WIDTH_PX)
         self.flips = flips_of(np.array([v.turn for v in views]), np.array([v.direction for v in views]))
         n = np.array([len(v.anchors) for v in views])
         anchors = np.zeros((len(views), n.max(), 2))
@@ -76,8 +78,6 @@ class Bank:
         bank = guessing.Bank(*self._arrays, self._perimeter, scale, *self._moments)
         (x, y), turn = shape.moments
         moments = guessing.Moments(x, y, turn, shape.area_px)
-        inside, ring = self._votes
-        look = guessing.Look(inside, ring, inside.max(), ring.max(), RING_PX, RING_WIDTH_PX)
         n_views, most = len(self._views), min(most, len(self._views) * VIEW_KEEP)
         each = guessing.Kept(
             np.empty((n_views, VIEW_KEEP, 4)), np.empty((n_views, VIEW_KEEP)), np.empty(n_views, np.int64)
@@ -85,7 +85,7 @@ class Bank:
         T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
         at, view = np.empty(max(bank.contour.shape[2], LANES), np.int32), view_of(field, camera)
         n = guessing.best_alignments(
-            *shape.couples, moments, bank, look, LEAST_SHARE, view, at, each, T, votes, of
+            *shape.couples, moments, bank, self._look, LEAST_SHARE, view, at, each, T, votes, of
         )
         return T[:n], votes[:n], of[:n]
 

@@ -94,18 +94,21 @@ def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin:
 
 
 @lean
-def place_all(chain: Chain, R: Any, t: Any, q: Any, R_out: Any, t_out: Any, scratch: Any) -> None:
-    """Frames (C, 3, 3), (C, 3) of all components of one hypothesis: object R (3, 3), t (3,), joints q (J,).
+def place_all(
+    chain: Chain, R_object: Any, t_object: Any, q: Any, R: Any, t: Any, axis: Any, origin: Any, scratch: Any
+) -> None:
+    """Fill the frames R (C, 3, 3), t (C, 3) and joints (J, 3) of one hypothesis (3, 3), (3,), (J,).
 
     :param scratch: (3, 3, 3).
     """
     for c in range(len(chain.parent)):
-        if chain.parent[c] < 0:
-            copy_frame(R, t, R_out[c], t_out[c])
-            continue
         j = chain.joint_of[c]
-        value = q[j] if j >= 0 else 0.0
-        place(chain, c, R_out, t_out, value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+        if chain.parent[c] < 0:
+            copy_frame(R_object, t_object, R[c], t[c])
+        elif j >= 0:
+            place(chain, c, R, t, q[j], axis[j], origin[j], scratch[0], scratch[1])
+        else:
+            place(chain, c, R, t, 0.0, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
 
 
 @lean
@@ -121,14 +124,6 @@ def place_points(R: Any, t: Any, points: Any, component: Any, out: Any) -> None:
 @jit
 def forward(chain: Chain, R_object: Any, t_object: Any, q: Any, R: Any, t: Any, axis: Any, origin: Any) -> None:
     """Fill the frames R (H, C, 3, 3), t (H, C, 3) and joints (H, J, 3) of hypotheses (H, 3, 3), (H, 3), (H, J)."""
-    turn, rest, scratch = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3))
+    scratch = np.empty((3, 3, 3))
     for h in range(len(R)):
-        for c in range(len(chain.parent)):
-            if chain.parent[c] < 0:
-                copy_frame(R_object[h], t_object[h], R[h, c], t[h, c])
-                continue
-            j = chain.joint_of[c]
-            if j >= 0:
-                place(chain, c, R[h], t[h], q[h, j], axis[h, j], origin[h, j], turn, rest)
-            else:
-                place(chain, c, R[h], t[h], 0.0, scratch[0], scratch[1], turn, rest)
+        place_all(chain, R_object[h], t_object[h], q[h], R[h], t[h], axis[h], origin[h], scratch)

@@ -45,6 +45,7 @@ class Body(NamedTuple):
 
     R: Any  # (C, 3, 3)
     t: Any  # (C, 3)
+    joints: Any  # (2, J, 3) axes and origins
     votes: Any  # (P,)
     area_px: Any
     agree: Any
@@ -98,12 +99,12 @@ def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
 
 
 @jit
-def body_of(s: Surface, value: Value) -> Body:
+def body_of(s: Surface, value: Value, n_joints: int) -> Body:
     """Room for one hypothesis of a surface."""
     n_c, n_p = value.n_components, len(s.area)
     return Body(
-        np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty(n_p), np.empty(n_p), np.empty(n_p),
-        np.empty((2, n_c)), np.empty((3, 3, 3)),
+        np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, n_joints, 3)),
+        np.empty(n_p), np.empty(n_p), np.empty(n_p), np.empty((2, n_c)), np.empty((3, 3, 3)),
     )  # fmt: skip
 
 
@@ -112,9 +113,9 @@ def votes_of(
     s: Surface, chain: Chain, view: View, limits: Limits, value: Value, R: Any, t: Any, q: Any, out: Any
 ) -> None:
     """Fill out (H,) with the votes of hypotheses R (H, 3, 3), t (H, 3), q (H, J) as `WholeObjectFinder.votes` does."""
-    patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value)
+    patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
     for h in range(len(R)):
-        place_all(chain, R[h], t[h], q[h], body.R, body.t, body.scratch)
+        place_all(chain, R[h], t[h], q[h], body.R, body.t, body.joints[0], body.joints[1], body.scratch)
         out[h] = total_votes(s, patches, view, limits, value, body, room)
 
 
@@ -124,7 +125,7 @@ def sweep(
 ) -> None:
     """Move each joint of hypotheses R (H, 3, 3), t (H, 3), q (H, J) to its best value in `grid` (J, n), one after the
     other, as `local_search.sweep` does; NaN ends a joint's row."""
-    patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value)
+    patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
     for h in range(len(R)):
         votes[h] = _sweep_one(s, patches, chain, view, limits, value, grid, R[h], t[h], q[h], votes[h], body, room)
 
@@ -140,7 +141,7 @@ def _sweep_one(
             if math.isnan(at):
                 break
             q[j] = at
-            place_all(chain, R, t, q, body.R, body.t, body.scratch)
+            place_all(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
             found = total_votes(s, patches, view, limits, value, body, room)
             if found > votes:
                 votes, best = found, at
@@ -154,7 +155,7 @@ def climb(
     R: Any, t: Any, q: Any, votes: Any,
 ) -> None:  # fmt: skip
     """Move hypotheses R (H, 3, 3), t (H, 3), q (H, J) to better ones nearby, as `local_search.climb` does."""
-    patches, room, body, n_joints = np.arange(len(s.area)), room_of(s), body_of(s, value), q.shape[1]
+    patches, room, body, n_joints = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1]), q.shape[1]
     tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(n_joints), np.empty((3, 3, 3)))
     steps, step = np.empty(6 + n_joints), np.zeros(6 + n_joints)
     for h in range(len(R)):
@@ -180,7 +181,7 @@ def _climb_one(
             step[k] = steps[k]
             move(m, step, R, t, q, tried)
             step[k] = 0.0
-            place_all(chain, tried.R, tried.t, tried.q, body.R, body.t, body.scratch)
+            place_all(chain, tried.R, tried.t, tried.q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
             found = total_votes(s, patches, view, limits, value, body, room)
             steps[k] *= m.lengthen if found > votes else m.turn
             if found > votes:

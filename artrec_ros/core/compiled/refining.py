@@ -110,7 +110,8 @@ def refine(
     frames_R, frames_t = np.empty((1, n_c, 3, 3)), np.empty((1, n_c, 3))
     axis, origin = np.empty((1, n_joints, 3)), np.empty((1, n_joints, 3))
     A, b, x = np.empty((6 + n_joints, 6 + n_joints)), np.empty(6 + n_joints), np.empty(6 + n_joints)
-    columns, scratch = np.empty(6 + n_joints, np.int64), np.empty((3, 3, 3))
+    columns, first = np.empty(6 + n_joints, np.int64), np.empty(6 + n_joints, np.int64)
+    scratch = np.empty((3, 3, 3))
     room = edge_room(s.contour.shape[2], e.reach.max(), 6 + n_joints)
     for h in range(len(R)):
         if not use[h].any():
@@ -122,5 +123,4 @@ def refine(
                 s, markers, use[h], frames_R[0], frames_t[0], motion, e, i, view, least_cosine, A, b,
                 columns, room,
             )  # fmt: skip
-            # the columns were of use up to here; now they are scratch
-            step(A, b, free[h], joints, m, R[h], t[h], q[h], x, columns, scratch)
+            step(A, b, free[h], joints, m, R[h], t[h], q[h], x, first, scratch)

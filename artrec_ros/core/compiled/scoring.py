@@ -39,9 +39,9 @@ def score_patches(
 ) -> None:  # fmt: skip
     """Fill votes, area_px, agree (H, P) of hypotheses R (H, 3, 3), t (H, 3), q (H, J) as `SpatialModel.score` does."""
     room, scratch, n_c = room_of(s), np.empty((3, 3, 3)), len(chain.parent)
-    frames_R, frames_t = np.empty((n_c, 3, 3)), np.empty((n_c, 3))
+    frames_R, frames_t, joints = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, q.shape[1], 3))
     for h in range(len(R)):
-        place_all(chain, R[h], t[h], q[h], frames_R, frames_t, scratch)
+        place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
         score_hypothesis(
             s, frames_R, frames_t, patches, view, limits, occlusion, room, votes[h], area_px[h], agree[h]
         )

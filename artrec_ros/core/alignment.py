@@ -11,19 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import agreement as compiled
-from .compiled.jit import COMPILED
+from .compiled.counting import Tolerance, count_all
 from .config import RecognizerConfig
-from .contour_map import STEPS_PER_PX, ContourMap
+from .contour_map import ContourMap
 from .deadline import Deadline
 from .shapes import SAMPLES, Shape, pack_shapes
 
-_CHUNK = 8192  # hypotheses a batch; cv2.remap takes fewer than 32767 rows
+_CHUNK = 60_000  # hypotheses between looks at the clock: a few milliseconds
 _NORMAL_AGREEMENT = 0.6  # cosine
+LEAST_TOLERANCE_PX = 1.0
 
 
 def tolerance_px(area_px: np.ndarray | float, config: RecognizerConfig) -> np.ndarray:
     """How far a point may lie from the contour: `tolerance_px`, less on small shapes, where it would fit anything."""
-    return np.clip(config.tolerance_share * np.sqrt(area_px), 1.0, max(1.0, config.tolerance_px))
+    most = max(LEAST_TOLERANCE_PX, config.tolerance_px)
+    return np.clip(config.tolerance_share * np.sqrt(area_px), LEAST_TOLERANCE_PX, most)
 
 
 Array1 = NDArray[np.float64]
@@ -63,15 +65,6 @@ class Placements:
     def area_px(self, shapes: list[Shape]) -> Array1:
         return np.array([s.area_m2 for s in shapes])[self.shape] * (np.abs(self.z) ** 2 - np.abs(self.w) ** 2)
 
-    def where(self, points: np.ndarray) -> np.ndarray:
-        """(H, m) image points of (H, m) or (m,) shape points, complex."""
-        return self.t[:, None] + self.z[:, None] * points + self.w[:, None] * np.conj(points)
-
-    def turned(self, normals: np.ndarray) -> np.ndarray:
-        """(H, m) unit normals in the image of (H, m) shape normals: by the inverse transpose."""
-        n = self.z[:, None] * normals - self.w[:, None] * np.conj(normals)
-        return n / np.maximum(np.abs(n), 1e-12)
-
     @classmethod
     def similarities(
         cls, t: np.ndarray, z: np.ndarray, shape: NDArray[np.int32], blob: NDArray[np.int32], slot: NDArray[np.int32]
@@ -86,33 +79,24 @@ class Placements:
 
 
 def matched_share(
-    cmap: ContourMap,
-    shapes: list[Shape],
-    placed: Placements,
-    config: RecognizerConfig,
-    deadline: Deadline,
-    step: int,
-    tolerance: float | None = None,
+    cmap: ContourMap, shapes: list[Shape], placed: Placements, tolerance_px: float, deadline: Deadline
 ) -> Array1:
-    """(H,) share of each placed outline's points, every `step`-th one, inside the tolerance area.
+    """(H,) share of each placed outline's points that lie no farther than `tolerance_px` from a contour.
 
-    What the deadline leaves unread scores 0. `tolerance` in px overrides the size-dependent one.
+    For similarities. What the deadline leaves unread scores 0.
     """
     share = np.zeros(len(placed))
-    for s, shape in enumerate(shapes):
-        mine = np.flatnonzero(placed.shape == s)
-        points = shape.points[::step]
+    packed = pack_shapes(tuple(shapes))
+    tolerance = Tolerance(0.0, tolerance_px, tolerance_px)
+    for s, slot in np.unique(np.stack([placed.shape, placed.slot]), axis=1).T.tolist():
+        mine = np.flatnonzero((placed.shape == s) & (placed.slot == slot))
+        points = packed.x[s], packed.y[s]
         for start in range(0, len(mine), _CHUNK):
             if deadline.expired:
                 return share
             part = mine[start : start + _CHUNK]
-            d = cmap.distances(placed.t[part], placed.z[part], placed.slot[part], points)
-            tol = (
-                tolerance_px(placed.take(part).area_px(shapes), config)
-                if tolerance is None
-                else np.full(len(part), tolerance)
-            )
-            share[part] = np.count_nonzero(d <= (tol * STEPS_PER_PX)[:, None], axis=1) / len(points)
+            count = count_all(placed.t[part], placed.z[part], packed.area[s], slot, *points, cmap.field, tolerance)
+            share[part] = count / packed.x.shape[1]
     return share
 
 
@@ -150,27 +134,6 @@ def evidence(
     """Exact evidence for a few placements: sub-pixel distances and normals at every point."""
     if not len(placed):
         return Evidence.none()
-    if COMPILED:
-        return _evidence_compiled(cmap, shapes, placed, config, blank)
-    points = np.stack([s.points for s in shapes])[placed.shape]  # (K, m)
-    normals = np.stack([s.normals for s in shapes])[placed.shape]
-    where = placed.where(points)
-    index = cmap.nearest_index(where, placed.slot)
-    off = np.abs(where - cmap.points[index])
-    agree = np.real(np.conj(placed.turned(normals)) * cmap.normals[index]) >= _NORMAL_AGREEMENT
-    tol = tolerance_px(placed.area_px(shapes), config)[:, None]
-    matched = agree & (off <= tol)
-    seen = _in_view(where, cmap.image_size, blank)
-    count = np.maximum(seen.sum(axis=1), 1)
-    worth = np.where(matched & seen, 1 - 0.5 * (off / tol) ** 2, 0.0)
-    share = (matched & seen).sum(axis=1) / count
-    return Evidence(share, worth.sum(axis=1) / count, seen.mean(axis=1), np.where(matched, index, -1))
-
-
-def _evidence_compiled(
-    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, blank: tuple[int, ...]
-) -> Evidence:
-    tolerance = tolerance_px(placed.area_px(shapes), config)
     return Evidence(
         *compiled.evidence(
             cmap.contours,
@@ -180,18 +143,9 @@ def _evidence_compiled(
             placed.w,
             placed.shape,
             placed.slot,
-            tolerance,
+            tolerance_px(placed.area_px(shapes), config),
             _NORMAL_AGREEMENT,
             cmap.image_size,
             np.array(blank, float),
         )
     )
-
-
-def _in_view(where: np.ndarray, size: tuple[int, int], blank: tuple[int, ...]) -> NDArray[np.bool_]:
-    # The last row of pixels tells nothing of an edge there: a blob cut by the border ends on it too.
-    x, y = where.real, where.imag
-    seen = (x > 0.5) & (y > 0.5) & (x < size[0] - 1.5) & (y < size[1] - 1.5)
-    for bx, by, bw, bh in np.reshape(blank, (-1, 4)):
-        seen &= (x < bx - 1.5) | (x > bx + bw + 0.5) | (y < by - 1.5) | (y > by + bh + 0.5)
-    return np.asarray(seen)

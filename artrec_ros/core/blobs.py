@@ -12,7 +12,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled.jit import COMPILED
 from .compiled.outlining import outlines
 from .config import RecognizerConfig
 from .deadline import Deadline
@@ -28,7 +27,7 @@ class Blob:
 
     :param pixels: (n, 2) int, the outermost pixels' centres, ordered so that the inside lies on the same
         side as in `Shape` (positive shoelace sum in x right, y down).
-    :param contour: (n, 2) the same, moved out to where the edge is (half a pixel, see `subpixel_contour`).
+    :param contour: (n, 2) the same, moved out to where the edge is (half a pixel, see `compiled.outlining`).
     :param normals: (n, 2) unit outward normals; zero where the contour doubles back on itself.
     :param cut: (n,) bool, points where not the blob but the image or an ignored rectangle ends: no evidence.
     :param area_px: pixels enclosed, holes included.
@@ -72,10 +71,7 @@ def find_blobs(
     if len(found) > config.max_blobs:
         found = sorted(found, key=lambda f: -f[0])[: config.max_blobs]
     found.sort(key=lambda f: (f[1], -f[0]))
-    rectangles = np.array(blank, np.int64).reshape(-1, 4)
-    if COMPILED and found:
-        return _blobs_compiled(found, labels.shape, rectangles)
-    return tuple(_blob(chain[:, 0], label, area, labels.shape, rectangles) for area, label, chain in found)
+    return _outlined(found, labels.shape, np.array(blank, np.int64).reshape(-1, 4)) if found else ()
 
 
 def _is_crowded(mask: NDArray[np.uint8]) -> bool:
@@ -109,7 +105,7 @@ def _pixels_enclosed(chain: NDArray[np.int32]) -> float:
     return cv2.contourArea(chain) + len(chain) / 2 + 1
 
 
-def _blobs_compiled(
+def _outlined(
     found: list[tuple[float, int, NDArray[np.int32]]], shape: tuple[int, ...], blank: NDArray[np.int64]
 ) -> tuple[Blob, ...]:
     first = [0, *accumulate(len(chain) for _, _, chain in found)]
@@ -119,48 +115,6 @@ def _blobs_compiled(
         Blob(label, pixels[i:j], contour[i:j], normals[i:j], cut[i:j], area)
         for (area, label, _), i, j in zip(found, first, first[1:], strict=False)
     )
-
-
-def _blob(
-    pixels: NDArray[np.int32], label: int, area_px: float, shape: tuple[int, ...], blank: NDArray[np.int64]
-) -> Blob:
-    """:param blank: (r, 4)."""
-    x, y = pixels.T.astype(np.int64)
-    if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
-        pixels = pixels[::-1]
-    contour, normals = subpixel_contour(pixels)
-    return Blob(label, pixels, contour, normals, _cut_points(pixels, shape, blank), area_px)
-
-
-def _cut_points(pixels: NDArray[np.int32], shape: tuple[int, ...], blank: NDArray[np.int64]) -> NDArray[np.bool_]:
-    x, y = pixels.T
-    cut = (x == 0) | (y == 0) | (x == shape[1] - 1) | (y == shape[0] - 1)
-    for bx, by, bw, bh in blank:
-        cut |= (x >= bx - 1) & (x <= bx + bw) & (y >= by - 1) & (y <= by + bh)
-    return np.asarray(cut)
-
-
-def subpixel_contour(pixels: NDArray[np.int32]) -> tuple[Array, Array]:
-    """Contour and outward normals of a chain of boundary pixels.
-
-    A chain runs through pixel centres, so a shape is measured too small. Its true edge is off by half a
-    pixel along the axis on which the edge is steeper: 0.5 max(|nx|, |ny|) along the normal.
-
-    :param pixels: (n, 2), inside as in `Blob.pixels`.
-    :return: (n, 2) points and (n, 2) unit normals (zero where undefined).
-    """
-    p = pixels.astype(np.float64)
-    reach = int(np.clip(len(p) // 12, 1, 5))
-    # Differences over several spans smooth the staircase of a chain code.
-    around = np.concatenate([p[-reach:], p, p[:reach]])
-    d = np.zeros_like(p)
-    for s in range(1, reach + 1):
-        d += around[reach + s : len(p) + reach + s] - around[reach - s : len(p) + reach - s]
-    length = np.hypot(d[:, 0], d[:, 1])[:, None]
-    normals = np.where(length > 1e-9, np.stack([d[:, 1], -d[:, 0]], axis=1) / np.maximum(length, 1e-9), 0.0)
-    # The nearest of a staircase's points is one of its outer steps; smoothed, it lies on the mean again.
-    smooth = 0.25 * around[reach - 1 : len(p) + reach - 1] + 0.5 * p + 0.25 * around[reach + 1 : len(p) + reach + 1]
-    return smooth + 0.5 * np.abs(normals).max(axis=1, keepdims=True) * normals, normals
 
 
 def anchor_points(contour: Array, tolerance: float) -> Array:

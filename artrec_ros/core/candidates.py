@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 
 from .compiled import pair_checks as compiled
 from .compiled.candidacy import RoleArrays, candidates
-from .compiled.jit import COMPILED
 from .compiled.pair_checks import Boxes
 from .config import RecognizerConfig
 from .datatypes import Target
 from .matching import Matches
 from .pair_boxes import pack_boxes
 from .shapes import pack_shapes
-from .symmetry import ANY_ANGLE
-from .transforms import Array, wrap_angle
+from .transforms import Array
 
 ShapeOf = dict[tuple[str, str], int]  # (component, marker) -> number of its shape
 
@@ -147,43 +145,11 @@ def candidates_of(target: Target, shape_of: ShapeOf, matches: Matches, config: R
 
 
 def candidates_of_roles(roles: Roles, matches: Matches, config: RecognizerConfig) -> Candidates:
-    """Candidates of every component of a target, in the model's order."""
-    return (_of_roles_compiled if COMPILED else _of_roles)(roles, matches, config)
+    """Candidates of every component of a target, in the model's order.
 
-
-def _of_roles_compiled(roles: Roles, matches: Matches, config: RecognizerConfig) -> Candidates:
+    Noise: a contour's place, and what a flat rigid model leaves out (lens, slant, tolerance of make).
+    """
     noise = config.contour_noise_px, config.model_noise
     shapes = pack_shapes(tuple(matches.shapes))
     p, marker, *values = candidates(matches.packed, roles.packed, shapes, config.symmetry_px, *noise)
     return Candidates(roles, p.component, marker, p.key, p.match, Poses(*p[:7]), *values)
-
-
-def _of_roles(roles: Roles, matches: Matches, config: RecognizerConfig) -> Candidates:
-    placed = matches.placed
-    fits = (placed.shape == roles.shape[:, None]) & (matches.labels == roles.label[:, None])  # (K, instances)
-    role, match = np.nonzero(fits)
-    residual = np.stack([s.symmetry.residual_m for s in matches.shapes])[placed.shape[match]]  # (n, orders)
-    same = residual * placed.scale[match][:, None] <= config.symmetry_px
-    order = np.where(same[:, 0], ANY_ANGLE, same.shape[1] - 1 - same[:, ::-1].argmax(axis=1))
-    turns = np.maximum(order, 1)
-    row = np.repeat(np.arange(len(role)), turns)
-    turn = np.arange(len(row)) - np.repeat(np.cumsum(turns) - turns, turns)
-    role, match, order = role[row], match[row], order[row]
-    axis = np.exp(1j * roles.axis_angle[role])
-    theta = np.angle(placed.z[match] * axis + placed.w[match] * np.conj(axis))
-    theta = wrap_angle(theta + 2 * np.pi * turn / turns[row])
-    poses = _poses(matches, match, theta, order != ANY_ANGLE, config)
-    score = placed.score[match]
-    share, weight = matches.evidence.share[match], score * matches.perimeter_px[match]
-    return Candidates(roles, roles.component[role], roles.marker[role], role, match, poses, share, score, weight)
-
-
-def _poses(
-    matches: Matches, match: NDArray[np.int64], theta: Array, directed: NDArray[np.bool_], config: RecognizerConfig
-) -> Poses:
-    """Noise: a contour's place, and what a flat rigid model leaves out (lens, slant, tolerance of make)."""
-    t, scale = matches.placed.t[match], matches.placed.scale[match]
-    radius_px = np.array([s.rms_radius_m for s in matches.shapes])[matches.placed.shape[match]] * scale
-    place = np.hypot(config.contour_noise_px, config.model_noise * radius_px)
-    relative = place / np.maximum(radius_px, 1e-9)
-    return Poses(t.real, t.imag, theta, scale, place, np.where(directed, relative, np.pi), relative)

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from .candidates import Candidates
+from .candidates import Candidates, Poses
 from .config import RecognizerConfig
 from .constraints import ConstraintSet
 from .datatypes import ConstraintFailure
 from .grouping import GroupSearch
 from .pair_boxes import reach_m
-from .pair_table import violations
-from .pairs import configuration
+from .pairs import PairConstraint, configuration, configuration_noise
 from .solution import Lost
-from .transforms import wrap_angle
+from .transforms import Array, wrap_angle
 
 
-def failure_of(candidates: Candidates, a: int, b: int, config: RecognizerConfig) -> ConstraintFailure | None:
+def failure_of(candidates: Candidates, a: int, b: int) -> ConstraintFailure | None:
     """The dimension in which two candidates violate their constraint most; None where they satisfy it, or have none."""
     constraints = candidates.target.constraints
     if not isinstance(constraints, ConstraintSet):
@@ -26,7 +25,7 @@ def failure_of(candidates: Candidates, a: int, b: int, config: RecognizerConfig)
     if pair is None:
         return None
     left, right = (candidates.poses.at(np.array([n])) for n in (first, second))
-    outside = {d: float(v[0]) for d, v in violations(pair, left, right, config).items()}
+    outside = {d: float(v[0]) for d, v in violations(pair, left, right).items()}
     reach = reach_m(pair)
     worst = max(outside, key=lambda d: outside[d] / reach if d.endswith("_m") else outside[d])
     if outside[worst] <= 0:
@@ -36,6 +35,13 @@ def failure_of(candidates: Candidates, a: int, b: int, config: RecognizerConfig)
         value = float(wrap_angle(value - interval.low, interval.period)) + interval.low
     names = tuple("/".join(candidates.key(n)) for n in (first, second))
     return ConstraintFailure(names[0], names[1], worst, value, interval.low, interval.high, outside[worst])
+
+
+def violations(p: PairConstraint, first: Poses, second: Poses) -> dict[str, Array]:
+    """Per dimension, by how much T_ij lies outside what is allowed beyond twice its noise; 0 inside."""
+    T = configuration(first, second)
+    noise = configuration_noise(first, second, T)
+    return {d: np.maximum(interval.excess(T[d]) - 2 * noise[d], 0.0) for d, interval in p.allowed.items() if d in noise}
 
 
 def text_of(failure: ConstraintFailure) -> str:
@@ -72,7 +78,7 @@ def reason_alone(search: GroupSearch, seed: int, config: RecognizerConfig) -> tu
             return _too_faint(float(c.share[seed]), config.min_alone_match), None
         return f"no instance of {' or '.join(others)} with a learned constraint and a like scale", None
     best = int(near[np.argmin(table.violation[seed, near])])
-    failure = failure_of(c, seed, best, config) if table.violation[seed, best] > 0 else None
+    failure = failure_of(c, seed, best) if table.violation[seed, best] > 0 else None
     if failure is not None:
         at = f"({c.poses.x[best]:.0f}, {c.poses.y[best]:.0f})"
         return f"nearest is {'/'.join(c.key(best))} at {at}, but {text_of(failure)}", failure
@@ -99,7 +105,7 @@ def _reason_together(search: GroupSearch, seed: int, config: RecognizerConfig) -
     held = checked & (violation <= 0)
     if held.sum() < config.min_satisfied * checked.sum():
         a, b = np.unravel_index(int(np.argmax(np.where(checked, violation, -1.0))), violation.shape)
-        failure = failure_of(c, members[int(a)], members[int(b)], config)
+        failure = failure_of(c, members[int(a)], members[int(b)])
         text = f"{held.sum()} of {checked.sum()} constraints hold, {config.min_satisfied:g} of them are wanted"
         if failure is not None:
             text += f"; {failure.first} - {failure.second} {text_of(failure)}"

@@ -97,8 +97,7 @@ def find_matches(
 
     :param wanted: (shape, label) pairs.
     """
-    looking = deadline.part(_LOOKING)
-    placed = find_starts(blobs, cmap, shapes, wanted, config, looking, deadline)
+    placed = find_starts(blobs, cmap, shapes, wanted, config, deadline.part(_LOOKING))
     placed = refine(cmap, shapes, placed, config, deadline)
     if config.max_slant_deg > 0:
         slanted = refine_slanted(cmap, shapes, placed, config, deadline)
@@ -128,7 +127,7 @@ def accept(
     placed = placed.replace(score=found.score).take(passed)
     everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape
     quota = np.full(len(placed), config.max_instances)
-    kept = suppress(placed, everywhere, shapes, quota, config, config.same_place, Deadline())
+    kept = suppress(placed, everywhere, shapes, quota, config, config.same_place)
     placed = placed.take(kept)
     label_of_slot = np.array(list(cmap.slots))
     return Matches(shapes, placed, label_of_slot[placed.slot], found.take(passed[kept]), cmap)

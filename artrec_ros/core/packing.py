@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import packing as compiled
-from .compiled.jit import COMPILED
 from .deadline import Deadline
 from .transforms import Array
 
@@ -27,13 +26,12 @@ def pack(weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: 
     chosen: list[int] = []
     exact = True
     kept = _heaviest_of_like(weight, conflict)
-    pack_part = _pack_part_compiled if COMPILED else _pack_part
     for part in connected_parts(conflict[np.ix_(kept, kept)]):
         if len(part) == 1:
             chosen.append(int(kept[part[0]]))
             continue
         order = kept[sorted(part, key=lambda n: (-weight[kept[n]], n))].tolist()
-        best, proven = pack_part(order, weight, conflict, node_limit, deadline)
+        best, proven = _pack_part(order, weight, conflict, node_limit, deadline)
         chosen += best
         exact &= proven
     return sorted(chosen), exact
@@ -58,7 +56,7 @@ def _heaviest_of_like(weight: Array, conflict: NDArray[np.bool_]) -> NDArray[np.
     return np.array(sorted(heaviest.values()), np.int64)
 
 
-def _pack_part_compiled(
+def _pack_part(
     order: list[int], weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: Deadline
 ) -> tuple[list[int], bool]:
     mine, among = weight[order], conflict[np.ix_(order, order)]
@@ -69,48 +67,3 @@ def _pack_part_compiled(
         left -= _NODES_BETWEEN_LOOKS
     *_, best, size, _ = state
     return [order[n] for n in best[: size[0]].tolist()], over
-
-
-def _greedy(order: list[int], conflict: NDArray[np.bool_]) -> list[int]:
-    chosen: list[int] = []
-    for g in order:
-        if not conflict[g, chosen].any():
-            chosen.append(g)
-    return chosen
-
-
-def _pack_part(
-    order: list[int], weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: Deadline
-) -> tuple[list[int], bool]:
-    best = _greedy(order, conflict)
-    best_weight = float(weight[best].sum())
-    nodes = 0
-    # depth first; each entry: groups still free, chosen so far, its weight
-    stack: list[tuple[list[int], list[int], float]] = [(order, [], 0.0)]
-    while stack:
-        free, chosen, value = stack.pop()
-        nodes += 1
-        if nodes > node_limit or (nodes % _NODES_BETWEEN_LOOKS == 0 and deadline.expired):
-            return best, False
-        if value > best_weight + 1e-12:
-            best, best_weight = chosen, value
-        if not free or value + _bound(free, weight, conflict) <= best_weight + 1e-12:
-            continue
-        first = free[0]
-        stack.append((free[1:], chosen, value))
-        stack.append(([g for g in free[1:] if not conflict[first, g]], [*chosen, first], value + weight[first]))
-    return best, True
-
-
-def _bound(free: list[int], weight: Array, conflict: NDArray[np.bool_]) -> float:
-    """At most one group of each clique: cliques are gathered greedily, the heaviest of each counts."""
-    cliques: list[list[int]] = []
-    total = 0.0
-    for g in free:  # by weight, descending
-        home = next((c for c in cliques if conflict[g, c].all()), None)
-        if home is None:
-            cliques.append([g])
-            total += float(weight[g])
-        else:
-            home.append(g)
-    return total

@@ -24,7 +24,7 @@ from .grouping import Group
 from .hypotheses import anchor_couples
 from .matching import Matches, concatenate_matches
 from .pairs import configuration
-from .refinement import ranks_in_group, suppress
+from .refinement import suppress
 from .shapes import Shape
 
 Box = dict[str, tuple[float, float]]
@@ -49,12 +49,12 @@ def align_literally(
         anchors = blob_anchors(blob, config)[0] @ np.array([1, 1j])
         for s in sorted(s for s, label in wanted if label == blob.label):
             placed = _all_couples(anchors, shapes[s], s, n)
-            share = matched_share(cmap, shapes, placed, config, deadline, 1, config.paper_tolerance_px)
+            share = matched_share(cmap, shapes, placed, config.paper_tolerance_px, deadline)
             index = np.flatnonzero(share > config.paper_match)
             # The first in the order of the couples stands, however good the later ones are.
             placed = placed.take(index).replace(score=-np.arange(len(index), dtype=float))
             one, most = np.zeros(len(placed), int), np.full(len(placed), config.max_instances)
-            kept = suppress(placed, one, shapes, most, config, config.same_start, deadline)
+            kept = suppress(placed, one, shapes, most, config, config.same_start)
             placed = placed.take(kept).replace(score=share[index][kept])
             labels = np.full(len(placed), blob.label)
             found.append(Matches(shapes, placed, labels, evidence(cmap, shapes, placed, config)))
@@ -64,7 +64,8 @@ def align_literally(
 def _first(matches: Matches, most: int) -> Matches:
     """No more than so many instances of a shape and class, in the order they were found."""
     group = matches.labels * len(matches.shapes) + matches.placed.shape
-    return matches.take(np.flatnonzero(ranks_in_group(group, np.zeros(len(group))) < most))
+    kept = [np.flatnonzero(group == g)[:most] for g in np.unique(group)]
+    return matches.take(np.sort(np.concatenate(kept))) if kept else matches
 
 
 def _all_couples(anchors: np.ndarray, shape: Shape, s: int, blob: int) -> Placements:

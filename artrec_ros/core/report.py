@@ -122,7 +122,7 @@ def _missing(group: Group, search: GroupSearch, used: set[int], config: Recogniz
         worst = np.where(forbidden, np.inf, table.violation[np.ix_(near, members)].max(axis=1))
         best = int(near[np.argmin(worst)])
         against = int(members[np.argmax(table.violation[best, members])])
-        failure = failure_of(c, against, best, config)
+        failure = failure_of(c, against, best)
         if failure is not None and np.isfinite(worst.min()):
             text = f"not part of the object found, for {failure.first} - {failure.second} {text_of(failure)}"
             yield _rejection(c, best, text, failure)

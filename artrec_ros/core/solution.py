@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import group_search as compiled
-from .compiled.jit import COMPILED
+from .compiled.group_search import conflicts
 from .config import RecognizerConfig
 from .deadline import Deadline
 from .grouping import Group, GroupSearch
@@ -94,17 +93,11 @@ def _without_contested(
 
 def _conflicts(pool: list[Group], matches: Matches, config: RecognizerConfig) -> NDArray[np.bool_]:
     """(G, G) groups that lay claim to the same pixels; a group conflicts with itself."""
-    if COMPILED:
-        counts = np.array([len(g.matches) for g in pool])
-        members = np.zeros((len(pool), counts.max()), np.int64)
-        for g, group in enumerate(pool):
-            members[g, : counts[g]] = group.matches
-        return compiled.conflicts(members, counts, matches.overlap > config.max_overlap)
-    member = np.zeros((len(pool), len(matches)), np.float32)
+    counts = np.array([len(g.matches) for g in pool])
+    members = np.zeros((len(pool), counts.max()), np.int64)
     for g, group in enumerate(pool):
-        member[g, list(group.matches)] = 1
-    shared = (matches.overlap > config.max_overlap).astype(np.float32)
-    return member @ shared @ member.T > 0
+        members[g, : counts[g]] = group.matches
+    return conflicts(members, counts, matches.overlap > config.max_overlap)
 
 
 def _explained_enough(

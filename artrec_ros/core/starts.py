@@ -9,16 +9,14 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from .alignment import Array1, Placements, matched_share
+from .alignment import LEAST_TOLERANCE_PX, Placements
 from .blobs import Blob, blob_anchors
 from .compiled import starts as compiled
-from .compiled.counting import Field, Limits
-from .compiled.jit import COMPILED
+from .compiled.counting import Limits, Tolerance
 from .config import RecognizerConfig
-from .contour_map import STEPS_PER_PX, ContourMap
+from .contour_map import ContourMap
 from .deadline import Deadline
-from .hypotheses import WHOLE_BLOB_TURNS, centroid, circles, is_round, pack_couples, propose
-from .refinement import ranks_in_group, suppress
+from .hypotheses import WHOLE_BLOB_TURNS, centroid, circles, is_round, pack_couples
 from .shapes import Shape, pack_shapes
 
 _CHUNK = 60_000  # hypotheses between looks at the clock: a few milliseconds of compiled work
@@ -30,64 +28,31 @@ def find_starts(
     shapes: list[Shape],
     wanted: set[tuple[int, int]],
     config: RecognizerConfig,
-    looking: Deadline,
     deadline: Deadline,
 ) -> Placements:
     """The best hypotheses of every place, at most `refine_keep` a blob and shape.
 
     :param wanted: (shape, label) pairs.
-    :param looking: the part of the time that may go into the coarse count.
+    :param deadline: blobs that it leaves are not looked at.
     """
-    if COMPILED:
-        return _find_compiled(blobs, cmap, shapes, wanted, config, looking)
-    placed = propose(blobs, shapes, wanted, cmap.slots, config, looking)
-    coarse = matched_share(cmap, shapes, placed, config, looking, config.coarse_step)
-    placed = _best(placed, coarse, config.coarse_match, config.coarse_keep, shapes)
-    share = matched_share(cmap, shapes, placed, config, deadline, 1)
-    placed = _best(placed, share, config.coarse_match, config.coarse_keep, shapes)
-    quota = _quota(blobs, config)[placed.blob]
-    return placed.take(suppress(placed, _group(placed, shapes), shapes, quota, config, config.same_start, deadline))
-
-
-def _quota(blobs: tuple[Blob, ...], config: RecognizerConfig) -> NDArray[np.int64]:
-    """A small blob has room for few instances."""
-    return np.array([min(max(len(b.pixels) // 8, 4), config.refine_keep) for b in blobs])
-
-
-def _group(placed: Placements, shapes: list[Shape]) -> np.ndarray:
-    return placed.blob.astype(np.int64) * len(shapes) + placed.shape
-
-
-def _best(placed: Placements, score: Array1, least: float, keep: int, shapes: list[Shape]) -> Placements:
-    enough = np.flatnonzero(score >= least - 1e-12)
-    placed = placed.take(enough).replace(score=score[enough])
-    if not len(placed):
-        return placed
-    return placed.take(np.flatnonzero(ranks_in_group(_group(placed, shapes), placed.score) < keep))
-
-
-def _find_compiled(
-    blobs: tuple[Blob, ...],
-    cmap: ContourMap,
-    shapes: list[Shape],
-    wanted: set[tuple[int, int]],
-    config: RecognizerConfig,
-    deadline: Deadline,
-) -> Placements:
     packed = pack_shapes(tuple(shapes))
     couples = pack_couples(tuple(shapes), config.couple_spans)
     mine = _pack_blobs(blobs, cmap, shapes, wanted, config)
-    field = Field(cmap.distance, *cmap.origin, cmap.height, STEPS_PER_PX)
     limits = _limits(config)
     spans = np.array(config.couple_spans)
     parts = []
     for b_from, b_to in _chunks(mine, len(couples.q1) * len(spans)):
         if deadline.expired:
             break
-        t, z, shape, blob, score = compiled.find_starts(mine, b_from, b_to, packed, couples, field, spans, limits)
+        t, z, shape, blob, score = compiled.find_starts(mine, b_from, b_to, packed, couples, cmap.field, spans, limits)
         slot = mine.slot[blob]
         parts.append(Placements(t, z, shape, blob, slot, score, np.zeros(len(t), complex)))
     return parts[0] if len(parts) == 1 else Placements.concatenate(parts)
+
+
+def _quota(blob: Blob, config: RecognizerConfig) -> int:
+    """A small blob has room for few instances."""
+    return min(max(len(blob.pixels) // 8, 4), config.refine_keep)
 
 
 def _chunks(blobs: compiled.BlobArrays, an_anchor: int) -> Iterator[tuple[int, int]]:
@@ -114,8 +79,7 @@ def _limits(config: RecognizerConfig) -> Limits:
         float(config.min_blob_px),
         config.min_scale,
         config.max_scale if config.max_scale > 0 else np.inf,
-        config.tolerance_px,
-        config.tolerance_share,
+        Tolerance(config.tolerance_share, LEAST_TOLERANCE_PX, max(LEAST_TOLERANCE_PX, config.tolerance_px)),
         config.symmetry_px,
         config.same_start,
     )
@@ -136,7 +100,7 @@ def _pack_blobs(
     rows = [(b, s) for b in blobs for s in shapes_of[b.label]]
     is_disc = np.array([round_[s, b.label] for b, s in rows], bool)
     none = np.zeros(0, complex)
-    extra = [circles([b], shapes[s])[:2] if disc else (none, none) for (b, s), disc in zip(rows, is_disc, strict=True)]
+    extra = [circles(b, shapes[s]) if disc else (none, none) for (b, s), disc in zip(rows, is_disc, strict=True)]
     return compiled.BlobArrays(
         np.concatenate(polygons).view(complex)[:, 0],
         _starts_of(polygons),
@@ -144,7 +108,7 @@ def _pack_blobs(
         area,
         np.array([centroid(b) for b in blobs]),
         np.array([cmap.slots[b.label] for b in blobs], np.int32),
-        _quota(blobs, config),
+        np.array([_quota(b, config) for b in blobs]),
         np.array([s for _, s in rows], np.int32),
         _starts_of([shapes_of[b.label] for b in blobs]),
         np.where(is_disc, 1, WHOLE_BLOB_TURNS),

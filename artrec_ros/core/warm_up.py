@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 
 from .blobs import find_blobs
-from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .constraints import ConstraintSet
 from .datatypes import Target
@@ -25,8 +24,6 @@ _SIDE_PX = 24
 @lru_cache(maxsize=1)
 def warm_up_flat_stage() -> None:
     """Recognise a square and a disc once in this process: whatever the objects, the compiled code is the same."""
-    if not COMPILED:
-        return
     square = Marker("square", np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]]), np.zeros(2), np.array([1.0, 0]))
     angle = np.linspace(0, 2 * np.pi, 32, endpoint=False)
     disc = Marker("disc", np.stack([np.cos(angle), np.sin(angle)], axis=1) / 2, np.zeros(2), np.array([1.0, 0]), 0.5)

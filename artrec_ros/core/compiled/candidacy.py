@@ -1,5 +1,4 @@
-"""Instances made into candidates, and those kept that could be part of an object: twins of
-`candidates.candidates_of_roles` and `pair_table.relevant`."""
+"""Instances made into candidates, and those kept that could be part of an object (paper, steps 6 and 8)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""Placed outlines moved onto contours: twin of `refinement._Batch`.
+"""Placed outlines moved onto contours: iteratively reweighted least squares of distances to contours' tangents.
 
-Sums over points run without a branch, over numbers and single arrays, so that the compiler can take several at once.
+Shapes are scaled to unit rms radius, so that z and w are in pixels like t. Sums over points run without a branch, over
+numbers and single arrays, so that the compiler can take several at once.
 """
 
 from __future__ import annotations

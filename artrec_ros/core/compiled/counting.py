@@ -1,4 +1,4 @@
-"""How many points of placed outlines lie near contours: twin of `alignment.matched_share`.
+"""How many points of placed outlines lie near contours (paper, step 4).
 
 Functions that are called for each of many hypotheses take numbers and single arrays: to hand over a tuple of arrays
 costs more than the look-ups.
@@ -23,6 +23,14 @@ class Field(NamedTuple):
     steps_per_px: float
 
 
+class Tolerance(NamedTuple):
+    """How far a point may lie from a contour: a share of the root of the placed shape's area, within bounds."""
+
+    share: float
+    least_px: float
+    most_px: float
+
+
 class Limits(NamedTuple):
     """Values of `RecognizerConfig`. `max_scale` is infinite for any."""
 
@@ -34,16 +42,15 @@ class Limits(NamedTuple):
     min_area: float
     min_scale: float
     max_scale: float
-    tolerance_px: float
-    tolerance_share: float
+    tolerance: Tolerance
     symmetry_px: float
     same_start: float
 
 
 @inlined
-def tolerance_steps(area: float, share: float, most_px: float, steps_per_px: float) -> int:
-    """`alignment.tolerance_px` in steps of the quantised distance."""
-    return int(min(max(share * np.sqrt(area), 1.0), max(1.0, most_px)) * steps_per_px)
+def tolerance_steps(area: float, share: float, least_px: float, most_px: float, steps_per_px: float) -> int:
+    """A `Tolerance` for a shape of so many px^2, in steps of the quantised distance."""
+    return int(min(max(share * np.sqrt(area), least_px), most_px) * steps_per_px)
 
 
 @inlined
@@ -64,15 +71,15 @@ def count_near(
 
 
 @jit
-def count_all(t: Any, z: Any, area: float, slot: int, px: Any, py: Any, field: Any, limits: Any) -> Any:
+def count_all(t: Any, z: Any, area: float, slot: int, px: Any, py: Any, field: Any, tolerance: Any) -> Any:
     """(n,) points (px, py) of a shape of so many m^2, placed by (t, z), that lie in the tolerance area."""
     distance, width, height = field.distance.ravel(), field.distance.shape[1], field.height
     left, above, steps, top = field.left, field.top, field.steps_per_px, slot * field.height
-    share, most_px = limits.tolerance_share, limits.tolerance_px
+    share, least_px, most_px = tolerance.share, tolerance.least_px, tolerance.most_px
     count = np.empty(len(t), np.int64)
     for i in range(len(t)):
         zx, zy = z[i].real, z[i].imag
-        limit = tolerance_steps(area * (zx * zx + zy * zy), share, most_px, steps)
+        limit = tolerance_steps(area * (zx * zx + zy * zy), share, least_px, most_px, steps)
         tx, ty = t[i].real - left, t[i].imag - above
         count[i] = count_near(distance, width, top, height, tx, ty, zx, zy, px, py, limit)
     return count

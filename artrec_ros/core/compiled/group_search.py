@@ -1,4 +1,4 @@
-"""The search for one seed's groups: twin of `grouping.GroupSearch.best_groups`, node for node."""
+"""The search for one seed's groups: depth first, with a bound of what is to come (paper, step 8)."""
 
 from __future__ import annotations
 
@@ -86,7 +86,8 @@ def _cost(pool: Any, rules: Any, option: int, members: Any) -> float:
 
 @jit
 def _judge(pool: Any, rules: Any, members: Any) -> Any:
-    """(whether the members are an object, score, satisfied, checked)."""
+    """(whether the members are an object, score, satisfied, checked): enough components, each tied to another by a
+    constraint that holds, and enough of the constraints that can be checked hold."""
     n, components = len(members), len(rules.absent_m)
     checked, satisfied = 0, 0
     share, score, tied = 0.0, 0.0, True
@@ -109,6 +110,7 @@ def _judge(pool: Any, rules: Any, members: Any) -> Any:
     if share / n < (rules.min_group_match if satisfied else rules.min_alone_match):
         return False, 0.0, 0, 0
     held = satisfied / checked if checked else 1.0
+    # A missing component may be hidden; it halves the trust at most.
     return True, score / n * held * (0.5 + 0.5 * n / components), satisfied, checked
 
 
@@ -124,6 +126,7 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
     order = np.argsort(sizes, kind="mergesort")
     order = order[sizes[order] > 0]
     depths = len(order)
+    # A missing component costs: one whole object goes before two halves that explain the same contour.
     absent = rules.absent_m * pool.scale[seed]
     rest = np.zeros(depths + 1)
     for d in range(depths - 1, -1, -1):
@@ -149,6 +152,7 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
             if depth == depths:
                 mine = members[: count[depth]]
                 valid, mine_score, mine_satisfied, mine_checked = _judge(pool, rules, mine)
+                # rounded: which of two equal groups goes first does not hang on the order of sums
                 heavy = round(max(value[depth], rules.least_weight * pool.weight[mine].sum()), 6)
                 if valid and (not full or heavy >= weight[lightest]):
                     at = lightest if full else n

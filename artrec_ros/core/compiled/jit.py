@@ -1,4 +1,4 @@
-"""The compiler, where there is one."""
+"""The compiler."""
 
 from __future__ import annotations
 
@@ -8,12 +8,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-try:
-    import numba
-except ImportError:  # the numpy twins do the work
-    numba = None
+import numba
 
-COMPILED = numba is not None
+COMPILED = True
 LANES = 8  # numbers in a vector instruction
 _MATH = {"contract", "reassoc", "arcp", "nsz"}  # sums may be reordered; NaN keeps its meaning
 _OPTIONS = {"nogil": True, "fastmath": _MATH, "error_model": "numpy"}
@@ -36,14 +33,11 @@ def forget_stale(sources: Path) -> None:
         new.replace(stamp)
 
 
-if numba is not None:
-    forget_stale(Path(__file__).parent)
+forget_stale(Path(__file__).parent)
 
 
 def jit(function: Any, **options: Any) -> Any:
     """Compile a function, and keep the result on disk where a folder for it can be written."""
-    if numba is None:
-        return function
     try:
         return numba.njit(cache=True, **_OPTIONS, **options)(function)
     except RuntimeError:  # no folder for the cache: compiled anew in each process
@@ -61,4 +55,4 @@ def lean(function: Any) -> Any:
 
 def inlined(function: Any) -> Any:
     """Compile a function into each of its callers: to hand over a surface's arrays would cost more than it does."""
-    return function if numba is None else numba.njit(inline="always", **_OPTIONS)(function)
+    return numba.njit(inline="always", **_OPTIONS)(function)

@@ -1,4 +1,8 @@
-"""Chains of boundary pixels made into contours, all of a frame at once: twin of `blobs.subpixel_contour`."""
+"""Chains of boundary pixels made into contours, all of a frame at once.
+
+A chain runs through pixel centres, so a shape is measured too small. Its true edge is off by half a pixel along the
+axis on which the edge is steeper: 0.5 max(|nx|, |ny|) along the normal.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,7 @@ def _outline(
         doubled += int(chain[i, 0]) * int(chain[j, 1]) - int(chain[j, 0]) * int(chain[i, 1])
     for i in range(n):
         pixels[i] = chain[i] if doubled >= 0 else chain[n - 1 - i]
-    reach = min(max(n // 12, 1), 5)
+    reach = min(max(n // 12, 1), 5)  # differences over several spans smooth the staircase of a chain code
     for i in range(n):
         x, y = pixels[i, 0], pixels[i, 1]
         dx, dy = 0, 0
@@ -34,6 +38,7 @@ def _outline(
         half = 0.5 * max(abs(normals[i, 0]), abs(normals[i, 1]))
         after, before = (i + 1) % n, (i - 1) % n
         for c in range(2):
+            # The nearest of a staircase's points is one of its outer steps; smoothed, it lies on the mean again.
             smooth = 0.25 * pixels[before, c] + 0.5 * pixels[i, c] + 0.25 * pixels[after, c]
             contour[i, c] = smooth + half * normals[i, c]
         cut[i] = x == 0 or y == 0 or x == width - 1 or y == height - 1

@@ -1,4 +1,4 @@
-"""Twins of `pair_table.pair_table` and `overlap.overlap_matrix`: every pair of candidates, every pair of instances."""
+"""Every pair of candidates checked by constraints, every pair of instances by the pixels they share."""
 
 from __future__ import annotations
 

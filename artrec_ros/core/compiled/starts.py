@@ -1,5 +1,5 @@
-"""Hypotheses of one blob after another: proposed, counted, thinned out. The numpy code that it follows is in
-`hypotheses.py`, `alignment.matched_share` and `refinement.suppress`; hypotheses are never all held at once.
+"""Hypotheses of one blob after another: proposed, counted, thinned out (paper, step 4). They are never all held at
+once.
 """
 
 from __future__ import annotations
@@ -92,7 +92,11 @@ def _couples(blobs: Any, b: int, spans: Any) -> Any:
 
 @jit
 def _propose(p1: Any, p2: Any, blobs: Any, b: int, w: int, shapes: Any, couples: Any) -> Any:
-    """(t, z) of all of blob b's hypotheses of one shape."""
+    """(t, z) of all of blob b's hypotheses of one shape: over the whole blob, circles, T(q1) = p1 and T(q2) = p2.
+
+    Both contours run the same way round, so q2 -> q1 on p1 -> p2 would turn the shape's inside out of the blob: it
+    need not be tried.
+    """
     s, turns, t_whole = blobs.wanted[w], blobs.turns[w], blobs.centre[b]
     extra_from, extra_to = blobs.extra_first[w], blobs.extra_first[w + 1]
     first, last = couples.first[s], couples.first[s + 1] if blobs.coupled[w] else couples.first[s]
@@ -115,7 +119,7 @@ def _propose(p1: Any, p2: Any, blobs: Any, b: int, w: int, shapes: Any, couples:
 
 @jit
 def _plausible(t: Any, z: Any, area: float, blob_area: float, limits: Any) -> Any:
-    """Those of a size that can be: `hypotheses._plausible`."""
+    """Those of a size that can be: a tiny one would fold the whole shape into the tolerance area."""
     least = max(limits.min_area, limits.min_area_ratio * blob_area) / area
     least, most = max(least, limits.min_scale**2), min(limits.max_area_ratio * blob_area / area, limits.max_scale**2)
     n = 0
@@ -136,7 +140,7 @@ def _least_of(samples: int, share: float) -> int:
 def _count_coarsely(t: Any, z: Any, b: int, s: int, blobs: Any, shapes: Any, field: Any, limits: Any) -> Any:
     """(t, z, count) of those that pass the coarse count, the best `coarse_keep`, in their order."""
     px, py = shapes.x[s, :: limits.coarse_step].copy(), shapes.y[s, :: limits.coarse_step].copy()
-    count = count_all(t, z, shapes.area[s], blobs.slot[b], px, py, field, limits)
+    count = count_all(t, z, shapes.area[s], blobs.slot[b], px, py, field, limits.tolerance)
     passed = np.flatnonzero(count >= _least_of(len(px), limits.coarse_match))
     if len(passed) > limits.coarse_keep:
         best = by_count(count[passed], len(passed), len(px))[: limits.coarse_keep]
@@ -150,7 +154,7 @@ def _count_fully(t: Any, z: Any, counted: Any, b: int, s: int, blobs: Any, shape
     samples = shapes.x.shape[1]
     rest = np.flatnonzero(np.arange(samples) % limits.coarse_step != 0)
     px, py = shapes.x[s][rest], shapes.y[s][rest]
-    count = counted + count_all(t, z, shapes.area[s], blobs.slot[b], px, py, field, limits)
+    count = counted + count_all(t, z, shapes.area[s], blobs.slot[b], px, py, field, limits.tolerance)
     passed = np.flatnonzero(count >= _least_of(samples, limits.coarse_match))
     order = passed[by_count(count[passed], len(passed), samples)]
     return t[order], z[order], count[order]

@@ -1,4 +1,4 @@
-"""The best of every place, modulo symmetry: twin of `refinement.suppress`."""
+"""The best of every place, modulo symmetry."""
 
 from __future__ import annotations
 
@@ -25,7 +25,11 @@ def symmetry_order(residual: Any, scale: float, ambiguous_px: float) -> int:
 def squared_pose_distance(
     t: complex, z: complex, t0: complex, z0: complex, radius: float, order: int, enough: float
 ) -> float:
-    """`refinement.pose_distance_px`, squared; of the places alone where that is above `enough`."""
+    """Mean squared distance in pixels between a shape placed by (t, z) and by (t0, z0), modulo its symmetry.
+
+    For points p about the centroid with rms radius r: |t - t0|^2 + r^2 |z - z0|^2; the first term alone where that is
+    above `enough`.
+    """
     dx, dy = t.real - t0.real, t.imag - t0.imag
     place = dx * dx + dy * dy
     if place > enough:

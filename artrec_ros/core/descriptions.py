@@ -32,7 +32,6 @@ class Describer:
         self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
         n_drawn = [len(p.drawn) for p in patches]
         self._on = np.concatenate([np.repeat(self._component, self._inside[1]), np.repeat(self._component, n_drawn)])
-        self._ignored = surface.ignored[np.repeat(surface.markers, self._inside[1])]
         self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
 
     def describe(self, verdicts: Sequence[Verdict], field: LabelField, camera: Camera) -> list[Detection]:
@@ -70,13 +69,13 @@ class Describer:
 
     def _instances(self, verdicts: Sequence[Verdict], frames: Frames, camera: Camera) -> list[tuple[Instance, ...]]:
         """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre."""
-        surface, n_inside = self._finder.surface, len(self._ignored)
+        surface = self._finder.surface
         X = surface.place(frames, self._points, self._on)
         pixels, (height, width) = project(camera, X), verdicts[0].claim.shape
-        inside = pixels[:, :n_inside]
-        seen = ~surface.boxes.hidden(frames, X[:, :n_inside], self._ignored)
+        inside = pixels[:, : self._first_drawn[0]].reshape(len(pixels), *self._inside, 2)
+        seen = surface.shown(frames, surface.markers, INSIDE_POINTS)
         seen &= ((inside > -0.5) & (inside < (width - 0.5, height - 0.5))).all(axis=-1)
-        inside, weight = inside.reshape(-1, *self._inside, 2), seen.reshape(-1, *self._inside, 1)
+        weight = seen[..., None]
         count = weight.sum(axis=2)
         centroid, tail, head = (pixels[:, self._first_drawn[:-1] + i] for i in range(3))  # (H, M, 2)
         centre = np.where(count, (inside * weight).sum(axis=2) / np.maximum(count, 1), centroid)

@@ -26,12 +26,12 @@ class Describer:
         surface = finder.surface
         patches = [surface.patches[p] for p in surface.markers]
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
-        self._component = surface.component[surface.markers]
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
         self._inside = len(patches), INSIDE_POINTS
         self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
         n_drawn = [len(p.drawn) for p in patches]
-        self._on = np.concatenate([np.repeat(self._component, self._inside[1]), np.repeat(self._component, n_drawn)])
+        component = surface.component[surface.markers]
+        self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
         self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
 
     def describe(self, verdicts: Sequence[Verdict], field: LabelField, camera: Camera) -> list[Detection]:
@@ -81,7 +81,7 @@ class Describer:
         centre = np.where(count, (inside * weight).sum(axis=2) / np.maximum(count, 1), centroid)
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
         focal = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
-        scale = focal / np.maximum(frames.t[:, self._component, 2], 1e-6)
+        scale = focal / np.maximum(X[:, self._first_drawn[:-1], 2], 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
         return [
             tuple(self._instance(v, p, pixels[h], *values[h][self._row[p]]) for p in v.shown if p >= 0)

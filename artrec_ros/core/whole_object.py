@@ -62,7 +62,7 @@ class WholeObjectFinder:
         for blob in find_blobs(labels, {self.root_label}, RecognizerConfig()):
             self.find_plain(field, camera, blob, clock, lambda _: True)
             self.find(field, camera, blob, clock, lambda _: False)
-            poses = self._seeds.all(field, camera, blob)[:1]  # maybe none: what is compiled need not run
+            poses = self._seeds.all(field, camera, blob, clock)[:1]  # maybe none: what is compiled need not run
             votes = self.votes(field, camera, poses, occlusion=True)
             self._climb(field, camera, *self._sweep(field, camera, poses, votes, clock), 1, 1.0, clock)
         kin, every = self.surface.kinematics, np.ones((1, len(self.surface.markers)), bool)
@@ -80,7 +80,7 @@ class WholeObjectFinder:
 
         :param is_sure: whether one hypothesis is such an object.
         """
-        poses, votes = self._with_joints(field, camera, self._seeds.few(field, camera, blob))
+        poses, votes = self._with_joints(field, camera, self._seeds.few(field, camera, blob, deadline), deadline)
         if not len(poses) or not is_sure(poses[:1]):
             return poses[:0]
         return self._raised(field, camera, poses, votes, PLAIN_CLIMB, True, deadline)[0]
@@ -89,7 +89,7 @@ class WholeObjectFinder:
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
     ) -> Poses:
         """Hypotheses of which a component made a blob, or part of one, best first."""
-        poses, votes = self._with_joints(field, camera, self._seeds.all(field, camera, blob))
+        poses, votes = self._with_joints(field, camera, self._seeds.all(field, camera, blob, deadline), deadline)
         sure = False
         for climb_of in CLIMBS:
             if deadline.expired or votes.max(initial=0.0) < HOPELESS_VOTES:
@@ -114,27 +114,31 @@ class WholeObjectFinder:
         keep = (apart(poses, votes, RIVAL * votes[0]) if sure else np.flatnonzero(votes > 0))[:count]
         poses, votes = poses[keep], votes[keep]
         # a better pose may show a limb that a worse one missed
-        poses = Poses.concatenate([poses, self.surface.search_joints(field, camera, poses, JOINT_STEP)])
+        poses = Poses.concatenate([poses, self.surface.search_joints(field, camera, poses, JOINT_STEP, deadline)])
         poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
         poses, votes = self._sweep(field, camera, poses, votes, deadline)
-        poses, votes = self._with_rival_flips(field, camera, poses, votes)
+        poses, votes = self._with_rival_flips(field, camera, poses, votes, deadline)
         poses, votes = self._climb(field, camera, poses, votes, rounds, spread, deadline)
-        poses, votes = self._fit_all(field, camera, poses)
+        poses, votes = self._fit_all(field, camera, poses, deadline)
         return self._keep(poses, votes, len(poses))
 
-    def _with_joints(self, field: LabelField, camera: Camera, poses: Poses) -> tuple[Poses, Array]:
+    def _with_joints(
+        self, field: LabelField, camera: Camera, poses: Poses, deadline: Deadline
+    ) -> tuple[Poses, Array]:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
-        poses = self.surface.search_joints(field, camera, poses, FIRST_JOINT_STEP)
+        poses = self.surface.search_joints(field, camera, poses, FIRST_JOINT_STEP, deadline)
         poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=False), JOINT_KEEP)
-        poses, votes = self._fit_all(field, camera, self._with_flips(poses, votes))
+        poses, votes = self._fit_all(field, camera, self._with_flips(poses, votes), deadline)
         return self._keep(poses, votes, FIT_KEEP)
 
-    def _with_rival_flips(self, field: LabelField, camera: Camera, poses: Poses, votes: Array) -> tuple[Poses, Array]:
+    def _with_rival_flips(
+        self, field: LabelField, camera: Camera, poses: Poses, votes: Array, deadline: Deadline
+    ) -> tuple[Poses, Array]:
         """Add the best one's siblings that come near to it."""
         flips = self._with_flips(poses[:1], votes[:1])[1:]
         if not len(flips):
             return poses, votes
-        flips, flip_votes = self._fit_all(field, camera, flips)
+        flips, flip_votes = self._fit_all(field, camera, flips, deadline)
         flips, flip_votes = self._keep(flips, flip_votes, FLIP_KEEP)
         near = flip_votes > RIVAL * votes[0]
         return Poses.concatenate([poses, flips[near]]), np.concatenate([votes, flip_votes[near]])
@@ -224,10 +228,14 @@ class WholeObjectFinder:
         t, q = centre - (R @ centroid[..., None])[..., 0], np.broadcast_to(p.q, (len(R), *p.q.shape))
         return Poses.concatenate([poses, Poses(R[facing], t[facing], q[facing])])
 
-    def _fit_all(self, field: LabelField, camera: Camera, poses: Poses) -> tuple[Poses, Array]:
+    def _fit_all(
+        self, field: LabelField, camera: Camera, poses: Poses, deadline: Deadline
+    ) -> tuple[Poses, Array]:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
         scores = self.judge(field, camera, poses, occlusion=True)
-        fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX)
+        fitted = refine(
+            self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX, deadline=deadline
+        )
         votes = np.concatenate([self.total(scores), self.votes(field, camera, fitted, occlusion=True)])
         return Poses.concatenate([poses, fitted]), votes
 

@@ -10,12 +10,12 @@ import numpy as np
 from .blobs import Blob
 from .compiled import guessing
 from .compiled.geometry import view_of
-from .compiled.jit import COMPILED, LANES
+from .compiled.jit import LANES
 from .datatypes import Camera
 from .evidence import LabelField
 from .spatial import RING_PX, RING_WIDTH_PX
 from .transforms import Array
-from .views import View, align_view, blob_couples, flips_of, moments_of, scale_range, score_view
+from .views import View, blob_couples, flips_of, moments_of, scale_range
 
 VIEW_KEEP = 12  # alignments of a view with a blob that go on
 LEAST_SHARE = 0.5  # of the best alignment's votes; one with fewer decides nothing
@@ -52,8 +52,6 @@ class Bank:
     """
 
     def __init__(self, views: Sequence[View], inside_votes: Array, ring_votes: Array) -> None:
-        self._views = views
-        self._votes = inside_votes, ring_votes
         most = inside_votes.max(), ring_votes.max()
         self._look = guessing.Look(inside_votes, ring_votes, *most, RING_PX, RING_WIDTH_PX)
         self.flips = flips_of(np.array([v.turn for v in views]), np.array([v.direction for v in views]))
@@ -72,13 +70,12 @@ class Bank:
     ) -> tuple[Array, Array, np.ndarray]:
         """Of the VIEW_KEEP best similarities of each view the best, at most so many: (H, 4), their votes (H,), and each
         one's view (H,), best first."""
-        if not COMPILED:
-            return self._align_arrays(field, shape, most)
         scale = scale_range(self._arrays[-1], shape.area_px, LEAST_AREA_PX)
         bank = guessing.Bank(*self._arrays, self._perimeter, scale, *self._moments)
         (x, y), turn = shape.moments
         moments = guessing.Moments(x, y, turn, shape.area_px)
-        n_views, most = len(self._views), min(most, len(self._views) * VIEW_KEEP)
+        n_views = len(self._perimeter)
+        most = min(most, n_views * VIEW_KEEP)
         each = guessing.Kept(
             np.empty((n_views, VIEW_KEEP, 4)), np.empty((n_views, VIEW_KEEP)), np.empty(n_views, np.int64)
         )
@@ -88,17 +85,3 @@ class Bank:
             *shape.couples, moments, bank, self._look, LEAST_SHARE, view, at, each, T, votes, of
         )
         return T[:n], votes[:n], of[:n]
-
-    def _align_arrays(self, field: LabelField, shape: BlobShape, most: int) -> tuple[Array, Array, np.ndarray]:
-        similarities, votes, views = [], [], []
-        for v, view in enumerate(self._views):
-            T = align_view(view, shape.couples, shape.contour, shape.area_px, LEAST_AREA_PX)
-            s = score_view(view, T, field, *self._votes, RING_PX)
-            best = np.argsort(-s, kind="stable")[:VIEW_KEEP]
-            similarities.append(T[best])
-            votes.append(s[best])
-            views.append(np.full(len(best), v))
-        T, score, of = np.concatenate(similarities), np.concatenate(votes), np.concatenate(views)
-        order = np.argsort(-score, kind="stable")[:most]
-        order = order[score[order] >= LEAST_SHARE * score.max(initial=0.0)]
-        return T[order], score[order], of[order]

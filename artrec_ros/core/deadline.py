@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 
 
 class Deadline:
@@ -24,6 +25,13 @@ class Deadline:
     def part(self, share: float) -> Deadline:
         """A deadline after a share of the time that is left, so that later stages get theirs."""
         return Deadline(max(0.0, self._end_s - time.perf_counter()) * share, self)
+
+    def parts(self, n: int, most: int) -> Iterator[slice]:
+        """Slices of `n` things, at most so many at once, until the time is over."""
+        for first in range(0, n, most):
+            if self.expired:
+                return
+            yield slice(first, min(first + most, n))
 
     def _note(self) -> None:
         self.hit = True

@@ -26,13 +26,12 @@ class Describer:
         surface = finder.surface
         patches = [surface.patches[p] for p in surface.markers]
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
-        self._component = surface.component[surface.markers]
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
         self._inside = len(patches), INSIDE_POINTS
         self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
         n_drawn = [len(p.drawn) for p in patches]
-        self._on = np.concatenate([np.repeat(self._component, self._inside[1]), np.repeat(self._component, n_drawn)])
-        self._ignored = surface.ignored[np.repeat(surface.markers, self._inside[1])]
+        component = surface.component[surface.markers]
+        self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
         self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
 
     def describe(self, verdicts: Sequence[Verdict], field: LabelField, camera: Camera) -> list[Detection]:
@@ -70,19 +69,19 @@ class Describer:
 
     def _instances(self, verdicts: Sequence[Verdict], frames: Frames, camera: Camera) -> list[tuple[Instance, ...]]:
         """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre."""
-        surface, n_inside = self._finder.surface, len(self._ignored)
+        surface = self._finder.surface
         X = surface.place(frames, self._points, self._on)
         pixels, (height, width) = project(camera, X), verdicts[0].claim.shape
-        inside = pixels[:, :n_inside]
-        seen = ~surface.boxes.hidden(frames, X[:, :n_inside], self._ignored)
+        inside = pixels[:, : self._first_drawn[0]].reshape(len(pixels), *self._inside, 2)
+        seen = surface.shown(frames, surface.markers, INSIDE_POINTS)
         seen &= ((inside > -0.5) & (inside < (width - 0.5, height - 0.5))).all(axis=-1)
-        inside, weight = inside.reshape(-1, *self._inside, 2), seen.reshape(-1, *self._inside, 1)
+        weight = seen[..., None]
         count = weight.sum(axis=2)
         centroid, tail, head = (pixels[:, self._first_drawn[:-1] + i] for i in range(3))  # (H, M, 2)
         centre = np.where(count, (inside * weight).sum(axis=2) / np.maximum(count, 1), centroid)
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
         focal = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
-        scale = focal / np.maximum(frames.t[:, self._component, 2], 1e-6)
+        scale = focal / np.maximum(X[:, self._first_drawn[:-1], 2], 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
         return [
             tuple(self._instance(v, p, pixels[h], *values[h][self._row[p]]) for p in v.shown if p >= 0)

@@ -15,7 +15,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled.jit import COMPILED
 from .compiled.seams import gaps_px
 from .transforms import Array
 
@@ -129,14 +128,8 @@ class LabelField:
         (height, width), mine = self.labels.shape, np.flatnonzero(self.labels == label)
         if len(mine) > SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
             mine = mine[(np.arange(SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
-        if COMPILED:
-            gaps, looks = np.empty(len(mine)), (_ROWS, _COLUMNS, _GAPS_PX)
-            return gaps[: gaps_px(self.padded, width, height, _REACH, mine, label, silent, *looks, gaps)]
-        y, x = np.divmod(mine, width)
-        whole = (x >= _REACH) & (x < width - _REACH) & (y >= _REACH) & (y < height - _REACH)
-        seen = self.labels[y[whole, None] + _ROWS, x[whole, None] + _COLUMNS]  # the nearest 8 are neighbours
-        seen = seen[(seen[:, :9] != label).any(axis=1)]
-        return np.asarray(np.where(silent[seen], np.inf, _GAPS_PX).min(axis=1), np.float64)
+        gaps, looks = np.empty(len(mine)), (_ROWS, _COLUMNS, _GAPS_PX)
+        return gaps[: gaps_px(self.padded, width, height, _REACH, mine, label, silent, *looks, gaps)]
 
     def without(self, solids: Sequence[NDArray[np.float32]]) -> LabelField:
         """The same image with the pixels in convex hulls of points (n, 2) owned by somebody."""

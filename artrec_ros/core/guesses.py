@@ -7,6 +7,7 @@ import numpy as np
 from .bank import Bank, BlobShape, blob_shape
 from .blobs import Blob
 from .datatypes import Camera
+from .deadline import Deadline
 from .distinct import best_distinct
 from .evidence import LabelField
 from .objects import Marker, ObjectModel
@@ -29,7 +30,7 @@ class Guesser:
 
     def __init__(self, model: ObjectModel, surface: SpatialModel, component: int) -> None:
         part, label = model.components[component], surface.labels[component]
-        self.label = label
+        self.label, self._none = label, surface.no_poses
         self._markers = part.markers
         inside = surface.table[surface.roles.inside(label)]
         ring = surface.table[surface.roles.ring(label, part.body_label or 0)]
@@ -40,11 +41,17 @@ class Guesser:
         self._flips = [bank.flips @ R for bank, (R, _) in zip(self._banks, in_marker, strict=True)]
         self._origins = [R.T @ t for R, t in in_marker]
 
-    def guess(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:
-        """Object poses from one blob, the best of each marker by the votes for it; joints mid-range."""
+    def guess(self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline) -> Poses:
+        """Object poses from one blob, the best of each marker by the votes for it, as many as there is time for; joints
+        mid-range."""
         shape = blob_shape(blob, field.seam_px(self.label))
         grown = GROWTH if is_small(blob) else GROWTH[:1]
-        return Poses.concatenate([self._of_marker(m, field, camera, shape, grown) for m in range(len(self._markers))])
+        found = [self._none]
+        for m in range(len(self._markers)):
+            if deadline.expired:
+                break
+            found.append(self._of_marker(m, field, camera, shape, grown))
+        return Poses.concatenate(found)
 
     def bent(self, poses: Poses) -> Poses:
         """(H * D) poses of an object that leave the component where it is, the joints that carry it all over their

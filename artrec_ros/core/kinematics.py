@@ -8,9 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from .compiled.chains import Chain, forward
-from .compiled.jit import COMPILED
-from .objects import Component, Joint, ObjectModel
-from .transforms import Array, rotation_from_rotvec
+from .objects import Component, ObjectModel
+from .transforms import Array
 
 
 @dataclass(frozen=True)
@@ -98,17 +97,6 @@ class Kinematics:
         R, t, axis, revolute = (np.array(values) for values in zip(*rows, strict=True))
         return Chain(np.array(self.parent), np.array(self.joint_of), R, t, axis, revolute)
 
-    def at_values(self, frames: Frames, c: int, values: Array) -> Frames:
-        """Frames with component `c` at each of V values of its joint, the others as they are: (H * V, ...)."""
-        n = len(values)
-        R, t = np.repeat(frames.R, n, axis=0), np.repeat(frames.t, n, axis=0)
-        axis, origin = np.repeat(frames.axis, n, axis=0), np.repeat(frames.origin, n, axis=0)
-        joint = self.model.components[c].joint
-        assert joint is not None  # asked of jointed components alone
-        at = _at_rest(joint, R[:, self.parent[c]], t[:, self.parent[c]])
-        R[:, c], t[:, c] = _moved(joint, *at, np.tile(values, len(frames.R)))
-        return Frames(R, t, axis, origin)
-
     def forward(self, R: Array, t: Array, q: Array) -> Frames:
         """Component frames for object poses R (H, 3, 3), t (H, 3) in the camera and joints q (H, J)."""
         n_h, n_c = len(R), len(self.parent)
@@ -118,34 +106,9 @@ class Kinematics:
             np.empty((n_h, self.n_joints, 3)),
             np.empty((n_h, self.n_joints, 3)),
         )
-        if COMPILED:
-            # copies: each kind of array, as a broadcast or a constant one, would be compiled for anew
-            forward(self.chain, R.copy(), t.copy(), q.copy(), out.R, out.t, out.axis, out.origin)
-            return out
-        for c, component in enumerate(self.model.components):
-            joint = component.joint
-            if joint is None:
-                out.R[:, c], out.t[:, c] = R, t
-                continue
-            at = _at_rest(joint, out.R[:, self.parent[c]], out.t[:, self.parent[c]])
-            j = self.joint_of[c]
-            if j >= 0:
-                out.axis[:, j], out.origin[:, j] = at[0] @ joint.axis, at[1]
-                at = _moved(joint, *at, q[:, j])
-            out.R[:, c], out.t[:, c] = at
+        # copies: each kind of array, as a broadcast or a constant one, would be compiled for anew
+        forward(self.chain, R.copy(), t.copy(), q.copy(), out.R, out.t, out.axis, out.origin)
         return out
-
-
-def _at_rest(joint: Joint, R: Array, t: Array) -> tuple[Array, Array]:
-    """Frames (H, 3, 3), (H, 3) of a joint at zero, from its parent's."""
-    return R @ joint.T_parent_joint.rotation, R @ joint.T_parent_joint.position + t
-
-
-def _moved(joint: Joint, R: Array, t: Array, q: Array) -> tuple[Array, Array]:
-    """The same at values q (H,)."""
-    if joint.kind == "revolute":
-        return R @ rotation_from_rotvec(q[:, None] * joint.axis), t
-    return R, t + (R @ joint.axis) * q[:, None]
 
 
 def _size(component: Component) -> float:

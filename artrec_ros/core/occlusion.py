@@ -1,4 +1,4 @@
-"""What a body hides from the camera: boxes against rays, batched over hypotheses."""
+"""The boxes of bodies that may hide what is behind them, and an object's outline by its solids."""
 
 from __future__ import annotations
 
@@ -8,9 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiled.hiding import hidden
-from .compiled.jit import COMPILED
-from .kinematics import Frames
 from .objects import ObjectModel
 from .surface import Patch
 from .transforms import Array
@@ -32,35 +29,6 @@ class Boxes:
 
     def __len__(self) -> int:
         return len(self.half)
-
-    def in_camera(self, frames: Frames) -> tuple[Array, Array]:
-        """Rotations of all boxes (H, B, 3, 3), and the camera's centre in their frames (H, B, 3)."""
-        R_component = frames.R[:, self.component]
-        R = R_component @ self.R
-        t = np.einsum("hbij,bj->hbi", R_component, self.t) + frames.t[:, self.component]
-        return R, -np.einsum("hbji,hbj->hbi", R, t)
-
-    def hidden(self, frames: Frames, X: Array, ignored: np.ndarray) -> np.ndarray:
-        """(H, n) bool: which points (H, n, 3) a box hides from the camera (slab test).
-
-        :param ignored: (n, B) boxes that cannot hide a point, `behind_patches` of its patch.
-        """
-        out = np.zeros(X.shape[:2], bool)
-        R, eye = self.in_camera(frames)
-        if COMPILED:
-            turn, eye, X = (np.ascontiguousarray(values) for values in (R.transpose(0, 1, 3, 2), eye, X))
-            hidden(turn, eye, self.half, X, ignored, BEHIND, out)
-            return out
-        axes = [np.ascontiguousarray(X[..., i]) for i in range(3)]  # one array an axis: no short reductions
-        for b, half in enumerate(self.half):
-            enter, leave = np.float64(0.0), np.float64(BEHIND)
-            for i in range(3):
-                ray = sum(axes[j] * R[:, b, j, i, None] for j in range(3))
-                ray = np.where(np.abs(ray) < 1e-9, 1e-9, ray)
-                near, far = (-half[i] - eye[:, b, i, None]) / ray, (half[i] - eye[:, b, i, None]) / ray
-                enter, leave = np.maximum(enter, np.minimum(near, far)), np.minimum(leave, np.maximum(near, far))
-            out |= (enter < leave) & ~ignored[:, b]
-        return out
 
     def behind_patches(self, patches: Sequence[Patch]) -> np.ndarray:
         """(P, B) bool: boxes wholly behind a patch of the same component; seen from its front they cannot hide it."""

@@ -11,6 +11,7 @@ import numpy as np
 from .acceptance import Verdict, verdict_of
 from .claims import claims_of, corners_of, silhouette
 from .datatypes import Camera
+from .deadline import Deadline
 from .evidence import LabelField
 from .spatial import Poses
 from .transforms import Array
@@ -26,10 +27,12 @@ def share_out(
     camera: Camera,
     least: float,
     trust: Callable[[Verdict], float],
+    deadline: Deadline,
 ) -> tuple[list[Verdict], list[Verdict]]:
     """Verdicts on accepted claims of all targets together, best first, and on the best of the others at each place.
 
-    The claim with the most trusted votes takes its pixels; others that stand there are judged again without them.
+    The claim with the most trusted votes takes its pixels; others that stand there are judged again without them. When
+    the time is over these are dropped instead, and what was turned down is told of as far as it is sorted.
 
     :param least: claims with fewer votes are dropped.
     :param trust: what a claim's votes count, 0 to 1; 0: it is not acceptable.
@@ -40,11 +43,13 @@ def share_out(
     while True:
         trusted = [(weight, s) for s in alive if (weight := trust(s.verdict))]
         if not trusted:
-            return accepted, _best_of_each_place([s.verdict for s in alive], camera)
+            return accepted, _best_of_each_place([s.verdict for s in alive], camera, deadline)
         best = max(trusted, key=lambda t: t[0] * t[1].verdict.claim.votes)[1]
         accepted.append(best.verdict)
         alive.remove(best)
-        if alive:
+        if deadline.expired:
+            alive = [s for s in alive if not s.meets(best)]
+        elif alive:
             field = field.without(silhouette(best.group.finder.surface, camera, best.verdict.claim.poses))
             alive = _judged_again(alive, best, field, least)
 
@@ -100,9 +105,11 @@ def _judged_again(alive: list[_Standing], owner: _Standing, field: LabelField, l
     return [now for now in (anew.get(s, s) for s in alive) if now is not None]
 
 
-def _best_of_each_place(verdicts: list[Verdict], camera: Camera) -> list[Verdict]:
+def _best_of_each_place(verdicts: list[Verdict], camera: Camera, deadline: Deadline) -> list[Verdict]:
     out: list[Verdict] = []
     for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
+        if deadline.expired:
+            break
         claim = verdict.claim
         near = (v.claim for v in out if v.claim.finder is claim.finder)
         if not any(claim.finder.same_place(camera, claim.poses, c.poses)[0] for c in near):

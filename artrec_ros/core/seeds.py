@@ -11,6 +11,7 @@ import numpy as np
 
 from .blobs import Blob
 from .datatypes import Camera, Target
+from .deadline import Deadline
 from .distinct import best_distinct
 from .evidence import LabelField
 from .guesses import Guesser, is_small
@@ -37,43 +38,43 @@ class Seeds:
             if label == surface.labels[self._root]
         }
 
-    def few(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:
+    def few(self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline) -> Poses:
         """Of an object in plain view whose required component made the blob; none where there can be no such object."""
         if blob.area_px < PLAIN_PX:
             return self._surface.no_poses
-        guesses = self._guessers[self._root].guess(field, camera, blob)
+        guesses = self._guessers[self._root].guess(field, camera, blob, deadline)
         few = self._best_roots(field, camera, guesses, FEW_GUESSES, bodies=False)
-        roots = self._fit_root(field, camera, few, FEW_KEEP)
+        roots = self._fit_root(field, camera, few, FEW_KEEP, deadline)
         plain = self._votes(field, camera, roots, self._root).max(initial=0.0) >= PLAIN_VOTES
         return roots if plain else roots[:0]
 
-    def all(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:
+    def all(self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline) -> Poses:
         """Of an object of which any component made the blob, or part of it."""
-        guesses = self._guessers[self._root].guess(field, camera, blob)
+        guesses = self._guessers[self._root].guess(field, camera, blob, deadline)
         if is_small(blob):
             roots = self._best_roots(field, camera, guesses, ROOT_KEEP)
         else:
-            roots = self._fit_root(field, camera, guesses, ROOT_KEEP)
-        return Poses.concatenate([roots, self._of_limbs(field, camera, blob)])
+            roots = self._fit_root(field, camera, guesses, ROOT_KEEP, deadline)
+        return Poses.concatenate([roots, self._of_limbs(field, camera, blob, deadline)])
 
-    def _fit_root(self, field: LabelField, camera: Camera, poses: Poses, keep: int) -> Poses:
+    def _fit_root(self, field: LabelField, camera: Camera, poses: Poses, keep: int, deadline: Deadline) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""
         surface = self._surface
         use = np.tile(surface.component[surface.markers] == self._root, (len(poses), 1))
         pinned = np.zeros(poses.q.shape, bool)
-        fitted = refine(surface, field, camera, poses, use, COARSE_REACH_PX, pinned)
+        fitted = refine(surface, field, camera, poses, use, COARSE_REACH_PX, pinned, deadline)
         return self._best_roots(field, camera, Poses.concatenate([poses, fitted]), keep, bodies=False)
 
     def _best_roots(self, field: LabelField, camera: Camera, poses: Poses, n: int, *, bodies: bool = True) -> Poses:
         """The best by the required component alone, with or without its body."""
         return poses[best_distinct(poses, self._votes(field, camera, poses, self._root, bodies=bodies), n)]
 
-    def _of_limbs(self, field: LabelField, camera: Camera, blob: Blob) -> Poses:
+    def _of_limbs(self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline) -> Poses:
         """The best of which another component made the blob, by the votes for both it and the required one."""
         parts, votes = [self._surface.no_poses], [np.zeros(0)]
         for c, guesser in self._guessers.items():
-            if c != self._root:
-                poses = guesser.guess(field, camera, blob)
+            if c != self._root and not deadline.expired:
+                poses = guesser.guess(field, camera, blob, deadline)
                 poses = poses[best_distinct(poses, self._votes(field, camera, poses, c), LIMB_GUESSES)]
                 parts.append(guesser.bent(poses))
                 votes.append(self._votes(field, camera, parts[-1], c, self._root))

@@ -10,22 +10,24 @@ from numpy.typing import NDArray
 
 from .compiled.chains import place_points
 from .compiled.geometry import view_of
-from .compiled.jit import COMPILED, LANES
+from .compiled.hiding import shown_points
+from .compiled.jit import LANES
 from .compiled.joint_search import search_joints
 from .compiled.scoring import score_patches
 from .compiled.surface import Limits, Surface
 from .datatypes import Camera
+from .deadline import Deadline
 from .evidence import OUTSIDE, LabelField, Roles
 from .kinematics import Frames, Kinematics
 from .objects import ObjectModel
 from .occlusion import BEHIND, Boxes, hulls_of
-from .projection import project, projection_jacobian
 from .surface import Patch, patches_of
 from .transforms import Array
 
 RING_PX = 1.25  # outside and inside of the seam that a segmenter leaves between two colours
 RING_WIDTH_PX = 1.5  # what a ring point stands for across the contour
 LEAST_COSINE = 0.12  # a patch seen flatter than this shows nothing
+_AT_ONCE = 32  # hypotheses whose joints are searched between two looks at the clock
 LIMITS = Limits(LEAST_COSINE, RING_PX, RING_WIDTH_PX, BEHIND, OUTSIDE)
 
 
@@ -153,23 +155,17 @@ class SpatialModel:
         """None of this model's."""
         return Poses(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, self.kinematics.n_joints)))
 
-    def in_camera(self, frames: Frames, patches: np.ndarray) -> tuple[Array, Array]:
-        """Cosine of the viewing angle (H, P) of patches, and their depth (H, P)."""
-        c = self.component[patches]
-        normal = np.einsum("hpij,pj->hpi", frames.R[:, c], self.normal[patches])
-        centre = np.einsum("hpij,pj->hpi", frames.R[:, c], self.centre[patches]) + frames.t[:, c]
-        cosine = -np.sum(normal * centre, axis=-1) / np.maximum(np.linalg.norm(centre, axis=-1), 1e-9)
-        return cosine, centre[..., 2]
-
     def place(self, frames: Frames, points: Array, component: np.ndarray) -> Array:
         """(H, n, 3) camera coordinates of (n, 3) points given on components (n,)."""
         out = np.empty((len(frames.R), len(points), 3))
-        if COMPILED:
-            place_points(frames.R, frames.t, points, component, out)
-            return out
-        for c in np.unique(component):
-            on = component == c
-            out[:, on] = points[on] @ frames.R[:, c].transpose(0, 2, 1) + frames.t[:, c, None]
+        place_points(frames.R, frames.t, points, component, out)
+        return out
+
+    def shown(self, frames: Frames, patches: np.ndarray, points: int) -> np.ndarray:
+        """(H, P, n) bool: which of the first `points` points of patches no box hides from the camera; said of patches
+        that face it."""
+        out = np.empty((len(frames.R), len(patches), points), bool)
+        shown_points(self.compiled, frames.R, frames.t, patches, BEHIND, out)
         return out
 
     def score(
@@ -177,89 +173,16 @@ class SpatialModel:
     ) -> PatchScores:
         """What the labels say of each of `patches` (ascending indices) under each hypothesis."""
         R, t, q = poses.R, poses.t, poses.q
-        if not COMPILED:
-            return self._score_arrays(field, camera, self.kinematics.forward(R, t, q), patches, occlusion)
-        out, chain = PatchScores(*np.empty((3, len(R), len(patches)))), self.kinematics.chain
-        score_patches(
-            self.compiled, chain, R, t, q, patches, view_of(field, camera), LIMITS, occlusion, *out.arrays
-        )
+        out, view = PatchScores(*np.empty((3, len(R), len(patches)))), view_of(field, camera)
+        score_patches(self.compiled, self.kinematics.chain, R, t, q, patches, view, LIMITS, occlusion, *out.arrays)
         return out
 
-    def search_joints(self, field: LabelField, camera: Camera, poses: Poses, step: float) -> Poses:
+    def search_joints(
+        self, field: LabelField, camera: Camera, poses: Poses, step: float, deadline: Deadline | None = None
+    ) -> Poses:
         """Each joint in its parents' order at the value, of its grid of `step`, at which the labels like its component
-        best; occlusion apart."""
-        kin, q = self.kinematics, poses.q.copy()
-        if COMPILED:
-            view = view_of(field, camera)
-            search_joints(self.compiled, kin.chain, poses.R, poses.t, q, kin.grids(step), view, LIMITS)
-            return Poses(poses.R, poses.t, q)
-        for c, j in enumerate(kin.joint_of):
-            if j >= 0:
-                patches, grid = np.flatnonzero(self.component == c), kin.grid(j, step)
-                placed = kin.at_values(kin.forward(poses.R, poses.t, q), c, grid)
-                votes = self._score_arrays(field, camera, placed, patches, False).votes.sum(axis=1)
-                q[:, j] = grid[votes.reshape(len(poses), len(grid)).argmax(axis=1)]
-        return Poses(poses.R, poses.t, q)
-
-    def _score_arrays(
-        self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, occlusion: bool
-    ) -> PatchScores:
-        chosen = np.isin(self.point_patch, patches)
-        patch_of = np.searchsorted(patches, self.point_patch[chosen])
-        starts = np.flatnonzero(np.diff(patch_of, prepend=-1))
-        X = self.place(frames, self.points[chosen], self.component[self.point_patch[chosen]])
-        cosine, depth = self.in_camera(frames, patches)
-        shown = (cosine > LEAST_COSINE) & (depth > 0.02)
-        labels = field.at(project(camera, X))  # (H, n)
-        seen = np.ones(labels.shape, bool)
-        if occlusion:
-            seen = ~self.boxes.hidden(frames, X, self.ignored[self.point_patch[chosen]])
-        votes = np.where(seen, self.table[self.point_role[chosen], labels], 0.0)
-        f2 = camera.matrix[0, 0] * camera.matrix[1, 1]
-        area_px = np.where(shown, self.area[patches] * f2 / np.maximum(depth, 0.02) ** 2 * cosine, 0.0)  # (H, P)
-        count = self.count[patches]
-        inside = np.add.reduceat(votes, starts, axis=1) / count
-        visible = np.add.reduceat(seen.astype(float), starts, axis=1) / count
-        agree = np.add.reduceat((labels == self.label[patches][patch_of]) & seen, starts, axis=1, dtype=float)
-        total = (
-            inside * area_px + self._edge_votes(field, camera, frames, patches, cosine, depth) * (visible > 0.5) * shown
-        )
-        return PatchScores(total, area_px * visible, shown * agree / np.maximum(visible * count, 1.0))
-
-    def _edge_votes(
-        self, field: LabelField, camera: Camera, frames: Frames, patches: np.ndarray, cosine: Array, depth: Array
-    ) -> Array:
-        out = np.zeros((len(frames.R), len(patches)))
-        which = np.flatnonzero(np.isin(self.markers, patches))
-        if not len(which):
-            return out
-        pixels, normal = self.project_contours(camera, frames, which)
-        labels = field.at(pixels + RING_PX * normal)
-        inner = field.at(pixels - RING_PX * normal)
-        votes = self.table[self.ring_role[which][:, None], labels] + self.table[self.rim_role[which][:, None], inner]
-        votes = np.where(labels == OUTSIDE, 0.0, votes)  # not the marker ends there but the image
-        f = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
-        column = np.searchsorted(patches, self.markers[which])
-        squeeze = (1 + np.clip(cosine[:, column], 0, 1)) / 2
-        out[:, column] = (
-            votes.mean(axis=2)
-            * self.perimeter[which]
-            * squeeze
-            * f
-            / np.maximum(depth[:, column], 0.02)
-            * RING_WIDTH_PX
-        )
-        return out
-
-    def project_contours(self, camera: Camera, frames: Frames, which: np.ndarray) -> tuple[Array, Array]:
-        """Contours of markers `which` in the image: pixels (H, M, m, 2) and outward unit normals (H, M, m, 2)."""
-        R = frames.R[:, self.component[self.markers[which]]]
-        X = self.place_contours(frames, which)
-        along = self.contour_normal[which] @ R.transpose(0, 1, 3, 2)
-        normal = np.einsum("hmkij,hmkj->hmki", projection_jacobian(camera, X), along)
-        return project(camera, X), normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-
-    def place_contours(self, frames: Frames, which: np.ndarray) -> Array:
-        """(H, M, m, 3) camera coordinates of the contours of markers `which`."""
-        c = self.component[self.markers[which]]
-        return self.contour[which] @ frames.R[:, c].transpose(0, 1, 3, 2) + frames.t[:, c][:, :, None]
+        best; occlusion apart. At the deadline the rest stay as they are."""
+        kin, R, t, q, view = self.kinematics, poses.R, poses.t, poses.q.copy(), view_of(field, camera)
+        for part in (deadline or Deadline()).parts(len(poses), _AT_ONCE):
+            search_joints(self.compiled, kin.chain, R[part], t[part], q[part], kin.grids(step), view, LIMITS)
+        return Poses(R, t, q)

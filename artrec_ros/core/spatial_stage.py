@@ -18,6 +18,8 @@ from .projection import project
 from .spatial_search import SpatialSearch
 from .whole_object import WholeObjectFinder
 
+_SEARCH = 0.9  # of the time that is left may go into the search; the rest is for judging what it found
+
 
 class SpatialStage:
     """Finds the targets whose markers have places in space, in images of a calibrated camera."""
@@ -35,8 +37,9 @@ class SpatialStage:
         """Detections by target and score, and what was turned down, with reasons."""
         field = LabelField(labels)
         least = self._config.min_votes
-        found = SpatialSearch(field, camera, deadline, self._trust, least).run(self._finders, blobs)
-        accepted, others = share_out(found, field, camera, least, self._trust)
+        search = SpatialSearch(field, camera, deadline.part(_SEARCH), self._trust, least)
+        found = search.run(self._finders, blobs)
+        accepted, others = share_out(found, field, camera, least, self._trust, deadline)
         detections = [
             detection
             for finder, describer in zip(self._finders, self._describers, strict=True)

@@ -40,19 +40,6 @@ def apply_similarity(T: Array, points: Array) -> Array:
     return np.stack([x, y], axis=-1)
 
 
-def similarity_from_couples(q1: Array, q2: Array, p1: Array, p2: Array) -> Array:
-    """Similarities T with T(q1)=p1 and T(q2)=p2 (paper, step 4; Huttenlocher and Ullman 1990).
-
-    :param q1, q2, p1, p2: (H, 2) each, q1 != q2.
-    :return: (H, 4) rows (tx, ty, theta, k).
-    """
-    dq = (q2 - q1) @ np.array([1, 1j])  # (H,)
-    dp = (p2 - p1) @ np.array([1, 1j])  # (H,)
-    z = dp / dq
-    t = p1 @ np.array([1, 1j]) - z * (q1 @ np.array([1, 1j]))
-    return np.stack([t.real, t.imag, np.angle(z), np.abs(z)], axis=-1)
-
-
 def rotation_from_rotvec(rotvec: ArrayLike) -> Array:
     """Rodrigues' formula on a batch: (..., 3) rotation vectors to (..., 3, 3) matrices."""
     v = np.asarray(rotvec, float)

@@ -13,18 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .compiled import lifting
-from .compiled.jit import COMPILED
 from .datatypes import Camera
-from .evidence import LabelField
 from .objects import Marker
 from .projection import normalise
 from .surface import sample_contour, sample_polygon
-from .transforms import Array, apply_similarity, rotation_from_rotvec, similarity_from_couples
+from .transforms import Array, rotation_from_rotvec
 
 TURNS_RAD = (0.4, 0.7, 0.95, 1.15, 1.32)  # cosines .92 .76 .58 .41 .25: neighbours look alike enough to refine from
 N_DIRECTIONS = 6
 SCORE_POINTS = 24
-CHUNK = 20000  # hypotheses scored at once: bounds memory
 FACING = np.diag([1.0, -1.0, -1.0])  # marker frame (x right, y up, z out) to the camera's (x right, y down, z ahead)
 
 
@@ -98,19 +95,6 @@ def blob_couples(contour: Array, tolerances_px: tuple[float, ...]) -> tuple[Arra
     return both[:, :2].copy(), both[:, 2:].copy()
 
 
-def align_view(view: View, couples: tuple[Array, Array], contour: Array, area_px: float, min_area_px: float) -> Array:
-    """(H, 4) similarities of a view to a blob: anchor couples, and the blob's own area, centre and principal axis."""
-    p1, p2 = couples
-    q1, q2 = view.anchors, np.roll(view.anchors, -1, axis=0)
-    i, j = np.divmod(np.arange(len(p1) * len(q1)), max(len(q1), 1))
-    # both contours run the same way round (made so by the caller), so a couple matches in one sense only
-    of_moments = moment_alignments(*view.moments, view.area, moments_of(contour), area_px)
-    T = [similarity_from_couples(q1[j], q2[j], p1[i], p2[i]), of_moments]
-    out = np.concatenate(T)
-    low, high = scale_range(view.area, area_px, min_area_px)
-    return out[(out[:, 3] > low) & (out[:, 3] < high)]
-
-
 def scale_range(area: ArrayLike, area_px: float, min_area_px: float) -> Array:
     """(..., 2) scales at which views of an area are large enough to be told, and not much larger than their blob."""
     return np.sqrt(np.stack([min_area_px / np.asarray(area), (1.6 * area_px + 12) / np.asarray(area)], axis=-1))
@@ -122,37 +106,6 @@ def moments_of(outline: Array) -> tuple[Array, float]:
     if m["m00"] <= 0:
         return outline.mean(axis=0), 0.0
     return np.array([m["m10"], m["m01"]]) / m["m00"], 0.5 * float(np.arctan2(2 * m["mu11"], m["mu20"] - m["mu02"]))
-
-
-def moment_alignments(
-    centroid: Array, direction: ArrayLike, area: ArrayLike, moments: tuple[Array, float], area_px: float
-) -> Array:
-    """(..., 4, 4) similarities that bring area, centroid and principal axis together, in the axes' four turns.
-
-    :param centroid, direction, area: (..., 2), (...,), (...,) of views; `moments`, `area_px` of a blob.
-    """
-    (x, y), turn = moments[0], moments[1]
-    k = np.sqrt(area_px / np.asarray(area, float))[..., None]
-    theta = turn - np.asarray(direction)[..., None] + np.array([0.0, np.pi, np.pi / 2, -np.pi / 2])
-    c, s = k * np.cos(theta), k * np.sin(theta)
-    cx, cy = centroid[..., 0, None], centroid[..., 1, None]
-    return np.stack([x - c * cx + s * cy, y - s * cx - c * cy, theta, np.broadcast_to(k, theta.shape)], axis=-1)
-
-
-def score_view(
-    view: View, T: Array, field: LabelField, inside_votes: Array, ring_votes: Array, ring_px: float
-) -> Array:
-    """(H,) summed votes of pixels on the outline's inside and in a ring just outside of it."""
-    out = np.empty(len(T))
-    for start in range(0, len(T), CHUNK):
-        part = T[start : start + CHUNK]
-        k = part[:, 3]
-        inside = inside_votes[field.at(apply_similarity(part, view.inside))].mean(axis=1)
-        turn = np.column_stack([np.zeros((len(part), 2)), part[:, 2], np.ones(len(part))])
-        ring_at = apply_similarity(part, view.contour) + ring_px * apply_similarity(turn, view.contour_normal)
-        ring = ring_votes[field.at(ring_at)].mean(axis=1)
-        out[start : start + CHUNK] = inside * view.area * k**2 + ring * view.perimeter * k * 1.5
-    return out
 
 
 def flips_of(turn: Array, direction: Array) -> Array:
@@ -173,15 +126,6 @@ def lift(flips: Array, view: np.ndarray, T: Array, camera: Camera, origin: Array
     :return: rotations (2H, 3, 3) and origins (2H, 3) of the frame, first all of one flip.
     """
     rays, focal = normalise(camera, T[:, :2]), np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
-    if COMPILED:
-        out = np.empty((2, len(T), 3, 3)), np.empty((2, len(T), 3))
-        lifting.lift(flips, view, T, rays, focal, origin, *out)
-        return out[0].reshape(-1, 3, 3), out[1].reshape(-1, 3)
-    depth = focal / T[:, 3]
-    t = depth[:, None] * np.column_stack([rays, np.ones(len(rays))])
-    zero = np.zeros(len(T))
-    roll = rotation_from_rotvec(np.column_stack([zero, zero, T[:, 2]]))  # (H, 3, 3)
-    # the flat image plane of the weak perspective stands across the viewing ray, not across the optical axis
-    tilt = rotation_from_rotvec(np.column_stack([-rays[:, 1], rays[:, 0], zero]))
-    R = (tilt @ roll @ flips[:, view]).reshape(-1, 3, 3)
-    return R, np.concatenate([t, t]) + R @ origin
+    out = np.empty((2, len(T), 3, 3)), np.empty((2, len(T), 3))
+    lifting.lift(flips, view, T, rays, focal, origin, *out)
+    return out[0].reshape(-1, 3, 3), out[1].reshape(-1, 3)

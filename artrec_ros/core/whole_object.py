@@ -8,7 +8,6 @@ What is found is refined on all contours together, and judged with the parts tha
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
@@ -16,13 +15,11 @@ from .blobs import Blob, find_blobs
 from .compiled import climbing
 from .compiled.climbing import Value
 from .compiled.geometry import view_of
-from .compiled.jit import COMPILED
 from .config import RecognizerConfig
 from .datatypes import Camera, Target
 from .deadline import Deadline
 from .distinct import apart, best_distinct
 from .evidence import LabelField
-from .local_search import climb, moves_of, sweep
 from .posefit import contour_fit, refine
 from .projection import project
 from .seeds import Seeds
@@ -54,8 +51,6 @@ class WholeObjectFinder:
         markers = target.model.required.markers
         self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
         self._marker_centres = np.array([m.centre for m in markers])
-        self._of_component = np.eye(len(target.model.components))[self.surface.component]  # (P, C)
-        self._marker_of_component = self._of_component * self.surface.is_marker[:, None]
         self._seeds = Seeds(target, self.surface)
 
     def warm_up(self) -> None:
@@ -67,15 +62,15 @@ class WholeObjectFinder:
         for blob in find_blobs(labels, {self.root_label}, RecognizerConfig()):
             self.find_plain(field, camera, blob, clock, lambda _: True)
             self.find(field, camera, blob, clock, lambda _: False)
-            poses = self._seeds.all(field, camera, blob)[:1]  # maybe none: what is compiled need not run
+            poses = self._seeds.all(field, camera, blob, clock)[:1]  # maybe none: what is compiled need not run
             votes = self.votes(field, camera, poses, occlusion=True)
-            self._climb(field, camera, *self._sweep(field, camera, poses, votes), 1, 1.0, clock)
+            self._climb(field, camera, *self._sweep(field, camera, poses, votes, clock), 1, 1.0, clock)
         kin, every = self.surface.kinematics, np.ones((1, len(self.surface.markers)), bool)
         ahead = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), (kin.lower + kin.upper)[None] / 2)
         contour_fit(self.surface, field, camera, ahead, every, 1)
-        frames, points = kin.forward(ahead.R, ahead.t, ahead.q), self.surface.points
-        X = self.surface.place(frames, points, self.surface.component[self.surface.point_patch])
-        self.surface.boxes.hidden(frames, X, self.surface.ignored[self.surface.point_patch])
+        frames, patches = kin.forward(ahead.R, ahead.t, ahead.q), self.surface.markers
+        self.surface.place(frames, self.surface.centre[patches], self.surface.component[patches])
+        self.surface.shown(frames, patches, 1)
 
     def find_plain(
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
@@ -85,7 +80,7 @@ class WholeObjectFinder:
 
         :param is_sure: whether one hypothesis is such an object.
         """
-        poses, votes = self._with_joints(field, camera, self._seeds.few(field, camera, blob))
+        poses, votes = self._with_joints(field, camera, self._seeds.few(field, camera, blob, deadline), deadline)
         if not len(poses) or not is_sure(poses[:1]):
             return poses[:0]
         return self._raised(field, camera, poses, votes, PLAIN_CLIMB, True, deadline)[0]
@@ -94,7 +89,7 @@ class WholeObjectFinder:
         self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline, is_sure: Callable[[Poses], bool]
     ) -> Poses:
         """Hypotheses of which a component made a blob, or part of one, best first."""
-        poses, votes = self._with_joints(field, camera, self._seeds.all(field, camera, blob))
+        poses, votes = self._with_joints(field, camera, self._seeds.all(field, camera, blob, deadline), deadline)
         sure = False
         for climb_of in CLIMBS:
             if deadline.expired or votes.max(initial=0.0) < HOPELESS_VOTES:
@@ -119,40 +114,46 @@ class WholeObjectFinder:
         keep = (apart(poses, votes, RIVAL * votes[0]) if sure else np.flatnonzero(votes > 0))[:count]
         poses, votes = poses[keep], votes[keep]
         # a better pose may show a limb that a worse one missed
-        poses = Poses.concatenate([poses, self.surface.search_joints(field, camera, poses, JOINT_STEP)])
+        poses = Poses.concatenate([poses, self.surface.search_joints(field, camera, poses, JOINT_STEP, deadline)])
         poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=True), count)
-        poses, votes = self._sweep(field, camera, poses, votes)
-        poses, votes = self._with_rival_flips(field, camera, poses, votes)
+        poses, votes = self._sweep(field, camera, poses, votes, deadline)
+        poses, votes = self._with_rival_flips(field, camera, poses, votes, deadline)
         poses, votes = self._climb(field, camera, poses, votes, rounds, spread, deadline)
-        poses, votes = self._fit_all(field, camera, poses)
+        poses, votes = self._fit_all(field, camera, poses, deadline)
         return self._keep(poses, votes, len(poses))
 
-    def _with_joints(self, field: LabelField, camera: Camera, poses: Poses) -> tuple[Poses, Array]:
+    def _with_joints(
+        self, field: LabelField, camera: Camera, poses: Poses, deadline: Deadline
+    ) -> tuple[Poses, Array]:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
-        poses = self.surface.search_joints(field, camera, poses, FIRST_JOINT_STEP)
+        poses = self.surface.search_joints(field, camera, poses, FIRST_JOINT_STEP, deadline)
         poses, votes = self._keep(poses, self.votes(field, camera, poses, occlusion=False), JOINT_KEEP)
-        poses, votes = self._fit_all(field, camera, self._with_flips(poses, votes))
+        poses, votes = self._fit_all(field, camera, self._with_flips(poses, votes), deadline)
         return self._keep(poses, votes, FIT_KEEP)
 
-    def _with_rival_flips(self, field: LabelField, camera: Camera, poses: Poses, votes: Array) -> tuple[Poses, Array]:
+    def _with_rival_flips(
+        self, field: LabelField, camera: Camera, poses: Poses, votes: Array, deadline: Deadline
+    ) -> tuple[Poses, Array]:
         """Add the best one's siblings that come near to it."""
         flips = self._with_flips(poses[:1], votes[:1])[1:]
         if not len(flips):
             return poses, votes
-        flips, flip_votes = self._fit_all(field, camera, flips)
+        flips, flip_votes = self._fit_all(field, camera, flips, deadline)
         flips, flip_votes = self._keep(flips, flip_votes, FLIP_KEEP)
         near = flip_votes > RIVAL * votes[0]
         return Poses.concatenate([poses, flips[near]]), np.concatenate([votes, flip_votes[near]])
 
-    def _sweep(self, field: LabelField, camera: Camera, poses: Poses, votes: Array) -> tuple[Poses, Array]:
+    def _sweep(
+        self, field: LabelField, camera: Camera, poses: Poses, votes: Array, deadline: Deadline
+    ) -> tuple[Poses, Array]:
         """Joints at their best by the votes of the whole object, which know what hides what."""
-        kin = self.surface.kinematics
-        if COMPILED:
-            R, t, q, best = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
-            view, grids = view_of(field, camera), kin.grids(JOINT_STEP)
-            climbing.sweep(self.surface.compiled, kin.chain, view, LIMITS, self._value, grids, R, t, q, best)
-            return Poses(R, t, q), best
-        return sweep(partial(self.votes, field, camera, occlusion=True), kin, poses, votes, JOINT_STEP)
+        kin, view = self.surface.kinematics, view_of(field, camera)
+        moved = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
+        for j, grid in enumerate(kin.grids(JOINT_STEP)):
+            if deadline.expired:
+                break
+            climbing.sweep(self.surface.compiled, kin.chain, view, LIMITS, self._value, j, grid, *moved)
+        return Poses(*moved[:3]), moved[3]
 
     def _climb(
         self,
@@ -164,16 +165,21 @@ class WholeObjectFinder:
         spread: float,
         deadline: Deadline,
     ) -> tuple[Poses, Array]:
-        """Local search on the votes of the whole object."""
-        kin = self.surface.kinematics
-        if COMPILED:
-            moves, view = moves_of(kin, camera), view_of(field, camera)
-            R, t, q, best = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
-            surface, value = self.surface.compiled, self._value
-            climbing.climb(surface, kin.chain, view, LIMITS, value, moves, rounds, spread, R, t, q, best)
-            return Poses(R, t, q), best
-        votes_of = partial(self.votes, field, camera, occlusion=True)
-        return climb(votes_of, kin, camera, poses, votes, rounds, spread, deadline)
+        """Local search on the votes of the whole object: no hypothesis gets worse, and the clock ends it.
+
+        :param spread: first steps, in the units of `climbing`.
+        """
+        kin, view = self.surface.kinematics, view_of(field, camera)
+        focal = float(np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]))
+        moves = climbing.Moves(focal, kin.lower, kin.upper, kin.unit, kin.endless)
+        moved = poses.R.copy(), poses.t.copy(), poses.q.copy(), votes.copy()
+        steps, surface = np.full((len(poses), 6 + kin.n_joints), spread), self.surface.compiled
+        for _ in range(rounds):
+            if deadline.expired:
+                break
+            if not climbing.climb(surface, kin.chain, view, LIMITS, self._value, moves, steps, *moved):
+                break
+        return Poses(*moved[:3]), moved[3]
 
     def judge(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> PatchScores:
         """What the labels say of every patch under each hypothesis."""
@@ -181,8 +187,6 @@ class WholeObjectFinder:
 
     def votes(self, field: LabelField, camera: Camera, poses: Poses, *, occlusion: bool) -> Array:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
-        if not COMPILED:
-            return self.total(self.judge(field, camera, poses, occlusion=occlusion))
         surface, view, out = self.surface, view_of(field, camera), np.empty(len(poses))
         value = self._value._replace(occlusion=occlusion)
         R, t, q = poses.R, poses.t, poses.q
@@ -191,10 +195,9 @@ class WholeObjectFinder:
 
     def total(self, scores: PatchScores) -> Array:
         """(H,) votes of whole objects from what is said of all their patches."""
-        votes = scores.votes @ self._of_component  # (H, C)
-        hidden = -HIDDEN_COST * scores.area_px @ self._marker_of_component
-        hidden[:, self.root] = -np.inf
-        return np.maximum(votes, hidden).sum(axis=1)
+        out = np.empty(len(scores.votes))
+        climbing.totals(self.surface.compiled, self._value, scores.votes, scores.area_px, out)
+        return out
 
     def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
         """(H,) bool: whose required component would cover that of `one` in the image."""
@@ -225,10 +228,14 @@ class WholeObjectFinder:
         t, q = centre - (R @ centroid[..., None])[..., 0], np.broadcast_to(p.q, (len(R), *p.q.shape))
         return Poses.concatenate([poses, Poses(R[facing], t[facing], q[facing])])
 
-    def _fit_all(self, field: LabelField, camera: Camera, poses: Poses) -> tuple[Poses, Array]:
+    def _fit_all(
+        self, field: LabelField, camera: Camera, poses: Poses, deadline: Deadline
+    ) -> tuple[Poses, Array]:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
         scores = self.judge(field, camera, poses, occlusion=True)
-        fitted = refine(self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX)
+        fitted = refine(
+            self.surface, field, camera, poses, self.supported(scores), FINE_REACH_PX, deadline=deadline
+        )
         votes = np.concatenate([self.total(scores), self.votes(field, camera, fitted, occlusion=True)])
         return Poses.concatenate([poses, fitted]), votes
 

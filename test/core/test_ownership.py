@@ -6,6 +6,7 @@ from solids import BENT, BLUE, RED, camera_of, chain, jolted, pose, render, truc
 
 from artrec_ros.core.claims import silhouette
 from artrec_ros.core.datatypes import Target
+from artrec_ros.core.deadline import Deadline
 from artrec_ros.core.evidence import LabelField
 from artrec_ros.core.ownership import share_out
 from artrec_ros.core.spatial import Poses
@@ -41,7 +42,7 @@ def everything(verdict):
 def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
     field = image_of_two()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
-    accepted, _ = share_out([(finder, candidates(finder, field, crowd(seed)))], field, CAMERA, LEAST, everything)
+    accepted, _ = share_out([(finder, candidates(finder, field, crowd(seed)))], field, CAMERA, LEAST, everything, Deadline())
     assert len(accepted) == 2
     for truth in (LEFT, RIGHT):
         assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
@@ -60,7 +61,7 @@ def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, mee
     field = LabelField(render(CAMERA, [(TRUCK, near, RED), (TRUCK, far, RED)]))
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
     poses = Poses.concatenate([near, far])
-    accepted, _ = share_out([(finder, candidates(finder, field, poses))], field, CAMERA, LEAST, everything)
+    accepted, _ = share_out([(finder, candidates(finder, field, poses))], field, CAMERA, LEAST, everything, Deadline())
     assert len(accepted) == 2
     before = [v.claim.votes for v in accepted]
     assert before == sorted(before, reverse=True)
@@ -78,10 +79,10 @@ def test_targets_compete_for_pixels():
     field = image_of_two()
     finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
     found = [(f, candidates(f, field, crowd())) for f in finders]
-    accepted, _ = share_out(found, field, CAMERA, LEAST, everything)
+    accepted, _ = share_out(found, field, CAMERA, LEAST, everything, Deadline())
     assert len(accepted) == 2
     blue = WholeObjectFinder(Target("blue", TRUCK, BLUE))
-    accepted, _ = share_out([(blue, candidates(blue, field, crowd()))], field, CAMERA, LEAST, everything)
+    accepted, _ = share_out([(blue, candidates(blue, field, crowd()))], field, CAMERA, LEAST, everything, Deadline())
     assert accepted == []
 
 
@@ -89,10 +90,10 @@ def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
     field = image_of_two()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
     found = [(finder, candidates(finder, field, crowd()))]
-    accepted, others = share_out(found, field, CAMERA, LEAST, lambda verdict: False)
+    accepted, others = share_out(found, field, CAMERA, LEAST, lambda verdict: False, Deadline())
     assert accepted == [] and len(others) == 2
     left_only = lambda verdict: verdict.claim.poses.t[0, 0] < 0  # noqa: E731
-    accepted, others = share_out(found, field, CAMERA, LEAST, left_only)
+    accepted, others = share_out(found, field, CAMERA, LEAST, left_only, Deadline())
     assert len(accepted) == 1 and len(others) == 1
     assert accepted[0].claim.poses.t[0, 0] < 0 < others[0].claim.poses.t[0, 0]
     whole = finder.votes(field, CAMERA, others[0].claim.poses, occlusion=True)[0]
@@ -104,10 +105,10 @@ def test_nothing_found_gives_nothing():
     finder = WholeObjectFinder(Target("chain", chain(), RED))
     none = pose(model=chain())[np.zeros(0, int)]
     for found in ([], [(finder, none)]):
-        accepted, others = share_out(found, field, CAMERA, LEAST, everything)
+        accepted, others = share_out(found, field, CAMERA, LEAST, everything, Deadline())
         assert list(accepted) == list(others) == []
     far_off = candidates(finder, field, pose(5.0, model=chain()))
-    accepted, others = share_out([(finder, far_off)], field, CAMERA, LEAST, everything)
+    accepted, others = share_out([(finder, far_off)], field, CAMERA, LEAST, everything, Deadline())
     assert list(accepted) == list(others) == []
 
 
@@ -119,7 +120,7 @@ def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
     judge = finder.judge
     monkeypatch.setattr(finder, "judge", lambda f, c, poses, **k: judged.append(len(poses)) or judge(f, c, poses, **k))
     poses = Poses.concatenate([LEFT, RIGHT, jolted(np.random.default_rng(1), LEFT, 3, 0.002, 0.02, 0.02)])
-    accepted, _ = share_out([(finder, poses)], field, camera, LEAST, everything)
+    accepted, _ = share_out([(finder, poses)], field, camera, LEAST, everything, Deadline())
     assert len(accepted) == 2
     assert judged == [5, 3]  # all of them; then the left one's rivals
 
@@ -130,5 +131,5 @@ def test_claims_keep_their_order_when_some_are_judged_again():
     finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
     far = pose(-0.25, -0.02, 2.2, 0.3, model=TRUCK)  # behind the left one: its votes fall when that owns its pixels
     found = [(finders[0], RIGHT), (finders[1], Poses.concatenate([LEFT, far, RIGHT]))]
-    accepted, _ = share_out(found, field, CAMERA, LEAST, everything)
+    accepted, _ = share_out(found, field, CAMERA, LEAST, everything, Deadline())
     assert [v.claim.finder.target.name for v in accepted if v.claim.poses.t[0, 0] > 0] == ["one"]

@@ -1,4 +1,4 @@
-"""Local search on the votes, a hypothesis and a try at a time."""
+"""Local search of a pose and joints on the votes themselves, which see bodies and what hides what."""
 
 from __future__ import annotations
 
@@ -13,9 +13,13 @@ from .jit import jit, lean
 from .scoring import score_hypothesis
 from .surface import Limits, Room, Surface, room_of
 
+STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT = 1.5, 0.03, 0.12, 0.15  # what a parameter's steps are measured in
+LENGTHEN, TURN = 1.6, -0.7  # of a parameter's step after it helped, and after it did not
+LEAST_STEP = 0.01  # a shorter one is not taken: a fit to the contours goes there in one step
+
 
 class Value(NamedTuple):
-    """How patches' votes add up: `WholeObjectFinder.total`."""
+    """How patches' votes add up to a whole object's."""
 
     n_components: int
     root: int
@@ -24,15 +28,8 @@ class Value(NamedTuple):
 
 
 class Moves(NamedTuple):
-    """The steps of `local_search`, and the joints' limits."""
+    """What a step needs to know of the camera and of the joints."""
 
-    px: float
-    depth: float
-    rad: float
-    joint: float
-    lengthen: float
-    turn: float
-    least: float
     focal: float
     lower: Any  # (J,)
     upper: Any
@@ -63,34 +60,56 @@ class Tried(NamedTuple):
 
 
 @lean
-def total_votes(s: Surface, patches: Any, view: View, limits: Limits, value: Value, body: Body, room: Room) -> float:
-    """Votes of a whole placed object; a component that speaks against itself counts as hidden, at a price."""
-    hidden = value.occlusion
-    score_hypothesis(s, body.R, body.t, patches, view, limits, hidden, room, body.votes, body.area_px, body.agree)
-    body.sums[:] = 0.0
-    for p in range(len(patches)):
+def total(s: Surface, value: Value, votes: Any, area_px: Any, sums: Any) -> float:
+    """Votes of a whole object from those of its patches (P,); a component that speaks against itself counts as hidden,
+    at a price.
+
+    :param sums: (2, C) scratch.
+    """
+    sums[:] = 0.0
+    for p in range(len(votes)):
         c = s.component[p]
-        body.sums[0, c] += body.votes[p]
+        sums[0, c] += votes[p]
         if s.marker_of[p] >= 0:
-            body.sums[1, c] += body.area_px[p]
-    total = 0.0
+            sums[1, c] += area_px[p]
+    whole = 0.0
     for c in range(value.n_components):
-        votes = body.sums[0, c]
-        total += votes if c == value.root else max(votes, -value.hidden_cost * body.sums[1, c])
-    return total
+        whole += sums[0, c] if c == value.root else max(sums[0, c], -value.hidden_cost * sums[1, c])
+    return whole
+
+
+@jit
+def totals(s: Surface, value: Value, votes: Any, area_px: Any, out: Any) -> None:
+    """Fill out (H,) with the votes of whole objects from those of their patches (H, P)."""
+    sums = np.empty((2, value.n_components))
+    for h in range(len(out)):
+        out[h] = total(s, value, votes[h], area_px[h], sums)
+
+
+@lean
+def whole_votes(
+    s: Surface, patches: Any, chain: Chain, R: Any, t: Any, q: Any, view: View, limits: Limits, value: Value,
+    body: Body, room: Room,
+) -> float:  # fmt: skip
+    """Votes of a whole object under one hypothesis (3, 3), (3,), (J,)."""
+    place_all(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
+    score_hypothesis(
+        s, body.R, body.t, patches, view, limits, value.occlusion, room, body.votes, body.area_px, body.agree
+    )
+    return total(s, value, body.votes, body.area_px, body.sums)
 
 
 @lean
 def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
-    """A try: `local_search._stepped` of one hypothesis."""
+    """Step by z (6 + J,), in units of STEP_PX and the like: across the ray and along it, turned, bent."""
     t_new, q_new = tried.t, tried.q
-    near = 1 + m.depth * z[2]
-    across = m.px / m.focal * t[2]
+    near = 1 + STEP_DEPTH * z[2]
+    across = STEP_PX / m.focal * t[2]
     t_new[0], t_new[1], t_new[2] = t[0] * near + across * z[0], t[1] * near + across * z[1], t[2] * near
     copy_rotation(R, tried.R)
-    turn_by(m.rad * z[3], m.rad * z[4], m.rad * z[5], tried.R, tried.scratch)
+    turn_by(STEP_RAD * z[3], STEP_RAD * z[4], STEP_RAD * z[5], tried.R, tried.scratch)
     for j in range(len(q)):
-        value = q[j] + m.joint * m.unit[j] * z[6 + j]
+        value = q[j] + STEP_JOINT * m.unit[j] * z[6 + j]
         if m.endless[j]:
             value = m.lower[j] + (value - m.lower[j]) % (2 * math.pi)
         else:
@@ -112,83 +131,61 @@ def body_of(s: Surface, value: Value, n_joints: int) -> Body:
 def votes_of(
     s: Surface, chain: Chain, view: View, limits: Limits, value: Value, R: Any, t: Any, q: Any, out: Any
 ) -> None:
-    """Fill out (H,) with the votes of hypotheses R (H, 3, 3), t (H, 3), q (H, J) as `WholeObjectFinder.votes` does."""
+    """Fill out (H,) with the votes of hypotheses R (H, 3, 3), t (H, 3), q (H, J)."""
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
     for h in range(len(R)):
-        place_all(chain, R[h], t[h], q[h], body.R, body.t, body.joints[0], body.joints[1], body.scratch)
-        out[h] = total_votes(s, patches, view, limits, value, body, room)
+        out[h] = whole_votes(s, patches, chain, R[h], t[h], q[h], view, limits, value, body, room)
 
 
 @jit
 def sweep(
-    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, grid: Any, R: Any, t: Any, q: Any, votes: Any
-) -> None:
-    """Move each joint of hypotheses R (H, 3, 3), t (H, 3), q (H, J) to its best value in `grid` (J, n), one after the
-    other, as `local_search.sweep` does; NaN ends a joint's row."""
+    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, j: int, grid: Any, R: Any, t: Any, q: Any,
+    votes: Any,
+) -> None:  # fmt: skip
+    """Move joint `j` of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,) to the best of the values in
+    `grid`, where one is better; NaN ends them."""
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
     for h in range(len(R)):
-        votes[h] = _sweep_one(s, patches, chain, view, limits, value, grid, R[h], t[h], q[h], votes[h], body, room)
-
-
-@lean
-def _sweep_one(
-    s: Surface, patches: Any, chain: Chain, view: View, limits: Limits, value: Value, grid: Any,
-    R: Any, t: Any, q: Any, votes: float, body: Body, room: Room,
-) -> float:  # fmt: skip
-    for j in range(len(q)):
-        best = q[j]
-        for at in grid[j]:
+        best = q[h, j]
+        for at in grid:
             if math.isnan(at):
                 break
-            q[j] = at
-            place_all(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
-            found = total_votes(s, patches, view, limits, value, body, room)
-            if found > votes:
-                votes, best = found, at
-        q[j] = best
-    return votes
+            q[h, j] = at
+            found = whole_votes(s, patches, chain, R[h], t[h], q[h], view, limits, value, body, room)
+            if found > votes[h]:
+                votes[h], best = found, at
+        q[h, j] = best
 
 
 @jit
 def climb(
-    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, rounds: int, spread: float,
-    R: Any, t: Any, q: Any, votes: Any,
-) -> None:  # fmt: skip
-    """Move hypotheses R (H, 3, 3), t (H, 3), q (H, J) to better ones nearby, as `local_search.climb` does."""
+    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, steps: Any, R: Any, t: Any, q: Any,
+    votes: Any,
+) -> bool:  # fmt: skip
+    """One round of steps of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one parameter after the
+    other; whether any step was long enough to be taken.
+
+    A step that helps is kept, and the parameter's next one is longer; one that does not is turned round and shortened
+    (Rosenbrock 1960, along the parameters' own axes throughout).
+
+    :param steps: (H, 6 + J) the next one of each parameter, in units of STEP_PX and the like.
+    """
     patches, room, body, n_joints = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1]), q.shape[1]
     tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(n_joints), np.empty((3, 3, 3)))
-    steps, step = np.empty(6 + n_joints), np.zeros(6 + n_joints)
+    step, any_taken = np.zeros(6 + n_joints), False
     for h in range(len(R)):
-        steps[:] = spread
-        votes[h] = _climb_one(
-            s, patches, chain, view, limits, value, m, rounds, steps, step,
-            R[h], t[h], q[h], votes[h], tried, body, room,
-        )  # fmt: skip
-
-
-@lean
-def _climb_one(
-    s: Surface, patches: Any, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, rounds: int,
-    steps: Any, step: Any, R: Any, t: Any, q: Any, votes: float, tried: Tried, body: Body, room: Room,
-) -> float:  # fmt: skip
-    """:param steps: (6 + J,) the first one of each parameter; step: (6 + J,) zeros."""
-    for _ in range(rounds):
-        over = True
-        for k in range(len(steps)):
-            if abs(steps[k]) < m.least:
+        for k in range(6 + n_joints):
+            if abs(steps[h, k]) < LEAST_STEP:
                 continue
-            over = False
-            step[k] = steps[k]
-            move(m, step, R, t, q, tried)
+            any_taken = True
+            step[k] = steps[h, k]
+            move(m, step, R[h], t[h], q[h], tried)
             step[k] = 0.0
-            place_all(chain, tried.R, tried.t, tried.q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
-            found = total_votes(s, patches, view, limits, value, body, room)
-            steps[k] *= m.lengthen if found > votes else m.turn
-            if found > votes:
-                votes = found
-                copy_frame(tried.R, tried.t, R, t)
-                for j in range(len(q)):
-                    q[j] = tried.q[j]
-        if over:
-            break
-    return votes
+            found = whole_votes(s, patches, chain, tried.R, tried.t, tried.q, view, limits, value, body, room)
+            steps[h, k] *= LENGTHEN if found > votes[h] else TURN
+            if found > votes[h]:
+                votes[h] = found
+                copy_frame(tried.R, tried.t, R[h], t[h])
+                for j in range(n_joints):
+                    q[h, j] = tried.q[j]
+    return any_taken

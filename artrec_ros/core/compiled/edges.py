@@ -13,7 +13,7 @@ OWN, KNOWN, SILENT = 0, 1, 2  # kinds of labels along a marker's normal: its own
 
 
 class EdgeTerms(NamedTuple):
-    """The constants of `edges.find_edges`, and what it is told of each of the steps of a fit."""
+    """What `find_edges` is told once, and of each of the steps of a fit."""
 
     reach: Any  # (steps,)
     step_in: float  # factors on the likelihood of a boundary one place further out, by the label passed
@@ -81,7 +81,13 @@ def look_along(k: int, reach: int, e: EdgeTerms, view: View, room: EdgeRoom) -> 
 
 @inlined
 def find_edges(k: int, e: EdgeTerms, step: int, view: View, room: EdgeRoom) -> None:
-    """`edges.find_edges` of marker `k`, whose contour is room.outline: fill room.edge and room.weight."""
+    """Where the boundary of marker `k`'s class crosses the normals of its contour, which is room.outline: fill
+    room.edge with signed distances along the normals, and room.weight with inverse variances (0: no edge).
+
+    The labels along each normal, up to a step's `reach` in and out, are explained by every place of the boundary; the
+    edge is the mean of these places under their likelihood, so it comes to lie in the middle of a seam of unknown
+    pixels between two classes. Where only unknown pixels follow, half the usual seam is added.
+    """
     reach, prior = e.reach[step], e.prior[step]
     look_along(k, reach, e, view, room)
     inner, outer, last, silent, seam = room.flags[0], room.flags[1], room.flags[2], room.flags[3], room.flags[4]

@@ -78,7 +78,7 @@ def normal_equations(
     s: Surface, markers: Any, use: Any, R: Any, t: Any, motion: Motion, e: EdgeTerms, step: int, view: View,
     least_cosine: float, A: Any, b: Any, columns: Any, room: EdgeRoom,
 ) -> None:  # fmt: skip
-    """Fill A (6 + J, 6 + J), b (6 + J,) of one hypothesis as `posefit._normal_equations` does.
+    """Fill A (6 + J, 6 + J), b (6 + J,) of one hypothesis: weighted sums over the points of all its markers in use.
 
     :param markers: (M,) their patches; use: (M,) bool; R, t: (C, ...) frames.
     :param columns: int64 scratch, (6 + J,).

@@ -58,7 +58,7 @@ def padded_pixel(x: float, y: float, view: View) -> Any:
 
 @lean
 def project(x: float, y: float, z: float, view: View) -> tuple[float, float]:
-    """`projection.project` of one point."""
+    """Pixel of one point in the camera's frame; nearer ones are pushed to a millimetre."""
     z = max(z, 1e-3)
     u, v = x / z, y / z
     if view.bent:

@@ -50,7 +50,8 @@ class Look(NamedTuple):
 def score_similarity(
     x0: float, y0: float, a: float, b: float, m: Bank, v: int, look: Look, view: View, wanted: float, at: Any
 ) -> float:
-    """`views.score_view` of the similarity p -> (x0, y0) + (a -b; b a) p; -inf where it is below `wanted`.
+    """Summed votes of pixels inside a view's outline and in a ring just outside of it, under the similarity
+    p -> (x0, y0) + (a -b; b a) p; -inf where they are below `wanted`.
 
     :param at: scratch for pixels, of the samples looked at together, and of the contour's.
     """
@@ -139,8 +140,9 @@ def best_alignments(
     T: Any, score: Any, of: Any,
 ) -> int:  # fmt: skip
     """Fill T (N, 4), score (N,) and of (N,) with the best of each view's best similarities: of
-    `views.moment_alignments` and of all couples of anchors (p1, p2). Says how many have `least_share` of the best one's
-    score, which may be fewer than N.
+    those that bring area, centroid and principal axis together, in the axis' four turns, and of all couples of anchors
+    (p1, p2), of which both contours' run the same way round. Says how many have `least_share` of the best one's score,
+    which may be fewer than N.
 
     :param at: scratch, see `score_similarity`; kept: scratch.
     """

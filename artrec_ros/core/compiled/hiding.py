@@ -1,12 +1,12 @@
-"""What boxes hide from the camera: of one patch after another, and of any points (twin of `occlusion.Boxes.hidden`)."""
+"""What boxes hide from the camera, one patch after another."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from .geometry import turned
-from .jit import inlined, lean
-from .surface import Room, Surface
+from .jit import inlined, jit
+from .surface import Room, Surface, aspect, points_of, room_of
 
 
 @inlined
@@ -105,24 +105,21 @@ def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room) -> 
     return n
 
 
-@lean
-def hidden(R: Any, eye: Any, half: Any, X: Any, ignored: Any, end: float, out: Any) -> None:
-    """Fill out (H, n) with which of the points X (H, n, 3) one of B boxes hides (slab test).
+@jit
+def shown_points(s: Surface, R: Any, t: Any, patches: Any, end: float, out: Any) -> None:
+    """Fill out (H, P, n) with which of the first n points of patches no box hides; R (H, C, 3, 3), t (H, C, 3).
 
-    :param R: (H, B, 3, 3) of the boxes, transposed; eye: (H, B, 3) the camera's centre in their frames; half: (B, 3).
-    :param ignored: (n, B) boxes that cannot hide a point.
+    :param patches: (P,) that face the camera: of others a box behind may be left out.
     :param end: share of the way to a point beyond which a box no longer hides it.
     """
-    for h in range(len(X)):
-        for i in range(X.shape[1]):
-            out[h, i] = False
-            for b in range(len(half)):
-                if ignored[i, b] or out[h, i]:
-                    continue
-                ray = turned(R[h, b], X[h, i])
-                enter, leave = 0.0, end
-                for axis in range(3):
-                    along = 1.0 / (ray[axis] if abs(ray[axis]) >= 1e-9 else 1e-9)
-                    near, far = (-half[b, axis] - eye[h, b, axis]) * along, (half[b, axis] - eye[h, b, axis]) * along
-                    enter, leave = max(enter, min(near, far)), min(leave, max(near, far))
-                out[h, i] = enter < leave
+    room = room_of(s)
+    for h in range(len(R)):
+        boxes_in_camera(s, R[h], t[h], room.box_rotation, room.eye, room.middle)
+        for column in range(len(patches)):
+            p = patches[column]
+            A, b = R[h, s.component[p]], t[h, s.component[p]]
+            _, mx, my, mz = aspect(s, p, A, b)
+            n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room)
+            hide(s, A, b, points_of(s, p), room, n_near, end)
+            for i in range(out.shape[2]):
+                out[h, column, i] = not room.hidden[i]

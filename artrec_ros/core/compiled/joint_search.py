@@ -101,7 +101,8 @@ def search_one(
 def search_joints(
     s: Surface, chain: Chain, R: Any, t: Any, q: Any, grids: Any, view: View, limits: Limits
 ) -> None:
-    """Fill q (H, J) of hypotheses R (H, 3, 3), t (H, 3) as `SpatialModel.search_joints` does; `grids`: (J, n)."""
+    """Fill q (H, J) of hypotheses R (H, 3, 3), t (H, 3) with the values in `grids` (J, n; NaN ends a row) at which the
+    labels like each component best, parents first."""
     n_c = len(chain.parent)
     order = np.argsort(s.component, kind="mergesort")
     starts = np.searchsorted(s.component[order], np.arange(n_c + 1))

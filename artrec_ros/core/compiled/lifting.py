@@ -14,7 +14,9 @@ from .jit import jit
 
 @jit
 def lift(flips: Any, view: Any, T: Any, rays: Any, focal: float, origin: Any, R: Any, t: Any) -> None:
-    """Fill R (2, H, 3, 3), t (2, H, 3) as `views.lift` does.
+    """Fill R (2, H, 3, 3), t (2, H, 3) with both poses of similarities of views.
+
+    The flat image plane of the weak perspective stands across the viewing ray, not across the optical axis.
 
     :param flips: (2, V, 3, 3); view: (H,); T: (H, 4); rays: (H, 2) of the similarities' centres, at depth 1.
     :param origin: (3,).

@@ -30,7 +30,7 @@ class Joints(NamedTuple):
 
 
 class StepTerms(NamedTuple):
-    """The constants of `posefit._step`: of the shift, and of turns and joints."""
+    """What bounds a step: of the shift, and of turns and joints."""
 
     sigma_px: float
     damping: Any  # (2,) a step's standard deviation, in each parameter's unit
@@ -71,7 +71,8 @@ def solve(A: Any, b: Any, x: Any, first: Any) -> None:
 def step(
     A: Any, b: Any, free: Any, joints: Joints, m: StepTerms, R: Any, t: Any, q: Any, x: Any, first: Any, scratch: Any
 ) -> None:
-    """Move one hypothesis R (3, 3), t (3,), q (J,) as `posefit._hold` and `_step` do; free (J,) bool."""
+    """Move one hypothesis R (3, 3), t (3,), q (J,) by a damped and bounded Gauss-Newton step, joints within their
+    limits; free (J,) bool."""
     n, n_joints, depth = len(b), len(q), max(t[2], 0.05)
     for j in range(n_joints):
         A[6 + j, 6 + j] += joints.weight[j] + (0.0 if free[j] else joints.pin)
@@ -102,7 +103,7 @@ def refine(
     s: Surface, chain: Chain, joints: Joints, markers: Any, use: Any, free: Any, e: EdgeTerms, m: StepTerms, view: View,
     least_cosine: float, R: Any, t: Any, q: Any,
 ) -> None:  # fmt: skip
-    """Fit hypotheses R (H, 3, 3), t (H, 3), q (H, J) in place as `posefit.refine` does.
+    """Fit hypotheses R (H, 3, 3), t (H, 3), q (H, J) in place; one that uses no marker stays.
 
     :param use: (H, M) bool; free: (H, J) bool.
     """

@@ -37,7 +37,7 @@ def score_patches(
     s: Surface, chain: Chain, R: Any, t: Any, q: Any, patches: Any, view: View, limits: Limits, occlusion: bool,
     votes: Any, area_px: Any, agree: Any,
 ) -> None:  # fmt: skip
-    """Fill votes, area_px, agree (H, P) of hypotheses R (H, 3, 3), t (H, 3), q (H, J) as `SpatialModel.score` does."""
+    """Fill votes, area_px, agree (H, P) of hypotheses R (H, 3, 3), t (H, 3), q (H, J): see `spatial.PatchScores`."""
     room, scratch, n_c = room_of(s), np.empty((3, 3, 3)), len(chain.parent)
     frames_R, frames_t, joints = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, q.shape[1], 3))
     for h in range(len(R)):

@@ -1,4 +1,4 @@
-"""Gaps between a class and the next: twin of `LabelField._gaps_px`."""
+"""Gaps between a class and the next."""
 
 from __future__ import annotations
 

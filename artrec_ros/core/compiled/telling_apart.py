@@ -18,7 +18,7 @@ def cell(value: float) -> int:
 
 @jit
 def fill_cells(R: Any, t: Any, place: float, depth: float, turn: float, out: Any) -> None:
-    """`distinct.pose_cells` of one hypothesis R (3, 3), t (3,)."""
+    """Nine whole numbers of one hypothesis R (3, 3), t (3,), equal where refinement would bring two to one place."""
     z = max(t[2], 1e-6)
     out[0], out[1], out[2] = cell(t[0] / z / place), cell(t[1] / z / place), cell(math.log(z) / depth)
     for i in range(3):

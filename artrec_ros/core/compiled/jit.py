@@ -10,7 +10,6 @@ from typing import Any
 
 import numba
 
-COMPILED = True
 LANES = 8  # numbers in a vector instruction
 _MATH = {"contract", "reassoc", "arcp", "nsz"}  # sums may be reordered; NaN keeps its meaning
 _OPTIONS = {"nogil": True, "fastmath": _MATH, "error_model": "numpy"}

@@ -21,7 +21,12 @@ from unittest import mock
 import numpy as np
 import yaml
 
-from artrec_ros.core import acceptance, bank, evidence, seeds, spatial_search, surface, whole_object
+from artrec_ros.core import evidence, spatial_search
+from artrec_ros.core.model import surface
+from artrec_ros.core.pose import finder as whole_object
+from artrec_ros.core.pose import seeds
+from artrec_ros.core.pose import view_bank as bank
+from artrec_ros.core.verdict import acceptance
 from artrec_ros.tools.main import main
 
 COLUMNS = {

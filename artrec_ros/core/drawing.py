@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .datatypes import Camera, Detection, FrameResult, Instance, Rejection
-from .transforms import Array
+from .geometry.camera import Camera
+from .geometry.transforms import Array
+from .model.found import Detection, FrameResult, Instance, Rejection
 
 Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]

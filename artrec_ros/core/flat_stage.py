@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .blobs import Blob
-from .candidates import Roles, ShapeOf, candidates_of_roles
-from .config import RecognizerConfig
-from .contour_map import ContourMap
-from .datatypes import Detection, Rejection, Target
-from .deadline import Deadline
-from .deferred import Deferred
-from .grouping import GroupSearch
-from .matching import Matches, find_matches
-from .paper import align_literally, group_literally
-from .report import detections_of, rejections_of
-from .shapes import Shape
-from .solution import solve
+from .alignment.contour_map import ContourMap
+from .alignment.matching import Matches, find_matches
+from .alignment.shapes import Shape
+from .base.config import RecognizerConfig
+from .base.deadline import Deadline
+from .base.deferred import Deferred
+from .grouping.candidates import Roles, ShapeOf, candidates_of_roles
+from .grouping.group_search import GroupSearch
+from .grouping.paper import align_literally, group_literally
+from .grouping.solution import solve
+from .image.blobs import Blob
+from .model.found import Detection, Rejection
+from .model.target import Target
+from .verdict.report import detections_of, rejections_of
 
 
 class FlatStage:

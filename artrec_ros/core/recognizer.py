@@ -10,16 +10,18 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .blobs import find_blobs
-from .classify import Classifier
-from .config import RecognizerConfig
-from .constraints import ConstraintSet
-from .datatypes import Camera, FrameResult, Rejection, Target
-from .deadline import Deadline
-from .deferred import Deferred
-from .errors import ConfigError
+from .base.config import RecognizerConfig
+from .base.deadline import Deadline
+from .base.deferred import Deferred
+from .base.errors import ConfigError
+from .constraints.constraint_set import ConstraintSet
 from .flat_stage import FlatStage
+from .geometry.camera import Camera
+from .image.blobs import find_blobs
+from .model.found import FrameResult, Rejection
+from .model.target import Target
 from .spatial_stage import SpatialStage
+from .verdict.classify import Classifier
 from .warm_up import warm_up_flat_stage
 
 _ALIGNMENT = 0.7  # of the time that is left may go into alignment

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 
-from .acceptance import Verdict, verdict_of
-from .blobs import Blob
-from .claims import claims_of, silhouette
-from .datatypes import Camera
-from .deadline import Deadline
-from .evidence import LabelField
-from .spatial import Poses
-from .whole_object import WholeObjectFinder
+from .base.deadline import Deadline
+from .geometry.camera import Camera
+from .image.blobs import Blob
+from .image.label_field import LabelField
+from .pose.finder import WholeObjectFinder
+from .pose.surface_model import Poses
+from .verdict.acceptance import Verdict, verdict_of
+from .verdict.claims import claims_of, silhouette
 
 SURE = 0.999  # trust in an object whose pixels are not searched for others
 LIKELY = 0.995  # in one whose blobs need not be looked at again
@@ -36,9 +36,7 @@ class SpatialSearch:
         # found, and whether sure; its pixels are still in the fields
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
-    def run(
-        self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]
-    ) -> list[tuple[WholeObjectFinder, Poses]]:
+    def run(self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of each target: first objects in plain view, then what takes more to find; the largest blobs
         first."""
         queue = [(f, b) for f in finders for b in blobs if b.label == f.root_label]

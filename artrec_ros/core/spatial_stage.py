@@ -6,17 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .acceptance import Verdict
-from .blobs import Blob
-from .config import RecognizerConfig
-from .datatypes import Camera, Detection, Rejection, Target
-from .deadline import Deadline
-from .descriptions import Describer
-from .evidence import LabelField
-from .ownership import share_out
-from .projection import project
+from .base.config import RecognizerConfig
+from .base.deadline import Deadline
+from .geometry.camera import Camera
+from .geometry.projection import project
+from .image.blobs import Blob
+from .image.label_field import LabelField
+from .model.found import Detection, Rejection
+from .model.target import Target
+from .pose.finder import WholeObjectFinder
 from .spatial_search import SpatialSearch
-from .whole_object import WholeObjectFinder
+from .verdict.acceptance import Verdict
+from .verdict.descriptions import Describer
+from .verdict.ownership import share_out
 
 _SEARCH = 0.9  # of the time that is left may go into the search; the rest is for judging what it found
 

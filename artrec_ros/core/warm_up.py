@@ -7,16 +7,16 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from .blobs import find_blobs
-from .config import RecognizerConfig
-from .constraints import ConstraintSet
-from .datatypes import Target
-from .deadline import Deadline
+from .base.config import RecognizerConfig
+from .base.deadline import Deadline
+from .constraints.constraint_set import ConstraintSet
+from .constraints.intervals import Interval
+from .constraints.pairs import PairConstraint
 from .flat_stage import FlatStage
-from .intervals import Interval
-from .objects import Component, Marker, ObjectModel
-from .packing import pack
-from .pairs import PairConstraint
+from .grouping.packing import pack
+from .image.blobs import find_blobs
+from .model.objects import Component, Marker, ObjectModel
+from .model.target import Target
 
 _SIDE_PX = 24
 

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.datatypes import Instance
-from ..core.errors import ConfigError
-from ..core.objects import Marker, ObjectModel
-from ..core.transforms import Array
+from ..core.base.errors import ConfigError
+from ..core.geometry.transforms import Array
+from ..core.model.found import Instance
+from ..core.model.objects import Marker, ObjectModel
 from .files import Value, nearest, read_text
 
 Key = tuple[str, str]  # (component, marker)

@@ -6,8 +6,8 @@ import dataclasses
 from collections.abc import Iterator
 from itertools import islice
 
-from ..core.datatypes import Camera
-from ..core.errors import ConfigError, ImageError, SourceError
+from ..core.base.errors import ConfigError, ImageError, SourceError
+from ..core.geometry.camera import Camera
 from .bags import Bag
 from .frames import Frame, Part, Source, SourceOptions
 from .images import Image

@@ -14,9 +14,9 @@ from rosbags.interfaces import Nodetype
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from ..core.datatypes import Camera
-from ..core.errors import SourceError
-from ..core.transforms import Pose
+from ..core.base.errors import SourceError
+from ..core.geometry.camera import Camera
+from ..core.geometry.transforms import Pose
 from .messages import Message, header, pose_array
 
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}

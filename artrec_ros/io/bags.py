@@ -23,7 +23,7 @@ from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.typesys import Stores, get_typestore
 
-from ..core.errors import ImageError, SourceError
+from ..core.base.errors import ImageError, SourceError
 from .recovery import RawMessage, scan
 
 if sys.version_info >= (3, 14):

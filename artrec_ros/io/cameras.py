@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from ..core.datatypes import Camera
-from ..core.errors import ConfigError
-from ..core.transforms import Array
+from ..core.base.errors import ConfigError
+from ..core.geometry.camera import Camera
+from ..core.geometry.transforms import Array
 from .files import load_value
 
 # distortion model -> the numbers of coefficients it may have; OpenCV orders them alike

@@ -7,8 +7,8 @@ from typing import Any
 
 import yaml
 
-from ..core.config import ClassConfig, ImageConfig
-from ..core.errors import ConfigError
+from ..core.base.config import ClassConfig, ImageConfig
+from ..core.base.errors import ConfigError
 
 _HEADER = (
     "# Written by artrec learn-colours: reference colours r,g,b,... in the light that is usual (docs/colours.md).\n"

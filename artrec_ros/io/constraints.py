@@ -7,10 +7,10 @@ from typing import Any
 
 import yaml
 
-from ..core.constraints import ConstraintSet
-from ..core.errors import ConfigError
-from ..core.objects import ObjectModel
-from ..core.pairs import DIMENSIONS
+from ..core.base.errors import ConfigError
+from ..core.constraints.constraint_set import ConstraintSet
+from ..core.constraints.pairs import DIMENSIONS
+from ..core.model.objects import ObjectModel
 from .files import Value, load_yaml, nearest
 
 FORMAT = "artrec_constraints/1"

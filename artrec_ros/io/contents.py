@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.datatypes import Camera
-from ..core.objects import ObjectModel
+from ..core.geometry.camera import Camera
+from ..core.model.objects import ObjectModel
 from .annotations import Annotations
 from .bags import Topic
 from .constraints import load_constraints

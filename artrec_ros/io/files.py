@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from ..core.errors import ConfigError
-from ..core.transforms import Array
+from ..core.base.errors import ConfigError
+from ..core.geometry.transforms import Array
 
 
 class _Loader(yaml.SafeLoader):

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from ..core.datatypes import Camera
+from ..core.geometry.camera import Camera
 from .images import Image
 
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import ImageError
+from ..core.base.errors import ImageError
 
 Image = NDArray[Any]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.datatypes import Camera
-from ..core.errors import ArtrecError, ConfigError, ImageError, SourceError
+from ..core.base.errors import ArtrecError, ConfigError, ImageError, SourceError
+from ..core.geometry.camera import Camera
 from .annotations import load_coco
 from .bags import BAG_SUFFIXES, Bag, Topic
 from .cameras import load_camera

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.datatypes import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
-from ..core.errors import SourceError
-from ..core.transforms import Pose
+from ..core.base.errors import SourceError
+from ..core.geometry.transforms import Pose
+from ..core.model.found import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
 from .results import FrameRecord
 from .whole_files import LineFile
 

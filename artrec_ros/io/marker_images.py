@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import ConfigError, ImageError
-from ..core.transforms import Array
+from ..core.base.errors import ConfigError, ImageError
+from ..core.geometry.transforms import Array
 from .images import read_image
 from .marker_shapes import LooseMarker, marker_of, safe_name, simplified, with_sharp_corners
 from .outlines import subpixel_contour

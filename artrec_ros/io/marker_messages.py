@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..core.datatypes import Detection, Target
 from ..core.drawing import class_text, object_colour
-from ..core.kinematics import Kinematics
-from ..core.objects import ObjectModel
-from ..core.transforms import Pose
+from ..core.geometry.transforms import Pose
+from ..core.model.found import Detection
+from ..core.model.kinematics import Kinematics
+from ..core.model.objects import ObjectModel
+from ..core.model.target import Target
 from .messages import Message, instance_name, pose_message, xyz
 
 # visualization_msgs/Marker

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ..core.errors import ConfigError
-from ..core.objects import Component, Marker, ObjectModel
-from ..core.transforms import Array
+from ..core.base.errors import ConfigError
+from ..core.geometry.transforms import Array
+from ..core.model.objects import Component, Marker, ObjectModel
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner
 
 _SHORT, _LONG = 0.06, 0.12  # shares of the longer side: an edge that a blunted corner left, and a true edge

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ..core.datatypes import ClassFit, Detection
-from ..core.transforms import Pose
+from ..core.geometry.transforms import Pose
+from ..core.model.found import ClassFit, Detection
 
 
 @dataclass(frozen=True)

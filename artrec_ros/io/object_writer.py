@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from ..core.errors import ConfigError
-from ..core.objects import Component, Joint, Marker, ObjectModel
-from ..core.transforms import Array, Pose
+from ..core.base.errors import ConfigError
+from ..core.geometry.transforms import Array, Pose
+from ..core.model.objects import Component, Joint, Marker, ObjectModel
 from .objects import FORMAT
 
 _DECIMALS = 5  # metres: a hundredth of a millimetre

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.errors import ConfigError
-from ..core.objects import Box, Component, Joint, Marker, ObjectModel
-from ..core.transforms import Array, Pose
+from ..core.base.errors import ConfigError
+from ..core.geometry.transforms import Array, Pose
+from ..core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from .files import Value, load_yaml, nearest
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
 from .urdf import link_boxes

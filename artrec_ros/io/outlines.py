@@ -8,8 +8,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from ..core.errors import ConfigError
-from ..core.transforms import Array
+from ..core.base.errors import ConfigError
+from ..core.geometry.transforms import Array
 
 _DISC_POINTS = 64  # the inscribed polygon then misses 0.16 % of the disc's area
 _EDGE_SIGMA_PX = 1.0  # blur under which the staircase of a binary image becomes a straight edge

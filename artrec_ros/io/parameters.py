@@ -11,11 +11,11 @@ from typing import Any
 
 import yaml
 
-from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
-from ..core.datatypes import Target
-from ..core.errors import ConfigError
+from ..core.base.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
+from ..core.base.errors import ConfigError
+from ..core.image.segmentation import Segmenter
+from ..core.model.target import Target
 from ..core.recognizer import Recognizer
-from ..core.segmentation import Segmenter
 from .files import Value, load_value, nearest
 from .shared_files import resolve_path
 from .specs import Spec, all_specs, specs_of

@@ -17,7 +17,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import lz4.frame  # type: ignore[import-untyped]
 
-from ..core.errors import SourceError
+from ..core.base.errors import SourceError
 
 if sys.version_info >= (3, 14):
     from compression import zstd

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import ConfigError, ImageError
-from ..core.transforms import Array
+from ..core.base.errors import ConfigError, ImageError
+from ..core.geometry.transforms import Array
 from .annotations import coco_entry, coco_image, read_coco
 from .files import Value
 from .images import read_image

@@ -10,8 +10,9 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.datatypes import Detection, Target
-from ..core.errors import ImageError
+from ..core.base.errors import ImageError
+from ..core.model.found import Detection
+from ..core.model.target import Target
 from . import messages, node_topics
 from .bag_source import BagSource
 from .bag_writer import BagWriter

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.datatypes import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
-from ..core.errors import SourceError
-from ..core.transforms import Pose, rotation_from_quaternion
+from ..core.base.errors import SourceError
+from ..core.geometry.transforms import Pose, rotation_from_quaternion
+from ..core.model.found import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
 
 DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..core.errors import ConfigError
+from ..core.base.errors import ConfigError
 
 PACKAGE = "artrec_ros"
 SCHEME = "package://"

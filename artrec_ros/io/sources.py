@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from ..core.errors import ImageError, SourceError
+from ..core.base.errors import ImageError, SourceError
 from .bag_source import BagSource
 from .bags import BAG_SUFFIXES, Bag
 from .frames import Frame, Part, Source, SourceOptions

@@ -10,9 +10,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..core.errors import ConfigError
-from ..core.objects import Marker
-from ..core.transforms import Array
+from ..core.base.errors import ConfigError
+from ..core.geometry.transforms import Array
+from ..core.model.objects import Marker
 from .files import read_text
 from .marker_shapes import LooseMarker, marker_of, safe_name
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..core.config import ImageConfig, ObjectConfig
-from ..core.datatypes import Target
-from ..core.errors import ConfigError
+from ..core.base.config import ImageConfig, ObjectConfig
+from ..core.base.errors import ConfigError
+from ..core.model.target import Target
 from .constraints import load_constraints
 from .files import Value
 from .objects import load_object

@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ..core.datatypes import Camera
-from ..core.errors import ImageError, SourceError
+from ..core.base.errors import ImageError, SourceError
+from ..core.geometry.camera import Camera
 from .bags import Bag, Topic
 from .cameras import camera_from_info
 from .images import Image, decode_compressed, decode_image

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.datatypes import Camera
-from ..core.errors import SourceError
-from ..core.transforms import Array, Pose, readonly
+from ..core.base.errors import SourceError
+from ..core.geometry.camera import Camera
+from ..core.geometry.transforms import Array, Pose, readonly
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.errors import SourceError
-from ..core.transforms import readonly
+from ..core.base.errors import SourceError
+from ..core.geometry.transforms import readonly
 from .annotations import AnnotatedObject, load_coco, read_json
 from .files import Value
 from .sources import STAMP_DIGITS

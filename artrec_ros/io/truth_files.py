@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.errors import SourceError
+from ..core.base.errors import SourceError
 from .bags import BAG_SUFFIXES
 from .truth import Truth, load_truth
 from .truth_coco import load_coco_truth

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.datatypes import Camera
-from ..core.errors import ConfigError, ImageError, SourceError
-from ..core.transforms import Pose, rotation_from_quaternion
+from ..core.base.errors import ConfigError, ImageError, SourceError
+from ..core.geometry.camera import Camera
+from ..core.geometry.transforms import Pose, rotation_from_quaternion
 from .bags import Bag
 from .topics import camera_of, listed, stamp_of
 from .truth import FrameKey, Told, TrueObject, Truth

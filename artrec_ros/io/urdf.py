@@ -6,9 +6,9 @@ import math
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ..core.errors import ConfigError
-from ..core.objects import Box
-from ..core.transforms import Pose, readonly
+from ..core.base.errors import ConfigError
+from ..core.geometry.transforms import Pose, readonly
+from ..core.model.objects import Box
 from .files import nearest, read_text
 
 

@@ -14,9 +14,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..core.errors import ConfigError
-from ..core.objects import Box, Component, Joint, Marker, ObjectModel
-from ..core.transforms import Array, Pose
+from ..core.base.errors import ConfigError
+from ..core.geometry.transforms import Array, Pose
+from ..core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from .files import nearest
 from .urdf import link_boxes, numbers, read_robot
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import SourceError
+from ..core.base.errors import SourceError
 
 _SLOWEST_HZ, _FASTEST_HZ = 1.0, 60.0
 

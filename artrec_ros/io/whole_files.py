@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
-from ..core.errors import SourceError
+from ..core.base.errors import SourceError
 
 
 def write_whole(path: Path, content: bytes | str) -> None:

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, MultiDOFJointState
 from std_msgs.msg import Header
 
-from ..core.datatypes import Camera, Detection
-from ..core.errors import ImageError
+from ..core.base.errors import ImageError
+from ..core.geometry.camera import Camera
+from ..core.model.found import Detection
 from ..io import messages
 from ..io.messages import Message
 from ..io.topics import camera_of, decode_message

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..core.errors import ArtrecError
+from ..core.base.errors import ArtrecError
 
 if TYPE_CHECKING:
     from .node import RecognizerNode

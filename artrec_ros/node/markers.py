@@ -8,7 +8,8 @@ from rclpy.duration import Duration
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
-from ..core.datatypes import Detection, Target
+from ..core.model.found import Detection
+from ..core.model.target import Target
 from ..io import marker_messages
 from .conversions import to_ros
 

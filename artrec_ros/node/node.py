@@ -12,7 +12,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from std_msgs.msg import Header
 
-from ..core.errors import ArtrecError, ConfigError
+from ..core.base.errors import ArtrecError, ConfigError
 from ..io import node_topics as topics
 from ..io.parameters import Setup
 from .calibration import Calibrations

@@ -11,7 +11,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..core.errors import ArtrecError
+from ..core.base.errors import ArtrecError
 from ..io.parameters import Setup, hint, setup_from_flat
 from ..io.shared_files import SCHEME
 from ..io.specs import Spec, all_specs

@@ -8,11 +8,12 @@ from typing import Any
 
 from std_msgs.msg import Header
 
-from ..core.datatypes import Camera, FrameResult
+from ..core.base.errors import ArtrecError
 from ..core.drawing import draw_result
-from ..core.errors import ArtrecError
+from ..core.geometry.camera import Camera
+from ..core.model.found import FrameResult
 from ..core.recognizer import Recognizer
-from ..core.tracking import Tracker
+from ..core.tracking.tracker import Tracker
 from ..io.parameters import Setup
 from . import conversions
 from .calibration import Calibrations

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import ArtrecError, SourceError
+from ..core.base.errors import ArtrecError, SourceError
 from ..io.bags import STORAGES, Bag, RawMessage, Topic
 from .main import MISSING
 

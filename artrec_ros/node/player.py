@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
-from ..core.errors import SourceError
+from ..core.base.errors import SourceError
 from ..io.bags import RawMessage, Topic
 from .conversions import message_class
 

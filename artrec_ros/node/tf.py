@@ -9,7 +9,7 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from ..core.datatypes import Detection
+from ..core.model.found import Detection
 from ..io.messages import instance_name, transform_message
 from .conversions import to_ros
 

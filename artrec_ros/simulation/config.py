@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from ..core.config import param, validate
-from ..core.errors import ConfigError
+from ..core.base.config import param, validate
+from ..core.base.errors import ConfigError
 
 
 @dataclass(frozen=True)

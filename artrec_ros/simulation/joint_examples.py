@@ -6,7 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..core.datatypes import Camera, Instance, Target
+from ..core.geometry.camera import Camera
+from ..core.model.found import Instance
+from ..core.model.target import Target
 from ..io.annotations import Key, instance_from_axis
 from .config import SceneConfig
 from .records import LEAST_FACING

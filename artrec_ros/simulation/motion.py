@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..core.config import param, validate
-from ..core.datatypes import Camera, Target
-from ..core.transforms import Array, Pose, rotation_from_rotvec
+from ..core.base.config import param, validate
+from ..core.geometry.camera import Camera
+from ..core.geometry.transforms import Array, Pose, rotation_from_rotvec
+from ..core.model.target import Target
 from .config import SceneConfig, SensorConfig
 from .render import Renderer
 from .scene import PlacedObject, Scene, require_places, sample_scene

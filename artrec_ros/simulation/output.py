@@ -9,8 +9,8 @@ from pathlib import Path
 
 import cv2
 
-from ..core.datatypes import Target
-from ..core.errors import SourceError
+from ..core.base.errors import SourceError
+from ..core.model.target import Target
 from ..io.bag_writer import BagWriter
 from ..io.cameras import camera_yaml
 from ..io.messages import Message, header

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.datatypes import Camera, Target
-from ..core.errors import ConfigError
-from ..core.objects import ObjectModel
-from ..core.transforms import Array, Pose, rotation_from_rotvec
+from ..core.base.errors import ConfigError
+from ..core.geometry.camera import Camera
+from ..core.geometry.transforms import Array, Pose, rotation_from_rotvec
+from ..core.model.objects import ObjectModel
+from ..core.model.target import Target
 from .config import SceneConfig
 from .surfaces import Surface, object_surfaces
 

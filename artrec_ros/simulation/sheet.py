@@ -9,10 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.datatypes import Camera, Target
-from ..core.objects import Marker
-from ..core.projection import project
-from ..core.transforms import Array, Pose
+from ..core.geometry.camera import Camera
+from ..core.geometry.projection import project
+from ..core.geometry.transforms import Array, Pose
+from ..core.model.objects import Marker
+from ..core.model.target import Target
 from .config import SensorConfig
 from .render import Renderer, Rendering, to_pixel
 from .scene import PlacedObject, Scene, joints_at

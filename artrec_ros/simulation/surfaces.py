@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.kinematics import Kinematics
-from ..core.objects import Box, ObjectModel
-from ..core.transforms import Array, Pose
+from ..core.geometry.transforms import Array, Pose
+from ..core.model.kinematics import Kinematics
+from ..core.model.objects import Box, ObjectModel
 
 # A box's faces by their outward normal, as corners of the unit cube in order around the face.
 _CUBE_FACES = (

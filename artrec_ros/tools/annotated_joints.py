@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.datatypes import Camera
-from ..core.keypoint_fit import PointFit, Points, fit_points
-from ..core.kinematics import Kinematics
-from ..core.objects import ObjectModel
+from ..core.geometry.camera import Camera
+from ..core.learning.keypoint_fit import PointFit, Points, fit_points
+from ..core.model.kinematics import Kinematics
+from ..core.model.objects import ObjectModel
 from ..io.annotations import AnnotatedObject
 
 _FOCAL_SHARES = (0.6, 0.8, 1.0, 1.3, 1.7, 2.3, 3.2, 5.0)  # of the image's width: lenses of 80 to 11 degrees
@@ -30,9 +30,7 @@ class JointFitter:
     focal_share: float | None
 
     @classmethod
-    def of(
-        cls, model: ObjectModel, objects: Sequence[AnnotatedObject], camera: Camera | None
-    ) -> JointFitter | None:
+    def of(cls, model: ObjectModel, objects: Sequence[AnnotatedObject], camera: Camera | None) -> JointFitter | None:
         """None where the object has no place in space, or no joints.
 
         :param camera: of the annotated images; None: the focal length with which some of the examples fit best.

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..core.datatypes import Camera
-from ..core.errors import ConfigError
+from ..core.base.errors import ConfigError
+from ..core.geometry.camera import Camera
 from ..io.cameras import load_camera
 from ..simulation.simulator import pinhole_camera
 

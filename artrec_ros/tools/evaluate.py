@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
         print(line)
     print()
     if not args.no_page and _can_make_pages():
-        from .evaluation.page import render  # an extra, absent from a plain installation
+        from .evaluation.page import render
 
         written.append(output / (COMPARISON_PAGE_FILE if changes else PAGE_FILE))
         write_whole(written[-1], render(results, changes, args.pictures))

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..core.constraints import ConstraintSet
-from ..core.datatypes import Camera
-from ..core.objects import ObjectModel
+from ..core.constraints.constraint_set import ConstraintSet
+from ..core.geometry.camera import Camera
+from ..core.model.objects import ObjectModel
 from ..io.annotations import Annotations
 from ..io.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, Supplement, TruthContent
 from ..io.inventory import take_stock

@@ -8,10 +8,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..core.datatypes import Camera, Target
-from ..core.errors import ConfigError, ImageError, SourceError
-from ..core.objects import ObjectModel
-from ..core.segmentation import Segmenter
+from ..core.base.errors import ConfigError, ImageError, SourceError
+from ..core.geometry.camera import Camera
+from ..core.image.segmentation import Segmenter
+from ..core.model.objects import ObjectModel
+from ..core.model.target import Target
 from ..io.annotations import Annotations
 from ..io.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ..io.inventory import image_stamps

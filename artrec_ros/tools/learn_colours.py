@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.colour_learning import Learned, learn_colours, sample_colours
-from ..core.config import ImageConfig
-from ..core.errors import ConfigError
+from ..core.base.config import ImageConfig
+from ..core.base.errors import ConfigError
+from ..core.learning.colour_learning import Learned, learn_colours, sample_colours
 from ..io.colours import save_colours
 from ..io.images import read_image
 from ..io.regions import load_regions

@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from ..core.errors import ArtrecError
+from ..core.base.errors import ArtrecError
 from .examples import HelpFormatter, epilog
 
 DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130

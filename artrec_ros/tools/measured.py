@@ -9,15 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.axis_offsets import AxisOffset, learn_axis_offset
-from ..core.constraints import ConstraintSet
-from ..core.datatypes import Detection, Instance
-from ..core.errors import ConfigError, ImageError
-from ..core.objects import ObjectModel
-from ..core.pairs import Key
+from ..core.base.errors import ConfigError, ImageError
+from ..core.constraints.axis_offsets import AxisOffset, learn_axis_offset
+from ..core.constraints.constraint_set import ConstraintSet
+from ..core.constraints.pairs import Key
+from ..core.geometry.transforms import wrap_angle
+from ..core.image.segmentation import Segmenter
+from ..core.model.found import Detection, Instance
+from ..core.model.objects import ObjectModel
 from ..core.recognizer import Recognizer
-from ..core.segmentation import Segmenter
-from ..core.transforms import wrap_angle
 from ..io.annotations import AnnotatedObject, Annotations
 from ..io.images import read_image
 from ..io.parameters import Setup, read_flat, setup_from_flat
@@ -44,9 +44,7 @@ def load_setup(path: Path) -> Setup:
     return setup_from_flat(flat, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, path)
 
 
-def measure_axes(
-    setup: Setup, model: ObjectModel, constraints: ConstraintSet, annotations: Annotations
-) -> Measured:
+def measure_axes(setup: Setup, model: ObjectModel, constraints: ConstraintSet, annotations: Annotations) -> Measured:
     """Runs the recogniser, in the image plane, over the annotated images and learns where axes differ.
 
     :raises ConfigError: the set-up has no object with this model, or an image cannot be used.

@@ -14,8 +14,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from ..core.datatypes import Detection, Instance
-from ..core.transforms import Array, wrap_angle
+from ..core.geometry.transforms import Array, wrap_angle
+from ..core.model.found import Detection, Instance
 from ..io.truth import FrameKey, Told, TrueComponent, TrueObject
 from .outcomes import FrameOutcome, Outcome
 

@@ -9,10 +9,11 @@ from typing import Any
 
 import cv2
 
-from ..core.ambiguity import Ambiguities, find_ambiguities
-from ..core.datatypes import Camera, Target
-from ..core.errors import ConfigError
-from ..core.objects import ObjectModel
+from ..core.base.errors import ConfigError
+from ..core.design.ambiguity import Ambiguities, find_ambiguities
+from ..core.geometry.camera import Camera
+from ..core.model.objects import ObjectModel
+from ..core.model.target import Target
 from ..io.images import IMAGE_SUFFIXES
 from ..io.marker_images import image_marker
 from ..io.marker_shapes import LooseMarker, object_of, safe_name

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.ambiguity import Ambiguities, Likeness, MarkerLimits
-from ..core.datatypes import Camera
-from ..core.objects import ObjectModel
-from ..core.placement import buried_markers
-from ..core.symmetry import ANY_ANGLE
+from ..core.alignment.symmetry import ANY_ANGLE
+from ..core.design.ambiguity import Ambiguities, Likeness, MarkerLimits
+from ..core.design.placement import buried_markers
+from ..core.geometry.camera import Camera
+from ..core.model.objects import ObjectModel
 
 Key = tuple[str, str]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.datatypes import Detection
+from ..core.model.found import Detection
 from ..io.truth import TrueObject
 
 

@@ -9,7 +9,7 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 
-from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
+from ..core.base.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
 from ..io.node_topics import INPUTS, OUTPUTS, NodeTopic
 from ..io.specs import LIVE, Spec, specs_of
 

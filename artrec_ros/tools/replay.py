@@ -10,8 +10,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ..core.errors import SourceError
-from ..core.tracking import Tracker
+from ..core.base.errors import SourceError
+from ..core.tracking.tracker import Tracker
 from ..io.bags import STORAGES
 from ..io.parameters import Setup, load_parameters
 from ..io.sources import SourceOptions, Sources, open_sources

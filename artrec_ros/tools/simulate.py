@@ -9,8 +9,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ..core.datatypes import Target
-from ..core.errors import ConfigError
+from ..core.base.errors import ConfigError
+from ..core.model.target import Target
 from ..io.objects import load_object
 from ..io.parameters import load_parameters
 from ..simulation.config import SceneConfig, SensorConfig

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..core.class_learning import learn_class
-from ..core.classes import ConfigurationClass
-from ..core.constraints import ConstraintSet
-from ..core.datatypes import Camera
-from ..core.errors import ConfigError
-from ..core.learning import Example, learn
-from ..core.objects import ObjectModel
+from ..core.base.errors import ConfigError
+from ..core.constraints.classes import ConfigurationClass
+from ..core.constraints.constraint_set import ConstraintSet
+from ..core.geometry.camera import Camera
+from ..core.learning.class_learning import learn_class
+from ..core.learning.pair_learning import Example, learn
+from ..core.model.objects import ObjectModel
 from ..io.annotations import Annotations, load_coco
 from ..io.cameras import load_camera
 from ..io.constraints import save_constraints

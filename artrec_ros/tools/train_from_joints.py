@@ -6,11 +6,11 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from ..core.constraints import ConstraintSet
-from ..core.datatypes import Target
-from ..core.errors import ConfigError
-from ..core.learning import Example, learn
-from ..core.objects import ObjectModel
+from ..core.base.errors import ConfigError
+from ..core.constraints.constraint_set import ConstraintSet
+from ..core.learning.pair_learning import Example, learn
+from ..core.model.objects import ObjectModel
+from ..core.model.target import Target
 from ..io.cameras import load_camera
 from ..simulation.config import SceneConfig
 from ..simulation.joint_examples import joint_examples

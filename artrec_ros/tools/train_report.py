@@ -8,12 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from ..core.conformal import examples_wanted
-from ..core.constraints import ConstraintSet
-from ..core.intervals import Interval
-from ..core.learning import Example
-from ..core.objects import ObjectModel
-from ..core.pairs import Key, PairConstraint
+from ..core.constraints.constraint_set import ConstraintSet
+from ..core.constraints.intervals import Interval
+from ..core.constraints.pairs import Key, PairConstraint
+from ..core.learning.conformal import examples_wanted
+from ..core.learning.pair_learning import Example
+from ..core.model.objects import ObjectModel
 
 _UNITS = {"_m": ("m", 1.0), "_rad": ("deg", 180 / math.pi), "_px": ("px", 1.0)}
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
-from ..core.errors import ArtrecError, ConfigError, SourceError
+from ..core.base.errors import ArtrecError, ConfigError, SourceError
 from ..io.parameters import Setup, load_parameters
 from ..io.sources import open_sources
 from ..io.truth_files import read_truth
@@ -22,15 +22,7 @@ from .interrupting import interruptible, once, say
 from .replaying.plan import check_plan, plan_of, write_plan
 from .tuning.goal import FIGURES, Goal, goal_of, limit, measures
 from .tuning.space import Dimension, changed, load_space
-from .work_options import (
-    add_source_options,
-    add_worker_options,
-    engine_of,
-    number,
-    order_of,
-    seconds,
-    source_options,
-)
+from .work_options import add_source_options, add_worker_options, engine_of, number, order_of, seconds, source_options
 
 if TYPE_CHECKING:  # both need Optuna, an extra
     from .tuning.search import Search, Tried

@@ -46,7 +46,7 @@ def add_worker_options(p: argparse.ArgumentParser) -> None:
 def engine_of(args: argparse.Namespace) -> Engine:
     """Where the options say that work is done."""
     if args.scheduler:
-        from .replaying.cluster import ClusterEngine  # Dask is an extra
+        from .replaying.cluster import ClusterEngine
 
         return ClusterEngine(args.scheduler)
     return InlineEngine() if args.jobs == 1 else ProcessEngine(args.jobs)

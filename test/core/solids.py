@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from artrec_ros.core.datatypes import Camera, Target
-from artrec_ros.core.kinematics import Kinematics
-from artrec_ros.core.objects import Box, Component, Joint, Marker, ObjectModel
-from artrec_ros.core.spatial import Poses
-from artrec_ros.core.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.model.kinematics import Kinematics
+from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import PlacedObject, Scene
 from artrec_ros.simulation.sensor import majority_labels

@@ -23,19 +23,26 @@ from solids import (
     truck,
 )
 
-from artrec_ros.core import bank as bank_module
-from artrec_ros.core import distinct, evidence, guesses, kinematics, occlusion, posefit, spatial, views, whole_object
-from artrec_ros.core.bank import blob_shape
-from artrec_ros.core.blobs import find_blobs
-from artrec_ros.core.compiled import geometry, jit, refining
-from artrec_ros.core.config import RecognizerConfig
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.deadline import Deadline
-from artrec_ros.core.evidence import OWNED, UNKNOWN, LabelField
-from artrec_ros.core.projection import project
-from artrec_ros.core.spatial import Poses, SpatialModel
-from artrec_ros.core.transforms import wrap_angle
-from artrec_ros.core.whole_object import WholeObjectFinder
+from artrec_ros.core import evidence
+from artrec_ros.core.base import jit
+from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.geometry import pixel_kernels as geometry
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.transforms import wrap_angle
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.label_field import OWNED, UNKNOWN, LabelField
+from artrec_ros.core.model import kinematics
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose import distinct, guesses, occlusion, views
+from artrec_ros.core.pose import finder as whole_object
+from artrec_ros.core.pose import pose_fit as posefit
+from artrec_ros.core.pose import step_kernels as refining
+from artrec_ros.core.pose import surface_model as spatial
+from artrec_ros.core.pose import view_bank as bank_module
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.view_bank import blob_shape
 
 LENSES = pytest.mark.parametrize("lens", [(), BENT[:4], BENT, RATIONAL], ids=len)
 pytestmark = pytest.mark.skipif(not jit.COMPILED, reason="numba is not installed")

@@ -5,31 +5,25 @@ import pytest
 from scene import Placed, crane, crane_placed, disc, draw, flag, rectangle, render
 from test_recognizer import BLUE, CRANE, RED, SIZE
 
-from artrec_ros.core import (
-    alignment,
-    blobs,
-    candidates,
-    contour_map,
-    grouping,
-    overlap,
-    pair_table,
-    refinement,
-    starts,
-)
-from artrec_ros.core.alignment import evidence
-from artrec_ros.core.blobs import find_blobs
-from artrec_ros.core.candidates import candidates_of
-from artrec_ros.core.compiled.jit import COMPILED
-from artrec_ros.core.config import RecognizerConfig
-from artrec_ros.core.contour_map import ContourMap
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.deadline import Deadline
-from artrec_ros.core.grouping import GroupSearch
-from artrec_ros.core.matching import find_matches
-from artrec_ros.core.overlap import overlap_matrix
-from artrec_ros.core.refinement import refine, refine_slanted, suppress
-from artrec_ros.core.shapes import Shape
-from artrec_ros.core.starts import find_starts
+from artrec_ros.core.alignment import contour_map, overlap, refinement, starts
+from artrec_ros.core.alignment import placements as alignment
+from artrec_ros.core.alignment.contour_map import ContourMap
+from artrec_ros.core.alignment.matching import find_matches
+from artrec_ros.core.alignment.overlap import overlap_matrix
+from artrec_ros.core.alignment.placements import evidence
+from artrec_ros.core.alignment.refinement import refine, refine_slanted, suppress
+from artrec_ros.core.alignment.shapes import Shape
+from artrec_ros.core.alignment.starts import find_starts
+from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.base.jit import COMPILED
+from artrec_ros.core.grouping import candidates, pair_table
+from artrec_ros.core.grouping import group_search as grouping
+from artrec_ros.core.grouping.candidates import candidates_of
+from artrec_ros.core.grouping.group_search import GroupSearch
+from artrec_ros.core.image import blobs
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.model.target import Target
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="numba is not installed")
 CONFIG = RecognizerConfig(max_slant_deg=30.0)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Camera, Detection, FrameResult, ImagePose, Instance, Rejection
 from artrec_ros.core.drawing import draw_error, draw_result, label_picture, object_colour
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance, Rejection
 
 SQUARE = np.array([[80.0, 60], [120, 60], [120, 100], [80, 100]])
 CAMERA = Camera(np.array([[200.0, 0, 100], [0, 200, 80], [0, 0, 1]]), np.zeros(5), (200, 160))

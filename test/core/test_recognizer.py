@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scene import Placed, capsule, crane, crane_placed, disc, draw, flag, polygon, rectangle, render
 
-from artrec_ros.core.config import ImageConfig, RecognizerConfig
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.errors import ConfigError, ImageError
-from artrec_ros.core.learning import learn
-from artrec_ros.core.objects import Component, ObjectModel
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.base.errors import ConfigError, ImageError
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.learning.pair_learning import learn
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.segmentation import Segmenter
 
 SIZE = (420, 240)
 RED, BLUE = 3, 2

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from solids import RED, camera_of, pose, render, truck
 
-from artrec_ros.core.blobs import find_blobs
-from artrec_ros.core.config import RecognizerConfig
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.deadline import Deadline
-from artrec_ros.core.evidence import LabelField
+from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.spatial_search import SpatialSearch
-from artrec_ros.core.whole_object import WholeObjectFinder
 
 CAMERA = camera_of()
 TRUCK = truck()

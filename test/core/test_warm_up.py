@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from artrec_ros.core.compiled.jit import COMPILED
+from artrec_ros.core.base.jit import COMPILED
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = """

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Camera
-from artrec_ros.core.errors import SourceError
-from artrec_ros.core.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.io.bag_writer import BagWriter
 from artrec_ros.io.sources import SourceOptions, open_sources
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionMode
 
-from artrec_ros.core.errors import ImageError, SourceError
+from artrec_ros.core.base.errors import ImageError, SourceError
 from artrec_ros.io.bags import Bag, bag_files
 
 if sys.version_info >= (3, 14):

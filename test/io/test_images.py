@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from artrec_ros.core.errors import ImageError
+from artrec_ros.core.base.errors import ImageError
 from artrec_ros.io.images import decode_compressed, decode_encoded, decode_image, read_image
 
 RNG = np.random.default_rng(3)

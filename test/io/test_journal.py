@@ -6,7 +6,9 @@ import os
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import (
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import (
     ClassFit,
     ConstraintFailure,
     Detection,
@@ -15,8 +17,6 @@ from artrec_ros.core.datatypes import (
     Instance,
     Rejection,
 )
-from artrec_ros.core.errors import SourceError
-from artrec_ros.core.transforms import Pose
 from artrec_ros.io.journal import Journal, Recognised
 from artrec_ros.io.whole_files import LineFile, write_whole
 

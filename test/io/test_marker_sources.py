@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.marker_images import image_marker
 from artrec_ros.io.marker_shapes import object_of, safe_name, simplified, with_sharp_corners
 from artrec_ros.io.svg import svg_markers

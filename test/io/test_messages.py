@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from artrec_ros.core.datatypes import Detection, ImagePose, Instance, Target
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.target import Target
 from artrec_ros.io import messages
 from artrec_ros.io.bag_writer import BagWriter
 from artrec_ros.io.marker_messages import MarkerScene

@@ -12,7 +12,7 @@ import pytest
 import yaml
 from changes import changed
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.objects import load_object
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -3,9 +3,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.core.objects import Component, Marker, ObjectModel
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.io.object_writer import object_yaml, save_object
 from artrec_ros.io.objects import load_object
 

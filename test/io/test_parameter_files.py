@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import yaml
 
-from artrec_ros.core.config import RecognizerConfig
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.parameters import load_parameters, read_flat, setup_from_flat
 from artrec_ros.io.specs import all_specs, specs_of
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.regions import load_regions
 
 

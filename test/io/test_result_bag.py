@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance, Target
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.model.target import Target
 from artrec_ros.io.cameras import load_camera
 from artrec_ros.io.journal import Recognised
 from artrec_ros.io.objects import load_object

@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import (
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import (
     ClassFit,
     ConstraintFailure,
     Detection,
@@ -17,8 +19,6 @@ from artrec_ros.core.datatypes import (
     Instance,
     Rejection,
 )
-from artrec_ros.core.errors import SourceError
-from artrec_ros.core.transforms import Pose
 from artrec_ros.io.results import FrameRecord, read_results
 
 DETECTION = Detection(

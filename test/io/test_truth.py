@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Camera
-from artrec_ros.core.errors import ArtrecError, SourceError
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.base.errors import ArtrecError, SourceError
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.io.bag_writer import BagWriter
 from artrec_ros.io.truth import Told
 from artrec_ros.io.truth_files import read_truth

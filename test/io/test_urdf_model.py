@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.core.objects import Component, Marker, ObjectModel
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.io.urdf_model import object_from_urdf
 
 URDF = """<robot name="truck">

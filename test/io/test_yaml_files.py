@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.files import Value, load_value, load_yaml, nearest
 
 

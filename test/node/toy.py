@@ -8,9 +8,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-from artrec_ros.core.datatypes import Camera, Instance
-from artrec_ros.core.learning import learn
-from artrec_ros.core.objects import Marker, ObjectModel
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.learning.pair_learning import learn
+from artrec_ros.core.model.found import Instance
+from artrec_ros.core.model.objects import Marker, ObjectModel
 from artrec_ros.io.constraints import save_constraints
 from artrec_ros.io.objects import load_object
 

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import SourceError
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.io.bags import Bag
 from artrec_ros.io.cameras import load_camera
 from artrec_ros.simulation.config import SceneConfig, SensorConfig

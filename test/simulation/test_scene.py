@@ -3,11 +3,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.core.objects import Component, ObjectModel
-from artrec_ros.core.projection import project
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.scene import depth_range, require_places, sample_scene
 

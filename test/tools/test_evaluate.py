@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from evaluation.makers import CAMERA, found_thing, pixel, pose_at, record, true_thing, write_run, write_truth
 
-from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
 from artrec_ros.io.bag_writer import BagWriter
 from artrec_ros.io.results import FrameRecord
 from artrec_ros.io.truth import load_truth

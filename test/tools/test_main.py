@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.tools import main as command_line
 from artrec_ros.tools import train
 from artrec_ros.tools.main import COMMANDS, main

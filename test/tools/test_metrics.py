@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Detection, ImagePose, Instance
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
 from artrec_ros.io.truth import Told, TrueComponent, TrueObject
 from artrec_ros.tools.metrics import Counts, judge_frame, score, shows
 

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.ambiguity import find_ambiguities
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.design.ambiguity import find_ambiguities
+from artrec_ros.core.model.target import Target
 from artrec_ros.io.objects import load_object
 from artrec_ros.simulation.sheet import MarkerCell, model_sheet
 from artrec_ros.simulation.simulator import pinhole_camera

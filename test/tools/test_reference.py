@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from artrec_ros.core.config import ImageConfig, NodeConfig, RecognizerConfig
+from artrec_ros.core.base.config import ImageConfig, NodeConfig, RecognizerConfig
 from artrec_ros.io.node_topics import INPUTS, OUTPUTS
 from artrec_ros.io.parameters import load_parameters
 from artrec_ros.io.specs import LIVE, all_specs

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 import yaml
 
-from artrec_ros.core.datatypes import Camera, Detection, FrameResult, ImagePose, Instance
-from artrec_ros.core.errors import ImageError
+from artrec_ros.core.base.errors import ImageError
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
 from artrec_ros.io.bag_writer import BagWriter
 from artrec_ros.io.parameters import Setup
 from artrec_ros.io.results import read_results

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 import yaml
 
-from artrec_ros.core.datatypes import Camera
-from artrec_ros.core.errors import ArtrecError
+from artrec_ros.core.base.errors import ArtrecError
+from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.io.bag_writer import BagWriter
 from artrec_ros.io.results import read_results
 from artrec_ros.tools.main import main

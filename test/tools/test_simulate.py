@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.annotations import load_coco
 from artrec_ros.io.truth import load_truth
 from artrec_ros.tools import simulate

@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.pairs import configuration
+from artrec_ros.core.constraints.pairs import configuration
+from artrec_ros.core.model.target import Target
 from artrec_ros.io.constraints import load_constraints
 from artrec_ros.io.objects import load_object
 from artrec_ros.simulation.config import SceneConfig

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.errors import SourceError
+from ...core.base.errors import SourceError
 from ...io.files import nearest
 from ...io.results import FrameRecord
 from ...io.truth import FrameKey, TrueObject, Truth

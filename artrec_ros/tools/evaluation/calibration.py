@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.transforms import Array
+from ...core.geometry.transforms import Array
 from . import intervals
 from .intervals import Estimate
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.datatypes import Detection, Instance
-from ...core.transforms import Array
+from ...core.geometry.transforms import Array
+from ...core.model.found import Detection, Instance
 from ..metrics import extent_px, is_on, places_of
 from ..outcomes import Outcome
 from .runs import LookedFor

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import SourceError
+from ...core.base.errors import SourceError
 from ...io import whole_files
 
 

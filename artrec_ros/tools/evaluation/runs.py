@@ -9,8 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import ArtrecError, SourceError
-from ...core.objects import ObjectModel
+from ...core.base.errors import ArtrecError, SourceError
+from ...core.model.objects import ObjectModel
 from ...io.objects import load_object
 from ...io.parameters import read_flat
 from ...io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results

@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from ...core.datatypes import Camera, Detection
-from ...core.errors import SourceError
-from ...core.objects import ObjectModel
+from ...core.base.errors import SourceError
+from ...core.geometry.camera import Camera
+from ...core.model.found import Detection
+from ...core.model.objects import ObjectModel
 from ...io.results import FrameRecord
 from ...io.truth import FrameKey, Told, TrueObject, Truth
 from ..metrics import Counts, judge_frame

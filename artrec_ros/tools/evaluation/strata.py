@@ -11,9 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ...core.datatypes import Detection
-from ...core.objects import ObjectModel
-from ...core.transforms import Pose
+from ...core.geometry.transforms import Pose
+from ...core.model.found import Detection
+from ...core.model.objects import ObjectModel
 from ...io.truth import TrueObject
 from ..metrics import Counts, shows
 from .completion import slant_rad

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import SourceError
+from ...core.base.errors import SourceError
 from ...io.journal import JOURNAL_FILE, Journal, Recognised
 from ...io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
 from ...io.whole_files import LineFile, held, write_whole

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from ...core.tracking import Tracker
+from ...core.tracking.tracker import Tracker
 from ...io.frames import Part
 from ...io.journal import Recognised
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import cv2
 
-from ...core.datatypes import Target
-from ...core.errors import SourceError
+from ...core.base.errors import SourceError
+from ...core.model.target import Target
 from ...io.frames import Source
 from ...io.journal import Recognised
 from ...io.result_bag import ResultBag

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ... import __version__
-from ...core.errors import SourceError
+from ...core.base.errors import SourceError
 from ...io.parameters import Setup
 from ...io.whole_files import write_whole
 

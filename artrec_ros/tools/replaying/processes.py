@@ -18,7 +18,7 @@ from typing import Any
 
 import cv2
 
-from ...core.errors import ArtrecError
+from ...core.base.errors import ArtrecError
 from .engines import MOST_DEATHS, QUEUED, Done, Engine, Job
 
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")

@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.base.errors import ImageError, SourceError
 from ...core.drawing import draw_error, draw_result
-from ...core.errors import ImageError, SourceError
 from ...io.frames import Frame, Part, Source, SourceOptions
 from ...io.journal import Recognised
 from ...io.parameters import Setup

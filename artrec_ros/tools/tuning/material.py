@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.errors import SourceError
+from ...core.base.errors import SourceError
 from ...io.frames import Part, Source
 from ...io.journal import Recognised
 from ...io.parameters import Setup

@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from ...core.errors import ArtrecError
+from ...core.base.errors import ArtrecError
 from ...io.parameters import Setup, load_parameters, read_flat
 from ...io.shared_files import SCHEME
 from ...io.specs import Spec, all_specs

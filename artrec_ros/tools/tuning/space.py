@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import ConfigError
+from ...core.base.errors import ConfigError
 from ...io.files import Value, load_yaml
 from ...io.parameters import Setup, hint
 from ...io.specs import Spec, all_specs

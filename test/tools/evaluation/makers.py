@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 import yaml
 
-from artrec_ros.core.datatypes import Camera, Detection, FrameResult, ImagePose, Instance, Rejection
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance, Rejection
 from artrec_ros.io.results import FrameRecord
 from artrec_ros.io.truth import TrueComponent, TrueObject
 

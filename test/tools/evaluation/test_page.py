@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Rejection
+from artrec_ros.core.model.found import Rejection
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.evaluation import gallery
 from artrec_ros.tools.evaluation.failures import failed_frames

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.evaluation.calibration import calibrate, expected_error
 from artrec_ros.tools.evaluation.figures import figures_of, written

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import SourceError
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.io.objects import load_object
 from artrec_ros.io.truth import Told, TrueObject, Truth
 from artrec_ros.tools.evaluation.assignment import Choice, choose_objects, match_frames, strangers

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.parameters import Setup, load_parameters
 from artrec_ros.tools.tuning.space import changed, distributions, load_space, suggested_of, values_of
 

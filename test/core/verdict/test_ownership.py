@@ -1,0 +1,137 @@
+"""Pixels that go to one object only."""
+
+import numpy as np
+import pytest
+from solids import BENT, BLUE, RED, camera_of, chain, jolted, pose, render, truck
+
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.verdict.claims import silhouette
+from artrec_ros.core.verdict.ownership import share_out
+
+CAMERA = camera_of()
+TRUCK = truck()
+LEFT = pose(-0.25, 0, 1.0, 0.3, model=TRUCK)
+RIGHT = pose(0.25, 0.02, 1.1, -0.4, model=TRUCK, joints={"hind": 0.3})
+LEAST = 100.0
+
+
+def candidates(finder, field, poses):
+    votes = finder.votes(field, CAMERA, poses, occlusion=True)
+    order = np.argsort(-votes, kind="stable")
+    return poses[order]
+
+
+def image_of_two():
+    return LabelField(render(CAMERA, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)]))
+
+
+def crowd(seed=0, n=6):
+    rng = np.random.default_rng(seed)
+    return Poses.concatenate([LEFT, jolted(rng, LEFT, n, 0.01, 0.1, 0.1), RIGHT, jolted(rng, RIGHT, n, 0.01, 0.1, 0.1)])
+
+
+def everything(verdict):
+    return True
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
+    field = image_of_two()
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    accepted, _ = share_out(
+        [(finder, candidates(finder, field, crowd(seed)))], field, CAMERA, LEAST, everything, Deadline()
+    )
+    assert len(accepted) == 2
+    for truth in (LEFT, RIGHT):
+        assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
+
+
+@pytest.mark.parametrize(
+    "near, far, meet",
+    [
+        (pose(0.05, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK), True),
+        (pose(-0.02, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK), True),
+        (LEFT, RIGHT, False),
+    ],
+    ids=["half in front", "touching", "apart"],
+)
+def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, meet):
+    field = LabelField(render(CAMERA, [(TRUCK, near, RED), (TRUCK, far, RED)]))
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    poses = Poses.concatenate([near, far])
+    accepted, _ = share_out([(finder, candidates(finder, field, poses))], field, CAMERA, LEAST, everything, Deadline())
+    assert len(accepted) == 2
+    before = [v.claim.votes for v in accepted]
+    assert before == sorted(before, reverse=True)
+    left = field
+    for claim in (v.claim for v in accepted):
+        expected = finder.judge(left, CAMERA, claim.poses, occlusion=True)
+        np.testing.assert_allclose(claim.scores.votes, expected.votes, rtol=1e-6, atol=1e-6)
+        assert claim.votes == pytest.approx(float(finder.votes(left, CAMERA, claim.poses, occlusion=True)[0]))
+        left = left.without(silhouette(finder.surface, CAMERA, claim.poses))
+    alone = finder.votes(field, CAMERA, accepted[1].claim.poses, occlusion=True)[0]
+    assert (accepted[1].claim.votes < alone) == meet  # what they share went to the first
+
+
+def test_targets_compete_for_pixels():
+    field = image_of_two()
+    finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
+    found = [(f, candidates(f, field, crowd())) for f in finders]
+    accepted, _ = share_out(found, field, CAMERA, LEAST, everything, Deadline())
+    assert len(accepted) == 2
+    blue = WholeObjectFinder(Target("blue", TRUCK, BLUE))
+    accepted, _ = share_out([(blue, candidates(blue, field, crowd()))], field, CAMERA, LEAST, everything, Deadline())
+    assert accepted == []
+
+
+def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
+    field = image_of_two()
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    found = [(finder, candidates(finder, field, crowd()))]
+    accepted, others = share_out(found, field, CAMERA, LEAST, lambda verdict: False, Deadline())
+    assert accepted == [] and len(others) == 2
+    left_only = lambda verdict: verdict.claim.poses.t[0, 0] < 0  # noqa: E731
+    accepted, others = share_out(found, field, CAMERA, LEAST, left_only, Deadline())
+    assert len(accepted) == 1 and len(others) == 1
+    assert accepted[0].claim.poses.t[0, 0] < 0 < others[0].claim.poses.t[0, 0]
+    whole = finder.votes(field, CAMERA, others[0].claim.poses, occlusion=True)[0]
+    assert others[0].claim.votes == pytest.approx(float(whole))
+
+
+def test_nothing_found_gives_nothing():
+    field = image_of_two()
+    finder = WholeObjectFinder(Target("chain", chain(), RED))
+    none = pose(model=chain())[np.zeros(0, int)]
+    for found in ([], [(finder, none)]):
+        accepted, others = share_out(found, field, CAMERA, LEAST, everything, Deadline())
+        assert list(accepted) == list(others) == []
+    far_off = candidates(finder, field, pose(5.0, model=chain()))
+    accepted, others = share_out([(finder, far_off)], field, CAMERA, LEAST, everything, Deadline())
+    assert list(accepted) == list(others) == []
+
+
+@pytest.mark.parametrize("lens", [(), BENT], ids=len)
+def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
+    camera = camera_of(distortion=lens)
+    field = LabelField(render(camera, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)]))
+    finder, judged = WholeObjectFinder(Target("truck", TRUCK, RED)), []
+    judge = finder.judge
+    monkeypatch.setattr(finder, "judge", lambda f, c, poses, **k: judged.append(len(poses)) or judge(f, c, poses, **k))
+    poses = Poses.concatenate([LEFT, RIGHT, jolted(np.random.default_rng(1), LEFT, 3, 0.002, 0.02, 0.02)])
+    accepted, _ = share_out([(finder, poses)], field, camera, LEAST, everything, Deadline())
+    assert len(accepted) == 2
+    assert judged == [5, 3]  # all of them; then the left one's rivals
+
+
+def test_claims_keep_their_order_when_some_are_judged_again():
+    """Which of two equal claims goes first does not hang on what was judged before."""
+    field = image_of_two()
+    finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
+    far = pose(-0.25, -0.02, 2.2, 0.3, model=TRUCK)  # behind the left one: its votes fall when that owns its pixels
+    found = [(finders[0], RIGHT), (finders[1], Poses.concatenate([LEFT, far, RIGHT]))]
+    accepted, _ = share_out(found, field, CAMERA, LEAST, everything, Deadline())
+    assert [v.claim.finder.target.name for v in accepted if v.claim.poses.t[0, 0] > 0] == ["one"]

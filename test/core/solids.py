@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
@@ -150,3 +151,18 @@ def turn_between(A, B) -> float:
 
 def frames_of(surface, poses):
     return surface.kinematics.forward(poses.R, poses.t, poses.q)
+
+
+def facing(surface, frames, patches):
+    """(H, P) cosine of the angle under which each patch is seen."""
+    c = surface.component[patches]
+    normal = np.einsum("hpij,pj->hpi", frames.R[:, c], surface.normal[patches])
+    centre = np.einsum("hpij,pj->hpi", frames.R[:, c], surface.centre[patches]) + frames.t[:, c]
+    return -np.sum(normal * centre, axis=-1) / np.linalg.norm(centre, axis=-1)
+
+
+def contour_pixels(surface, camera, poses):
+    """(H, M, m, 2) where the contours of all markers land."""
+    frames, c = frames_of(surface, poses), surface.component[surface.markers]
+    X = np.einsum("hmij,mkj->hmki", frames.R[:, c], surface.contour) + frames.t[:, c, None]
+    return project(camera, X)

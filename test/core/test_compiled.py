@@ -1,69 +1,23 @@
-"""Compiled twins against the numpy code that says what they compute."""
+"""Compiled steps of the recognition in space, each against what is known of it from elsewhere."""
 
-import builtins
-import importlib.util
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
-from solids import (
-    BENT,
-    BLUE,
-    BODY,
-    RATIONAL,
-    RED,
-    camera_of,
-    chain,
-    jolted,
-    pose,
-    random_poses,
-    render,
-    sign,
-    slide,
-    truck,
-)
+from solids import BENT, RATIONAL, RED, camera_of, random_poses, truck
 
-from artrec_ros.core import evidence
 from artrec_ros.core.base import jit
-from artrec_ros.core.base.config import RecognizerConfig
-from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry import pixel_kernels as geometry
 from artrec_ros.core.geometry.projection import project
-from artrec_ros.core.geometry.transforms import wrap_angle
-from artrec_ros.core.image.blobs import find_blobs
-from artrec_ros.core.image.label_field import OWNED, UNKNOWN, LabelField
-from artrec_ros.core.model import kinematics
-from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose import distinct, guesses, occlusion, views
-from artrec_ros.core.pose import finder as whole_object
+from artrec_ros.core.image.label_field import OUTSIDE, OWNED, UNKNOWN, LabelField
 from artrec_ros.core.pose import pose_fit as posefit
 from artrec_ros.core.pose import step_kernels as refining
-from artrec_ros.core.pose import surface_model as spatial
-from artrec_ros.core.pose import view_bank as bank_module
-from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
-from artrec_ros.core.pose.view_bank import blob_shape
+from artrec_ros.core.pose.distinct import CELL_AXIS, CELL_LOG_DEPTH, CELL_PLACE, best_distinct
+from artrec_ros.core.pose.surface_model import SpatialModel
 
 LENSES = pytest.mark.parametrize("lens", [(), BENT[:4], BENT, RATIONAL], ids=len)
-pytestmark = pytest.mark.skipif(not jit.COMPILED, reason="numba is not installed")
-
-
-@pytest.fixture
-def scene(rng):
-    """A truck's surface, poses of it in view, and a label image that has something to say on them."""
-    return scene_of(truck(), rng)
-
-
-@pytest.fixture(params=[truck, chain, sign, slide])
-def any_scene(request, rng):
-    """The same of objects with every kind of joint, and with none."""
-    return scene_of(request.param(), rng)
-
-
-def scene_of(model, rng):
-    coarse = np.random.default_rng(4).choice([0, RED, 5, 1], (24, 32), p=[0.2, 0.4, 0.3, 0.1])
-    labels = np.kron(coarse, np.ones((10, 10))).astype(np.uint8)
-    return SpatialModel(model, RED), random_poses(rng, model, 12), LabelField(labels)
+pytestmark = pytest.mark.uncompiled
 
 
 @pytest.fixture
@@ -71,17 +25,29 @@ def rng():
     return np.random.default_rng(3)
 
 
-def plainly(monkeypatch, *modules):
-    """From here on numpy does the work of these modules."""
-    for module in modules:
-        monkeypatch.setattr(module, "COMPILED", False)
+@pytest.fixture
+def scene(rng):
+    """A truck's surface, poses of it in view, and a label image that has something to say on them."""
+    coarse = np.random.default_rng(4).choice([0, RED, 5, 1], (24, 32), p=[0.2, 0.4, 0.3, 0.1])
+    labels = np.kron(coarse, np.ones((10, 10))).astype(np.uint8)
+    return SpatialModel(truck(), RED), random_poses(rng, truck(), 12), LabelField(labels)
 
 
 @LENSES
-def test_points_project_alike(lens):
+def test_points_land_where_opencv_puts_them(lens, rng):
     camera = camera_of(distortion=lens)
     view = geometry.view_of(LabelField(np.zeros((240, 320), np.uint8)), camera)
-    X = np.random.default_rng(0).normal((0, 0, 1), 1.0, (200, 3))  # some beside and behind the camera
+    X = np.column_stack([rng.uniform(-0.5, 0.5, (100, 2)), np.ones(100)]) * rng.uniform(0.3, 3.0, (100, 1))
+    expected = cv2.projectPoints(X, np.zeros(3), np.zeros(3), camera.matrix, np.array(lens, float))[0][:, 0]
+    np.testing.assert_allclose([geometry.project(*x, view) for x in X], expected, atol=1e-8)
+    np.testing.assert_allclose(project(camera, X), expected, atol=1e-8)
+
+
+@LENSES
+def test_points_beside_and_behind_the_camera_project_alike(lens):
+    camera = camera_of(distortion=lens)
+    view = geometry.view_of(LabelField(np.zeros((240, 320), np.uint8)), camera)
+    X = np.random.default_rng(0).normal((0, 0, 1), 1.0, (200, 3))
     found = [geometry.project(*x, view) for x in X]
     np.testing.assert_allclose(found, project(camera, X), rtol=1e-9, atol=1e-6)
 
@@ -105,20 +71,6 @@ def test_pixels_are_looked_up_alike():
     assert field.padded[geometry.pixel(np.nan, 2.0, 9, 6)] == field.padded[0]
 
 
-@pytest.mark.parametrize("occlusion", [False, True])
-@LENSES
-def test_patches_score_alike(scene, lens, occlusion, monkeypatch):
-    surface, poses, field = scene
-    camera = camera_of(distortion=lens)
-    patches = np.arange(len(surface.patches))
-    compiled = surface.score(field, camera, poses, patches, occlusion=occlusion)
-    plainly(monkeypatch, spatial)
-    plain = surface.score(field, camera, poses, patches, occlusion=occlusion)
-    assert np.abs(plain.votes).max() > 10
-    for one, other in zip(compiled.arrays, plain.arrays, strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-3)
-
-
 def test_hypotheses_that_are_no_numbers_score_nothing(scene):
     surface, poses, field = scene
     broken = replace(poses, t=np.full_like(poses.t, np.nan))
@@ -126,222 +78,39 @@ def test_hypotheses_that_are_no_numbers_score_nothing(scene):
     assert not scores.votes.any() and not scores.area_px.any()
 
 
-def test_chains_place_components_alike(any_scene, monkeypatch):
-    surface, poses, _ = any_scene
-    kin = surface.kinematics
-    compiled = kin.forward(poses.R, poses.t, poses.q)
-    plainly(monkeypatch, kinematics)
-    plain = kin.forward(poses.R, poses.t, poses.q)
-    for name in ("R", "t", "axis", "origin"):
-        np.testing.assert_allclose(getattr(compiled, name), getattr(plain, name), atol=1e-12)
-
-
-def test_joints_are_found_alike(any_scene, monkeypatch):
-    surface, poses, field = any_scene
-    before = Poses(poses.R.copy(), poses.t.copy(), poses.q.copy())
-    compiled = surface.search_joints(field, camera_of(), poses, 0.25)
-    for name in ("R", "t", "q"):
-        np.testing.assert_array_equal(getattr(poses, name), getattr(before, name))
-    plainly(monkeypatch, spatial)
-    np.testing.assert_allclose(compiled.q, surface.search_joints(field, camera_of(), poses, 0.25).q)
-    assert compiled.q.shape[1] == 0 or len(np.unique(compiled.q)) > 1
-
-
-@pytest.mark.parametrize("occlusion", [False, True])
-def test_whole_objects_have_the_same_votes(any_scene, monkeypatch, occlusion):
-    surface, poses, field = any_scene
-    finder = WholeObjectFinder(Target("truck", surface.model, RED))
-    compiled = finder.votes(field, camera_of(), poses, occlusion=occlusion)
-    plainly(monkeypatch, spatial, whole_object)
-    np.testing.assert_allclose(compiled, finder.votes(field, camera_of(), poses, occlusion=occlusion), rtol=1e-4)
-
-
-def test_boxes_hide_the_same_points(scene, monkeypatch, rng):
-    surface, poses, _ = scene
-    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
-    X = poses.t[:, None] + rng.normal(0, 0.15, (len(poses), 200, 3))
-    ignored = rng.random((200, len(surface.boxes))) < 0.2
-    compiled = surface.boxes.hidden(frames, X, ignored)
-    plainly(monkeypatch, occlusion)
-    np.testing.assert_array_equal(compiled, surface.boxes.hidden(frames, X, ignored))
-    assert 0.1 < compiled.mean() < 0.9
-
-
-@LENSES
-def test_fits_agree(scene, lens, monkeypatch):
-    surface, poses, field = scene
-    camera, rng = camera_of(distortion=lens), np.random.default_rng(5)
-    use = rng.random((len(poses), len(surface.markers))) < 0.7
-    use[0] = False
-    free = rng.random(poses.q.shape) < 0.7
-    compiled = posefit.refine(surface, field, camera, poses, use, (4,), free)
-    plainly(monkeypatch, posefit)
-    plain = posefit.refine(surface, field, camera, poses, use, (4,), free)
-    assert np.abs(plain.t - poses.t).max() > 1e-3 and np.abs(plain.q - poses.q).max() > 1e-3
-    for name in ("R", "t", "q"):
-        np.testing.assert_allclose(getattr(compiled, name), getattr(plain, name), atol=1e-6)
-        np.testing.assert_array_equal(getattr(compiled, name)[0], getattr(poses, name)[0])
-
-
-def test_sweeping_leads_the_same_way(scene, monkeypatch):
-    surface, poses, field = scene
-    finder, camera = WholeObjectFinder(Target("truck", surface.model, RED)), camera_of()
-    votes = finder.votes(field, camera, poses, occlusion=True)
-    found, best = finder._sweep(field, camera, poses, votes)
-    assert (best > votes).any()
-    plainly(monkeypatch, whole_object)
-    plain, plain_best = finder._sweep(field, camera, poses, votes)
-    np.testing.assert_allclose(best, plain_best, rtol=1e-6, atol=1e-3)
-    np.testing.assert_allclose(found.q, plain.q, atol=1e-9)
-
-
-@pytest.mark.parametrize("spread", [1.0, 0.012])  # the second one's steps soon are too small to go on
-def test_climbing_leads_the_same_way(scene, monkeypatch, spread):
-    surface, poses, field = scene
-    finder, camera, clock = WholeObjectFinder(Target("truck", surface.model, RED)), camera_of(), Deadline(60.0)
-    votes = finder.votes(field, camera, poses, occlusion=True)
-    found, best = finder._climb(field, camera, poses, votes, 4, spread, clock)
-    assert (best >= votes).all() and (best > votes).any()
-    np.testing.assert_allclose(finder.votes(field, camera, found, occlusion=True), best, rtol=0.02, atol=1e-3)
-    plainly(monkeypatch, whole_object)
-    plain, plain_best = finder._climb(field, camera, poses, votes, 4, spread, clock)
-    # a point between two pixels may round to either, and lead another way from there
-    same = np.isclose(best, plain_best, rtol=1e-6, atol=1e-3)
-    assert same.mean() > 0.7
-    for name in ("R", "t", "q"):
-        np.testing.assert_allclose(getattr(found, name)[same], getattr(plain, name)[same], atol=1e-9)
-
-
-def test_alignments_with_a_blob_agree(monkeypatch):
-    model = truck()
-    bank = guesses.Guesser(model, SpatialModel(model, RED), 0)._banks[0]
-    labels = np.zeros((120, 160), np.uint8)
-    labels[30:70, 40:110] = RED
-    field, camera = LabelField(labels), camera_of()
-    (blob,) = find_blobs(labels, {RED}, RecognizerConfig(), ())
-    shape = blob_shape(blob, 0.5)
-    found = [bank.align(field, camera, shape, most) for most in (70, 10_000)]
-    plainly(monkeypatch, bank_module)
-    for (T, votes, view), most in zip(found, (70, 10_000), strict=True):
-        T_plain, votes_plain, view_plain = bank.align(field, camera, shape, most)
-        assert len(T) == 70 if most == 70 else len(T) > 70
-        assert (np.diff(votes_plain) <= 0).all()
-        np.testing.assert_allclose(votes, votes_plain, rtol=1e-5)
-        gap = np.diff(votes_plain) > -1e-4 * votes_plain[:-1]  # the order of equal votes hangs on the last digit
-        clear = ~(np.append(gap, False) | np.append(False, gap))
-        clear[-1] = False  # more of its votes may have been left out
-        assert clear.sum() > 5
-        np.testing.assert_array_equal(view[clear], view_plain[clear])
-        turned = wrap_angle(T[clear, 2] - T_plain[clear, 2])
-        np.testing.assert_allclose(turned, 0.0, atol=1e-6)
-        np.testing.assert_allclose(T[clear][:, [0, 1, 3]], T_plain[clear][:, [0, 1, 3]], rtol=1e-6)
-
-
-@LENSES
-def test_similarities_are_lifted_alike(monkeypatch, lens):
-    rng, bank = np.random.default_rng(5), views.view_bank(truck().required.markers[0])
-    flips = views.flips_of(np.array([v.turn for v in bank]), np.array([v.direction for v in bank]))
-    low, high = (0, 0, -4, 20), (320, 240, 4, 600)
-    T, camera = rng.uniform(low, high, (50, 4)), camera_of(distortion=lens)
-    view, origin = rng.integers(0, len(bank), 50), np.array([0.02, -0.1, 0.05])
-    found = views.lift(flips, view, T, camera, origin)
-    plainly(monkeypatch, views)
-    for one, other in zip(found, views.lift(flips, view, T, camera, origin), strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-9)
-
-
-def test_hypotheses_are_told_apart_alike(monkeypatch, rng):
+def test_of_hypotheses_that_are_alike_the_best_is_kept(rng):
     poses = random_poses(rng, truck(), 30)
-    poses = poses[rng.integers(0, 30, 200)]
-    poses.t[::2] *= rng.uniform(0.97, 1.03, (100, 1))
-    poses.t[7], score = np.nan, rng.normal(size=200)
-    found = [distinct.best_distinct(poses, score, n) for n in (5, 500)]
-    plainly(monkeypatch, distinct)
-    assert [f.tolist() for f in found] == [distinct.best_distinct(poses, score, n).tolist() for n in (5, 500)]
-    assert 30 <= len(found[1]) < 150
+    poses = poses[rng.integers(0, 30, 120)]
+    poses.t[::2] *= rng.uniform(0.97, 1.03, (60, 1))
+    poses.t[7], score = np.nan, rng.normal(size=120)
+    kept = best_distinct(poses, score, 500)
+    assert 30 <= len(kept) < 100 and (np.diff(score[kept]) <= 0).all()
+    assert best_distinct(poses, score, 5).tolist() == kept[:5].tolist()
+    for h in set(range(120)) - set(kept.tolist()) - {7}:
+        near = kept[score[kept] >= score[h]]
+        place = np.abs(poses.t[near, :2] / poses.t[near, 2:] - poses.t[h, :2] / poses.t[h, 2]).max(axis=1)
+        depth = np.abs(np.log(poses.t[near, 2] / poses.t[h, 2]))
+        axes = np.abs((poses.R[near] - poses.R[h])[:, :, [0, 2]]).max(axis=(1, 2))
+        assert ((place <= CELL_PLACE) & (depth <= CELL_LOG_DEPTH) & (axes <= CELL_AXIS)).any()
 
 
-def test_contours_fit_alike(monkeypatch, any_scene, rng):
-    surface, poses, field = any_scene
-    use = rng.random((len(poses), len(surface.markers))) < 0.6
-    use[:, -1] |= use.shape[1] == 1
-    found = posefit.contour_fit(surface, field, camera_of(distortion=BENT), poses, np.asfortranarray(use), 3)
-    plainly(monkeypatch, posefit)
-    plain = posefit.contour_fit(surface, field, camera_of(distortion=BENT), poses, use, 3)
-    for name in ("normal", "spacing_px", "weight", "jacobian"):
-        np.testing.assert_allclose(getattr(found, name), getattr(plain, name), rtol=1e-6, atol=1e-6)
-    said = plain.weight > 0
-    assert said.sum() > 15
-    np.testing.assert_allclose(found.residual[said], plain.residual[said], atol=1e-6)
-
-
-@pytest.mark.parametrize("owned", [False, True])
-def test_edges_of_markers_of_two_classes_are_found_alike(monkeypatch, rng, owned):
-    """With seams of widths of their own, and pixels that another object owns."""
-    model = truck()
-    torso, fore, hind = model.components
-    surface = SpatialModel(replace(model, components=(torso, fore, replace(hind, label=BLUE))), RED)
-    truth = pose(0.0, 0.0, 0.8, 0.3, model=model)
-    labels = render(camera_of(), [(surface.model, truth, RED)])
-    labels[labels == BODY] = UNKNOWN
-    if owned:
-        labels[::3, ::3] = OWNED
-    field = LabelField(labels)
-    field._seams.update({RED: 1.5, BLUE: 0.8})
-    poses, use = jolted(rng, truth, 20, 0.005, 0.03, 0.05), np.ones((20, len(surface.markers)), bool)
-    found = posefit.contour_fit(surface, field, camera_of(), poses, use, 4)
-    plainly(monkeypatch, posefit)
-    plain = posefit.contour_fit(surface, field, camera_of(), poses, use, 4)
-    np.testing.assert_allclose(found.weight, plain.weight, atol=1e-6)
-    of_class = surface.label[surface.markers]
-    for label in (RED, BLUE):
-        mine = plain.weight[:, of_class == label] > 0
-        assert mine.sum() > 50
-        pairs = (fit.residual[:, of_class == label][mine] for fit in (found, plain))
-        np.testing.assert_allclose(*pairs, atol=1e-6)
-
-
-def test_results_are_kept_until_any_of_the_sources_changes(tmp_path):
-    source, kept = tmp_path / "one.py", tmp_path / "__pycache__" / "two.f-1.py311.nbi"
-    source.write_text("a = 1")
-    jit.forget_stale(tmp_path)
-    kept.write_text("compiled")
-    jit.forget_stale(tmp_path)
-    assert kept.exists()
-    source.write_text("a = 2")
-    jit.forget_stale(tmp_path)
-    assert not kept.exists()
-
-
-def test_without_numba_the_functions_are_plain_python(monkeypatch):
-    real = builtins.__import__
-
-    def refuse(name, *args, **options):
-        if name == "numba":
-            raise ImportError(name)
-        return real(name, *args, **options)
-
-    spec = importlib.util.spec_from_file_location("jit_without_numba", jit.__file__)
-    plain = importlib.util.module_from_spec(spec)
-    monkeypatch.setattr(builtins, "__import__", refuse)
-    spec.loader.exec_module(plain)
-    assert not plain.COMPILED
-    assert plain.jit(len) is len
-
-
-def test_seams_are_measured_alike(scene, monkeypatch):
-    _, _, field = scene
-    compiled = field._gaps_px(RED)
-    plainly(monkeypatch, evidence)
-    plain = field._gaps_px(RED)
-    assert len(plain) > 300 and np.isinf(plain).any() and len(np.unique(plain)) > 3
-    np.testing.assert_array_equal(compiled, plain)
+def test_a_seams_gaps_are_those_to_the_nearest_pixel_of_another_known_class():
+    coarse = np.random.default_rng(4).choice([0, RED, 5, OWNED], (7, 8), p=[0.5, 0.3, 0.15, 0.05])
+    labels = np.kron(coarse, np.ones((5, 5))).astype(np.uint8)
+    known = np.argwhere(~np.isin(labels, (UNKNOWN, OWNED, OUTSIDE, RED)))
+    expected = []
+    for y, x in np.argwhere(labels == RED).tolist():
+        if not (4 <= y < 31 and 4 <= x < 36) or (labels[y - 1 : y + 2, x - 1 : x + 2] == RED).all():
+            continue
+        off = known - (y, x)
+        near = np.hypot(*off[np.abs(off).max(axis=1) <= 4].T)
+        expected.append(near.min() - 1 if len(near) else np.inf)
+    assert np.isinf(expected).any() and len(set(expected)) > 3
+    np.testing.assert_allclose(np.sort(LabelField(labels)._gaps_px(RED)), np.sort(expected))
 
 
 @pytest.mark.parametrize("size", [(1, 1), (8, 8), (9, 9), (9, 1)])
-@pytest.mark.parametrize("compiled", [True, False])
-def test_small_images_and_absent_classes_have_no_seam(monkeypatch, size, compiled):
-    monkeypatch.setattr(evidence, "COMPILED", compiled)
+def test_small_images_and_absent_classes_have_no_seam(size):
     field = LabelField(np.full(size, RED, np.uint8))
     assert field.seam_px(RED) == field.seam_px(RED + 1) == 0.0
 
@@ -377,3 +146,15 @@ def test_a_fit_from_no_numbers_harms_no_other(scene):
     good = np.arange(len(poses)) % 3 != 0
     for name in ("R", "t", "q"):
         np.testing.assert_array_equal(getattr(found, name)[good], getattr(alone, name)[good])
+
+
+def test_results_are_kept_until_any_of_the_sources_changes(tmp_path):
+    source, kept = tmp_path / "one.py", tmp_path / "__pycache__" / "two.f-1.py311.nbi"
+    source.write_text("a = 1")
+    jit.forget_stale(tmp_path)
+    kept.write_text("compiled")
+    jit.forget_stale(tmp_path)
+    assert kept.exists()
+    source.write_text("a = 2")
+    jit.forget_stale(tmp_path)
+    assert not kept.exists()

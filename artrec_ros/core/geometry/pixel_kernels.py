@@ -102,9 +102,15 @@ def locate(A: Any, b: Any, on: Any, view: View, out: Any) -> None:
 
 
 @inlined
-def outline_pixels(A: Any, b: Any, points: Any, normals: Any, view: View, out: Any) -> None:
-    """Fill out (4, m) with the pixels u, v of a contour (3, m) under A X + b, and its outward unit normals there."""
-    K, xs, ys, zs, gxs, gys, gzs = view.K, points[0], points[1], points[2], normals[0], normals[1], normals[2]
+def outline_pixels(A: Any, b: Any, points: Any, along: Any, view: View, out: Any) -> None:
+    """Fill out (4, m) with the pixels u, v of a contour (3, m) under A X + b, and its outward unit normals there.
+
+    A normal is perpendicular to the contour in the image: that in space, seen under slant, is not. A lens' bend is left
+    out of it.
+
+    :param along: (3, m) the contour's directions, counter-clockwise as seen from the front.
+    """
+    K, xs, ys, zs, gxs, gys, gzs = view.K, points[0], points[1], points[2], along[0], along[1], along[2]
     us, vs, nus, nvs = out[0], out[1], out[2], out[3]
     for i in range(len(xs)):
         x, y, z, gx, gy, gz = xs[i], ys[i], zs[i], gxs[i], gys[i], gzs[i]
@@ -112,9 +118,9 @@ def outline_pixels(A: Any, b: Any, points: Any, normals: Any, view: View, out: A
         u = (A[0, 0] * x + A[0, 1] * y + A[0, 2] * z + b[0]) * k
         v = (A[1, 0] * x + A[1, 1] * y + A[1, 2] * z + b[1]) * k
         g = A[2, 0] * gx + A[2, 1] * gy + A[2, 2] * gz
-        # the projection's derivative, times the depth
-        nu = K[0, 0] * (A[0, 0] * gx + A[0, 1] * gy + A[0, 2] * gz - u * g)
-        nv = K[1, 1] * (A[1, 0] * gx + A[1, 1] * gy + A[1, 2] * gz - v * g)
+        # the projection's derivative along the contour, times the depth, turned by a right angle
+        nv = K[0, 0] * (A[0, 0] * gx + A[0, 1] * gy + A[0, 2] * gz - u * g)
+        nu = -K[1, 1] * (A[1, 0] * gx + A[1, 1] * gy + A[1, 2] * gz - v * g)
         k = 1.0 / math.sqrt(nu * nu + nv * nv + 1e-24)
         us[i], vs[i], nus[i], nvs[i] = u, v, nu * k, nv * k
     if view.bent:

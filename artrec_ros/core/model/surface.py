@@ -28,7 +28,8 @@ class Patch:
     :param label: class label expected on it, 0 where unknown.
     :param inside: (n, 3) points on it, component frame; each stands for area / n.
     :param drawn: (3 + k, 3) a marker's centroid, its axis' tail and head, and its outline's corners.
-    :param contour, contour_normal: (m, 3) points of a marker's outline and unit in-plane normals pointing out of it.
+    :param contour, contour_along: (m, 3) points of a marker's outline and its unit directions there, counter-clockwise
+        as seen from the front.
     :param normal: (3,) outward.
     :param area: square metres.
     """
@@ -39,7 +40,7 @@ class Patch:
     inside: Array
     drawn: Array
     contour: Array
-    contour_normal: Array
+    contour_along: Array
     normal: Array
     area: float
 
@@ -103,9 +104,9 @@ def _marker_patch(c: int, marker: Marker, label: int) -> Patch:
     lift = lambda p: T.apply(np.pad(p, ((0, 0), (0, 1))))  # noqa: E731
     contour, normals = sample_contour(marker.outline, CONTOUR_POINTS)
     inside = sample_polygon(marker.outline, INSIDE_POINTS)
-    in_plane = np.pad(normals, ((0, 0), (0, 1))) @ T.rotation.T
+    along = np.cross(T.rotation[:, 2], np.pad(normals, ((0, 0), (0, 1))) @ T.rotation.T)
     drawn = np.vstack([marker.centroid, marker.tail, marker.head, marker.outline])
-    return Patch(c, marker, label, lift(inside), lift(drawn), lift(contour), in_plane, T.rotation[:, 2], marker.area)
+    return Patch(c, marker, label, lift(inside), lift(drawn), lift(contour), along, T.rotation[:, 2], marker.area)
 
 
 def _face_patches(c: int, component: Component) -> list[Patch]:

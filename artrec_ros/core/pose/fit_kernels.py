@@ -92,7 +92,7 @@ def normal_equations(
         if not cosine > least_cosine:  # nor is it where the pose is no number: sums below take all points
             continue
         n = moving(s.component[p], motion, columns)
-        outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, room.outline)
+        outline_pixels(P, q, s.contour[k], s.contour_along[k], view, room.outline)
         find_edges(k, e, step, view, room)
         fill_rows(s, k, P, q, motion, columns, n, view, room.outline, room.rows)
         for a in range(n):
@@ -126,7 +126,7 @@ def contour_rows(
         P, q = R[s.component[p]], t[s.component[p]]
         n = moving(s.component[p], motion, columns)
         cosine, _, _, _ = aspect(s, p, P, q)
-        outline_pixels(P, q, s.contour[k], s.contour_normal[k], view, outline)
+        outline_pixels(P, q, s.contour[k], s.contour_along[k], view, outline)
         find_edges(k, e, 0, view, room)
         fill_rows(s, k, P, q, motion, columns, n, view, outline, room.rows)
         spacing_px[k] = 0.0

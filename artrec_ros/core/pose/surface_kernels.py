@@ -31,7 +31,7 @@ class Surface(NamedTuple):
     points: Any  # (3, n)
     role: Any  # (P,)
     contour: Any  # (M, 3, m)
-    contour_normal: Any  # (M, 3, m)
+    contour_along: Any  # (M, 3, m) unit directions of the contour, counter-clockwise as seen from the front
     perimeter: Any  # (M,)
     ring_role: Any  # (M,)
     rim_role: Any  # (M,)

@@ -101,7 +101,7 @@ class SpatialModel:
         self.marker_labels: tuple[int, ...] = tuple(self.label[self.markers].tolist())
         self.markers_of = [self.markers[self.component[self.markers] == c].tolist() for c in range(len(bodies))]
         self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
-        self.contour_normal = np.array([self.patches[i].contour_normal for i in self.markers])  # (M, m, 3)
+        self.contour_along = np.array([self.patches[i].contour_along for i in self.markers])  # (M, m, 3)
         self.perimeter = np.array([p.marker.perimeter for p in self.patches if p.marker is not None])
         self.ring_role = np.array(
             [self.roles.ring(self.patches[i].label, bodies[self.component[i]]) for i in self.markers]
@@ -138,7 +138,7 @@ class SpatialModel:
             points=np.ascontiguousarray(np.concatenate(filled).T),
             role=self.point_role[np.cumsum(self.count) - 1],
             contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),
-            contour_normal=np.ascontiguousarray(self.contour_normal.transpose(0, 2, 1)),
+            contour_along=np.ascontiguousarray(self.contour_along.transpose(0, 2, 1)),
             perimeter=self.perimeter,
             ring_role=self.ring_role,
             rim_role=self.rim_role,

@@ -17,7 +17,7 @@ from .surface_kernels import Limits, Room, Surface, aspect, points_of, room_of
 @inlined
 def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, limits: Limits, room: Room) -> float:
     """Mean vote of what lies just inside and just outside the contour of marker `k`."""
-    outline_pixels(A, b, s.contour[k], s.contour_normal[k], view, room.outline)
+    outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
     outer, inner, ring_px = room.at[0], room.at[1], limits.ring_px
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]

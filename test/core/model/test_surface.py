@@ -88,7 +88,10 @@ def test_markers_patches_lie_in_their_planes():
         np.testing.assert_allclose(p.normal, T.rotation[:, 2])
         for points in (p.inside, p.contour):
             np.testing.assert_allclose((points - T.position) @ p.normal, 0, atol=1e-12)
-        np.testing.assert_allclose(p.contour_normal @ p.normal, 0, atol=1e-12)
+        np.testing.assert_allclose(p.contour_along @ p.normal, 0, atol=1e-12)
+        np.testing.assert_allclose(np.linalg.norm(p.contour_along, axis=1), 1.0)
+        outwards = T.rotation.T @ np.cross(p.contour_along, p.normal).T
+        assert not contains(p.marker.outline, (T.inverse().apply(p.contour).T + 1e-6 * outwards)[:2].T).any()
         assert contains(p.marker.outline, T.inverse().apply(p.inside)[:, :2]).all()
         assert p.area == pytest.approx(area(p.marker.outline), rel=1e-3)
         assert p.label == RED

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from scipy.stats import chi2
-from solids import BACKGROUND, BODY, RED, camera_of, jolted, pose, render, sign, slide, truck
+from solids import BACKGROUND, BODY, RED, camera_of, facing, jolted, pose, render, sign, slide, truck
 
 from artrec_ros.core.image.label_field import UNKNOWN, LabelField
-from artrec_ros.core.pose import pose_fit as posefit
+from artrec_ros.core.model.surface import INSIDE_POINTS
 from artrec_ros.core.pose.covariance import MOST_RANGE_SHARE, MOST_TURN_RAD, pose_covariances
 from artrec_ros.core.pose.pose_fit import refine
 from artrec_ros.core.pose.surface_model import SpatialModel
@@ -27,14 +27,8 @@ def scene(model, truth, camera=CAMERA, seam=False, rng=None):
                 mixed |= np.roll(labels, step, axis) != labels
         labels = np.where(mixed & (rng.random(labels.shape) < 0.7), UNKNOWN, labels).astype(np.uint8)
     frames = surface.kinematics.forward(truth.R, truth.t, truth.q)
-    cosine, _ = surface.in_camera(frames, surface.markers)
-    centre = surface.place(frames, surface.centre[surface.markers], surface.component[surface.markers])
-    return surface, LabelField(labels), (cosine > 0.2) & ~surface_hidden(surface, frames, centre)
-
-
-def surface_hidden(surface, frames, points):
-    lifted = 0.98 * points  # the markers' own bodies do not hide them
-    return surface.boxes.hidden(frames, lifted, surface.ignored[surface.markers])
+    amid = np.median(surface.shown(frames, surface.markers, INSIDE_POINTS), axis=2) > 0.5
+    return surface, LabelField(labels), (facing(surface, frames, surface.markers) > 0.2) & amid
 
 
 def rotation_error(R, truth):
@@ -70,7 +64,9 @@ def shares(errors, covariances, part):
     return [float((distance < chi2.ppf(p, e.shape[1])).mean()) for p in (0.5, 0.9)]
 
 
-@pytest.mark.parametrize("name, seam", [("truck", False), ("truck", True), ("sign", True), ("slide", False)], ids=str)
+@pytest.mark.parametrize(
+    "name, seam", [("truck", False), ("truck", True), ("sign", True), ("slide", False)], ids=str
+)
 def test_regions_hold_the_truth_as_often_as_they_say(name, seam):
     """Or somewhat more often: nothing is half hidden here, and nothing merged."""
     errors, covariances = fits(name, 40, seam)
@@ -131,11 +127,8 @@ def test_a_seam_makes_the_range_less_sure():
     assert spread[1] > 1.5 * spread[0]
 
 
-@pytest.mark.parametrize("compiled", [True, False])
 @pytest.mark.parametrize("name", sorted(MODELS))
-def test_many_are_told_of_as_each_alone(name, compiled, monkeypatch):
-    if not compiled:
-        monkeypatch.setattr(posefit, "COMPILED", False)
+def test_many_are_told_of_as_each_alone(name):
     rng, truth = np.random.default_rng(0), pose(0.0, 0.0, 0.9, 0.4, 0.1, MODELS[name])
     surface, field, use = scene(MODELS[name], truth)
     poses = jolted(rng, truth, 3, 0.002, 0.01, 0.02)

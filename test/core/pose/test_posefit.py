@@ -9,6 +9,8 @@ from solids import (
     RED,
     camera_of,
     chain,
+    contour_pixels,
+    frames_of,
     jolted,
     pose,
     render,
@@ -18,11 +20,15 @@ from solids import (
     turn_between,
 )
 
+from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.transforms import rotation_from_rotvec
+from artrec_ros.core.image.image_frame import view_of
 from artrec_ros.core.image.label_field import OWNED, UNKNOWN, LabelField
-from artrec_ros.core.pose.edges import find_edges
+from artrec_ros.core.pose.edge_kernels import edge_room, find_edges
+from artrec_ros.core.pose.edges import edge_terms
+from artrec_ros.core.pose.fit_kernels import Motion, normal_equations
 from artrec_ros.core.pose.pose_fit import contour_fit, refine
-from artrec_ros.core.pose.surface_model import SpatialModel
+from artrec_ros.core.pose.surface_model import LEAST_COSINE, Poses, SpatialModel
 
 CAMERA = camera_of()
 REACH = (8, 6, 4, 3, 3, 2, 2)
@@ -36,11 +42,12 @@ def half_plane(edge, seam=0, outer=BACKGROUND):
 
 
 def edges(labels, points, normal, reach=5, label=RED):
-    pixels = np.array(points, float).reshape(1, 1, -1, 2)
-    normals = np.broadcast_to(np.array(normal, float), pixels.shape)
-    found, weight = find_edges(LabelField(labels), pixels, normals, np.array([label]), reach)
-    assert found.shape == weight.shape == pixels.shape[:-1]
-    return found[0, 0], weight[0, 0]
+    """Signed distances of the edge along the normals of a contour's points, and their weights: (n,) each."""
+    model, field, pixels = SpatialModel(sign(), label), LabelField(labels), np.array(points, float)
+    room = edge_room(len(pixels), reach, 6)
+    room.outline[:2], room.outline[2:] = pixels.T, np.broadcast_to(np.array(normal, float), pixels.shape).T
+    find_edges(0, edge_terms(model, field, (reach,)), 0, view_of(field, CAMERA), room)
+    return room.edge, room.weight
 
 
 @pytest.mark.parametrize("reach", [5, 8])
@@ -60,8 +67,7 @@ def test_edges_are_found_along_any_normal(offset):
     labels = np.where(np.hypot(x - 100.2, y - 99.7) < 60, RED, BACKGROUND).astype(np.uint8)
     angle = np.linspace(0, 2 * np.pi, 500, endpoint=False)
     normal = np.column_stack([np.cos(angle), np.sin(angle)])
-    pixels = ((100.2, 99.7) + (60 + offset) * normal).reshape(1, 1, -1, 2)
-    found, weight = find_edges(LabelField(labels), pixels, normal.reshape(1, 1, -1, 2), np.array([RED]), 5)
+    found, weight = edges(labels, (100.2, 99.7) + (60 + offset) * normal, normal)
     assert (weight > 0).all()
     assert found.mean() == pytest.approx(-offset, abs=0.15)
     assert np.abs(found + offset).max() < 1.3
@@ -149,11 +155,49 @@ def test_the_jacobian_is_the_residuals_derivative():
 
     def pixels(x):
         R = rotation_from_rotvec(x[3:6]) @ truth.R
-        return surface.project_contours(CAMERA, kin.forward(R, truth.t + x[:3], truth.q + x[6:]), which)[0]
+        return contour_pixels(surface, CAMERA, Poses(R, truth.t + x[:3], truth.q + x[6:]))[:, which]
 
     step = 1e-6 * rng.normal(size=6 + kin.n_joints)
     moved = np.sum((pixels(step) - pixels(-step)) / 2 * fit.normal, axis=-1)
     np.testing.assert_allclose(fit.jacobian @ step, moved, rtol=1e-3, atol=1e-8)
+
+
+def test_the_normal_equations_are_sums_over_the_contours_points():
+    for name in ("truck", "chain"):
+        model, truth = SCENES[name]
+        surface, field, use = scene(model, truth)
+        kin, n = surface.kinematics, 6 + surface.kinematics.n_joints
+        fit, frames = contour_fit(surface, field, CAMERA, truth, use, 4), frames_of(surface, truth)
+        A, b, room = np.empty((n, n)), np.empty(n), edge_room(surface.contour.shape[1], 4, n)
+        motion = Motion(truth.t[0], frames.axis[0], frames.origin[0], kin.revolute, kin.moves)
+        terms, view = edge_terms(surface, field, (4,)), view_of(field, CAMERA)
+        normal_equations(
+            surface.compiled, surface.markers, use[0], frames.R[0], frames.t[0], motion, terms, 0, view, LEAST_COSINE,
+            A, b, np.empty(n, np.int64), room,
+        )  # fmt: skip
+        J, w = fit.jacobian.reshape(-1, n), fit.weight.ravel()
+        assert (w > 0).sum() > 20
+        np.testing.assert_allclose(A, (J * w[:, None]).T @ J, rtol=1e-9, atol=1e-6)
+        np.testing.assert_allclose(b, (J * w[:, None]).T @ fit.residual.ravel(), rtol=1e-9, atol=1e-6)
+
+
+def test_hypotheses_left_at_the_deadline_stay():
+    model, truth = SCENES["sign"]
+    surface, field, use = scene(model, truth)
+    starts = jolted(np.random.default_rng(7), truth, 100, 0.01, 0.05, 0.0)
+    looks = []
+
+    class Once(Deadline):
+        @property
+        def expired(self):
+            looks.append(True)
+            return len(looks) > 1
+
+    some = refine(surface, field, CAMERA, starts, np.tile(use, (100, 1)), (4,), deadline=Once())
+    every = refine(surface, field, CAMERA, starts, np.tile(use, (100, 1)), (4,))
+    fitted = (some.t != starts.t).any(axis=1)
+    assert 0 < fitted.sum() < 100
+    np.testing.assert_array_equal(some.t[fitted], every.t[fitted])
 
 
 def test_joints_that_are_held_do_not_move():

@@ -7,6 +7,7 @@ import pytest
 from solids import BODY, RED, camera_of, chain, pose, random_poses, render, truck, turn_between
 
 from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
@@ -20,11 +21,11 @@ TRUCK = truck()
 AT = pose(0.02, 0.0, 0.6, 0.4, model=TRUCK, joints={"fore": 0.5, "hind": -0.3})
 
 
-def seeds_of(labels, which, blob_of):
+def seeds_of(labels, which, blob_of, deadline=None):
     target = Target("truck", TRUCK, RED)
     seeds = Seeds(target, SpatialModel(TRUCK, RED))
     blobs = find_blobs(labels, {RED}, RecognizerConfig())
-    return getattr(seeds, which)(LabelField(labels), CAMERA, blob_of(blobs))
+    return getattr(seeds, which)(LabelField(labels), CAMERA, blob_of(blobs), deadline or Deadline())
 
 
 def largest(blobs):
@@ -55,6 +56,11 @@ def test_another_components_blob_tells_it_too_but_not_at_first_sight():
     assert near(seeds_of(labels, "all", smallest), AT)
 
 
+@pytest.mark.parametrize("which", ["few", "all"])
+def test_without_time_nothing_is_guessed(which):
+    assert not len(seeds_of(render(CAMERA, [(TRUCK, AT, RED)]), which, largest, Deadline(0.0)))
+
+
 @pytest.mark.parametrize("least", ["PLAIN_PX", "PLAIN_VOTES"])
 def test_a_speck_is_no_object_in_plain_view(monkeypatch, least):
     """Too small a blob, or too few votes for what it may be: either alone says so."""
@@ -74,7 +80,9 @@ def test_only_components_of_its_class_are_sought_in_a_blob(monkeypatch, label, a
     monkeypatch.setattr(Guesser, "guess", lambda self, *args: count.append(self.label) or guess(self, *args))
     labels = render(CAMERA, [(TRUCK, AT, RED)])
     blobs = find_blobs(labels, {RED}, RecognizerConfig())
-    Seeds(Target("truck", model, RED), SpatialModel(model, RED)).all(LabelField(labels), CAMERA, smallest(blobs))
+    Seeds(Target("truck", model, RED), SpatialModel(model, RED)).all(
+        LabelField(labels), CAMERA, smallest(blobs), Deadline()
+    )
     assert count == [RED] * asked
 
 

@@ -5,12 +5,15 @@ import pytest
 from solids import (
     BENT,
     BODY,
-    RATIONAL,
     RED,
+    RIGHT_SIDE,
     camera_of,
     chain,
+    contour_pixels,
+    facing,
     frames_of,
     jolted,
+    marker,
     pose,
     random_poses,
     render,
@@ -18,11 +21,16 @@ from solids import (
     truck,
 )
 
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.geometry.pixel_kernels import outline_pixels
 from artrec_ros.core.geometry.projection import project
-from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.image.image_frame import view_of
+from artrec_ros.core.image.label_field import OWNED, LabelField
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.surface import contains
-from artrec_ros.core.pose import surface_model as spatial
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.pose_fit import contour_fit
+from artrec_ros.core.pose.surface_model import RING_WIDTH_PX, Poses, SpatialModel
+from artrec_ros.core.pose.votes import INSIDE, RIM, RING
 
 CAMERA = camera_of((160, 120), 150.0)
 
@@ -40,45 +48,136 @@ def test_hypotheses_are_picked_and_joined():
         np.testing.assert_array_equal(getattr(again, name), getattr(poses, name))
 
 
-def test_a_marker_straight_ahead_is_seen_with_cosine_one():
-    surface = SpatialModel(sign(), RED)
-    centre = surface.centre[0]
-    at = pose()
-    straight = Poses(at.R, np.array([[0, 0, 1.0]]) - centre @ at.R[0].T, at.q)
-    cosine, depth = surface.in_camera(frames_of(surface, straight), np.array([0]))
-    assert cosine[0, 0] == pytest.approx(1.0) and depth[0, 0] == pytest.approx(1.0)
-    back = Poses(at.R @ np.diag([-1.0, -1.0, 1.0]), straight.t, at.q)
-    assert surface.in_camera(frames_of(surface, back), np.array([0]))[0][0, 0] < -0.9
+def normals_of(surface, camera, poses):
+    """(H, M, m, 2) outward normals of all contours in the image."""
+    field, use = LabelField(np.zeros(camera.size[::-1], np.uint8)), np.ones((len(poses), len(surface.markers)), bool)
+    return contour_fit(surface, field, camera, poses, use, 2).normal
 
 
 @pytest.mark.parametrize("lens", [(), BENT], ids=len)
-def test_contours_land_on_the_projected_outline_and_normals_point_out_of_it(lens):
+def test_normals_point_out_of_the_projected_outline(lens):
     camera = camera_of(distortion=lens)
     model = truck()
     surface = SpatialModel(model, RED)
     rng = np.random.default_rng(3)
     at = jolted(rng, pose(0, 0, 0.9, model=model), 5, 0.05, 0.3, 0.3)
-    frames = frames_of(surface, at)
-    which = np.array([0, 3, 5])
-    pixels, normals = surface.project_contours(camera, frames, which)
+    frames, normals = frames_of(surface, at), normals_of(surface, camera, at)
+    pixels = contour_pixels(surface, camera, at)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=-1), 1.0)
-    np.testing.assert_allclose(pixels, project(camera, surface.place_contours(frames, which)))
-    cosine, _ = surface.in_camera(frames, surface.markers[which])
-    compared = 0
-    for h in range(5):
-        for k, number in enumerate(which):
-            if cosine[h, k] < 0.3:
-                continue
-            patch = surface.patches[surface.markers[number]]
-            dense = np.linspace(patch.marker.outline, np.roll(patch.marker.outline, -1, axis=0), 20, endpoint=False)
-            dense = np.pad(dense.transpose(1, 0, 2).reshape(-1, 2), ((0, 0), (0, 1)))
-            T = patch.marker.T_component_marker
-            c = patch.component
-            outline = project(camera, T.apply(dense) @ frames.R[h, c].T + frames.t[h, c])
-            assert contains(outline, pixels[h, k] - 0.3 * normals[h, k]).all()
-            assert not contains(outline, pixels[h, k] + 0.3 * normals[h, k]).any()
-            compared += 1
+    cosine, compared = facing(surface, frames, surface.markers), 0
+    for h, k in np.argwhere(cosine > 0.2).tolist():
+        patch = surface.patches[surface.markers[k]]
+        dense = np.linspace(patch.marker.outline, np.roll(patch.marker.outline, -1, axis=0), 20, endpoint=False)
+        dense = np.pad(dense.transpose(1, 0, 2).reshape(-1, 2), ((0, 0), (0, 1)))
+        T, c = patch.marker.T_component_marker, patch.component
+        outline = project(camera, T.apply(dense) @ frames.R[h, c].T + frames.t[h, c])
+        assert contains(outline, pixels[h, k] - 0.3 * normals[h, k]).all()
+        assert not contains(outline, pixels[h, k] + 0.3 * normals[h, k]).any()
+        compared += 1
     assert compared > 5
+
+
+@pytest.mark.uncompiled
+@pytest.mark.parametrize("slant", [0.0, 0.6, 1.2, 1.35])
+def test_a_disc_under_slant_has_an_ellipses_normals(slant):
+    """A disc's conic C, seen through x = H X, is H^-T C H^-1; its normal at x is the direction of that times x."""
+    radius, camera = 0.05, camera_of()
+    ring = np.arange(2880) * np.pi / 1440
+    disc = marker("face", radius * np.column_stack([np.cos(ring), np.sin(ring)]), RIGHT_SIDE, (0, 0, 0))
+    model = ObjectModel("disc", (Component("plate", (disc,), required=True),))
+    surface, at = SpatialModel(model, RED), pose(0.1, -0.06, 0.5, slant, 0.4, model)
+    plane = at.R[0] @ RIGHT_SIDE
+    homography = camera.matrix @ np.column_stack([plane[:, :2], at.t[0]])
+    inverse = np.linalg.inv(homography)
+    conic = inverse.T @ np.diag([1.0, 1.0, -(radius**2)]) @ inverse
+    points = np.insert(contour_pixels(surface, camera, at)[0, 0], 2, 1.0, axis=1)
+    expected = (points @ conic)[:, :2]
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    expected *= np.sign(np.sum(expected * (points[:, :2] - points[:, :2].mean(axis=0)), axis=1))[:, None]
+    np.testing.assert_allclose(normals_of(surface, camera, at)[0, 0], expected, atol=0.02)  # of 2880 sides
+
+
+@pytest.mark.uncompiled
+@pytest.mark.parametrize("slant", [0.3, -0.9, 1.3])
+def test_normals_are_perpendicular_to_the_sides_in_the_image(slant):
+    camera, surface = camera_of(), SpatialModel(sign(), RED)
+    at = pose(0.05, 0.02, 0.6, slant, 0.2)
+    room = np.empty((4, surface.contour.shape[1]))
+    view = view_of(LabelField(np.zeros((240, 320), np.uint8)), camera)
+    compiled = surface.compiled
+    outline_pixels(at.R[0], at.t[0], compiled.contour[0], compiled.contour_along[0], view, room)
+    np.testing.assert_allclose(room[:2].T, contour_pixels(surface, camera, at)[0, 0], atol=1e-9)
+    np.testing.assert_allclose(room[2:].T, normals_of(surface, camera, at)[0, 0], atol=1e-12)
+    corners = surface.patches[0].drawn[3:]
+    corners = project(camera, corners @ at.R[0].T + at.t[0])
+    sides = np.roll(corners, -1, axis=0) - corners
+    off = room[:2].T[:, None] - corners  # (m, n, 2)
+    length = np.linalg.norm(sides, axis=1)
+    across = np.abs(off[..., 0] * sides[:, 1] - off[..., 1] * sides[:, 0]) / length
+    share = np.sum(off * sides, axis=2) / length**2
+    on = np.where((share >= -1e-9) & (share <= 1 + 1e-9), across, np.inf).argmin(axis=1)
+    np.testing.assert_allclose(np.sum(room[2:].T * sides[on], axis=1) / length[on], 0.0, atol=1e-9)
+
+
+@pytest.mark.uncompiled
+@pytest.mark.parametrize("label", [RED, BODY, 0, OWNED])
+def test_an_image_of_one_class_says_the_same_everywhere(label):
+    """Votes are pixels times what a label says inside, and the contour's length times what it says on either side."""
+    model = sign()
+    surface, at = SpatialModel(model, RED), pose(0, 0, 0.5, 0.7, model=model)
+    scores = judged(surface, np.full((120, 160), label, np.uint8), at)
+    normal, centre = at.R[0] @ surface.normal[0], at.R[0] @ surface.centre[0] + at.t[0]
+    cosine, f2 = -normal @ centre / np.linalg.norm(centre), CAMERA.matrix[0, 0] * CAMERA.matrix[1, 1]
+    area_px = surface.area[0] * f2 / centre[2] ** 2 * cosine
+    assert scores.area_px[0, 0] == pytest.approx(area_px)
+    assert scores.agree[0, 0] == (label == RED)
+    votes = {RED: (INSIDE[0], RIM[0] + RING[0]), BODY: (INSIDE[2], RIM[2] + RING[2])}
+    votes |= {0: (INSIDE[1], RIM[1] + RING[1]), OWNED: (INSIDE[1], 0.0)}
+    ring_px = surface.perimeter[0] * (1 + cosine) / 2 * np.sqrt(f2) / centre[2] * RING_WIDTH_PX
+    inside, ring = votes[label]
+    assert scores.votes[0, 0] == pytest.approx(inside * area_px + ring * ring_px, rel=1e-6)
+
+
+@pytest.mark.uncompiled
+def test_of_two_classes_each_has_the_share_of_points_that_lie_on_it():
+    model = sign()
+    surface, at = SpatialModel(model, RED), pose(0.01, 0, 0.5, 0.7, model=model)
+    labels = np.full((120, 160), RED, np.uint8)
+    labels[:, 80:] = BODY
+    inside = project(CAMERA, surface.points @ at.R[0].T + at.t[0])[:, 0]
+    share = np.mean(inside < 79.5)
+    assert 0.2 < share < 0.8
+    assert judged(surface, labels, at).agree[0, 0] == pytest.approx(share)
+
+
+@pytest.mark.uncompiled
+@pytest.mark.parametrize("make", [chain, truck], ids=lambda m: m.__name__)
+def test_each_joint_is_found_at_the_value_of_its_grid_that_the_labels_like_best(make):
+    model = make()
+    surface, rng = SpatialModel(model, RED), np.random.default_rng(4)
+    coarse = rng.choice([0, RED, BODY, 1], (12, 16)).astype(np.uint8)
+    kin, field = surface.kinematics, LabelField(np.kron(coarse, np.ones((10, 10), np.uint8)))
+    poses = random_poses(rng, model, 3)
+    found = surface.search_joints(field, CAMERA, poses, 0.4)
+    for h in range(len(poses)):
+        best = poses[[h]]
+        for c, j in enumerate(kin.joint_of):
+            if j >= 0:
+                grid, mine = kin.grid(j, 0.4), np.flatnonzero(surface.component == c)
+                tried = best[np.zeros(len(grid), int)]
+                tried.q[:, j] = grid
+                votes = surface.score(field, CAMERA, tried, mine, occlusion=False).votes.sum(axis=1)
+                best = tried[[int(votes.argmax())]]
+                assert votes[np.flatnonzero(grid == found.q[h, j])[0]] == pytest.approx(votes.max(), abs=1e-6)
+                best.q[0, j] = found.q[h, j]
+    assert len(np.unique(found.q)) > 1 and np.array_equal(found.t, poses.t)
+
+
+def test_joints_left_at_the_deadline_stay():
+    surface = SpatialModel(truck(), RED)
+    poses, field = random_poses(np.random.default_rng(4), truck(), 5), LabelField(np.zeros((120, 160), np.uint8))
+    found = surface.search_joints(field, CAMERA, poses, 0.4, Deadline(0.0))
+    np.testing.assert_array_equal(found.q, poses.q)
 
 
 @pytest.mark.parametrize("bodies", [True, False])
@@ -115,49 +214,16 @@ def test_a_marker_behind_another_part_is_not_judged():
     model = truck()
     surface = SpatialModel(model, RED)
     labels = np.full((120, 160), BODY, np.uint8)
-    marker = next(i for i in surface.markers if surface.patches[i].marker.name == "outer_left")
+    leg = next(i for i in surface.markers if surface.patches[i].marker.name == "outer_left")
     turned = pose(0, 0, 0.9, 0.0, model=model, joints={"fore": 0.3})
-    assert judged(surface, labels, turned).area_px[0, marker] == 0
+    assert judged(surface, labels, turned).area_px[0, leg] == 0
     for heading in np.linspace(0, 6, 13):
         at = pose(0, 0, 0.9, heading, model=model)
         shown, all_of_it = (judged(surface, labels, at, occlusion=o).area_px for o in (True, False))
         assert (shown <= all_of_it + 1e-9).all()
 
 
-def twins(monkeypatch, surface, labels, camera, poses, patches, occlusion):
-    out = []
-    for compiled in (True, False):
-        monkeypatch.setattr(spatial, "COMPILED", compiled)
-        out.append(judged(surface, labels, poses, camera, occlusion, patches))
-    return out
-
-
-@pytest.mark.parametrize("lens", [(), BENT[:4], BENT, RATIONAL], ids=len)
-@pytest.mark.parametrize("bodies", [True, False])
-def test_the_compiled_kernel_says_what_numpy_says(monkeypatch, lens, bodies):
-    """Without numba the kernel runs as plain Python: few hypotheses."""
-    camera = camera_of((160, 120), 150.0, lens)
-    model = truck(bodies)
-    surface = SpatialModel(model, RED)
-    truth = pose(0, 0, 0.9, 0.4, model=model, joints={"fore": 0.4})
-    rng = np.random.default_rng(5)
-    labels = render(camera, [(model, truth, RED)])
-    labels[rng.random(labels.shape) < 0.1] = 0
-    poses = Poses.concatenate([truth, jolted(rng, truth, 6, 0.05, 0.4, 0.4), random_poses(rng, model, 4)])
-    some = np.flatnonzero(surface.component == 1)
-    for patches in (np.arange(len(surface.patches)), some, some[:1]):
-        for occlusion in (True, False):
-            fast, plain = twins(monkeypatch, surface, labels, camera, poses, patches, occlusion)
-            for name in ("votes", "area_px", "agree"):
-                a, b = getattr(fast, name), getattr(plain, name)
-                assert a.shape == (len(poses), len(patches))
-                np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-3, err_msg=name)
-    assert np.abs(plain.votes).max() > 0
-
-
-@pytest.mark.parametrize("compiled", [True, False])
-def test_no_hypotheses_give_no_scores(monkeypatch, compiled):
-    monkeypatch.setattr(spatial, "COMPILED", compiled)
+def test_no_hypotheses_give_no_scores():
     surface = SpatialModel(truck(), RED)
     none = pose(model=truck())[np.zeros(0, int)]
     scores = judged(surface, np.ones((120, 160), np.uint8), none)

@@ -10,7 +10,8 @@ from solids import BENT, CAB, RED, RIGHT_SIDE, camera_of, marker
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import apply_similarity, rotation_from_rotvec
 from artrec_ros.core.image.label_field import LabelField
-from artrec_ros.core.pose.views import align_view, anchors_of, blob_couples, flips_of, lift, score_view, view_bank
+from artrec_ros.core.pose.view_bank import LEAST_AREA_PX, Bank, BlobShape
+from artrec_ros.core.pose.views import anchors_of, blob_couples, flips_of, lift, moments_of, view_bank
 from artrec_ros.core.pose.votes import Roles
 
 FLAG = marker("flag", CAB, RIGHT_SIDE, (0, 0, 0))
@@ -70,52 +71,73 @@ def test_couples_join_each_anchor_with_the_next_and_the_one_after():
     assert [len(c) for c in blob_couples(speck, (1.0,))] == [0, 0]
 
 
+def shape_of(contour, couples=True, area_px=None):
+    """A blob's shape from its exact outline."""
+    none = np.zeros((0, 2)), np.zeros((0, 2))
+    area = shoelace(contour) if area_px is None else area_px
+    return BlobShape(contour, area, blob_couples(contour, (1.0, 2.0)) if couples else none, moments_of(contour))
+
+
+def aligned(views, labels, shape, most=10_000):
+    roles = Roles()
+    inside, ring = roles.inside(RED), roles.ring(RED, 0)
+    bank = Bank(views, roles.table[inside], roles.table[ring])
+    return bank.align(LabelField(labels), camera_of((200, 160)), shape, most)
+
+
+def far_between(view, T, contour):
+    """(H,) greatest distance of a placed outline from a contour, corner by corner."""
+    return np.linalg.norm(apply_similarity(T, view.outline) - contour, axis=2).max(axis=1)
+
+
+@pytest.mark.uncompiled
 @pytest.mark.parametrize("number", [0, 3, 12, -1])
 def test_the_best_alignment_of_a_view_with_its_own_blob_is_the_truth(number):
     view = view_bank(FLAG)[number]
-    truth = np.array([[90.0, 70.0, 0.7, 450.0]])
-    contour = apply_similarity(truth, view.outline)[0]
-    T = align_view(view, blob_couples(contour, (1.0, 2.0)), contour, view.area * 450.0**2, 14.0)
-    roles = Roles()
-    inside, ring = roles.inside(RED), roles.ring(RED, 0)
-    votes = score_view(view, T, LabelField(filled(contour)), roles.table[inside], roles.table[ring], 1.25)
-    best = T[votes.argmax()]
-    placed = apply_similarity(best[None], view.outline)[0]
-    assert np.linalg.norm(placed - contour, axis=1).max() < 1.5
-    assert np.median(votes) < 0.5 * votes.max()
+    contour = apply_similarity(np.array([[90.0, 70.0, 0.7, 450.0]]), view.outline)[0]
+    T, votes, of = aligned([view], filled(contour), shape_of(contour))
+    assert far_between(view, T[:1], contour)[0] < 1.5
+    assert (np.diff(votes) <= 0).all() and (votes >= 0.5 * votes[0]).all() and not of.any()
 
 
+@pytest.mark.uncompiled
+def test_of_all_views_the_blobs_own_has_most_votes():
+    bank = view_bank(FLAG)
+    contour = apply_similarity(np.array([[90.0, 70.0, 0.7, 900.0]]), bank[12].outline)[0]
+    T, votes, of = aligned(bank, filled(contour), shape_of(contour), 40)
+    assert len(T) == len(votes) == len(of) == 40 and len(set(of.tolist())) > 1
+    assert of[0] == 12 and far_between(bank[12], T[:1], contour)[0] < 1.5
+
+
+@pytest.mark.uncompiled
 def test_alignments_far_too_small_or_large_for_the_blob_are_left_out():
     view = view_bank(FLAG)[0]
     contour = apply_similarity(np.array([[90.0, 70.0, 0.0, 450.0]]), view.outline)[0]
-    area = view.area * 450.0**2
-    T = align_view(view, blob_couples(contour, (1.0,)), contour, area, 14.0)
+    T, _, _ = aligned([view], filled(contour), shape_of(contour))
     seen = view.area * T[:, 3] ** 2
-    assert len(T) and seen.min() > 14 and seen.max() < 2 * area
-    assert not len(align_view(view, blob_couples(contour, (1.0,)), contour, area, 1e6))
+    assert len(T) and seen.min() > LEAST_AREA_PX and seen.max() < 2 * shoelace(contour)
+    assert not len(aligned([view], filled(contour), shape_of(contour, area_px=1.0))[0])
 
 
+@pytest.mark.uncompiled
 def test_a_blob_without_couples_is_aligned_by_its_moments():
     view = view_bank(FLAG)[0]
     contour = apply_similarity(np.array([[60.0, 50.0, -0.4, 500.0]]), view.outline)[0]
-    none = np.zeros((0, 2))
-    T = align_view(view, (none, none), contour, view.area * 500.0**2, 14.0)
-    placed = apply_similarity(T, view.outline)
-    assert np.linalg.norm(placed - contour, axis=2).max(axis=1).min() < 0.5
+    T, _, _ = aligned([view], filled(contour), shape_of(contour, couples=False))
+    assert 1 <= len(T) <= 4 and far_between(view, T[:1], contour)[0] < 0.5
     np.testing.assert_allclose(T[:, 3], 500.0, rtol=1e-6)
 
 
-def test_votes_are_highest_in_place():
-    view = view_bank(FLAG)[7]
-    truth = np.array([100.0, 80.0, 0.3, 500.0])
-    labels = filled(apply_similarity(truth[None], view.outline)[0])
-    moves = [(0, 0, 0, 0), (9, 0, 0, 0), (0, -9, 0, 0), (0, 0, 0.5, 0), (0, 0, 0, 130), (0, 0, 0, -130), (400, 0, 0, 0)]
-    roles = Roles()
-    inside, ring = roles.inside(RED), roles.ring(RED, 0)
-    votes = score_view(view, truth + moves, LabelField(labels), roles.table[inside], roles.table[ring], 1.25)
-    assert votes.argmax() == 0
-    assert votes[-1] == 0  # outside the image nothing speaks for or against
-    assert votes[1:-1].max() < 0.9 * votes[0]
+@pytest.mark.uncompiled
+@pytest.mark.parametrize("label, inside, ring", [(RED, 4.0, -4.0), (1, -3.5, 0.3), (0, -0.3, 0.0)])
+def test_a_similaritys_votes_are_areas_times_what_the_labels_say(label, inside, ring):
+    """In an image of one class."""
+    view, k = view_bank(FLAG)[7], 500.0
+    contour = apply_similarity(np.array([[100.0, 80.0, 0.3, k]]), view.outline)[0]
+    _, votes, _ = aligned([view], np.full((160, 200), label, np.uint8), shape_of(contour, couples=False))
+    expected = inside * view.area * k**2 + ring * view.perimeter * k * 1.5
+    assert len(votes) == (4 if expected > 0 else 0)
+    np.testing.assert_allclose(votes, expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("lens", [(), BENT], ids=len)

@@ -82,6 +82,27 @@ def test_a_component_lies_amid_what_is_seen_of_its_marker():
             np.testing.assert_allclose(part.contour, drawn[3:], atol=1e-6)
 
 
+def test_scale_is_pixels_per_metre_at_the_outlines_centroid():
+    """A front that stands 11 cm before the object's origin, 40 cm away."""
+    model = MODELS["bare"]
+    at = pose(0, 0, 0.4, -np.pi / 2, model=model)
+    describer, verdicts, field = scene(model, at)
+    (detection,) = describer.describe(verdicts, field, CAMERA)
+    surface, focal = verdicts[0].claim.finder.surface, np.sqrt(np.prod(np.diag(CAMERA.matrix)[:2]))
+    names, told = [c.name for c in model.components], []
+    for part in detection.components:
+        patch = next(
+            p for p in surface.patches if (names[p.component], p.marker.name) == (part.component, part.marker)
+        )
+        told.append(part.marker)
+        joints = np.array([[detection.joints.get(c.name, 0.0) for c in model.joint_components]])
+        frames = frames_of(surface, Poses(detection.pose.rotation[None], detection.pose.position[None], joints))
+        depth = (frames.R[0, patch.component] @ patch.drawn[0] + frames.t[0, patch.component])[2]
+        assert part.scale == pytest.approx(focal / depth, rel=1e-6)
+        assert abs(part.scale / (focal / 0.4) - 1) > 0.1 or part.marker != "front"
+    assert "front" in told
+
+
 def test_nothing_is_described_by_nothing():
     describer, _, field = scene(MODELS["sign"], pose(0, 0, 1.0, model=MODELS["sign"]))
     assert describer.describe([], field, CAMERA) == []

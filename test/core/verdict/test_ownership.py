@@ -42,9 +42,8 @@ def everything(verdict):
 def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
     field = image_of_two()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
-    accepted, _ = share_out(
-        [(finder, candidates(finder, field, crowd(seed)))], field, CAMERA, LEAST, everything, Deadline()
-    )
+    found = [(finder, candidates(finder, field, crowd(seed)))]
+    accepted, _ = share_out(found, field, CAMERA, LEAST, everything, Deadline())
     assert len(accepted) == 2
     for truth in (LEFT, RIGHT):
         assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
@@ -135,3 +134,21 @@ def test_claims_keep_their_order_when_some_are_judged_again():
     found = [(finders[0], RIGHT), (finders[1], Poses.concatenate([LEFT, far, RIGHT]))]
     accepted, _ = share_out(found, field, CAMERA, LEAST, everything, Deadline())
     assert [v.claim.finder.target.name for v in accepted if v.claim.poses.t[0, 0] > 0] == ["one"]
+
+
+def test_without_time_what_stands_in_an_objects_place_is_dropped_unjudged(monkeypatch):
+    field = image_of_two()
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    poses = candidates(finder, field, crowd())
+    asked, judge = [], WholeObjectFinder.judge
+
+    def counted(self, *args, **options):
+        asked.append(True)
+        return judge(self, *args, **options)
+
+    monkeypatch.setattr(WholeObjectFinder, "judge", counted)
+    accepted, others = share_out([(finder, poses)], field, CAMERA, LEAST, everything, Deadline(0.0))
+    assert len(asked) == 1 and not others
+    for truth in (LEFT, RIGHT):
+        assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
+    assert not share_out([(finder, poses)], field, CAMERA, LEAST, lambda verdict: 0.0, Deadline(0.0))[1]

@@ -1,6 +1,6 @@
-"""Imports point one way: node and tools on top, then io, then core; core needs numpy, cv2 and Python alone.
+"""Imports point one way: node and tools on top, then io, then core; core needs numpy, cv2, numba and Python alone.
 
-core/compiled/jit.py alone may use numba, where it is installed; core/tracking.py alone scipy, for assignments.
+core/compiled/jit.py alone imports numba; core/tracking.py alone scipy, for assignments.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def test_imports_point_one_way(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", [p for p in MODULES if layer_of(p) == "core"], ids=name_of)
-def test_core_needs_numpy_and_opencv_alone(path: Path) -> None:
+def test_core_needs_numpy_opencv_and_numba_alone(path: Path) -> None:
     foreign = {name[0] for name in imports(path)} - set(sys.stdlib_module_names)
     extra = {"jit.py": {"numba"}, "tracking.py": {"scipy"}}.get(path.name, set())
     assert foreign <= {"numpy", "cv2", "artrec_ros", *extra}

@@ -1,7 +1,5 @@
 """Compiled twins against the numpy code that says what they compute."""
 
-import builtins
-import importlib.util
 from dataclasses import replace
 
 import numpy as np
@@ -304,22 +302,6 @@ def test_results_are_kept_until_any_of_the_sources_changes(tmp_path):
     source.write_text("a = 2")
     jit.forget_stale(tmp_path)
     assert not kept.exists()
-
-
-def test_without_numba_the_functions_are_plain_python(monkeypatch):
-    real = builtins.__import__
-
-    def refuse(name, *args, **options):
-        if name == "numba":
-            raise ImportError(name)
-        return real(name, *args, **options)
-
-    spec = importlib.util.spec_from_file_location("jit_without_numba", jit.__file__)
-    plain = importlib.util.module_from_spec(spec)
-    monkeypatch.setattr(builtins, "__import__", refuse)
-    spec.loader.exec_module(plain)
-    assert not plain.COMPILED
-    assert plain.jit(len) is len
 
 
 def test_seams_are_measured_alike(scene, monkeypatch):

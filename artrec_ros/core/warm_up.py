@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import cv2
@@ -34,8 +35,11 @@ def warm_up_flat_stage() -> None:
     labels[_SIDE_PX : 2 * _SIDE_PX, _SIDE_PX : 2 * _SIDE_PX] = 1
     cv2.circle(labels, (7 * _SIDE_PX // 2, 3 * _SIDE_PX // 2), _SIDE_PX // 2, 1, cv2.FILLED)
     config = RecognizerConfig(max_slant_deg=10.0)
-    stage = FlatStage((Target(model.name, model, 1, constraints),), config, ())
-    size = (labels.shape[1], labels.shape[0])
-    stage.group(stage.align(find_blobs(labels, {1}, config), size, Deadline()), Deadline())
+    size, blobs = (labels.shape[1], labels.shape[0]), find_blobs(labels, {1}, config)
+    for profile in ("default", "paper"):
+        target = Target(model.name, model, 1, constraints)
+        stage = FlatStage((target,), replace(config, profile=profile), ())
+        _, rejected, _ = stage.group(stage.align(blobs, size, Deadline()), Deadline())
+        list(rejected)  # reasons are worked out when they are looked at
     row = np.abs(np.subtract.outer(np.arange(3), np.arange(3))) < 2  # the middle one of three is in the others' way
     pack(np.array([1.0, 1.5, 1.0]), row, 100, Deadline())

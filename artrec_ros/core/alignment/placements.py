@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..base.deadline import Deadline
-from . import agreement_kernels as compiled
 from .contour_map import ContourMap
 from .counting_kernels import Tolerance, count_all
+from .placements import agreement_kernels as compiled
 from .shapes import SAMPLES, Shape, pack_shapes
 
 _CHUNK = 60_000  # hypotheses between looks at the clock: a few milliseconds
@@ -88,7 +88,7 @@ def matched_share(
     share = np.zeros(len(placed))
     packed = pack_shapes(tuple(shapes))
     tolerance = Tolerance(0.0, tolerance_px, tolerance_px)
-    for s, slot in np.unique(np.stack([placed.shape, placed.slot]), axis=1).T.tolist():
+    for s, slot in np.unique(np.stack([placed.shape, placed.slot]), axis=1).T:
         mine = np.flatnonzero((placed.shape == s) & (placed.slot == slot))
         points = packed.x[s], packed.y[s]
         for start in range(0, len(mine), _CHUNK):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..alignment.matching import Matches
 from ..alignment.shapes import pack_shapes
 from ..base.config import RecognizerConfig
-from ..constraints import pair_kernels as compiled
+from ..constraints.constraint_set import pair_kernels as compiled
 from ..constraints.pair_boxes import pack_boxes
 from ..constraints.pair_kernels import Boxes
 from ..geometry.transforms import Array
@@ -129,7 +129,8 @@ class Roles:
             for m, marker in enumerate(component.markers)
         ]
         angles = np.array([m.axis_angle for c in target.model.components for m in c.markers])
-        component, marker, shape, label = np.array(rows, np.int64).T
+        # of its own memory each: columns of one array would be of another type where there is one row alone
+        component, marker, shape, label = (np.array(column, np.int64) for column in zip(*rows, strict=True))
         perimeters = np.array([min(m.perimeter for m in c.markers) for c in target.model.components])
         return cls(target, component, marker, shape, label, angles, pack_boxes(target), perimeters)
 

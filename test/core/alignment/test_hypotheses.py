@@ -1,24 +1,28 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scene import Placed, disc, draw, flag, rectangle
 
 from artrec_ros.core.alignment.contour_map import ContourMap
-from artrec_ros.core.alignment.hypotheses import anchor_couples, propose
+from artrec_ros.core.alignment.hypotheses import anchor_couples
 from artrec_ros.core.alignment.overlap import overlap_matrix
 from artrec_ros.core.alignment.placements import Placements
 from artrec_ros.core.alignment.shapes import Shape
+from artrec_ros.core.alignment.starts import find_starts
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.image.blobs import find_blobs
 
 CONFIG = RecognizerConfig()
+EVERYTHING = RecognizerConfig(coarse_match=0.0, refine_keep=200, coarse_keep=10_000)  # that is of a possible size
 SIZE = (200, 160)
 
 
 def proposals(labels, marker, config=CONFIG, deadline=None):
     blobs = find_blobs(labels, {1}, config)
     cmap = ContourMap.build(blobs, SIZE)
-    return propose(blobs, [Shape.from_marker(marker)], {(0, 1)}, cmap.slots, config, deadline or Deadline())
+    return find_starts(blobs, cmap, [Shape.from_marker(marker)], {(0, 1)}, config, deadline or Deadline())
 
 
 def test_couples_run_round_the_polygon():
@@ -33,7 +37,7 @@ def test_couples_run_round_the_polygon():
 def test_the_true_pose_is_among_the_couples_and_none_is_too_small():
     labels = np.zeros(SIZE[::-1], np.uint8)
     draw(labels, flag(), Placed(90, 80, 0.6, 60), 1)
-    found = proposals(labels, flag())
+    found = proposals(labels, flag(), EVERYTHING)
     z = 60 * np.exp(0.6j)
     near = (np.abs(found.t - (90 + 80j)) < 1.5) & (np.abs(found.z - z) < 3)
     assert near.any()
@@ -46,7 +50,7 @@ def test_the_true_pose_is_among_the_couples_and_none_is_too_small():
 def test_scale_limits_hold():
     labels = np.zeros(SIZE[::-1], np.uint8)
     draw(labels, flag(), Placed(90, 80, 0.6, 60), 1)
-    found = proposals(labels, flag(), RecognizerConfig(min_scale=50, max_scale=70))
+    found = proposals(labels, flag(), replace(EVERYTHING, min_scale=50, max_scale=70))
     assert len(found)
     assert np.abs(found.z).min() >= 50 and np.abs(found.z).max() <= 70
 

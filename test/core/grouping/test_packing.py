@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.base.deadline import Deadline
-from artrec_ros.core.grouping import packing
 from artrec_ros.core.grouping.packing import connected_parts, pack
+
+pytestmark = pytest.mark.uncompiled
 
 
 def random_problem(rng, size):
@@ -22,11 +23,6 @@ def best_by_trying_all(weight, conflict):
             if not any(conflict[a, b] for a, b in itertools.combinations(chosen, 2)):
                 best = max(best, weight[list(chosen)].sum())
     return best
-
-
-@pytest.fixture(params=[packing.COMPILED, False], autouse=True)
-def with_and_without_numba(request, monkeypatch):
-    monkeypatch.setattr(packing, "COMPILED", request.param)
 
 
 @pytest.mark.parametrize("seed", range(15))

@@ -16,6 +16,8 @@ from .constraints.pairs import PairConstraint
 from .flat_stage import FlatStage
 from .grouping.packing import pack
 from .image.blobs import find_blobs
+from .image.image_frame import ImageFrame
+from .image.label_field import LabelField
 from .model.objects import Component, Marker, ObjectModel
 from .model.target import Target
 
@@ -35,11 +37,11 @@ def warm_up_flat_stage() -> None:
     labels[_SIDE_PX : 2 * _SIDE_PX, _SIDE_PX : 2 * _SIDE_PX] = 1
     cv2.circle(labels, (7 * _SIDE_PX // 2, 3 * _SIDE_PX // 2), _SIDE_PX // 2, 1, cv2.FILLED)
     config = RecognizerConfig(max_slant_deg=10.0)
-    size, blobs = (labels.shape[1], labels.shape[0]), find_blobs(labels, {1}, config)
+    frame, blobs = ImageFrame(LabelField(labels)), find_blobs(labels, {1}, config)
     for profile in ("default", "paper"):
         target = Target(model.name, model, 1, constraints)
         stage = FlatStage((target,), replace(config, profile=profile), ())
-        _, rejected, _ = stage.group(stage.align(blobs, size, Deadline()), Deadline())
+        _, rejected, _ = stage.group(frame, stage.align(frame, blobs))
         list(rejected)  # reasons are worked out when they are looked at
     row = np.abs(np.subtract.outer(np.arange(3), np.arange(3))) < 2  # the middle one of three is in the others' way
     pack(np.array([1.0, 1.5, 1.0]), row, 100, Deadline())

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..base.deadline import Deadline
+from . import agreement_kernels as compiled
 from .contour_map import ContourMap
 from .counting_kernels import Tolerance, count_all
-from .placements import agreement_kernels as compiled
 from .shapes import SAMPLES, Shape, pack_shapes
 
 _CHUNK = 60_000  # hypotheses between looks at the clock: a few milliseconds

@@ -37,6 +37,11 @@ class Camera:
         return readonly(np.pad(self.distortion, (0, max(0, 8 - len(self.distortion))))[:8])
 
     @cached_property
+    def focal_px(self) -> float:
+        """The geometric mean of both focal lengths: a length of 1 m across the view, 1 m away, has so many pixels."""
+        return float(np.sqrt(self.matrix[0, 0] * self.matrix[1, 1]))
+
+    @cached_property
     def bent(self) -> bool:
         """Whether the lens distorts at all."""
         return bool(self.distortion.any())

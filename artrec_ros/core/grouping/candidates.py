@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..alignment.matching import Matches
 from ..alignment.shapes import pack_shapes
 from ..base.config import RecognizerConfig
-from ..constraints.constraint_set import pair_kernels as compiled
+from ..constraints import pair_kernels as compiled
 from ..constraints.pair_boxes import pack_boxes
 from ..constraints.pair_kernels import Boxes
 from ..geometry.transforms import Array

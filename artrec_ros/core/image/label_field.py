@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -57,7 +58,11 @@ class LabelField:
     def __init__(self, labels: NDArray[np.uint8]) -> None:
         self.labels = labels
         self._seams: dict[int, float] = {}
-        self.padded = cv2.copyMakeBorder(labels, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
+
+    @cached_property
+    def padded(self) -> NDArray[np.uint8]:
+        """The labels with a border of one pixel, row by row."""
+        return cv2.copyMakeBorder(self.labels, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
 
     def at(self, pixels: Array) -> NDArray[np.uint8]:
         """Labels (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""

@@ -110,7 +110,7 @@ def _starts(kin: Kinematics, camera: Camera, points: Points, rng: np.random.Gene
     frames = kin.forward(R, far, q)
     best = np.argsort(-_facing(frames, points).mean(axis=1), kind="stable")[:_STARTS]
     X = (_place(frames, points) - far[:, None])[best]
-    f = float(np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1]))
+    f = camera.focal_px
     spread_px = float(np.sqrt(points.pixel.var(axis=0).sum()))
     spread_m = np.sqrt(X[..., :2].var(axis=1).sum(axis=1))
     depth = f * np.maximum(spread_m, 1e-6) / max(spread_px, 1e-6)

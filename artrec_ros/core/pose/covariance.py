@@ -16,9 +16,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.camera import Camera
 from ..geometry.transforms import Array
-from ..image.label_field import LabelField
+from ..image.image_frame import ImageFrame
 from .pose_fit import JOINT_SIGMA, POINT_SIGMA_PX, ContourFit, contour_fit
 from .surface_model import Poses, SpatialModel
 
@@ -31,14 +30,14 @@ STRETCH_SHARE = 0.5  # of what the stretches' residuals pull counts: the rest is
 MOST_TURN_RAD, MOST_RANGE_SHARE = 1.0, 0.5  # what is known of a pose without any contour
 
 
-def pose_covariances(model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray) -> Array:
+def pose_covariances(model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray) -> Array:
     """(H, 6, 6) covariances of fitted hypotheses: x, y, z, then rotations about them, along the camera's axes.
 
     :param use: (H, M) bool: the markers of `model.markers` that each was fitted to.
     """
     prior = _prior(model, poses)
-    fit = contour_fit(model, field, camera, poses, use, REACH_PX)
-    seams_px = np.array([field.seam_px(model.marker_labels[first]) for first in use.argmax(axis=1)])
+    fit = contour_fit(model, frame, poses, use, REACH_PX)
+    seams_px = np.array([frame.field.seam_px(model.marker_labels[first]) for first in use.argmax(axis=1)])
     Jw = fit.jacobian * fit.weight[..., None]
     A = _transposed(_stacked(Jw)) @ _stacked(fit.jacobian) / POINT_SIGMA_PX**2 + prior
     noise = _noise(fit, Jw, seams_px) / POINT_SIGMA_PX**4 + prior

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..base.deadline import Deadline
-from ..geometry.camera import Camera
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
-from ..image.label_field import LabelField
+from ..image.image_frame import ImageFrame
 from ..model.objects import Marker, ObjectModel
 from .distinct import best_distinct
 from .surface_model import Poses, SpatialModel
@@ -41,16 +39,16 @@ class Guesser:
         self._flips = [bank.flips @ R for bank, (R, _) in zip(self._banks, in_marker, strict=True)]
         self._origins = [R.T @ t for R, t in in_marker]
 
-    def guess(self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline) -> Poses:
+    def guess(self, frame: ImageFrame, blob: Blob) -> Poses:
         """Object poses from one blob, the best of each marker by the votes for it, as many as there is time for; joints
         mid-range."""
-        shape = blob_shape(blob, field.seam_px(self.label))
+        shape = blob_shape(blob, frame.field.seam_px(self.label))
         grown = GROWTH if is_small(blob) else GROWTH[:1]
         found = [self._none]
         for m in range(len(self._markers)):
-            if deadline.expired:
+            if frame.deadline.expired:
                 break
-            found.append(self._of_marker(m, field, camera, shape, grown))
+            found.append(self._of_marker(m, frame, shape, grown))
         return Poses.concatenate(found)
 
     def bent(self, poses: Poses) -> Poses:
@@ -61,13 +59,11 @@ class Guesser:
         t = t_c[:, None] - np.einsum("hdij,dj->hdi", R, self._t)
         return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.tile(self._q, (len(poses), 1)))
 
-    def _of_marker(
-        self, m: int, field: LabelField, camera: Camera, shape: BlobShape, grown: tuple[float, ...]
-    ) -> Poses:
-        T, s, view = self._banks[m].align(field, camera, shape, ENOUGH * BLOB_KEEP)
+    def _of_marker(self, m: int, frame: ImageFrame, shape: BlobShape, grown: tuple[float, ...]) -> Poses:
+        T, s, view = self._banks[m].align(frame, shape, ENOUGH * BLOB_KEEP)
         if len(grown) > 1:
             T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
-        R, t = lift(self._flips[m], view, T, camera, self._origins[m])
+        R, t = lift(self._flips[m], view, T, frame.camera, self._origins[m])
         found = Poses(R, t, np.tile(self._q[0], (len(R), 1)))
         return found[best_distinct(found, np.tile(s, 2 * len(grown)), BLOB_KEEP * len(grown))]
 

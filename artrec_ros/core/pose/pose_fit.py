@@ -10,11 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.deadline import Deadline
-from ..geometry.camera import Camera
 from ..geometry.transforms import Array
-from ..image.image_frame import view_of
-from ..image.label_field import LabelField
+from ..image.image_frame import ImageFrame
 from . import step_kernels as refining
 from .edges import edge_terms
 from .fit_kernels import Motion, contour_rows
@@ -30,13 +27,11 @@ _AT_ONCE = 64  # hypotheses between two looks at the clock
 
 def refine(
     model: SpatialModel,
-    field: LabelField,
-    camera: Camera,
+    frame: ImageFrame,
     poses: Poses,
     use: np.ndarray,
     reach_px: tuple[int, ...],
     free_joints: np.ndarray | None = None,
-    deadline: Deadline | None = None,
 ) -> Poses:
     """Fit poses to the labels' boundaries; a hypothesis that uses no marker stays, as do those left at the deadline.
 
@@ -49,8 +44,8 @@ def refine(
     R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
     middle, weight = (kin.lower + kin.upper) / 2, (POINT_SIGMA_PX / (JOINT_SIGMA * kin.unit)) ** 2
     joints = Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves, middle, weight, PIN)
-    terms, view = edge_terms(model, field, reach_px), view_of(field, camera)
-    for part in (deadline or Deadline()).parts(len(poses), _AT_ONCE):
+    terms, view = edge_terms(model, frame.field, reach_px), frame.view
+    for part in frame.deadline.parts(len(poses), _AT_ONCE):
         refining.refine(
             model.compiled, kin.chain, joints, model.markers, use[part], free[part], terms, _STEP, view, LEAST_COSINE,
             R[part], t[part], q[part],
@@ -75,15 +70,13 @@ class ContourFit:
     jacobian: Array
 
 
-def contour_fit(
-    model: SpatialModel, field: LabelField, camera: Camera, poses: Poses, use: np.ndarray, reach: int
-) -> ContourFit:
+def contour_fit(model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, reach: int) -> ContourFit:
     """How poses fit as they are; the markers that some hypothesis uses."""
     kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
     frames, which = kin.forward(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
     normal, spacing_px, residual = np.empty((*size, 2)), np.empty(size[:2]), np.empty(size)
     weight, jacobian = np.empty(size), np.empty((*size, 6 + kin.n_joints))
-    terms, view, used = edge_terms(model, field, (reach,)), view_of(field, camera), np.ascontiguousarray(use)
+    terms, view, used = edge_terms(model, frame.field, (reach,)), frame.view, np.ascontiguousarray(use)
     for h in range(len(poses)):
         motion = Motion(poses.t[h], frames.axis[h], frames.origin[h], kin.revolute, kin.moves)
         contour_rows(

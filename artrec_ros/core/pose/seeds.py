@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..base.deadline import Deadline
-from ..geometry.camera import Camera
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
-from ..image.label_field import LabelField
+from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from .distinct import best_distinct
 from .guesses import Guesser, is_small
@@ -39,53 +37,53 @@ class Seeds:
             if label == surface.labels[self._root]
         }
 
-    def few(self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline) -> Poses:
+    def few(self, frame: ImageFrame, blob: Blob) -> Poses:
         """Of an object in plain view whose required component made the blob; none where there can be no such object."""
         if blob.area_px < PLAIN_PX:
             return self._surface.no_poses
-        guesses = self._guessers[self._root].guess(field, camera, blob, deadline)
-        few = self._best_roots(field, camera, guesses, FEW_GUESSES, bodies=False)
-        roots = self._fit_root(field, camera, few, FEW_KEEP, deadline)
-        plain = self._votes(field, camera, roots, self._root).max(initial=0.0) >= PLAIN_VOTES
+        guesses = self._guessers[self._root].guess(frame, blob)
+        few = self._best_roots(frame, guesses, FEW_GUESSES, bodies=False)
+        roots = self._fit_root(frame, few, FEW_KEEP)
+        plain = self._votes(frame, roots, self._root).max(initial=0.0) >= PLAIN_VOTES
         return roots if plain else roots[:0]
 
-    def all(self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline) -> Poses:
+    def all(self, frame: ImageFrame, blob: Blob) -> Poses:
         """Of an object of which any component made the blob, or part of it."""
-        guesses = self._guessers[self._root].guess(field, camera, blob, deadline)
+        guesses = self._guessers[self._root].guess(frame, blob)
         if is_small(blob):
-            roots = self._best_roots(field, camera, guesses, ROOT_KEEP)
+            roots = self._best_roots(frame, guesses, ROOT_KEEP)
         else:
-            roots = self._fit_root(field, camera, guesses, ROOT_KEEP, deadline)
-        return Poses.concatenate([roots, self._of_limbs(field, camera, blob, deadline)])
+            roots = self._fit_root(frame, guesses, ROOT_KEEP)
+        return Poses.concatenate([roots, self._of_limbs(frame, blob)])
 
-    def _fit_root(self, field: LabelField, camera: Camera, poses: Poses, keep: int, deadline: Deadline) -> Poses:
+    def _fit_root(self, frame: ImageFrame, poses: Poses, keep: int) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""
         surface = self._surface
         use = np.tile(surface.component[surface.markers] == self._root, (len(poses), 1))
         pinned = np.zeros(poses.q.shape, bool)
-        fitted = refine(surface, field, camera, poses, use, COARSE_REACH_PX, pinned, deadline)
-        return self._best_roots(field, camera, Poses.concatenate([poses, fitted]), keep, bodies=False)
+        fitted = refine(surface, frame, poses, use, COARSE_REACH_PX, pinned)
+        return self._best_roots(frame, Poses.concatenate([poses, fitted]), keep, bodies=False)
 
-    def _best_roots(self, field: LabelField, camera: Camera, poses: Poses, n: int, *, bodies: bool = True) -> Poses:
+    def _best_roots(self, frame: ImageFrame, poses: Poses, n: int, *, bodies: bool = True) -> Poses:
         """The best by the required component alone, with or without its body."""
-        return poses[best_distinct(poses, self._votes(field, camera, poses, self._root, bodies=bodies), n)]
+        return poses[best_distinct(poses, self._votes(frame, poses, self._root, bodies=bodies), n)]
 
-    def _of_limbs(self, field: LabelField, camera: Camera, blob: Blob, deadline: Deadline) -> Poses:
+    def _of_limbs(self, frame: ImageFrame, blob: Blob) -> Poses:
         """The best of which another component made the blob, by the votes for both it and the required one."""
         parts, votes = [self._surface.no_poses], [np.zeros(0)]
         for c, guesser in self._guessers.items():
-            if c != self._root and not deadline.expired:
-                poses = guesser.guess(field, camera, blob, deadline)
-                poses = poses[best_distinct(poses, self._votes(field, camera, poses, c), LIMB_GUESSES)]
+            if c != self._root and not frame.deadline.expired:
+                poses = guesser.guess(frame, blob)
+                poses = poses[best_distinct(poses, self._votes(frame, poses, c), LIMB_GUESSES)]
                 parts.append(guesser.bent(poses))
-                votes.append(self._votes(field, camera, parts[-1], c, self._root))
+                votes.append(self._votes(frame, parts[-1], c, self._root))
         poses = Poses.concatenate(parts)
         return poses[best_distinct(poses, np.concatenate(votes), LIMB_KEEP)]
 
-    def _votes(self, field: LabelField, camera: Camera, poses: Poses, *components: int, bodies: bool = True) -> Array:
+    def _votes(self, frame: ImageFrame, poses: Poses, *components: int, bodies: bool = True) -> Array:
         """(H,) votes for some components, occlusion apart, with or without their bodies."""
         patches = self._patches_of(components, bodies)
-        return self._surface.score(field, camera, poses, patches, occlusion=False).votes.sum(axis=1)
+        return self._surface.score(frame, poses, patches, occlusion=False).votes.sum(axis=1)
 
     def _patches_of(self, components: tuple[int, ...], bodies: bool) -> np.ndarray:
         """The components' patches: indices into the surface's, ascending."""

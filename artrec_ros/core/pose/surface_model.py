@@ -8,12 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.deadline import Deadline
 from ..base.jit import LANES
-from ..geometry.camera import Camera
 from ..geometry.transforms import Array
-from ..image.image_frame import view_of
-from ..image.label_field import OUTSIDE, LabelField
+from ..image.image_frame import ImageFrame
+from ..image.label_field import OUTSIDE
 from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
@@ -169,21 +167,17 @@ class SpatialModel:
         shown_points(self.compiled, frames.R, frames.t, patches, BEHIND, out)
         return out
 
-    def score(
-        self, field: LabelField, camera: Camera, poses: Poses, patches: np.ndarray, *, occlusion: bool
-    ) -> PatchScores:
+    def score(self, frame: ImageFrame, poses: Poses, patches: np.ndarray, *, occlusion: bool) -> PatchScores:
         """What the labels say of each of `patches` (ascending indices) under each hypothesis."""
         R, t, q = poses.R, poses.t, poses.q
-        out, view = PatchScores(*np.empty((3, len(R), len(patches)))), view_of(field, camera)
+        out, view = PatchScores(*np.empty((3, len(R), len(patches)))), frame.view
         score_patches(self.compiled, self.kinematics.chain, R, t, q, patches, view, LIMITS, occlusion, *out.arrays)
         return out
 
-    def search_joints(
-        self, field: LabelField, camera: Camera, poses: Poses, step: float, deadline: Deadline | None = None
-    ) -> Poses:
+    def search_joints(self, frame: ImageFrame, poses: Poses, step: float) -> Poses:
         """Each joint in its parents' order at the value, of its grid of `step`, at which the labels like its component
         best; occlusion apart. At the deadline the rest stay as they are."""
-        kin, R, t, q, view = self.kinematics, poses.R, poses.t, poses.q.copy(), view_of(field, camera)
-        for part in (deadline or Deadline()).parts(len(poses), _AT_ONCE):
+        kin, R, t, q, view = self.kinematics, poses.R, poses.t, poses.q.copy(), frame.view
+        for part in frame.deadline.parts(len(poses), _AT_ONCE):
             search_joints(self.compiled, kin.chain, R[part], t[part], q[part], kin.grids(step), view, LIMITS)
         return Poses(R, t, q)

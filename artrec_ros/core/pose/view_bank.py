@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.jit import LANES
-from ..geometry.camera import Camera
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
-from ..image.image_frame import view_of
-from ..image.label_field import LabelField
+from ..image.image_frame import ImageFrame
 from . import guess_kernels as guessing
 from .surface_model import RING_PX, RING_WIDTH_PX
 from .views import View, blob_couples, flips_of, moments_of, scale_range
@@ -65,7 +63,7 @@ class Bank:
         self._perimeter = stack("perimeter")
         self._moments = np.array([v.moments[0] for v in views]), np.array([v.moments[1] for v in views])
 
-    def align(self, field: LabelField, camera: Camera, shape: BlobShape, most: int) -> tuple[Array, Array, np.ndarray]:
+    def align(self, frame: ImageFrame, shape: BlobShape, most: int) -> tuple[Array, Array, np.ndarray]:
         """Of the VIEW_KEEP best similarities of each view the best, at most so many: (H, 4), their votes (H,), and each
         one's view (H,), best first."""
         scale = scale_range(self._arrays[-1], shape.area_px, LEAST_AREA_PX)
@@ -78,7 +76,7 @@ class Bank:
             np.empty((n_views, VIEW_KEEP, 4)), np.empty((n_views, VIEW_KEEP)), np.empty(n_views, np.int64)
         )
         T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
-        at, view = np.empty(max(bank.contour.shape[2], LANES), np.int32), view_of(field, camera)
+        at, view = np.empty(max(bank.contour.shape[2], LANES), np.int32), frame.view
         n = guessing.best_alignments(
             *shape.couples, moments, bank, self._look, LEAST_SHARE, view, at, each, T, votes, of
         )

@@ -125,7 +125,7 @@ def lift(flips: Array, view: np.ndarray, T: Array, camera: Camera, origin: Array
     :param origin: (3,) that frame's, from the marker's centroid and along the frame's axes.
     :return: rotations (2H, 3, 3) and origins (2H, 3) of the frame, first all of one flip.
     """
-    rays, focal = normalise(camera, T[:, :2]), np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
+    rays, focal = normalise(camera, T[:, :2]), camera.focal_px
     out = np.empty((2, len(T), 3, 3)), np.empty((2, len(T), 3))
     lifting.lift(flips, view, T, rays, focal, origin, *out)
     return out[0].reshape(-1, 3, 3), out[1].reshape(-1, 3)

@@ -9,7 +9,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..base.config import RecognizerConfig
 from ..pose.surface_model import RING_WIDTH_PX
 from ..pose.votes import INSIDE, RIM, RING
 from .claims import Claim
@@ -100,32 +99,18 @@ class Verdict:
         inside = INSIDE[0] * scores.agree[0, shown] * area_px
         return float((scores.votes[0, shown] - inside) / ((RIM[0] + RING[2]) * RING_WIDTH_PX * perimeter_px))
 
-    def is_object(self, config: RecognizerConfig) -> bool:
-        """Whether the labels confirm the required component, and the claim has votes and probability enough."""
-        enough = self.claim.votes >= config.min_votes and self.probability >= config.min_probability
-        return enough and self.confirmed[self.claim.finder.root]
-
-    def reason(self, config: RecognizerConfig) -> str | None:
-        """Why the claim is no object; None where it is one."""
-        if self.is_object(config):
-            return None
-        names = [c.name for c in self.claim.finder.surface.model.components]
-        if self.claim.votes < config.min_votes:
-            return f"{self.claim.votes:.0f} votes of the labels, {config.min_votes:.0f} are wanted"
-        if not self.confirmed[self.claim.finder.root]:
-            return f"its required component {names[self.claim.finder.root]} is not confirmed"
-        seen = [names[c] for c in self.others]
-        missing = max(
-            (c for c in range(len(names)) if c not in self.others and c != self.claim.finder.root),
-            key=lambda c: self.marker_votes[c],
-            default=None,
-        )
-        text = f"probability {self.probability:.2f} is below {config.min_probability:g}: "
+    @property
+    def doubt(self) -> str:
+        """What speaks against a claim: what is not confirmed of it."""
         if not self._could_be_seen():
-            return text + f"its outline fits by {self._edge_fit():.2f}, and no other component should be in view"
-        text += f"confirmed {', '.join(seen)}" if seen else "no other component confirmed"
-        if missing is not None:
-            text += f"; nearest to it {names[missing]} with {self.marker_votes[missing]:.0f} votes"
+            return f"its outline fits by {self._edge_fit():.2f}, and no other component should be in view"
+        root, names = self.claim.finder.root, [c.name for c in self.claim.finder.surface.model.components]
+        seen = [names[c] for c in self.others]
+        missing = (c for c in range(len(names)) if c not in self.others and c != root)
+        nearest = max(missing, key=lambda c: self.marker_votes[c], default=None)
+        text = f"confirmed {', '.join(seen)}" if seen else "no other component confirmed"
+        if nearest is not None:
+            text += f"; nearest to it {names[nearest]} with {self.marker_votes[nearest]:.0f} votes"
         return text
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array
-from ..image.label_field import LabelField
+from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import PatchScores, Poses, SpatialModel
 
@@ -24,15 +24,13 @@ class Claim:
     poses: Poses  # one hypothesis
     votes: float
     scores: PatchScores
-    shape: tuple[int, int]  # of the image: height, width
 
 
-def claims_of(finder: WholeObjectFinder, poses: Poses, field: LabelField, camera: Camera) -> list[Claim]:
+def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Claim]:
     """A claim for each hypothesis."""
-    scores = finder.judge(field, camera, poses, occlusion=True)
-    shape = (field.labels.shape[0], field.labels.shape[1])
+    scores = finder.judge(frame, poses, occlusion=True)
     return [
-        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], shape)
+        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1])
         for i, votes in enumerate(finder.total(scores).tolist())
     ]
 

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
-from ..image.label_field import LabelField
+from ..image.image_frame import ImageFrame
 from ..model.found import Detection, ImagePose, Instance
 from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
@@ -35,16 +34,16 @@ class Describer:
         self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
         self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
 
-    def describe(self, verdicts: Sequence[Verdict], field: LabelField, camera: Camera) -> list[Detection]:
+    def describe(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> list[Detection]:
         """Detections, the most probable first."""
         if not verdicts:
             return []
         finder, surface = self._finder, self._finder.surface
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
-        poses = finder.settled(field, camera, Poses.concatenate([v.claim.poses for v in verdicts]), used)
-        covariances = pose_covariances(surface, field, camera, poses, used)
-        parts = self._instances(verdicts, surface.kinematics.forward(poses.R, poses.t, poses.q), camera)
+        poses = finder.settled(frame.unhurried(), Poses.concatenate([v.claim.poses for v in verdicts]), used)
+        covariances = pose_covariances(surface, frame, poses, used)
+        parts = self._instances(verdicts, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [
             self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy())
             for n, verdict in enumerate(verdicts)
@@ -68,11 +67,11 @@ class Describer:
             covariance,
         )
 
-    def _instances(self, verdicts: Sequence[Verdict], frames: Frames, camera: Camera) -> list[tuple[Instance, ...]]:
+    def _instances(self, verdicts: Sequence[Verdict], frames: Frames, frame: ImageFrame) -> list[tuple[Instance, ...]]:
         """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre."""
-        surface = self._finder.surface
+        surface, camera, (width, height) = self._finder.surface, frame.camera, frame.size
         X = surface.place(frames, self._points, self._on)
-        pixels, (height, width) = project(camera, X), verdicts[0].claim.shape
+        pixels = project(camera, X)
         inside = pixels[:, : self._first_drawn[0]].reshape(len(pixels), *self._inside, 2)
         seen = surface.shown(frames, surface.markers, INSIDE_POINTS)
         seen &= ((inside > -0.5) & (inside < (width - 0.5, height - 0.5))).all(axis=-1)
@@ -81,8 +80,7 @@ class Describer:
         centroid, tail, head = (pixels[:, self._first_drawn[:-1] + i] for i in range(3))  # (H, M, 2)
         centre = np.where(count, (inside * weight).sum(axis=2) / np.maximum(count, 1), centroid)
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
-        focal = np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])
-        scale = focal / np.maximum(X[:, self._first_drawn[:-1], 2], 1e-6)  # at the outline's centroid
+        scale = camera.focal_px / np.maximum(X[:, self._first_drawn[:-1], 2], 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
         return [
             tuple(self._instance(v, p, pixels[h], *values[h][self._row[p]]) for p in v.shown if p >= 0)

@@ -2,56 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from ..base.deadline import Deadline
 from ..geometry.camera import Camera
 from ..geometry.transforms import Array
-from ..image.label_field import LabelField
+from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
-from .acceptance import Verdict, verdict_of
-from .claims import claims_of, corners_of, silhouette
+from .acceptance import Verdict
+from .claims import corners_of, silhouette
+from .judge import Judge
 
 _MARGIN_PX = 3.0  # around an object's corners: for the rings around its contours
 _MARGIN_SHARE = 0.1  # of its larger side, besides: for what a lens bends out
 
 
 def share_out(
-    found: Sequence[tuple[WholeObjectFinder, Poses]],
-    field: LabelField,
-    camera: Camera,
-    least: float,
-    trust: Callable[[Verdict], float],
-    deadline: Deadline,
+    found: Sequence[tuple[WholeObjectFinder, Poses]], frame: ImageFrame, judge: Judge
 ) -> tuple[list[Verdict], list[Verdict]]:
     """Verdicts on accepted claims of all targets together, best first, and on the best of the others at each place.
 
     The claim with the most trusted votes takes its pixels; others that stand there are judged again without them. When
     the time is over these are dropped instead, and what was turned down is told of as far as it is sorted.
-
-    :param least: claims with fewer votes are dropped.
-    :param trust: what a claim's votes count, 0 to 1; 0: it is not acceptable.
     """
     accepted: list[Verdict] = []
-    groups = [_Group(finder, poses, camera) for finder, poses in found]
-    alive = [s for group in groups for s in group.judged(range(len(group.poses)), field, least) if s is not None]
+    groups = [_Group(finder, poses, frame.camera, judge) for finder, poses in found]
+    alive = [s for group in groups for s in group.judged(range(len(group.poses)), frame) if s is not None]
     while True:
-        trusted = [(weight, s) for s in alive if (weight := trust(s.verdict))]
+        trusted = [(weight, s) for s in alive if (weight := judge.trust(s.verdict))]
         if not trusted:
-            return accepted, _best_of_each_place([s.verdict for s in alive], camera, deadline)
+            return accepted, _best_of_each_place([s.verdict for s in alive], frame)
         best = max(trusted, key=lambda t: t[0] * t[1].verdict.claim.votes)[1]
         accepted.append(best.verdict)
         alive.remove(best)
-        if deadline.expired:
+        if frame.deadline.expired:
             alive = [s for s in alive if not s.meets(best)]
         elif alive:
-            field = field.without(silhouette(best.group.finder.surface, camera, best.verdict.claim.poses))
-            alive = _judged_again(alive, best, field, least)
+            frame = frame.without(silhouette(best.group.finder.surface, frame.camera, best.verdict.claim.poses))
+            alive = _judged_again(alive, best, frame)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +53,7 @@ class _Group:
     finder: WholeObjectFinder
     poses: Poses
     camera: Camera
+    judge: Judge
 
     @cached_property
     def boxes(self) -> Array:
@@ -70,13 +63,10 @@ class _Group:
         margin = _MARGIN_PX + _MARGIN_SHARE * (high - low).max(axis=1, keepdims=True)
         return np.stack([low - margin, high + margin], axis=1)
 
-    def judged(self, rows: Sequence[int], field: LabelField, least: float) -> list[_Standing | None]:
+    def judged(self, rows: Sequence[int], frame: ImageFrame) -> list[_Standing | None]:
         """Claims of some of the hypotheses; None for those without votes enough."""
-        claims = claims_of(self.finder, self.poses[list(rows)], field, self.camera)
-        return [
-            _Standing(self, row, verdict_of(claim)) if claim.votes > least else None
-            for row, claim in zip(rows, claims, strict=True)
-        ]
+        verdicts = self.judge.verdicts(self.finder, self.poses[list(rows)], frame)
+        return [_Standing(self, row, v) if v is not None else None for row, v in zip(rows, verdicts, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +83,7 @@ class _Standing:
         return bool((low <= other_high).all() and (other_low <= high).all())
 
 
-def _judged_again(alive: list[_Standing], owner: _Standing, field: LabelField, least: float) -> list[_Standing]:
+def _judged_again(alive: list[_Standing], owner: _Standing, frame: ImageFrame) -> list[_Standing]:
     """Claims, in their order, after some pixels have found an owner: those that stand elsewhere are as they were."""
     met: dict[_Group, list[_Standing]] = {}
     for standing in alive:
@@ -101,17 +91,17 @@ def _judged_again(alive: list[_Standing], owner: _Standing, field: LabelField, l
             met.setdefault(standing.group, []).append(standing)
     anew: dict[_Standing, _Standing | None] = {}
     for group, mine in met.items():
-        anew.update(zip(mine, group.judged([s.row for s in mine], field, least), strict=True))
+        anew.update(zip(mine, group.judged([s.row for s in mine], frame), strict=True))
     return [now for now in (anew.get(s, s) for s in alive) if now is not None]
 
 
-def _best_of_each_place(verdicts: list[Verdict], camera: Camera, deadline: Deadline) -> list[Verdict]:
+def _best_of_each_place(verdicts: list[Verdict], frame: ImageFrame) -> list[Verdict]:
     out: list[Verdict] = []
     for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
-        if deadline.expired:
+        if frame.deadline.expired:
             break
         claim = verdict.claim
         near = (v.claim for v in out if v.claim.finder is claim.finder)
-        if not any(claim.finder.same_place(camera, claim.poses, c.poses)[0] for c in near):
+        if not any(claim.finder.same_place(frame.camera, claim.poses, c.poses)[0] for c in near):
             out.append(verdict)
     return out

@@ -213,7 +213,7 @@ def test_starts_are_the_best_of_all_hypotheses(scene, changes):
 
 def test_suppression_goes_from_the_best_to_the_worst(scene, starts):
     rng = np.random.default_rng(0)
-    w = 0.2 * starts.z * rng.random(len(starts))
+    w = 0.9 * starts.z * rng.random(len(starts))
     placed = starts.replace(w=w, score=rng.integers(0, 9, len(starts)) / 9)
     group, quota = placed.blob * 10 + placed.shape, rng.integers(1, 6, 1000)
     quota = quota[group]

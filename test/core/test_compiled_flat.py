@@ -4,6 +4,7 @@ The whole file runs as plain Python as well (`test_uncompiled.py`).
 """
 
 import itertools
+from dataclasses import replace
 from types import SimpleNamespace
 
 import cv2
@@ -25,6 +26,7 @@ from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.alignment.starts import find_starts
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.constraints.intervals import Interval
 from artrec_ros.core.constraints.pair_boxes import reach_m
 from artrec_ros.core.grouping import group_kernels as group_search
 from artrec_ros.core.grouping import group_search as grouping
@@ -33,6 +35,7 @@ from artrec_ros.core.grouping.candidates import candidates_of
 from artrec_ros.core.grouping.group_search import GroupSearch
 from artrec_ros.core.image.blobs import blob_anchors, find_blobs
 from artrec_ros.core.image.contour_kernels import merge_boxes
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.verdict.explain import violations
 
@@ -213,7 +216,7 @@ def test_starts_are_the_best_of_all_hypotheses(scene, changes):
 
 def test_suppression_goes_from_the_best_to_the_worst(scene, starts):
     rng = np.random.default_rng(0)
-    w = 0.2 * starts.z * rng.random(len(starts))
+    w = 0.9 * starts.z * rng.random(len(starts))
     placed = starts.replace(w=w, score=rng.integers(0, 9, len(starts)) / 9)
     group, quota = placed.blob * 10 + placed.shape, rng.integers(1, 6, 1000)
     quota = quota[group]
@@ -252,6 +255,25 @@ def test_equations_are_solved():
         lower = tuple(four[i, j] for i in range(4) for j in range(i + 1))
         got = contour_fit._solve_similarity(lower, tuple(b[:4]), 0.5)
         np.testing.assert_allclose(got, np.linalg.solve(four + 0.5 * np.eye(4), -b[:4]), rtol=1e-9)
+
+
+def test_a_step_of_refinement_is_weighted_least_squares():
+    """Of point-to-line distances, by their derivatives with respect to (x, y, Re z, Im z)."""
+    rng = np.random.default_rng(3)
+    z, gate = 20 * np.exp(0.7j), 3.0
+    p, n_shape, n = rng.normal(size=40) + 1j * rng.normal(size=40), *np.exp(1j * rng.uniform(-1, 1, (2, 40)))
+    off = rng.normal(0, 2, 40) + 1j * rng.normal(0, 2, 40)
+    residual = (np.conj(n) * off).real
+    J = np.stack([n.real, n.imag, (np.conj(n) * p).real, (np.conj(n) * 1j * p).real], axis=1)
+    weight = np.clip(1 - (residual / gate) ** 2, 0, None) ** 2 * (np.abs(off) < 2 * gate)
+    weight *= (np.conj(z / abs(z) * n_shape) * n).real >= 0.6
+    assert 5 < np.count_nonzero(weight) < 35
+    A, b = J.T @ (weight[:, None] * J), J.T @ (weight * residual)
+    found = np.stack([off.real, off.imag, n.real, n.imag])
+    parts = (np.ascontiguousarray(a) for a in (p.real, p.imag, n_shape.real, n_shape.imag))
+    lower, right = contour_fit._similarity_sums(*parts, found, z.real, z.imag, gate, 0.6)
+    np.testing.assert_allclose(lower, [A[i, j] for i in range(4) for j in range(i + 1)], atol=1e-9)
+    np.testing.assert_allclose(right, b, atol=1e-9)
 
 
 @pytest.mark.parametrize("method", [refine, refine_slanted])
@@ -294,7 +316,9 @@ def test_refinement_of_each_is_its_own_and_moves_with_the_image(scene, starts, m
 def test_evidence_is_what_each_point_tells(scene, starts):
     cmap, some = scene.cmap, starts.take(np.arange(0, len(starts), 6))
     number = np.arange(len(some))
-    some = some.replace(t=some.t - np.where(number % 4, 0, 30 + 25j), w=0.1 * some.z * np.exp(1j * number))
+    at_border = SIZE[0] - 1 + 1j * np.linspace(20, SIZE[1] - 1, len(some))
+    t = np.select([number % 4 == 2, number % 4 == 3], [some.t - (30 + 25j), at_border], some.t)
+    some = some.replace(t=t, w=0.1 * some.z * np.exp(1j * number))
     found = evidence(cmap, scene.shapes, some, CONFIG, BLANK)
     tolerance = np.clip(CONFIG.tolerance_share * np.sqrt(some.area_px(scene.shapes)), 1.0, CONFIG.tolerance_px)
     for n in range(len(some)):
@@ -364,6 +388,14 @@ def test_candidates_are_instances_in_every_role_and_direction(matches, candidate
     assert len(candidates) > len(matches) > 3
 
 
+def test_of_a_disc_no_direction_is_known(scene):
+    found = find_matches(scene.blobs, scene.cmap, scene.shapes, {(3, BLUE)}, CONFIG, Deadline(), BLANK)
+    model = ObjectModel("dot", (Component("dot", (disc("d", 0.3),), required=True),))
+    dots = candidates_of(Target("dot", model, BLUE), {("dot", "d"): 3}, found, CONFIG)
+    assert dots.match.tolist() == list(range(len(found))) and len(found) > 0
+    assert (dots.poses.theta_noise == np.pi).all()
+
+
 def test_pairs_are_forbidden_or_checked_as_their_explanation_says(matches, candidates):
     c, constraints = candidates, CRANE
     table = pair_table.pair_table(c, matches.overlap, CONFIG)
@@ -383,9 +415,14 @@ def test_pairs_are_forbidden_or_checked_as_their_explanation_says(matches, candi
     assert (table.violation[table.checked] == 0).any() and (table.violation > 0).any()
 
 
-@pytest.mark.parametrize("most", [500, 3])
-def test_candidates_that_matter_to_a_seed_are_kept(monkeypatch, matches, candidates, most):
+@pytest.mark.parametrize("most, fit", [(500, True), (3, True), (500, False)])
+def test_candidates_that_matter_to_a_seed_are_kept(monkeypatch, matches, candidates, most, fit):
+    """Those that go with one, or miss it by the least."""
     monkeypatch.setattr(pair_table, "_MAX_PARTNERS", most)
+    if not fit:
+        pairs = tuple(replace(p, allowed={"distance_m": Interval(2.0, 2.1)}) for p in CRANE.pairs)
+        target = Target("crane", crane(), RED, replace(CRANE, pairs=pairs))
+        candidates = candidates_of(target, SHAPE_OF, matches, CONFIG)
     whole = pair_table.pair_table(candidates, matches.overlap, CONFIG)
     seeds = np.flatnonzero(candidates.component == 0)
     partners = set()

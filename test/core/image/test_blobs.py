@@ -52,6 +52,7 @@ def test_normals_point_outward():
     assert np.min(np.sum(outward * blob.normals, axis=1)) > 0.9
 
 
+@pytest.mark.uncompiled
 def test_points_on_the_border_and_along_blanked_rectangles_are_no_evidence():
     labels = np.zeros((40, 40), np.uint8)
     labels[10:20, 0:30] = 1

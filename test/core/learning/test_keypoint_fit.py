@@ -72,3 +72,12 @@ def test_too_few_points_fit_nothing():
     points, *_ = scene(0)
     few = Points(points.component[:3], points.place[:3], points.normal[:3], points.pixel[:3])
     assert fit_points(KIN, camera_of(), few) is None
+
+
+@pytest.mark.parametrize("span", [0.0, 0.05])
+def test_points_in_one_place_or_on_one_line_do_no_harm(span):
+    line = np.linspace(0, 1, 5)[:, None] * (span, 0, 0)
+    normal, pixel = np.tile([0.0, -1.0, 0.0], (5, 1)), 100.0 + 1e3 * line[:, :2]
+    points = Points(np.zeros(5, int), line, normal, pixel)
+    fit = fit_points(KIN, camera_of(), points)
+    assert fit is None or np.isfinite(fit.R).all() and np.isfinite(fit.rms_px)

@@ -8,10 +8,10 @@ import numpy as np
 
 from ..base.config import RecognizerConfig
 from ..base.deadline import Deadline
-from . import refinement_kernels as contour_fit
 from . import thinning_kernels as thinning
 from .contour_map import ContourMap
 from .placements import Placements
+from .refinement_kernels import move_onto_contours
 from .shapes import Shape, pack_shapes
 
 _GATES_PX = (8.0, 1.5)  # Tukey gates from the first to the last step
@@ -90,7 +90,7 @@ def _squeeze(config: RecognizerConfig, slanted: bool) -> float:
 def _refined(
     cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, slanted: bool
 ) -> Placements:
-    t, z, w = contour_fit.refine(
+    t, z, w = move_onto_contours(
         cmap.contours,
         pack_shapes(tuple(shapes)),
         placed.t,

@@ -10,9 +10,9 @@ from solids import BENT, CAB, RED, RIGHT_SIDE, camera_of, marker
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import apply_similarity, rotation_from_rotvec
 from artrec_ros.core.image.label_field import LabelField
-from artrec_ros.core.pose.view_bank import LEAST_AREA_PX, Bank, BlobShape
+from artrec_ros.core.pose.view_bank import LEAST_AREA_PX, BlobShape, ViewBank
 from artrec_ros.core.pose.views import anchors_of, blob_couples, flips_of, lift, moments_of, view_bank
-from artrec_ros.core.pose.votes import Roles
+from artrec_ros.core.pose.votes import VoteRoles
 
 FLAG = marker("flag", CAB, RIGHT_SIDE, (0, 0, 0))
 
@@ -79,9 +79,9 @@ def shape_of(contour, couples=True, area_px=None):
 
 
 def aligned(views, labels, shape, most=10_000):
-    roles = Roles()
+    roles = VoteRoles()
     inside, ring = roles.inside(RED), roles.ring(RED, 0)
-    bank = Bank(views, roles.table[inside], roles.table[ring])
+    bank = ViewBank(views, roles.table[inside], roles.table[ring])
     return bank.align(LabelField(labels), camera_of((200, 160)), shape, most)
 
 

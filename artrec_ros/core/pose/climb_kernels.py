@@ -88,8 +88,8 @@ def totals(s: Surface, value: Value, votes: Any, area_px: Any, out: Any) -> None
 
 @lean
 def whole_votes(
-    s: Surface, patches: Any, chain: Chain, R: Any, t: Any, q: Any, view: LabelView, limits: SurfaceLimits, value: Value,
-    body: Body, room: Room,
+    s: Surface, patches: Any, chain: Chain, R: Any, t: Any, q: Any, view: LabelView, limits: SurfaceLimits,
+    value: Value, body: Body, room: Room,
 ) -> float:  # fmt: skip
     """Votes of a whole object under one hypothesis (3, 3), (3,), (J,)."""
     place_all(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
@@ -139,8 +139,8 @@ def votes_of(
 
 @jit
 def sweep(
-    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, j: int, grid: Any, R: Any, t: Any, q: Any,
-    votes: Any,
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, j: int, grid: Any, R: Any, t: Any,
+    q: Any, votes: Any,
 ) -> None:  # fmt: skip
     """Move joint `j` of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,) to the best of the values in
     `grid`, where one is better; NaN ends them."""
@@ -159,8 +159,8 @@ def sweep(
 
 @jit
 def climb(
-    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, m: Moves, steps: Any, R: Any, t: Any, q: Any,
-    votes: Any,
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, m: Moves, steps: Any, R: Any, t: Any,
+    q: Any, votes: Any,
 ) -> bool:  # fmt: skip
     """One round of steps of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one parameter after the
     other; whether any step was long enough to be taken.

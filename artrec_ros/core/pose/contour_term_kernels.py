@@ -25,7 +25,7 @@ class ContourTerm(NamedTuple):
     markers: Any  # (M,) their patches
     use: Any  # (H, M) bool: which markers have a say under each hypothesis
     edges: EdgeTerms
-    view: LabelView
+    seen: LabelView
     least_cosine: float  # a marker seen flatter has no say
 
 
@@ -72,7 +72,7 @@ def add_contours(
 
     :param columns: int64 scratch, (6 + J,).
     """
-    s, markers, e, view = term.surface, term.markers, term.edges, term.view
+    s, markers, e, view = term.surface, term.markers, term.edges, term.seen
     A, b, weighed, weight, edge = to.A, to.b, room.sums[5], room.weight, room.edge
     for k in range(len(markers)):
         if not term.use[h, k]:
@@ -113,9 +113,9 @@ def contour_rows(
         P, q = placed.R[s.component[p]], placed.frame_t[s.component[p]]
         n = moving(s.component[p], placed, columns)
         cosine, _, _, _ = aspect(s, p, P, q)
-        outline_pixels(P, q, s.contour[k], s.contour_along[k], term.view, outline)
-        find_edges(k, term.edges, 0, term.view, room)
-        fill_rows(s, k, P, q, placed, columns, n, term.view, outline, room.rows)
+        outline_pixels(P, q, s.contour[k], s.contour_along[k], term.seen, outline)
+        find_edges(k, term.edges, 0, term.seen, room)
+        fill_rows(s, k, P, q, placed, columns, n, term.seen, outline, room.rows)
         spacing_px[k] = 0.0
         for i in range(m):
             spacing_px[k] += math.hypot(outline[0, i - 1] - outline[0, i], outline[1, i - 1] - outline[1, i]) / m

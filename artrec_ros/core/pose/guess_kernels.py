@@ -136,8 +136,8 @@ def in_order(kept: Kept, least: float, T: Any, score: Any, of: Any) -> int:
 
 @lean
 def best_alignments(
-    p1: Any, p2: Any, moments: Moments, m: BankArrays, look: Look, least_share: float, view: LabelView, at: Any, kept: Kept,
-    T: Any, score: Any, of: Any,
+    p1: Any, p2: Any, moments: Moments, m: BankArrays, look: Look, least_share: float, view: LabelView, at: Any,
+    kept: Kept, T: Any, score: Any, of: Any,
 ) -> int:  # fmt: skip
     """Fill T (N, 4), score (N,) and of (N,) with the best of each view's best similarities: of
     those that bring area, centroid and principal axis together, in the axis' four turns, and of all couples of anchors

@@ -81,8 +81,8 @@ def best_joint(
 
 @lean
 def search_one(
-    s: Surface, chain: Chain, order: Any, starts: Any, R_object: Any, t_object: Any, q: Any, grids: Any, view: LabelView,
-    limits: SurfaceLimits, R: Any, t: Any, most: Any, scratch: Any, room: Room,
+    s: Surface, chain: Chain, order: Any, starts: Any, R_object: Any, t_object: Any, q: Any, grids: Any,
+    view: LabelView, limits: SurfaceLimits, R: Any, t: Any, most: Any, scratch: Any, room: Room,
 ) -> None:  # fmt: skip
     """Fill the joints q (J,) and the frames R (C, 3, 3), t (C, 3) of one hypothesis (3, 3), (3,).
 

@@ -34,8 +34,8 @@ def ring_votes(s: Surface, k: int, A: Any, b: Any, view: LabelView, limits: Surf
 
 @jit
 def score_patches(
-    s: Surface, chain: Chain, R: Any, t: Any, q: Any, patches: Any, view: LabelView, limits: SurfaceLimits, occlusion: bool,
-    votes: Any, area_px: Any, agree: Any,
+    s: Surface, chain: Chain, R: Any, t: Any, q: Any, patches: Any, view: LabelView, limits: SurfaceLimits,
+    occlusion: bool, votes: Any, area_px: Any, agree: Any,
 ) -> None:  # fmt: skip
     """Fill votes, area_px, agree (H, P) of hypotheses R (H, 3, 3), t (H, 3), q (H, J): see `spatial.PatchScores`."""
     room, scratch, n_c = room_of(s), np.empty((3, 3, 3)), len(chain.parent)

@@ -159,8 +159,8 @@ def sweep(
 
 @jit
 def climb(
-    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, m: Moves, steps: Any, R: Any, t: Any,
-    q: Any, votes: Any,
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, m: Moves, steps: Any, R: Any,
+    t: Any, q: Any, votes: Any,
 ) -> bool:  # fmt: skip
     """One round of steps of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one parameter after the
     other; whether any step was long enough to be taken.

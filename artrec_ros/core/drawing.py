@@ -35,8 +35,11 @@ _SMALL = 0.35  # size of faint texts
 _SHIFT = 4  # cv2's sub-pixel bits
 
 
-def label_picture(labels: NDArray[Any]) -> Picture:
-    """(H, W) class numbers as a (H, W, 3) uint8 BGR picture; the same number always gets the same colour."""
+def class_picture(labels: NDArray[Any]) -> Picture:
+    """What the recogniser saw: (H, W) class numbers as a (H, W, 3) uint8 BGR picture of the same size.
+
+    The same number always has the same colour, 0 (no class) a dark one; numbers of 255 and above share one.
+    """
     hues = (np.arange(256) * 67 % 180).astype(np.uint8)
     hsv = np.stack([hues, np.full(256, 110, np.uint8), np.full(256, 170, np.uint8)], axis=-1)[None]
     table = cv2.cvtColor(hsv, cv2.COLOR_HSV2BGR)[0]
@@ -54,7 +57,7 @@ def draw_result(
     :param camera: needed for the objects' frames.
     """
     zoom = max(1, round(_LEAST_WIDTH_PX / max(image.shape[1], 1)))
-    base = label_picture(image) if image.ndim == 2 else image
+    base = class_picture(image) if image.ndim == 2 else image
     interpolation = cv2.INTER_NEAREST if image.ndim == 2 else cv2.INTER_CUBIC
     picture = np.ascontiguousarray(cv2.resize(base, None, fx=zoom, fy=zoom, interpolation=interpolation))
     canvas = _Canvas(np.asarray(picture, np.uint8), zoom)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.datatypes import Camera, Detection, FrameResult, ImagePose, Instance, Rejection
-from artrec_ros.core.drawing import draw_error, draw_result, label_picture, object_colour
+from artrec_ros.core.drawing import draw_error, draw_result, class_picture, object_colour
 from artrec_ros.core.transforms import Pose
 
 SQUARE = np.array([[80.0, 60], [120, 60], [120, 100], [80, 100]])
@@ -96,10 +96,10 @@ def test_names_stay_within_the_picture():
 
 
 def test_every_label_has_one_colour_and_low_ones_differ():
-    picture = label_picture(np.arange(256, dtype=np.uint16)[None] * 1)
+    picture = class_picture(np.arange(256, dtype=np.uint16)[None] * 1)
     assert picture.shape == (1, 256, 3)
     assert len({tuple(c) for c in picture[0, :8]}) == 8
-    assert np.array_equal(label_picture(np.array([[300]], np.uint16))[0, 0], picture[0, 255])
+    assert np.array_equal(class_picture(np.array([[300]], np.uint16))[0, 0], picture[0, 255])
 
 
 def test_an_error_is_written_out():

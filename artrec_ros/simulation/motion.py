@@ -12,7 +12,7 @@ from ..core.datatypes import Camera, Target
 from ..core.transforms import Array, Pose, rotation_from_rotvec
 from .config import SceneConfig, SensorConfig
 from .render import Renderer
-from .scene import PlacedObject, Scene, require_places, sample_scene
+from .scene import PlacedObject, Scene, joint_span, require_places, sample_scene
 from .simulator import PERIOD_NS, SimulatedFrame, render_frame
 
 
@@ -60,7 +60,7 @@ class _Path:
         joints = {}
         for component in self.start.target.model.joint_components:
             assert component.joint is not None  # that is what makes it one
-            low, high = max(component.joint.lower, -np.pi), min(component.joint.upper, np.pi)
+            low, high = joint_span(component.joint)
             middle, half = (low + high) / 2, max((high - low) / 2, 1e-9)
             phase = np.arcsin(np.clip((self.start.joints[component.name] - middle) / half, -1, 1))
             swing = np.sin(2 * np.pi * self.motion.swing_hz * time_s + phase)

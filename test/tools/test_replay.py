@@ -89,9 +89,25 @@ def test_everything_promised_is_written(tmp_path, params, recogniser, capsys):
     summary = json.loads((out / "summary.json").read_text())
     assert summary["frames"] == 3 and summary["objects"] == {"arm": 2} and summary["frames_without_objects"] == 1
     assert summary["looked_for"] == {"arm": {"label": 3, "required": "base"}} and not summary["interrupted"]
-    assert [p.name for p in sorted((out / "frames").iterdir())] == ["000000.png", "000001.png", "000002.png"]
+    assert [p.name for p in sorted((out / "frames").iterdir())] == [
+        "000000_1.png", "000001_100000001.png", "000002_200000001.png",
+    ]  # fmt: skip
     assert cv2.VideoCapture(str(out / "video.mp4")).get(cv2.CAP_PROP_FRAME_COUNT) == 3
     assert "3" in capsys.readouterr().out
+
+
+def test_overlays_are_named_after_their_frames_in_order_and_each_once(tmp_path, params, recogniser):
+    folders = [tmp_path / "a", tmp_path / "b"]
+    names = ["x_2.png", "x_10.jpg", "x_10.png", f"{'y' * 240}.png"]
+    for folder in folders:
+        folder.mkdir()
+        for name in names:
+            cv2.imwrite(str(folder / name), np.ones((24, 32), np.uint8))
+    assert main(["replay", *map(str, folders), "--params-file", str(params), "-o", str(tmp_path / "out")]) == 0
+    written = [p.stem for p in sorted((tmp_path / "out" / "frames").iterdir())]
+    records = list(read_results(tmp_path / "out" / "detections.jsonl"))
+    assert [r.frame for r in records] == names * 2
+    assert written == [f"{i:06d}_{Path(r.frame).stem[:200]}" for i, r in enumerate(records)]
 
 
 def test_the_saved_parameters_give_the_same_replay(tmp_path, params, recogniser):

@@ -13,6 +13,7 @@ import pytest
 import yaml
 
 from artrec_ros.core.datatypes import Camera, Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.drawing import class_picture
 from artrec_ros.core.errors import ImageError
 from artrec_ros.io.bag_writer import BagWriter
 from artrec_ros.io.parameters import Setup
@@ -108,6 +109,16 @@ def test_overlays_are_named_after_their_frames_in_order_and_each_once(tmp_path, 
     records = list(read_results(tmp_path / "out" / "detections.jsonl"))
     assert [r.frame for r in records] == names * 2
     assert written == [f"{i:06d}_{Path(r.frame).stem[:200]}" for i, r in enumerate(records)]
+
+
+def test_overlays_can_stand_beside_the_class_images(tmp_path, params, recogniser):
+    source = bag(tmp_path / "bag", [1, 0, 2])
+    assert run(params, source, tmp_path / "out", "--labels") == 0
+    for path in sorted((tmp_path / "out" / "frames").iterdir()):
+        overlay, classes = np.hsplit(cv2.imread(str(path)), 2)
+        assert (classes == classes[0, 0]).all() and classes.shape == overlay.shape
+    assert (classes[0, 0] == class_picture(np.array([[2]]))[0, 0]).all(), "the last image is all of class 2"
+    assert run(params, source, tmp_path / "out") == 1, "other pictures are other results"
 
 
 def test_the_saved_parameters_give_the_same_replay(tmp_path, params, recogniser):

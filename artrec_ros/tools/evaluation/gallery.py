@@ -60,7 +60,7 @@ def picture(evaluation: Evaluation, failed: FailedFrame) -> str:
     interpolation = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
     small = cv2.resize(overlay, None, fx=scale, fy=scale, interpolation=interpolation)
     for failure in failed.failures if record.size else ():
-        _mark(small, failure, small.shape[1] / record.size[0] if record.size else 1.0)
+        _mark(small, failure, small.shape[0] / record.size[1] if record.size else 1.0)
     encoded = cv2.imencode(".webp", small, [cv2.IMWRITE_WEBP_QUALITY, _WEBP_QUALITY])[1]
     return "data:image/webp;base64," + base64.b64encode(encoded.tobytes()).decode("ascii")
 

@@ -29,7 +29,7 @@ class PlacedObject:
     """An object in a scene.
 
     :param T_camera_object: its frame in the camera's optical frame.
-    :param joints: component -> radians (metres for prismatic joints).
+    :param joints: name -> radians (metres for prismatic joints).
     """
 
     target: Target
@@ -224,7 +224,7 @@ def joint_span(joint: Joint) -> tuple[float, float]:
 
 def joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
     """Joint values: `where` is -1 at the lower limit, 0 in the middle, 1 at the upper one; one for all or one each."""
-    joints = [(c.name, c.joint) for c in model.joint_components if c.joint is not None]
+    joints = [(n, c.joint) for n, c in zip(model.joint_names, model.joint_components, strict=True) if c.joint]
     shares = np.broadcast_to(np.asarray(where, float), len(joints))
     values = {}
     for (name, joint), share in zip(joints, shares, strict=True):

@@ -159,3 +159,20 @@ def test_the_sensor_scales_to_ideal():
     assert SensorConfig().scaled(1) == dataclasses.replace(SensorConfig())
     with pytest.raises(ConfigError, match="sensor."):
         SensorConfig().scaled(-1)
+
+
+def test_joints_go_by_their_own_names_wherever_they_are_told(target, camera, tmp_path):
+    base, arm = target.model.components
+    arm = dataclasses.replace(arm, joint=dataclasses.replace(arm.joint, name="shoulder"))
+    named = Target("pump", ObjectModel("pump", (base, arm)), 3)
+    rng = np.random.default_rng(0)
+    scene = sample_scene([named], camera, SceneConfig(), rng)
+    assert set(scene.objects[0].joints) == {"shoulder"}
+    first, later = (next(itertools.islice(moving_scenes(scene, MotionConfig(), rng), n, None)) for n in (0, 20))
+    at_rest = sample_scene([target], camera, SceneConfig(), np.random.default_rng(0))
+    assert first.objects[0].joints["shoulder"] == pytest.approx(at_rest.objects[0].joints["arm"])
+    assert set(later.objects[0].joints) == {"shoulder"} and later.objects[0].joints != first.objects[0].joints
+    for a, b in zip(scene.objects[0].surfaces(), at_rest.objects[0].surfaces(), strict=True):
+        np.testing.assert_allclose(a.corners, b.corners)
+    with pytest.raises(ConfigError, match="two joints have the same name"):
+        ObjectModel("pump", (base, arm, dataclasses.replace(arm, name="other")))

@@ -19,7 +19,7 @@ PAGE = ROOT / "docs" / "tutorial.md"
 PICTURES = {  # docs/images/NAME -> what the commands make
     "forklift.png": "forklift.png",
     "forklift_simulated.png": "simulated/preview/0003.png",
-    "forklift_found.png": "result/frames/000003.png",
+    "forklift_found.png": "result/frames/000003_*.png",
 }
 _BLOCK = re.compile(r"(?:<!-- (.*?) -->\n)?```(\w*)\n(.*?)```", re.DOTALL)
 _FILE = re.compile(r"file: ([^,]+)(?:, from (.+) on)?")
@@ -72,7 +72,7 @@ def main() -> None:
         print("$", shlex.join(step.arguments), flush=True)
         subprocess.run(step.arguments, cwd=folder, check=True)
     for name, made in PICTURES.items() if "--pictures" in sys.argv else ():
-        shutil.copy(folder / made, ROOT / "docs" / "images" / name)
+        shutil.copy(next(folder.glob(made)), ROOT / "docs" / "images" / name)
 
 
 if __name__ == "__main__":

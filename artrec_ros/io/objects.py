@@ -181,7 +181,7 @@ def _unit(value: Value) -> Array:
 
 
 def _read_joint(value: Value) -> Joint:
-    given = value.fields(required=("parent",), optional=("origin", "axis", "limits", "type"))
+    given = value.fields(required=("parent",), optional=("origin", "axis", "limits", "type", "name"))
     kind = given["type"].text(("revolute", "prismatic", "fixed")) if "type" in given else "revolute"
     origin = _read_pose(given["origin"]) if "origin" in given else Pose.identity()
     if kind == "fixed":
@@ -192,7 +192,8 @@ def _read_joint(value: Value) -> Joint:
     lower, upper = given["limits"].vector(2)
     if not lower < upper:
         raise given["limits"].error(f"the lower limit {lower:g} must be below the upper {upper:g}")
-    return Joint(given["parent"].text(), origin, _unit(given["axis"]), float(lower), float(upper), kind)
+    name = given["name"].text() if "name" in given else ""
+    return Joint(given["parent"].text(), origin, _unit(given["axis"]), float(lower), float(upper), kind, name)
 
 
 def _read_body(value: Value, labels: _Labels) -> tuple[tuple[Box, ...], int | None]:

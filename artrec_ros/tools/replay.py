@@ -49,6 +49,7 @@ def add_parser(subparsers: Any) -> None:
     add_source_options(p)
     add_worker_options(p)
     p.add_argument("--images", type=_image_count, metavar="all|none|N", help="overlay pictures (default: all)")
+    p.add_argument("--labels", action="store_true", help="show each overlay beside the class image recognised from")
     p.add_argument("--no-video", action="store_true", help="write no video.mp4")
     p.add_argument(
         "--output-bag", nargs="?", const="mcap", choices=sorted(STORAGES), metavar="STORAGE",
@@ -69,6 +70,7 @@ def run(args: argparse.Namespace) -> int:
             if folder.finished:
                 return _tell(folder.summary(), args.output, "done before; --overwrite does it again; results are")
             order = order_of(setup, args.sources, sources, options)
+            order = dataclasses.replace(order, with_classes=args.labels)
             summary = _replay(args, order, sources, folder, pictures)
     done = "interrupted; the same command goes on; what was done so far is" if summary.interrupted else "results"
     return _tell(summary, args.output, done)
@@ -78,7 +80,7 @@ def _plan_options(args: argparse.Namespace, options: SourceOptions) -> dict[str,
     """What results depend on besides sources and parameters."""
     given = {f.name: getattr(options, f.name) for f in dataclasses.fields(options)}
     given["camera"] = repr(options.camera)
-    outputs = {"images": args.images, "video": not args.no_video, "output_bag": args.output_bag}
+    outputs = {"images": args.images, "video": not args.no_video, "output_bag": args.output_bag, "labels": args.labels}
     return {**given, **outputs, "timing": not args.no_timing}
 
 

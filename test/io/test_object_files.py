@@ -13,6 +13,7 @@ import yaml
 from changes import changed
 
 from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.object_writer import object_yaml
 from artrec_ros.io.objects import load_object
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -149,7 +150,8 @@ def test_class_names_may_stay_open_where_labels_do_not_matter(tmp_path: Path) ->
 URDF = """<robot name="r"><link name="body">
 <collision><origin xyz="0 0 0.1" rpy="0 0 1.5707963"/><geometry><box size="0.4 0.2 0.1"/></geometry></collision>
 <visual><geometry><mesh filename="x.dae"/></geometry></visual></link>
-<link name="round"><visual><geometry><sphere radius="1"/></geometry></visual></link><link name="bare"/></robot>"""
+<link name="meshed"><visual><geometry><mesh filename="x.dae"/></geometry></visual></link><link name="bare"/>
+<link name="cone"><visual><geometry><cone radius="1"/></geometry></visual></link></robot>"""
 
 
 def test_body_from_urdf(tmp_path: Path) -> None:
@@ -164,7 +166,8 @@ def test_body_from_urdf(tmp_path: Path) -> None:
     ("urdf", "reason"),
     [
         ({"file": "r.urdf", "link": "bdy"}, "'body'"),
-        ({"file": "r.urdf", "link": "round"}, "boxes only"),
+        ({"file": "r.urdf", "link": "meshed"}, "'x.dae' is not found; list the body's boxes"),
+        ({"file": "r.urdf", "link": "cone"}, "'cone' is no body"),
         ({"file": "r.urdf", "link": "bare"}, "no geometry"),
         ({"file": "none.urdf", "link": "body"}, "no such file"),
         ({"file": "toy.yaml", "link": "body"}, "URDF"),
@@ -175,6 +178,14 @@ def test_bad_urdf_is_refused(tmp_path: Path, urdf: dict[str, str], reason: str) 
     path = _write(tmp_path, changed(GOOD, "components/base/body", {"urdf": urdf}))
     with pytest.raises(ConfigError, match=reason):
         load_object(path)
+
+
+def test_a_joint_can_have_a_name_of_its_own_and_has_its_components_else(tmp_path: Path) -> None:
+    assert load_object(_write(tmp_path, GOOD)).joint_names == ("arm",)
+    named = load_object(_write(tmp_path, changed(GOOD, "components/arm/joint/name", "shoulder")))
+    assert named.joint_names == ("shoulder",) and named.component("arm").joint.name == "shoulder"
+    (tmp_path / "again.yaml").write_text(object_yaml(named))
+    assert load_object(tmp_path / "again.yaml").joint_names == ("shoulder",)
 
 
 def test_silhouette_is_found_beside_the_file(tmp_path: Path) -> None:

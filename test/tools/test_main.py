@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
+from importlib.metadata import version
 
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.tools import main as command_line
 from artrec_ros.tools import train
-from artrec_ros.tools.main import COMMANDS, main
+from artrec_ros.tools.main import COMMANDS, INTERRUPTED, main
 
 TRAIN = ["train", "--object", "none.yaml", "--annotations", "none.json", "-o", "out.yaml"]
 
@@ -70,6 +72,41 @@ def test_what_a_command_raises_becomes_a_code(
     assert main(TRAIN) == code
     captured = capsys.readouterr().err
     assert text in captured and captured.count("\n") == 1
+
+
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"artrec {version('artrec_ros')}\n"
+
+
+_PROGRAM = "import sys, time; from artrec_ros.tools import main; {}; sys.exit(main.main())"
+_SLEEPS = "print('ready', flush=True); time.sleep(60)"
+_SLOW_IMPORT = f"main._parse = lambda _: [{_SLEEPS.replace('; ', ', ')}]"
+_SLOW_WORK = (
+    "import types; main._parse = lambda _: types.SimpleNamespace(debug=False, run=lambda _: "
+    f"[{_SLEEPS.replace('; ', ', ')}])"
+)
+
+
+@pytest.mark.parametrize("change", [_SLOW_IMPORT, _SLOW_WORK], ids=["importing", "working"])
+def test_ctrl_c_is_one_line_and_130_at_any_time(change: str) -> None:
+    command = [sys.executable, "-c", _PROGRAM.format(change), "inspect", "."]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None and process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGINT)
+        _, told = process.communicate(timeout=60)
+    assert told == "artrec: interrupted\n" and process.returncode == INTERRUPTED
+
+
+def test_little_is_imported_before_ctrl_c_is_answered() -> None:
+    code = "import sys; before = set(sys.modules); import artrec_ros.tools.main; print(*set(sys.modules) - before)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert not {"argparse", "importlib.metadata", "numpy"} & set(done.stdout.split())
+
+
+def test_a_call_from_another_program_leaves_its_signals_alone() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    assert main(["--help"]) == 0 and signal.getsignal(signal.SIGINT) is before
 
 
 def test_a_missing_piece_breaks_only_its_command(

@@ -99,7 +99,7 @@ class Box:
 class Joint:
     """What carries a component: URDF's joint. Revolute about `axis` (unit, joint frame), limits in radians.
 
-    :param kind: 'revolute', 'prismatic' (limits in metres) or 'fixed'.
+    :param kind: 'revolute', 'prismatic' (limits in metres) or 'fixed'. :param name: '': that of its component.
     """
 
     parent: str
@@ -108,6 +108,7 @@ class Joint:
     lower: float
     upper: float
     kind: str = "revolute"
+    name: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "axis", readonly(self.axis))
@@ -155,6 +156,8 @@ class ObjectModel:
                     "component listed before it"
                 )
             seen.add(c.name)
+        for name in (n for n in self.joint_names if self.joint_names.count(n) > 1):
+            raise ConfigError(f"object '{self.name}': two joints have the same name '{name}'")
 
     @property
     def required(self) -> Component:
@@ -168,6 +171,11 @@ class ObjectModel:
     def joint_components(self) -> tuple[Component, ...]:
         """Components that a moving joint carries, in order: the joint vector's order."""
         return tuple(c for c in self.components if c.joint is not None and c.joint.kind != "fixed")
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """What these joints are called in results and messages: by their own names, else by their components'."""
+        return tuple((c.joint and c.joint.name) or c.name for c in self.joint_components)
 
     @cached_property
     def is_spatial(self) -> bool:

@@ -127,7 +127,7 @@ class _ClassModel:
     def __init__(self, model: ObjectModel, constraints: ConstraintSet, config: RecognizerConfig) -> None:
         self._constraints, self._config = constraints, config
         self._kinematics = Kinematics(model)
-        self._joints = [c.name for c in model.joint_components]
+        self._joints = model.joint_names
         self._areas = {(c.name, m.name): m.area for c in model.components for m in c.markers}
         self._shapes = {(c.name, m.name): Shape.from_marker(m) for c in model.components for m in c.markers}
         self._spans = {

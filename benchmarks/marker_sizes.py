@@ -9,6 +9,9 @@ view. Seeded.
 
 Flat: the pair of squares of config/vss.yaml, found in the image plane, without calibration. In space: the toy
 excavator of config/excavator.yaml, its base's side marker being measured; views from the side, turned at random.
+
+Colours: how many pixels of printed colours get their own class, by the package's colour table, where the light is 0.4
+to 1.2 times the usual, its colour varies (each channel by a log-normal factor) and the sensor has noise.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-from artrec_ros.core.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.config import ClassConfig, ImageConfig, RecognizerConfig
 from artrec_ros.core.datatypes import Camera, Detection, Target
 from artrec_ros.core.projection import project
 from artrec_ros.core.recognizer import Recognizer
@@ -40,6 +43,14 @@ USUAL_BLUR_PX = SensorConfig().blur_px
 IMAGE, VIEW_DEG = (480, 360), 60.0
 TEAM, ACCENT = 2, 3  # labels: blue, red
 ACCENT_AT = (0.0372, -0.0372, 0.0)  # where the squares of config/constraints/vss.yaml touch
+INKS = {  # r, g, b of a print in the usual light
+    "red": (200, 30, 40), "orange": (240, 120, 30), "yellow": (235, 215, 40), "green": (40, 150, 60),
+    "cyan": (40, 190, 200), "blue": (30, 70, 190), "violet": (120, 60, 160), "magenta": (200, 40, 140),
+    "white": (225, 225, 225), "black": (30, 30, 30),
+}  # fmt: skip
+INK_SETS = (tuple(INKS), ("red", "yellow", "green", "blue", "white", "black"), ("red", "green", "blue", "black"))
+TINTS = (0.0, 0.1, 0.2)  # sigma of the logarithm of each channel's gain
+INK_LIGHT, INK_NOISE, INK_PIXELS = (0.4, 1.2), 0.03, 20000
 NEAR = 0.5  # of the marker's size: a detection so near to the truth is on it
 NEAR_SHARE, NEAR_DEG = 0.1, 20.0  # in space: of the range; of the rotation
 
@@ -198,14 +209,40 @@ def generators(frames: int, *values: float) -> list[np.random.Generator]:
     return [np.random.default_rng(child) for child in seed.spawn(frames)]
 
 
+def colour_rows(inks: tuple[str, ...], tint: float) -> Array:
+    """(n, n + 1) shares: of pixels of each ink (rows), those that get no class (first column) or each ink's."""
+    classes = {name: ClassConfig(label=i + 1, rgb=INKS[name]) for i, name in enumerate(inks)}
+    segmenter, rng = Segmenter(ImageConfig(kind="colour", classes=classes)), np.random.default_rng(0)
+    rows = []
+    for name in inks:
+        gain = np.exp(rng.uniform(*np.log(INK_LIGHT), (INK_PIXELS, 1)) + rng.normal(0, tint, (INK_PIXELS, 3)))
+        seen = np.array(INKS[name][::-1]) * gain + rng.normal(0, 255 * INK_NOISE, (INK_PIXELS, 3))
+        labels = segmenter.labels(np.clip(np.rint(seen), 0, 255).astype(np.uint8)[None])
+        rows.append(np.bincount(labels.ravel(), minlength=len(inks) + 1) / INK_PIXELS)
+    return np.array(rows)
+
+
+def print_colours() -> None:
+    for inks in INK_SETS:
+        for tint in TINTS:
+            print(f"of {len(inks)} colours, tint {tint}: own class (none), and what takes more than 2 %")
+            for i, row in enumerate(colour_rows(inks, tint)):
+                others = {inks[k]: round(row[k + 1], 2) for k in np.argsort(-row[1:]) if k != i and row[k + 1] > 0.02}
+                print(
+                    f"  {inks[i]:8} {row[i + 1]:.2f} ({row[0]:.2f})  {', '.join(f'{n} {v}' for n, v in others.items())}"
+                )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=40, help="of each row")
     parser.add_argument("--sizes", type=float, nargs="+", default=SIZES_PX, metavar="PX")
-    parser.add_argument("--only", choices=("flat", "space"), help="one half only")
+    parser.add_argument("--only", choices=("flat", "space", "colours"), help="one part only")
     args = parser.parse_args()
+    if args.only in (None, "colours"):
+        print_colours()
     head = "found right false    offset turn deg (medians)"
-    if args.only != "space":
+    if args.only in (None, "flat"):
         target = flat_target(load_parameters(CONFIG / "vss.yaml"))
         print(f"flat, offset in px\nsize slant blur squeezed  {head}")
         cases = [(s, USUAL_BLUR_PX, 0.0) for s in SLANTS_DEG] + [(0, b, 0.0) for b in BLURS_PX if b != USUAL_BLUR_PX]
@@ -214,7 +251,7 @@ def main() -> None:
             for size in args.sizes:
                 row = flat_row(target, size, slant, blur, args.frames, squeezed)
                 print(f"{size:4g} {slant:5g} {blur:4g} {squeezed:8g}  {row.line}", flush=True)
-    if args.only != "flat":
+    if args.only in (None, "space"):
         setup = load_parameters(CONFIG / "excavator.yaml")
         print(f"in space, offset in shares of the range\nsize blur  {head}")
         for blur in (USUAL_BLUR_PX, BLURS_PX[-1]):

@@ -48,7 +48,10 @@ INKS = {  # r, g, b of a print in the usual light
     "cyan": (40, 190, 200), "blue": (30, 70, 190), "violet": (120, 60, 160), "magenta": (200, 40, 140),
     "white": (225, 225, 225), "black": (30, 30, 30),
 }  # fmt: skip
-INK_SETS = (tuple(INKS), ("red", "yellow", "green", "blue", "white", "black"), ("red", "green", "blue", "black"))
+INK_SETS = (
+    tuple(INKS),
+    ("red", "yellow", "green", "blue", "white", "black"),
+)
 TINTS = (0.0, 0.1, 0.2)  # sigma of the logarithm of each channel's gain
 INK_LIGHT, INK_NOISE, INK_PIXELS = (0.4, 1.2), 0.03, 20000
 NEAR = 0.5  # of the marker's size: a detection so near to the truth is on it

@@ -23,12 +23,14 @@ from pathlib import Path
 
 import numpy as np
 
-from artrec_ros.core.config import ClassConfig, ImageConfig, RecognizerConfig
-from artrec_ros.core.datatypes import Camera, Detection, Target
-from artrec_ros.core.projection import project
+from artrec_ros.core.base.config import ClassConfig, ImageConfig, RecognizerConfig
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.transforms import Array, Pose, rotation_from_rotvec, wrap_angle
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.found import Detection
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.segmentation import Segmenter
-from artrec_ros.core.transforms import Array, Pose, rotation_from_rotvec, wrap_angle
 from artrec_ros.io.parameters import Setup, load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer

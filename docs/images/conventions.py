@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from artrec_ros.core.objects import Box
-from artrec_ros.core.projection import project
-from artrec_ros.core.transforms import Array, Pose
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.transforms import Array, Pose
+from artrec_ros.core.model.objects import Box
 from artrec_ros.simulation.simulator import pinhole_camera
 from artrec_ros.simulation.surfaces import box_faces
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+from tqdm import tqdm
 
 from ..core.datatypes import Camera
 from ..core.errors import ArtrecError, ConfigError, ImageError, SourceError
@@ -134,6 +136,8 @@ def _read_bag(path: Path) -> BagContent:
     with Bag(path) as bag:
         topics = tuple(sorted(bag.topics.values()))
         samples = tuple(_sample(bag, t) for t in topics if t.msgtype in IMAGE_TYPES)
+        for _ in tqdm(bag.messages(bag.topics), "reading", delay=1, leave=False, disable=not sys.stderr.isatty()):
+            pass  # the bag counts what it gives, and holds that against what it says of itself
         duration_s = max(0, bag.end_ns - bag.start_ns) / 1e9
         return BagContent(topics, duration_s, samples, tuple(bag.problems))
 

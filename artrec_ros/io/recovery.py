@@ -7,6 +7,7 @@ Each scan yields what can be read and then raises `SourceError` with the reason 
 from __future__ import annotations
 
 import bz2
+import os
 import sqlite3
 import struct
 import sys
@@ -27,6 +28,7 @@ else:
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 ROS1_MAGIC = b"#ROSBAG V2.0\n"
 SQLITE_MAGIC = b"SQLite format 3\0"
+_LARGE = 2**20  # bytes
 
 _DECOMPRESSORS: dict[str, Callable[[], Any]] = {
     "zstd": zstd.ZstdDecompressor,
@@ -70,10 +72,19 @@ def scan(path: Path) -> Iterator[RawMessage]:
 
 
 def _read(stream: BinaryIO, size: int) -> bytes:
-    data = stream.read(size)
+    data = _up_to(stream, size)
     if len(data) != size:
         raise SourceError("it ends in the middle of a record (truncated)")
     return data
+
+
+def _up_to(stream: BinaryIO, size: int) -> bytes:
+    """So many bytes, or what is left: a damaged length may claim more than any memory holds."""
+    if size > _LARGE:
+        here = stream.tell()
+        size = min(size, stream.seek(0, os.SEEK_END) - here)
+        stream.seek(here)
+    return stream.read(size)
 
 
 def _unpack(stream: BinaryIO, layout: str) -> tuple[Any, ...]:
@@ -120,12 +131,12 @@ def _scan_mcap(stream: BinaryIO, schemas: dict[int, str], channels: dict[int, tu
 def _scan_mcap_chunk(
     stream: BinaryIO, size: int, schemas: dict[int, str], channels: dict[int, tuple[str, str]]
 ) -> Iterator[RawMessage]:
-    record = stream.read(size)
+    record = _up_to(stream, size)
     head = BytesIO(record)
     _unpack(head, "<QQQI")
     compression = _mcap_string(head)
     (packed_size,) = _unpack(head, "<Q")
-    yield from _scan_mcap(BytesIO(_decompress(head.read(packed_size), compression)), schemas, channels)
+    yield from _scan_mcap(BytesIO(_decompress(_up_to(head, packed_size), compression)), schemas, channels)
     if len(record) != size:
         raise SourceError("it ends in the middle of a chunk (truncated)")
 
@@ -147,7 +158,7 @@ def _scan_ros1(stream: BinaryIO, connections: dict[bytes, tuple[str, str]]) -> I
         (size,) = _unpack(stream, "<I")
         opcode = header["op"]
         if opcode == b"\x05":
-            data = stream.read(size)
+            data = _up_to(stream, size)
             inner = BytesIO(_decompress(data, header["compression"].decode()))
             yield from _scan_ros1(inner, connections)
             if len(data) != size:

@@ -158,6 +158,42 @@ def test_a_damaged_chunk_in_the_middle_is_told(tmp_path, ros2, pictures, write_r
         assert len(bag.problems) == 1
 
 
+def test_counts_of_metadata_are_held_against_what_was_read(tmp_path, ros2, pictures, write_rosbag2):
+    folder = write_rosbag2(tmp_path / "bag", script(ros2, pictures(3)), "sqlite3")
+    with sqlite3.connect(folder / "bag.db3") as database:
+        database.execute("DELETE FROM messages WHERE id = 2")
+    with Bag(folder) as bag:
+        assert len(images(bag)) == 2
+        (problem,) = bag.problems
+    assert problem == f"{folder}: '/image': 2 messages were read, but metadata.yaml tells of 3: 1 is lost"
+
+
+def test_a_file_that_metadata_does_not_list_is_told(tmp_path, ros2, pictures, write_rosbag2):
+    folder = write_rosbag2(tmp_path / "bag", script(ros2, pictures(3)))
+    shutil.copy(folder / "bag.mcap", folder / "bag_1.mcap")
+    with Bag(folder) as bag:
+        assert bag.problems == [f"{folder}: metadata.yaml does not list bag_1.mcap, which is not read"]
+
+
+def test_a_file_written_over_by_another_is_told(tmp_path, ros2, pictures, write_rosbag2):
+    file = write_rosbag2(tmp_path / "bag", script(ros2, pictures(3))) / "bag.mcap"
+    (tmp_path / "split").mkdir()
+    for name in ("a.mcap", "b.mcap"):
+        shutil.copy(file, tmp_path / "split" / name)
+    with Bag(tmp_path / "split") as bag:
+        (problem,) = bag.problems
+    assert "b.mcap: holds the same messages as a.mcap" in problem
+
+
+def test_a_length_beyond_all_memory_ends_in_one_line(tmp_path, ros2, pictures, write_rosbag2):
+    file = write_rosbag2(tmp_path / "bag", script(ros2, pictures(3))) / "bag.mcap"
+    data = bytearray(file.read_bytes())
+    data[9:17] = b"\xff" * 8  # of the first record
+    file.write_bytes(data)
+    with pytest.raises(SourceError, match="truncated"):
+        Bag(file)
+
+
 @pytest.mark.parametrize("name", ["a.mcap", "a.db3", "a.bag", "a.mcap.zstd"])
 @pytest.mark.parametrize("content", [b"", b"nothing that a bag starts with"])
 def test_what_is_no_bag_is_refused_in_one_line(tmp_path, name, content):

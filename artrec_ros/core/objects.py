@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .config import GREATEST_LABEL
 from .errors import ConfigError
 from .transforms import Array, Pose, readonly
 
@@ -129,6 +130,11 @@ class Component:
     joint: Joint | None = None
     bodies: tuple[Box, ...] = ()
     body_label: int | None = None
+
+    def __post_init__(self) -> None:
+        for label in (self.label, self.body_label):
+            if label is not None and not 1 <= label <= GREATEST_LABEL:
+                raise ConfigError(f"component '{self.name}': the label {label} is not within 1 .. {GREATEST_LABEL}")
 
     def marker(self, name: str) -> Marker:
         return next(m for m in self.markers if m.name == name)

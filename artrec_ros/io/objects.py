@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core.config import GREATEST_LABEL
 from ..core.errors import ConfigError
 from ..core.objects import Box, Component, Joint, Marker, ObjectModel
 from ..core.transforms import Array, Pose
@@ -24,7 +25,7 @@ def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None)
         matter to the caller (training), so a class name that the file does not declare stays without a number.
     """
     top = load_yaml(path, FORMAT).fields(required=("name", "markers", "components"), optional=("classes",))
-    own = {name: v.integer(1, 255) for name, v in top["classes"].entries().items()} if "classes" in top else {}
+    own = {name: v.integer(1, GREATEST_LABEL) for name, v in top["classes"].entries().items()} if "classes" in top else {}
     labels = _Labels({**own, **(class_labels or {})}, strict=class_labels is not None)
     shapes = _read_markers(top["markers"])
     components = tuple(_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items())
@@ -42,7 +43,7 @@ class _Labels:
 
     def resolve(self, value: Value) -> int | None:
         if not isinstance(value.raw, str):
-            return value.integer(1, 255)
+            return value.integer(1, GREATEST_LABEL)
         if value.raw not in self._numbers and self._strict:
             raise value.error(f"the class '{value.raw}' is not known{nearest(value.raw, self._numbers)}")
         return self._numbers.get(value.raw)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import difflib
 import math
+import os
 import re
+import stat
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,14 +19,11 @@ from ..core.errors import ConfigError
 from ..core.transforms import Array
 
 
-class _Loader(yaml.SafeLoader):
-    """YAML as ROS reads it: no repeated keys, no aliases; 1e-3 is a number."""
+_SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML was built with it
 
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            mark = self.peek_event().start_mark
-            raise yaml.constructor.ConstructorError(None, None, "aliases are not read; write the value out", mark)
-        return super().compose_node(parent, index)
+
+class _Loader(_SafeLoader):  # type: ignore[misc]
+    """YAML as ROS reads it: no repeated keys; 1e-3 is a number."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         seen: set[str] = set()
@@ -37,8 +36,29 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+def _check_events(text: str) -> None:
+    """Refuses aliases, which ROS does not read, and nesting that would overrun the C loader's stack."""
+    depth = 0
+    for event in yaml.parse(text, _SafeLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if isinstance(event, yaml.AliasEvent):
+            problem = "aliases are not read; write the value out"
+            raise yaml.constructor.ConstructorError(None, None, problem, event.start_mark)
+        if depth > _DEEPEST:
+            problem = f"is nested more than {_DEEPEST} deep"
+            raise yaml.constructor.ConstructorError(None, None, problem, event.start_mark)
+
+
 _FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$")  # YAML 1.2 and ROS: no dot needed before the exponent
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
+
+MOST_BYTES = 2**28
+"""Of any file that is read as a whole: a larger one is taken for something else."""
+_MOST_YAML_BYTES = 2**20  # a second of reading; what this package writes has some ten thousand
+_DEEPEST = 100
+_MOST_POINTS = 5000  # of an outline
+LFS_MAGIC = b"version https://git-lfs.github.com/spec/"
+LFS_POINTER = "is a pointer of Git LFS, which stands for the file itself: fetch that with 'git lfs pull'"
 
 _FEW = 12  # names that a message may list
 
@@ -66,7 +86,8 @@ class Value:
         return ConfigError(f"{place}: {message}")
 
     def _child(self, key: str, raw: Any) -> Value:
-        return Value(self.file, f"{self.key}.{key}" if self.key else key, raw)
+        shown = key if key.isprintable() else repr(key)  # an error is one line
+        return Value(self.file, f"{self.key}.{shown}" if self.key else shown, raw)
 
     def _wrong(self, wanted: str) -> ConfigError:
         got = "nothing" if self.raw is None else repr(self.raw)
@@ -131,36 +152,55 @@ class Value:
             raise self.error(f"{value} must be greater than {above:g}")
         return value
 
-    def vector(self, length: int) -> Array:
-        """(length,) numbers."""
+    def vector(self, length: int, most: float = math.inf) -> Array:
+        """(length,) numbers, none greater than `most` on either side of zero."""
         if not isinstance(self.raw, (list, tuple)) or len(self.raw) != length:
             raise self._wrong(f"{length} numbers [..]")
-        return np.array([item.number() for item in self.items()])
+        return np.array([item.number(-most, most) for item in self.items()])
 
-    def points(self, least: int) -> Array:
-        """(n, 2) points, n >= least."""
+    def points(self, least: int, most: float = math.inf) -> Array:
+        """(n, 2) points, n >= least, of coordinates up to `most`."""
         items = self.items()
         if len(items) < least:
             raise self.error(f"needs {least} points [x, y] or more, has {len(items)}")
-        return np.array([item.vector(2) for item in items])
+        if len(items) > _MOST_POINTS:
+            raise self.error(f"has {len(items)} points, more than {_MOST_POINTS}: no camera sees such detail")
+        return np.array([item.vector(2, most) for item in items])
 
 
-def read_text(path: str | Path) -> str:
-    """A text file's content; `ConfigError` where it cannot be read."""
+def read_bytes(path: str | Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """A file's content. :raises ConfigError: it is none, larger than that, or a pointer that stands for a file."""
     try:
-        return Path(path).read_text(encoding="utf-8")
+        about = os.stat(path)
+        if not stat.S_ISREG(about.st_mode):
+            what = "a folder" if stat.S_ISDIR(about.st_mode) else "a pipe or device"
+            raise ConfigError(f"{path}: is {what}; a file is wanted here")
+        if about.st_size > most_bytes:
+            raise ConfigError(f"{path}: has {about.st_size} bytes, more than the {most_bytes} that such a file may have")
+        with open(path, "rb") as stream:  # what says it is empty and is not, as in /proc, ends there, too
+            content = stream.read(most_bytes)
     except FileNotFoundError:
         raise ConfigError(f"{path}: there is no such file") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"{path}: is no text file (UTF-8)") from None
     except (OSError, ValueError) as error:
         raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if content.startswith(LFS_MAGIC):
+        raise ConfigError(f"{path}: {LFS_POINTER}")
+    return content
+
+
+def read_text(path: str | Path, most_bytes: int = MOST_BYTES) -> str:
+    """A text file's content; `ConfigError` as of `read_bytes`, and where it is no text."""
+    try:
+        return read_bytes(path, most_bytes).decode("utf-8")
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is no text file (UTF-8)") from None
 
 
 def load_value(path: str | Path) -> Value:
     """A YAML file of any content as a `Value`."""
-    text = read_text(path)
+    text = read_text(path, _MOST_YAML_BYTES)
     try:
+        _check_events(text)
         raw = yaml.load(text, _Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark

@@ -25,26 +25,24 @@ def crossing_edges(outline: Array) -> tuple[int, int] | None:
     """
     n = len(outline)
     start, end = outline, np.roll(outline, -1, axis=0)
-    direction = end - start
+    low, high = np.minimum(start, end), np.maximum(start, end)
 
     def side(i: Any, p: Array) -> Array:  # > 0: p lies to the left of edge i; zero: on its line
-        d, v = direction[i], p - start[i]
+        d, v = end[i] - start[i], p - start[i]
         cross = d[..., 0] * v[..., 1] - d[..., 1] * v[..., 0]
         size = np.linalg.norm(d, axis=-1) * np.linalg.norm(v, axis=-1)
         return np.where(np.abs(cross) <= 1e-12 * size, 0.0, np.sign(cross))
 
     for i in range(n - 2):
-        others = np.arange(i + 2, n - 1 if i == 0 else n)  # neighbours share a point by right
-        a, b = side(i, start[others]), side(i, end[others])
-        c, d = side(others, start[i]), side(others, end[i])
-        overlap = np.all(
-            (np.maximum(start[i], end[i]) >= np.minimum(start[others], end[others]))
-            & (np.minimum(start[i], end[i]) <= np.maximum(start[others], end[others])),
-            axis=1,
-        )
-        hits = np.flatnonzero((a * b <= 0) & (c * d <= 0) & overlap)
-        if hits.size:
-            return i, int(others[hits[0]])
+        others = slice(i + 2, n - 1 if i == 0 else n)  # neighbours share a point by right
+        near = (high[i, 0] >= low[others, 0]) & (low[i, 0] <= high[others, 0])
+        near &= (high[i, 1] >= low[others, 1]) & (low[i, 1] <= high[others, 1])
+        j = i + 2 + np.flatnonzero(near)
+        if not j.size:
+            continue
+        apart = (side(i, start[j]) * side(i, end[j]) > 0) | (side(j, start[i]) * side(j, end[i]) > 0)
+        if not apart.all():
+            return i, int(j[~apart][0])
     return None
 
 

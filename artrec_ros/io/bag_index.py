@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from .bag_metadata import storage_suffix
 from .mcap_layout import mcap_problem
 
 
@@ -16,7 +17,7 @@ def index_problem(path: Path, reader: Any) -> str | None:
     """
     if path.suffix == ".mcap":
         return mcap_problem(path)
-    return _ros1_problem(reader) if path.suffix == ".bag" else _sqlite3_problem(path)
+    return _ros1_problem(reader) if storage_suffix(path) == ".bag" else _sqlite3_problem(path)
 
 
 def _ros1_problem(reader: Any) -> str | None:

@@ -44,8 +44,8 @@ class Metadata:
 
 
 def storage_suffix(path: Path) -> str:
-    """.mcap of 'a.mcap' and of 'a.mcap.zstd'."""
-    return Path(path.stem).suffix if path.suffix == ".zstd" else path.suffix
+    """.mcap of 'a.mcap' and of 'a.mcap.zstd', .bag of 'a.bag.active', whose recorder never closed it."""
+    return Path(path.stem).suffix if path.suffix in (".zstd", ".active") else path.suffix
 
 
 def is_storage(path: Path) -> bool:

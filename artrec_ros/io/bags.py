@@ -26,13 +26,15 @@ from ..core.errors import ImageError, SourceError
 from .bag_index import index_problem
 from .bag_metadata import BAG_SUFFIXES, STORAGES, Metadata, is_storage, storage_suffix
 from .bag_tally import Tally
-from .recovery import RawMessage, scan
+from .files import size_of_file
+from .recovery import RawMessage, full_type, scan
 
 if sys.version_info >= (3, 14):
     from compression import zstd
 else:
     from backports import zstd
 
+_NO_INDEX = "it has no index, which its recorder writes last; read front to back (rosbag reindex gives it one)"
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 
@@ -63,15 +65,16 @@ class _StorageFile:
     def __init__(self, path: Path, shown: Path) -> None:
         """:param path: the file itself. :param shown: its name for users (of the file it was unpacked from)."""
         self.path, self.shown = path, shown
-        self.ros1 = path.suffix == ".bag"
+        self.ros1 = storage_suffix(path) == ".bag"
         self.problem: str | None = None
         try:
             with self._reader() as reader:
-                self.topics = [Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections]
+                self.topics = [Topic(c.topic, full_type(c.msgtype), c.msgcount) for c in reader.connections]
                 self.start_ns, self.end_ns = reader.start_time, reader.end_time
                 self.problem = index_problem(path, reader)
         except Exception as error:  # rosbags raises whatever damaged bytes lead to: assertions, struct and type errors
-            self.problem = _one_line(error)
+            text = _one_line(error)
+            self.problem = _NO_INDEX if "not indexed" in text else text
         self.indexed = self.problem is None
         if not self.indexed:
             self._survey()
@@ -112,7 +115,7 @@ class _StorageFile:
                 if not wanted:
                     return
                 for connection, log_ns, data in reader.messages(wanted, start_ns, stop_ns):
-                    yield RawMessage(connection.topic, connection.msgtype, log_ns, bytes(data))
+                    yield RawMessage(connection.topic, full_type(connection.msgtype), log_ns, bytes(data))
         except Exception as error:  # as in __init__
             self.problem = _one_line(error)
 
@@ -242,11 +245,13 @@ def bag_files(path: Path, storage: str | None = None) -> list[Path]:
         listed = [path / name for name in Metadata.of(path).files]
         if missing := [f for f in listed if not f.exists()]:
             raise SourceError(f"{missing[0]}: metadata.yaml lists it, but it does not exist")
-        files = listed or [p for p in path.iterdir() if is_storage(p) and p.suffix != ".bag"]
+        files = listed or [p for p in path.iterdir() if is_storage(p) and storage_suffix(p) != ".bag"]
     else:
         files = [path]
     wanted = (STORAGES[storage],) if storage else BAG_SUFFIXES
     found = [f for f in files if storage_suffix(f) in wanted]
     if not found:
         raise SourceError(f"{path}: no bag ({', '.join(wanted)}; or those with .zstd) there")
+    for file in found:
+        size_of_file(file, SourceError)
     return found

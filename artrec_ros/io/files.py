@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from ..core.errors import ConfigError
+from ..core.errors import ArtrecError, ConfigError
 from ..core.transforms import Array
 
 
@@ -168,21 +168,33 @@ class Value:
         return np.array([item.vector(2, most) for item in items])
 
 
-def read_bytes(path: str | Path, most_bytes: int = MOST_BYTES) -> bytes:
-    """A file's content. :raises ConfigError: it is none, larger than that, or a pointer that stands for a file."""
+def size_of_file(path: str | Path, error: type[ArtrecError] = ConfigError) -> int:
+    """Bytes of a regular file: others, such as pipes and devices, may never end.
+
+    :param error: what is raised where it is none.
+    """
     try:
         about = os.stat(path)
-        if not stat.S_ISREG(about.st_mode):
-            what = "a folder" if stat.S_ISDIR(about.st_mode) else "a pipe or device"
-            raise ConfigError(f"{path}: is {what}; a file is wanted here")
-        if about.st_size > most_bytes:
-            raise ConfigError(f"{path}: has {about.st_size} bytes, more than the {most_bytes} that such a file may have")
-        with open(path, "rb") as stream:  # what says it is empty and is not, as in /proc, ends there, too
-            content = stream.read(most_bytes)
     except FileNotFoundError:
-        raise ConfigError(f"{path}: there is no such file") from None
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        raise error(f"{path}: there is no such file") from None
+    except (OSError, ValueError) as reason:
+        raise error(f"{path}: cannot be read: {getattr(reason, 'strerror', None) or reason}") from None
+    if not stat.S_ISREG(about.st_mode):
+        what = "a folder" if stat.S_ISDIR(about.st_mode) else "a pipe or device"
+        raise error(f"{path}: is {what}; a file is wanted here")
+    return about.st_size
+
+
+def read_bytes(path: str | Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """A file's content. :raises ConfigError: it is none, larger than that, or a pointer that stands for a file."""
+    size = size_of_file(path)
+    if size > most_bytes:
+        raise ConfigError(f"{path}: has {size} bytes, more than the {most_bytes} that such a file may have")
+    try:
+        with open(path, "rb") as stream:
+            content = stream.read(most_bytes)
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     if content.startswith(LFS_MAGIC):
         raise ConfigError(f"{path}: {LFS_POINTER}")
     return content

@@ -13,7 +13,8 @@ from tqdm import tqdm
 from ..core.datatypes import Camera
 from ..core.errors import ArtrecError, ConfigError, ImageError, SourceError
 from .annotations import load_coco
-from .bags import BAG_SUFFIXES, Bag, Topic
+from .bag_metadata import BAG_SUFFIXES, is_storage
+from .bags import Bag, Topic
 from .cameras import load_camera
 from .constraints import FORMAT as CONSTRAINT_FORMAT
 from .contents import BagContent, ConstraintContent, Content, Item, ResultContent, Sample, Supplement, TruthContent
@@ -111,9 +112,9 @@ def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path]
 
 
 def _is_bag(path: Path) -> bool:
-    names = [p.name for p in path.iterdir()] if path.is_dir() else [path.name]
-    listed = path.is_dir() and "metadata.yaml" in names
-    return listed or any(n.removesuffix(".zstd").endswith(BAG_SUFFIXES) for n in names)
+    if not path.is_dir():
+        return is_storage(path)
+    return any(p.name == "metadata.yaml" or is_storage(p) for p in path.iterdir())
 
 
 def _images(folder: Path) -> list[Path]:

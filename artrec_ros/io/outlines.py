@@ -8,8 +8,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-from ..core.errors import ConfigError
+from ..core.errors import ConfigError, ImageError
 from ..core.transforms import Array
+from .files import read_bytes
+from .images import decode_unchanged
 
 _DISC_POINTS = 64  # the inscribed polygon then misses 0.16 % of the disc's area
 _EDGE_SIGMA_PX = 1.0  # blur under which the staircase of a binary image becomes a straight edge
@@ -85,9 +87,10 @@ def silhouette_outline(path: Path, width_m: float) -> Array:
 
 def _shape_level(path: Path) -> Array:
     """(H, W) 0 on the background, 1 on the shape, between them on a soft edge."""
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if path.is_file() else None
-    if image is None:
-        raise ConfigError(f"{path}: cannot be read as an image (PNG, JPEG, GIF, BMP, ...)")
+    try:
+        image = decode_unchanged(read_bytes(path))
+    except ImageError as error:
+        raise ConfigError(f"{path}: cannot be read as an image: {error}") from None
     shrink = _GREATEST_SIDE_PX / max(image.shape[:2])
     if shrink < 1:
         image = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)

@@ -19,6 +19,7 @@ from typing import Any, BinaryIO, NamedTuple
 import lz4.frame  # type: ignore[import-untyped]
 
 from ..core.errors import SourceError
+from .files import LFS_MAGIC, LFS_POINTER
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -46,6 +47,12 @@ class RawMessage(NamedTuple):
     data: bytes
 
 
+def full_type(msgtype: str) -> str:
+    """package/msg/Name: ROS 1, and ROS 2 until 2018, left out the middle."""
+    package, slash, name = msgtype.partition("/")
+    return f"{package}/msg/{name}" if slash and "/" not in name else msgtype
+
+
 def scan(path: Path) -> Iterator[RawMessage]:
     """All messages that can be read, in file order.
 
@@ -63,6 +70,8 @@ def scan(path: Path) -> Iterator[RawMessage]:
                 yield from _scan_ros1(stream, {})
             elif magic.startswith(SQLITE_MAGIC):
                 yield from _scan_sqlite3(path)
+            elif LFS_MAGIC.startswith(magic) and magic:
+                raise SourceError(LFS_POINTER)
             else:
                 raise SourceError("it starts like no bag (mcap, sqlite3, ROS 1)" if magic else "the file is empty")
     except OSError as error:
@@ -119,7 +128,7 @@ def _scan_mcap(stream: BinaryIO, schemas: dict[int, str], channels: dict[int, tu
         record = BytesIO(_read(stream, size))
         if opcode == b"\x03":
             (schema_id,) = _unpack(record, "<H")
-            schemas[schema_id] = _mcap_string(record)
+            schemas[schema_id] = full_type(_mcap_string(record))
         elif opcode == b"\x04":
             channel_id, schema_id = _unpack(record, "<HH")
             channels[channel_id] = (_mcap_string(record), schemas.get(schema_id, ""))
@@ -166,8 +175,7 @@ def _scan_ros1(stream: BinaryIO, connections: dict[bytes, tuple[str, str]]) -> I
             continue
         data = _read(stream, size)
         if opcode == b"\x07":
-            package, _, name = _ros1_header(data)["type"].decode().partition("/")
-            connections[header["conn"]] = (header["topic"].decode(), f"{package}/msg/{name}")
+            connections[header["conn"]] = (header["topic"].decode(), full_type(_ros1_header(data)["type"].decode()))
         elif opcode == b"\x02":
             seconds, nanoseconds = struct.unpack("<II", header["time"])
             yield RawMessage(*connections[header["conn"]], seconds * 10**9 + nanoseconds, data)
@@ -178,7 +186,7 @@ def _scan_sqlite3(path: Path) -> Iterator[RawMessage]:
     connection = sqlite3.connect(f"{path.absolute().as_uri()}?immutable=1", uri=True)
     try:
         connection.execute("PRAGMA writable_schema=ON")
-        topics = {i: (name, msgtype) for i, name, msgtype in connection.execute("SELECT id, name, type FROM topics")}
+        topics = {i: (name, full_type(msgtype)) for i, name, msgtype in connection.execute("SELECT id, name, type FROM topics")}
         rows = connection.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id")
         for topic_id, log_ns, data in rows:
             yield RawMessage(*topics[topic_id], log_ns, data)

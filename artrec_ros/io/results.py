@@ -13,6 +13,7 @@ import numpy as np
 from ..core.datatypes import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
 from ..core.errors import SourceError
 from ..core.transforms import Pose, rotation_from_quaternion
+from .files import size_of_file
 
 DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 
@@ -78,6 +79,7 @@ def read_results(path: Path) -> Iterator[FrameRecord]:
 
     :raises SourceError: naming file and line that cannot be read.
     """
+    size_of_file(path, SourceError)
     try:
         with path.open(encoding="utf-8") as stream:
             for number, line in enumerate(stream, 1):

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from ..core.errors import ImageError, SourceError
 from .bag_source import BagSource
-from .bags import BAG_SUFFIXES, Bag
+from .bag_metadata import BAG_SUFFIXES, is_storage
+from .bags import Bag
 from .frames import Frame, Part, Source, SourceOptions
 from .images import IMAGE_SUFFIXES, read_image
 from .topics import Report
@@ -102,8 +103,7 @@ def open_sources(paths: Sequence[Path], options: SourceOptions | None = None, re
 
 
 def _holds_bag(folder: Path) -> bool:
-    files = [p.name for p in folder.iterdir()]
-    return any(n == "metadata.yaml" or n.removesuffix(".zstd").endswith(BAG_SUFFIXES) for n in files)
+    return any(p.name == "metadata.yaml" or is_storage(p) for p in folder.iterdir())
 
 
 def _natural(path: Path) -> list[tuple[int, int | str]]:

@@ -18,6 +18,7 @@ import numpy as np
 from ..core.datatypes import Camera
 from ..core.errors import SourceError
 from ..core.transforms import Array, Pose, readonly
+from .files import size_of_file
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,7 @@ class Truth:
 def load_truth(path: Path) -> dict[int, tuple[TrueObject, ...]]:
     """The objects of each frame of a truth.jsonl, by the frame's stamp. :raises SourceError: naming file and line."""
     truth: dict[int, tuple[TrueObject, ...]] = {}
+    size_of_file(path, SourceError)
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import struct
+import time
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +16,7 @@ import yaml
 from changes import changed
 
 from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.shapes import Shape
 from artrec_ros.io.objects import load_object
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -218,3 +222,27 @@ def test_the_documented_example_loads(tmp_path: Path) -> None:
     (tmp_path / "crane.yaml").write_text(text[1])
     model = load_object(tmp_path / "crane.yaml", {})
     assert model.is_spatial and model.component("base").body_label == 5
+
+
+def test_a_silhouette_of_an_implausible_size_is_not_decoded(tmp_path: Path) -> None:
+    head = struct.pack(">IIBBBBB", 30000, 30000, 8, 0, 0, 0, 0)
+    chunks = [(b"IHDR", head), (b"IDAT", zlib.compress(bytes(100))), (b"IEND", b"")]
+    packed = [struct.pack(">I", len(d)) + k + d + struct.pack(">I", zlib.crc32(k + d)) for k, d in chunks]
+    (tmp_path / "huge.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(packed))
+    content = changed(GOOD, "markers/flag", {"silhouette": {"image": "huge.png", "width": 0.1}})
+    with pytest.raises(ConfigError, match="silhouette.image.*30000x30000 pixels is implausible"):
+        load_object(_write(tmp_path, content))
+
+
+def test_a_fine_outline_is_read_at_once_and_one_too_fine_is_refused(tmp_path: Path) -> None:
+    angle = np.linspace(0, 2 * np.pi, 4000, endpoint=False)
+    radius = 0.1 + 0.01 * np.cos(7 * angle)
+    outline = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).tolist()
+    content = changed(GOOD, "markers/flag/outline", outline)
+    begun = time.process_time()
+    model = load_object(_write(tmp_path, content))
+    shape = Shape.from_marker(model.components[0].markers[0])
+    assert time.process_time() - begun < 5  # it took 44 s
+    assert shape.area_m2 == pytest.approx(np.pi * (0.1**2 + 0.01**2 / 2), rel=1e-3)
+    with pytest.raises(ConfigError, match=r"markers.flag.outline: has 8001 points, more than 5000"):
+        load_object(_write(tmp_path, changed(GOOD, "markers/flag/outline", [[float(x), 0.0] for x in range(8001)])))

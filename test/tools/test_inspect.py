@@ -196,7 +196,7 @@ def test_folders_are_looked_into(tmp_path, capsys):
         ("a.json", "{", "no valid JSON"),
         ("a.jsonl", "{}", "line 1 is no line of truth"),
         ("a.mcap", "no bag", "nothing could be read"),
-        ("a.png", "no picture", "neither PNG nor JPEG"),
+        ("a.png", "no picture", "neither PNG, JPEG, BMP nor GIF"),
     ],
 )
 def test_what_cannot_be_read_is_one_line(tmp_path, capsys, name, text, message):

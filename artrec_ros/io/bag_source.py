@@ -27,6 +27,7 @@ class BagSource(Source):
         self.topic = choose_topic(bag, options.topic, options.image_kind, report)
         self.info_topic = options.camera_info_topic or camera_info_topic(self.topic)
         self.count = bag.topics[self.topic].count
+        self.calibrated = options.camera is not None or self.info_topic in bag.topics
         if options.camera_info_topic and options.camera_info_topic not in bag.topics:
             raise SourceError(f"{bag.path}: no topic '{options.camera_info_topic}'. {listed(bag)}")
 

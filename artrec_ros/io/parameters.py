@@ -19,7 +19,7 @@ from ..core.segmentation import Segmenter
 from .files import Value, load_value, nearest
 from .shared_files import resolve_path
 from .specs import Spec, all_specs, specs_of
-from .targets import load_target, same_labels, with_absolute_paths
+from .targets import lacking, load_target, same_labels, with_absolute_paths
 
 _SECTION = "ros__parameters"
 _WILDCARDS = ("/**", "/*", "**", "*")
@@ -49,6 +49,10 @@ class Setup:
     def build(self) -> Recognizer:
         """The recogniser with these parameters."""
         return Recognizer(self.targets, self.recognizer, Segmenter(self.image))
+
+    def lacks(self, calibrated: bool = True) -> list[str]:
+        """A line for each object that cannot be found with what the files tell; `calibrated`: the images are."""
+        return list(lacking(self.targets, self.recognizer, calibrated))
 
     def changed(self, changes: Mapping[str, Any]) -> Setup:
         """The set-up with some values changed. Files are read again only for objects that the changes concern.

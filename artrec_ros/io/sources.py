@@ -35,7 +35,7 @@ class FolderSource(Source):
             (t, p) for t, p in zip(stamps, files, strict=True) if start_ns <= t and (stop_ns is None or t < stop_ns)
         ]
         self._camera = options.camera
-        self.count = len(self._files)
+        self.count, self.calibrated = len(self._files), options.camera is not None
 
     def __iter__(self) -> Iterator[Frame]:
         return self.read(Part(0, self.count))

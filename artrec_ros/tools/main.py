@@ -7,9 +7,11 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 
 from ..core.errors import ArtrecError
 from .examples import HelpFormatter, epilog
+from .own_lines import own_lines_only
 
 DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -31,8 +33,17 @@ NEEDING_ROS = {"play": "artrec_ros.node.play"}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs a command. Returns 0: done, 1: the work failed, 2: wrong usage, 130: interrupted."""
+    """Runs a command. Returns 0: done, 1: the work failed, 2: wrong usage, 130: interrupted.
+
+    :param argv: None: those of the process, whose stderr is then for our own lines alone.
+    """
     arguments = list(sys.argv[1:] if argv is None else argv)
+    loud = argv is not None or "--debug" in arguments or _called(arguments) in NEEDING_ROS  # ROS logs from C
+    with nullcontext() if loud else own_lines_only():
+        return _run(arguments)
+
+
+def _run(arguments: list[str]) -> int:
     try:
         args = _parse(arguments)
     except SystemExit as leaving:  # argparse has said why
@@ -63,11 +74,16 @@ def _fail(message: str, debug: bool) -> int:
     return FAILED
 
 
+def _called(arguments: Sequence[str]) -> str | None:
+    """The command, which comes before all that has no dashes."""
+    return next((a for a in arguments if not a.startswith("-")), None)
+
+
 def _parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="artrec", description="Recognise articulated objects by their markers.")
     parser.add_argument("--debug", action="store_true", help="show a traceback with an error")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    called = next((a for a in arguments if not a.startswith("-")), None)
+    called = _called(arguments)
     for command, summary in COMMANDS.items():
         if command == called:
             module = importlib.import_module(NEEDING_ROS.get(command, f"{__package__}.{command.replace('-', '_')}"))

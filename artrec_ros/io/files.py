@@ -17,12 +17,12 @@ import yaml
 
 from ..core.errors import ArtrecError, ConfigError
 from ..core.transforms import Array
-
+from .kinds import kind_by_format, mistaken
 
 _SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML was built with it
 
 
-class _Loader(_SafeLoader):  # type: ignore[misc]
+class _Loader(_SafeLoader):
     """YAML as ROS reads it: no repeated keys; 1e-3 is a number."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
@@ -40,13 +40,13 @@ def _check_events(text: str) -> None:
     """Refuses aliases, which ROS does not read, and nesting that would overrun the C loader's stack."""
     depth = 0
     for event in yaml.parse(text, _SafeLoader):
+        mark: Any = event.start_mark
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if isinstance(event, yaml.AliasEvent):
             problem = "aliases are not read; write the value out"
-            raise yaml.constructor.ConstructorError(None, None, problem, event.start_mark)
+            raise yaml.constructor.ConstructorError(None, None, problem, mark)
         if depth > _DEEPEST:
-            problem = f"is nested more than {_DEEPEST} deep"
-            raise yaml.constructor.ConstructorError(None, None, problem, event.start_mark)
+            raise yaml.constructor.ConstructorError(None, None, f"is nested more than {_DEEPEST} deep", mark)
 
 
 _FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$")  # YAML 1.2 and ROS: no dot needed before the exponent
@@ -228,6 +228,9 @@ def load_value(path: str | Path) -> Value:
 def load_yaml(path: str | Path, format: str) -> Value:
     """A file of this package: checks its `format: NAME/VERSION` line and returns the rest."""
     value = load_value(path)
+    wanted = kind_by_format(format)
+    if wanted and (problem := mistaken(value.raw, wanted)):
+        raise value.error(f"{problem} (format: {format})")
     entries = value.entries()
     if "format" not in entries:
         raise value.error(f"format: this key is missing; the file must begin with 'format: {format}'")

@@ -136,7 +136,9 @@ def _size_reader(encoded: bytes) -> Callable[[bytes], tuple[int, int]]:
         return _bmp_size
     if encoded.startswith(b"GIF8"):
         return _gif_size
-    raise ImageError(f"{len(encoded)} bytes that are neither PNG, JPEG, BMP nor GIF (they start with '{encoded[:8].hex(' ')}')")
+    raise ImageError(
+        f"{len(encoded)} bytes that are neither PNG, JPEG, BMP nor GIF (they start with '{encoded[:8].hex(' ')}')"
+    )
 
 
 def _png_size(encoded: bytes) -> tuple[int, int]:

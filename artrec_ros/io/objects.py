@@ -27,7 +27,8 @@ def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None)
         matter to the caller (training), so a class name that the file does not declare stays without a number.
     """
     top = load_yaml(path, FORMAT).fields(required=("name", "markers", "components"), optional=("classes",))
-    own = {name: v.integer(1, GREATEST_LABEL) for name, v in top["classes"].entries().items()} if "classes" in top else {}
+    classes = top["classes"].entries() if "classes" in top else {}
+    own = {name: value.integer(1, GREATEST_LABEL) for name, value in classes.items()}
     labels = _Labels({**own, **(class_labels or {})}, strict=class_labels is not None)
     shapes = _read_markers(top["markers"])
     components = tuple(_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items())

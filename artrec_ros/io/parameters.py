@@ -17,6 +17,7 @@ from ..core.errors import ConfigError
 from ..core.recognizer import Recognizer
 from ..core.segmentation import Segmenter
 from .files import Value, load_value, nearest
+from .kinds import PARAMETERS, mistaken
 from .shared_files import resolve_path
 from .specs import Spec, all_specs, specs_of
 from .targets import lacking, load_target, same_labels, with_absolute_paths
@@ -79,7 +80,10 @@ def load_parameters(path: str | Path, *more: str | Path) -> Setup:
 
 def read_flat(path: str | Path) -> dict[str, Value]:
     """The parameters of a ROS parameter file by their flat names; a node's own section goes before the wildcard's."""
-    sections = _sections(load_value(path))
+    value = load_value(path)
+    if problem := mistaken(value.raw, PARAMETERS):
+        raise value.error(f"{problem}, which names the object's file (docs/parameters.md)")
+    sections = _sections(value)
     if not sections:
         raise ConfigError(f"{path}: no parameters found; they stand under '/**:' and '{_SECTION}:'")
     named = [name for name in sections if name.rpartition("/")[2] not in ("**", "*")]

@@ -186,7 +186,8 @@ def _scan_sqlite3(path: Path) -> Iterator[RawMessage]:
     connection = sqlite3.connect(f"{path.absolute().as_uri()}?immutable=1", uri=True)
     try:
         connection.execute("PRAGMA writable_schema=ON")
-        topics = {i: (name, full_type(msgtype)) for i, name, msgtype in connection.execute("SELECT id, name, type FROM topics")}
+        named = connection.execute("SELECT id, name, type FROM topics")
+        topics = {number: (name, full_type(msgtype)) for number, name, msgtype in named}
         rows = connection.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id")
         for topic_id, log_ns, data in rows:
             yield RawMessage(*topics[topic_id], log_ns, data)

@@ -8,8 +8,8 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ..core.errors import ImageError, SourceError
-from .bag_source import BagSource
 from .bag_metadata import BAG_SUFFIXES, is_storage
+from .bag_source import BagSource
 from .bags import Bag
 from .frames import Frame, Part, Source, SourceOptions
 from .images import IMAGE_SUFFIXES, read_image

@@ -19,6 +19,7 @@ from ..core.datatypes import Camera
 from ..core.errors import SourceError
 from ..core.transforms import Array, Pose, readonly
 from .files import size_of_file
+from .kinds import TRUTH, mistaken
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,8 @@ def load_truth(path: Path) -> dict[int, tuple[TrueObject, ...]]:
     for number, line in enumerate(lines, 1):
         try:
             record = json.loads(line)
+            if problem := mistaken(record, TRUTH):
+                raise SourceError(f"{path}: {problem}")
             stamp_ns, objects = int(record["stamp_ns"]), tuple(_object(o) for o in record["objects"])
         except (KeyError, TypeError, ValueError) as error:
             raise SourceError(f"{path}: line {number} is no line of truth: {error!r}") from error

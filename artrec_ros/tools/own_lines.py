@@ -24,7 +24,7 @@ def own_lines_only() -> Iterator[None]:
         return
     before = sys.stderr
     before.flush()
-    sys.stderr = open(kept, "w", buffering=1, encoding=before.encoding, errors="backslashreplace")
+    sys.stderr = os.fdopen(kept, "w", buffering=1, encoding=before.encoding, errors="backslashreplace")
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, _STDERR)
     os.close(nowhere)

@@ -100,6 +100,24 @@ def decode_unchanged(data: Any) -> Image:
     return image
 
 
+def transport_format(data: bytes) -> str | None:
+    """What image_transport calls an encoded image, the `format` of a CompressedImage; None: it knows no such format.
+
+    :raises ImageError: the image ends within its header.
+    """
+    try:
+        if data.startswith(_PNG_MAGIC):
+            depth, colours = data[24], data[25]
+            encoding = ("mono16" if depth == 16 else "mono8") if colours == 0 else "bgra8" if colours == 6 else "bgr8"
+            return f"{encoding}; png compressed {encoding}"
+        if data.startswith(b"\xff\xd8"):
+            encoding = "mono8" if data[_jpeg_frame(data) + 9] == 1 else "bgr8"
+            return f"{encoding}; jpeg compressed {encoding}"
+    except (struct.error, IndexError) as error:
+        raise ImageError(f"the image ends within its header ({len(data)} bytes)") from error
+    return None
+
+
 def read_image(path: Path) -> Image:
     """The pixels of an image file: as `decode_compressed`. The error's text does not repeat the path."""
     try:
@@ -152,7 +170,8 @@ def _png_size(encoded: bytes) -> tuple[int, int]:
     return width, height
 
 
-def _jpeg_size(encoded: bytes) -> tuple[int, int]:
+def _jpeg_frame(encoded: bytes) -> int:
+    """Where the frame header begins."""
     position = 2
     while True:
         while encoded[position] == 0xFF and encoded[position + 1] == 0xFF:  # fill bytes before a marker
@@ -161,11 +180,15 @@ def _jpeg_size(encoded: bytes) -> tuple[int, int]:
             raise ImageError(f"damaged JPEG: no marker at byte {position}")
         marker, length = struct.unpack_from(">BH", encoded, position + 1)
         if marker in _JPEG_START_OF_FRAME:
-            height, width = struct.unpack_from(">HH", encoded, position + 5)
-            break
+            return position
         if marker in (0xD9, 0xDA):
             raise ImageError("damaged JPEG: it has no frame header")
         position += 2 + length
+
+
+def _jpeg_size(encoded: bytes) -> tuple[int, int]:
+    position = _jpeg_frame(encoded)
+    height, width = struct.unpack_from(">HH", encoded, position + 5)
     if encoded.find(b"\xff\xd9", position) < 0:  # a decoder fills a truncated image with grey in silence
         raise ImageError(f"truncated JPEG: {len(encoded)} bytes without its end")
     return width, height

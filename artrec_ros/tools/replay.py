@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     """Exit code 0: done; 1: interrupted, or no frame could be used."""
     setup = load_parameters(*args.params_file)
     options = source_options(args, setup)
-    pictures = PictureOptions(args.images, not args.no_video, args.output_bag)
+    pictures = PictureOptions(args.images, not args.no_video, args.output_bag, setup.node.publish_tf)
     with open_sources(args.sources, options, say) as sources:
         for line in setup.lacks(all(part.calibrated for part in sources.parts)):
             say(f"warning: {line}")

@@ -43,7 +43,7 @@ class FrameRecord:
         return cls(stamp_ns, frame, r.size, r.detections, tuple(r.rejected), r.timing_ms, r.complete, frame_id)
 
     def to_json(self) -> str:
-        """One line, as interface and README describe it; `complete` is false where the time budget ended the search."""
+        """One line, as docs/replay.md describes it."""
         content: dict[str, Any] = {"stamp_ns": self.stamp_ns, "frame": self.frame, "size": self.size}
         if self.source is not None:
             content["source"] = self.source

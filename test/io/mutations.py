@@ -22,12 +22,16 @@ from typing import Any
 import lz4.frame
 import numpy as np
 import yaml
-from backports import zstd
-from conftest import Messages, Script
+from bag_messages import Messages, Script
 from rosbags import rosbag1, rosbag2
 
 from artrec_ros.core.errors import ArtrecError
 from artrec_ros.io.sources import open_sources
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
 
 FRAMES, SIZE, CHUNK_BYTES, STEP_NS = 40, (12, 16), 1500, 10**8
 START_NS = 1_700_000_000 * 10**9

@@ -184,19 +184,15 @@ def _scan_ros1(stream: BinaryIO, connections: dict[bytes, tuple[str, str]]) -> I
 def _scan_sqlite3(path: Path) -> Iterator[RawMessage]:
     # writable_schema lets SQLite open a file that is shorter than its header says
     connection = sqlite3.connect(f"{path.absolute().as_uri()}?immutable=1", uri=True)
-    odd = 0
     try:
         connection.execute("PRAGMA writable_schema=ON")
         named = connection.execute("SELECT id, name, type FROM topics")
         topics = {i: (name, full_type(t)) for i, name, t in named if isinstance(name, str) and isinstance(t, str)}
         for topic, log_ns, data in connection.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id"):
-            if topic in topics and isinstance(log_ns, int) and isinstance(data, bytes):
-                yield RawMessage(*topics[topic], log_ns, data)
-            else:
-                odd += 1
+            if topic not in topics or not isinstance(log_ns, int) or not isinstance(data, bytes):
+                raise SourceError("damaged database: one of its rows is no message")  # nor are those behind it to trust
+            yield RawMessage(*topics[topic], log_ns, data)
     except sqlite3.Error as error:
         raise SourceError(f"damaged database: {error}") from error
     finally:
         connection.close()
-    if odd:
-        raise SourceError(f"damaged database: {odd} of its rows are no messages")

@@ -1,6 +1,8 @@
 """The examples in the documentation work."""
 
+import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +10,9 @@ import pytest
 import yaml
 from tutorial import PICTURES, Command, SaveFile, alternatives, steps
 
+from artrec_ros.core.model.found import ClassFit, ConstraintFailure, Rejection
 from artrec_ros.io.parameters import load_parameters
-from artrec_ros.io.results import read_results
+from artrec_ros.io.results import FrameRecord, read_results
 from artrec_ros.io.truth import load_truth
 from artrec_ros.tools.main import main
 
@@ -73,3 +76,32 @@ def test_links_lead_somewhere(page):
     links = [t.split("#")[0] for t in re.findall(r"\]\(([^)]+)\)", text) if "://" not in t]
     missing = [link for link in links if link and not ((ROOT / page).parent / link).exists()]
     assert not missing
+
+
+def test_the_format_of_detections_is_told():
+    """Every key that a replay may write stands in the section, and its example is a line of a replay."""
+    section = (ROOT / "docs/replay.md").read_text(encoding="utf-8").partition("## detections.jsonl")[2]
+    section = section.partition("\n## ")[0]
+    example, rejection = re.findall(r"```json\n(.*?)```", section, re.DOTALL)
+    record = FrameRecord.from_json(example.replace("\n", ""))
+    assert json.loads(record.to_json()) == json.loads(example)
+    failed = ConstraintFailure("a/b", "c/d", "turn_rad", 1.0, 0.0, 0.5, 0.5)
+    everything = replace(
+        record,
+        source=1,
+        error="why",
+        detections=(replace(record.detections[0], class_fit=ClassFit(None, 0.1, "b", 0.2, "why"), margin=0.5),),
+        rejected=(Rejection("red", "why", 0.5, 1.0, 2.0, failed),),
+    )
+    told = set(re.findall(r"`(\w+)`", section))
+    named = {name for d in record.detections for name in d.joints}
+    assert keys_of(json.loads(everything.to_json())) - named <= told
+    assert keys_of(json.loads(rejection)) <= told
+
+
+def keys_of(content) -> set[str]:
+    if isinstance(content, list):
+        return set().union(*map(keys_of, content)) if content else set()
+    if not isinstance(content, dict):
+        return set()
+    return set(content).union(*map(keys_of, content.values()))

@@ -88,5 +88,8 @@ DIAGNOSTICS = NodeTopic(
     "every second: rates, latencies, drops, the last error; tells apart no images, QoS mismatch, images that cannot be "
     "used, no calibration, nothing found",
 )
+TF = NodeTopic(
+    "/tf", "tf2_msgs/msg/TFMessage", "where `publish_tf` is set: each object's frame, a child of its image's"
+)
 OBJECT_OUTPUTS = (POSES, ROBOTS, JOINTS, POSE, CLASSES)
 OUTPUTS = (*OBJECT_OUTPUTS, MARKERS, OVERLAY, DIAGNOSTICS)

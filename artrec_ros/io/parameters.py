@@ -17,9 +17,10 @@ from ..core.image.segmentation import Segmenter
 from ..core.model.target import Target
 from ..core.recognizer import Recognizer
 from .files import Value, load_value, nearest
+from .kinds import PARAMETERS, mistaken
 from .shared_files import resolve_path
 from .specs import Spec, all_specs, specs_of
-from .targets import load_target, same_labels, with_absolute_paths
+from .targets import lacking, load_target, same_labels, with_absolute_paths
 
 _SECTION = "ros__parameters"
 _WILDCARDS = ("/**", "/*", "**", "*")
@@ -50,6 +51,10 @@ class Setup:
         """The recogniser with these parameters."""
         return Recognizer(self.targets, self.recognizer, Segmenter(self.image))
 
+    def lacks(self, calibrated: bool = True) -> list[str]:
+        """A line for each object that cannot be found with what the files tell; `calibrated`: the images are."""
+        return list(lacking(self.targets, self.recognizer, calibrated))
+
     def changed(self, changes: Mapping[str, Any]) -> Setup:
         """The set-up with some values changed. Files are read again only for objects that the changes concern.
 
@@ -75,7 +80,10 @@ def load_parameters(path: str | Path, *more: str | Path) -> Setup:
 
 def read_flat(path: str | Path) -> dict[str, Value]:
     """The parameters of a ROS parameter file by their flat names; a node's own section goes before the wildcard's."""
-    sections = _sections(load_value(path))
+    value = load_value(path)
+    if problem := mistaken(value.raw, PARAMETERS):
+        raise value.error(f"{problem}, which names the object's file (docs/parameters.md)")
+    sections = _sections(value)
     if not sections:
         raise ConfigError(f"{path}: no parameters found; they stand under '/**:' and '{_SECTION}:'")
     named = [name for name in sections if name.rpartition("/")[2] not in ("**", "*")]

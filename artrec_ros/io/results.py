@@ -13,6 +13,7 @@ import numpy as np
 from ..core.base.errors import SourceError
 from ..core.geometry.transforms import Pose, rotation_from_quaternion
 from ..core.model.found import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
+from .files import size_of_file
 
 DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 
@@ -42,7 +43,7 @@ class FrameRecord:
         return cls(stamp_ns, frame, r.size, r.detections, tuple(r.rejected), r.timing_ms, r.complete, frame_id)
 
     def to_json(self) -> str:
-        """One line, as interface and README describe it; `complete` is false where the time budget ended the search."""
+        """One line, as docs/replay.md describes it."""
         content: dict[str, Any] = {"stamp_ns": self.stamp_ns, "frame": self.frame, "size": self.size}
         if self.source is not None:
             content["source"] = self.source
@@ -78,6 +79,7 @@ def read_results(path: Path) -> Iterator[FrameRecord]:
 
     :raises SourceError: naming file and line that cannot be read.
     """
+    size_of_file(path, SourceError)
     try:
         with path.open(encoding="utf-8") as stream:
             for number, line in enumerate(stream, 1):

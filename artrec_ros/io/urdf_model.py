@@ -18,6 +18,7 @@ from ..core.base.errors import ConfigError
 from ..core.geometry.transforms import Array, Pose
 from ..core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from .files import nearest
+from .marker_shapes import safe_name
 from .urdf import link_body, numbers, read_robot
 
 _KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
@@ -77,7 +78,9 @@ def object_from_urdf(
             notes.append(f"joint '{part.joint.name}' mimics another; here it moves on its own")
     if bare := [link for p in parts if p.marked is None and p.joint is not None for link in p.links]:
         notes.append(f"links that move and bear no marker are left out: {', '.join(bare)}")
-    return UrdfObject(ObjectModel(name or robot.get("name", "") or path.stem, tuple(components)), tuple(notes))
+    return UrdfObject(
+        ObjectModel(name or safe_name(robot.get("name", "") or path.stem), tuple(components)), tuple(notes)
+    )
 
 
 @dataclass

@@ -95,6 +95,8 @@ class RecognizerNode(LifecycleNode):
             tf = transform_sender(self) if setup.node.publish_tf else None
             self._outputs = Publishers(self, setup.targets, tf)
             self._pipeline = Pipeline(setup, self._calibrations, self._outputs)
+            for line in setup.lacks():
+                self.get_logger().warning(line)
         except ArtrecError as error:
             self._problem = one_line(error)
             self.get_logger().error(self._problem)

@@ -12,7 +12,7 @@ from ..core.constraints.constraint_set import ConstraintSet
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
 from ..io.annotations import Annotations
-from ..io.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, Supplement, TruthContent
+from ..io.contents import BagContent, ConstraintContent, Item, Report, ResultContent, Sample, Supplement, TruthContent
 from ..io.inventory import take_stock
 from ..io.parameters import Setup
 from ..io.specs import all_specs
@@ -75,6 +75,9 @@ def describe(item: Item) -> Iterator[str]:
         yield f"{head} without objects, to be read after others: {shown}"
     elif isinstance(content, Camera):
         yield f"{head}, {_camera(content)}"
+    elif isinstance(content, Report):
+        yield f"{item.path}: {content.kind}"
+        yield from content.lines
     else:
         yield f"{head}, not readable"
 

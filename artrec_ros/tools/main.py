@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # more is imported when it is needed: Ctrl-C is answered from the first moment on
@@ -35,12 +35,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs a command. Returns 0: done, 1: the work failed, 2: wrong usage, 130: interrupted.
 
     :param argv: the words behind `artrec`; None: this is the program itself, which then answers to Ctrl-C in its own
-        way, also while it still imports and while it ends.
+        way, also while it still imports and while it ends, and whose stderr is for its own lines alone.
     """
     if argv is not None:
         return _main(list(argv))
     signal.signal(signal.SIGINT, _leave)
-    return _main(sys.argv[1:])
+    from .own_lines import own_lines_only
+
+    arguments = sys.argv[1:]
+    loud = "--debug" in arguments or _called(arguments) in NEEDING_ROS  # ROS logs from C
+    with nullcontext() if loud else own_lines_only():
+        return _main(arguments)
 
 
 def _leave(*_: object) -> None:
@@ -96,6 +101,11 @@ def _fail(message: str, debug: bool) -> int:
     return FAILED
 
 
+def _called(arguments: Sequence[str]) -> str | None:
+    """The command, which comes before all that has no dashes."""
+    return next((a for a in arguments if not a.startswith("-")), None)
+
+
 def _parse(arguments: list[str]) -> argparse.Namespace:
     import argparse
     import importlib
@@ -107,7 +117,7 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--version", action="version", version=f"artrec {__version__}")
     parser.add_argument("--debug", action="store_true", help="show a traceback with an error")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    called = next((a for a in arguments if not a.startswith("-")), None)
+    called = _called(arguments)
     for command, summary in COMMANDS.items():
         if command == called:
             module = importlib.import_module(NEEDING_ROS.get(command, f"{__package__}.{command.replace('-', '_')}"))

@@ -63,8 +63,10 @@ def run(args: argparse.Namespace) -> int:
     """Exit code 0: done; 1: interrupted, or no frame could be used."""
     setup = load_parameters(*args.params_file)
     options = source_options(args, setup)
-    pictures = PictureOptions(args.images, not args.no_video, args.output_bag)
+    pictures = PictureOptions(args.images, not args.no_video, args.output_bag, setup.node.publish_tf)
     with open_sources(args.sources, options, say) as sources:
+        for line in setup.lacks(all(part.calibrated for part in sources.parts)):
+            say(f"warning: {line}")
         plan = plan_of(setup, args.sources, _plan_options(args, options))
         with ReplayFolder(args.output, plan, setup.to_yaml(), args.overwrite) as folder:
             if folder.finished:
@@ -127,6 +129,10 @@ def _content(args: argparse.Namespace, setup: Setup, summaries: list[Summary]) -
 def _tell(summary: Summary, folder: Path, what: str) -> int:
     for line in summary.lines():
         print(line)
+    for line in summary.failures():
+        say(line)
+    if summary.frames == summary.errors.total():
+        say(f"artrec: {f'none of {summary.frames} frames could be used' if summary.frames else 'there was no frame'}")
     print(f"{what} in {folder}")
     return int(summary.interrupted or summary.frames == summary.errors.total())
 

@@ -74,6 +74,9 @@ class Summary:
             yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
         if self.frames_cut_short:
             yield f"{self.frames_cut_short} frames were cut short by recognizer.time_budget_ms"
+
+    def failures(self) -> Iterator[str]:
+        """What went wrong, for stderr: frames and sources that could not be used."""
         for error, count in self.errors.most_common(5):
             yield f"{count} frame(s) could not be used: {error}"
         if len(self.errors) > 5:

@@ -6,7 +6,10 @@ import signal
 import subprocess
 import sys
 from importlib.metadata import version
+from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
@@ -116,3 +119,35 @@ def test_a_missing_piece_breaks_only_its_command(
     assert main(["ghost"]) == 1
     assert "ghost" in capsys.readouterr().err
     assert main(["--help"]) == 0
+
+
+def test_stderr_is_for_our_own_lines_alone(tmp_path: Path) -> None:
+    """What libraries write there from C, and warnings, are not seen; our error is; --debug shows all."""
+    code = """
+import os, sys, warnings
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.tools import inspect, main
+def run(args):
+    os.write(2, b"libpng error: bad adaptive filter value\\n")
+    warnings.warn("overflow encountered in multiply", RuntimeWarning)
+    raise ConfigError("our own line")
+inspect.run = run
+sys.argv = ["artrec", "inspect", "x", *sys.argv[1:]]
+code = main.main()
+os.write(2, b"afterwards\\n")
+sys.exit(code)
+"""
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (1, "artrec: our own line\nafterwards\n")
+    loud = subprocess.run([*command, "--debug"], capture_output=True, text=True, timeout=60, check=False)
+    assert "libpng error" in loud.stderr and "overflow" in loud.stderr
+
+
+def test_a_damaged_picture_ends_in_our_words_alone(tmp_path: Path) -> None:
+    data = bytearray(cv2.imencode(".png", np.random.default_rng(1).integers(0, 9, (64, 64), np.uint8))[1].tobytes())
+    data[60:200] = bytes(140)
+    (tmp_path / "0.png").write_bytes(data)
+    command = [sys.executable, "-m", "artrec_ros.tools.main", "inspect", str(tmp_path / "0.png")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1 and "damaged image" in done.stdout and done.stderr == ""

@@ -21,6 +21,7 @@ from artrec_ros.io.parameters import Setup
 from artrec_ros.io.results import read_results
 from artrec_ros.tools.main import main
 
+CONFIG = Path(__file__).parents[2] / "config"
 OBJECT = """
 format: artrec_object/1
 name: arm
@@ -159,12 +160,14 @@ def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogni
     assert [r.error is None for r in records] == [True, False, False, True]
     assert records[1].detections == () and records[2].error == "a nine"
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["frames_with_error"] == 2
-    assert "1 frame(s) could not be used: a nine" in capsys.readouterr().out
+    assert "1 frame(s) could not be used: a nine" in capsys.readouterr().err
     assert len(list((tmp_path / "out" / "frames").iterdir())) == 4
 
 
-def test_no_usable_frame_at_all_is_a_failure(tmp_path, params, recogniser):
+def test_no_usable_frame_at_all_is_a_failure(tmp_path, params, recogniser, capsys):
     assert run(params, bag(tmp_path / "bag", [9, 9]), tmp_path / "out") == 1
+    said = capsys.readouterr().err
+    assert "2 frame(s) could not be used: a nine\n" in said and "artrec: none of 2 frames could be used\n" in said
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -311,7 +314,7 @@ def test_a_truncated_bag_is_replayed_as_far_as_it_goes(tmp_path, params, recogni
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
     assert run(params, file, tmp_path / "out", "--no-video") == 0
     assert 0 < recogniser.seen < 40
-    assert f"{file}: it ends in the middle" in capsys.readouterr().out
+    assert f"{file}: it ends in the middle" in capsys.readouterr().err
 
 
 def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
@@ -322,3 +325,14 @@ def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
         assert run(params, source, tmp_path / name) == 0
     assert run(params, source, tmp_path / "b", "--overwrite") == 0
     assert len(built) == 3
+
+
+def test_what_cannot_be_found_for_want_of_constraints_is_told_once(tmp_path, params, recogniser, capsys):
+    content = yaml.safe_load((CONFIG / "objects" / "pendulum.yaml").read_text())
+    (tmp_path / "flat.yaml").write_text(yaml.safe_dump(content))
+    section = {"objects": ["bob"], "bob": {"object_file": "flat.yaml", "label": 3}}
+    (tmp_path / "flat_params.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": section}}))
+    assert run(tmp_path / "flat_params.yaml", bag(tmp_path / "bag", [1, 1]), tmp_path / "out") == 0
+    said = capsys.readouterr().err
+    assert said.count("bob: will not be found: it has no constraint_file") == 1
+    assert "learn constraints with artrec train and name their file in bob.constraint_file" in said

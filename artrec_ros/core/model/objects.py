@@ -12,13 +12,15 @@ from functools import cached_property
 
 import numpy as np
 
+from ..base.config import GREATEST_LABEL
 from ..base.errors import ConfigError
 from ..geometry.transforms import Array, Pose, readonly
+from .names import check_name
 
 
 @dataclass(frozen=True)
 class Marker:
-    """A rigid flat marker.
+    """A rigid flat marker. Its name, as those of components and objects, is one that `names.check_name` passes.
 
     :param outline: (n, 2) polygon in metres, marker frame (x right, y up), not closed, any sense.
     :param tail, head: (2,) ends of the marker's axis in the marker frame.
@@ -34,6 +36,7 @@ class Marker:
     T_component_marker: Pose | None = None
 
     def __post_init__(self) -> None:
+        check_name(self.name, "marker")
         for name in ("outline", "tail", "head"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
         if self.outline.ndim != 2 or self.outline.shape[1] != 2 or len(self.outline) < 3:
@@ -131,6 +134,12 @@ class Component:
     bodies: tuple[Box, ...] = ()
     body_label: int | None = None
 
+    def __post_init__(self) -> None:
+        check_name(self.name, "component")
+        for label in (self.label, self.body_label):
+            if label is not None and not 1 <= label <= GREATEST_LABEL:
+                raise ConfigError(f"component '{self.name}': the label {label} is not within 1 .. {GREATEST_LABEL}")
+
     def marker(self, name: str) -> Marker:
         return next(m for m in self.markers if m.name == name)
 
@@ -143,6 +152,7 @@ class ObjectModel:
     components: tuple[Component, ...]
 
     def __post_init__(self) -> None:
+        check_name(self.name, "object")
         names = [c.name for c in self.components]
         if len(set(names)) != len(names):
             raise ConfigError(f"object '{self.name}': two components have the same name")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import ConfigError
+from .image import GREATEST_LABEL
 from .params import param, validate
 
 
@@ -14,7 +15,9 @@ class ObjectConfig:
 
     object_file: str = param("", "what the object is; a path relative to the parameter file, or package://PACKAGE/PATH")
     constraint_file: str = param("", "what was learned about it by artrec train; empty: nothing, poses in space only")
-    label: int = param(0, "class number of its pixels, where its components have none of their own", low=1, high=253)
+    label: int = param(
+        0, "class number of its pixels, where its components have none of their own", low=1, high=GREATEST_LABEL
+    )
 
 
 @dataclass(frozen=True)

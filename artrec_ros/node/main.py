@@ -37,6 +37,7 @@ def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: St
     try:
         import rclpy
         from rclpy.executors import ExternalShutdownException
+        from rclpy.signals import SignalHandlerOptions, install_signal_handlers
         from rclpy.utilities import remove_ros_args
     except ImportError as error:
         print(f"artrec_node: {MISSING.format(error)}", file=sys.stderr)
@@ -60,10 +61,12 @@ def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: St
 
     stop.begin(take_down)
     try:
-        rclpy.init(args=["artrec_node", *arguments])
+        # rclpy's own handlers shut it down beneath whatever goes on, and so wait until that is no more than spinning
+        rclpy.init(args=["artrec_node", *arguments], signal_handler_options=SignalHandlerOptions.NO)
         begun = True
         node = (node_class or RecognizerNode)(arguments)
         node.autostart()
+        install_signal_handlers(SignalHandlerOptions.ALL)
         stop.spin()
         _spin(node)
     except ExternalShutdownException:

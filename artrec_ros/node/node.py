@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -67,7 +67,7 @@ class RecognizerNode(LifecycleNode):
         self._pipeline: Pipeline | None = None
         self._inputs: Inputs | None = None
         self._problem = ""
-        self._live = LiveParameters(self, initial_setup(self, arguments), self._prepare)
+        self._live = LiveParameters(self, initial_setup(self, arguments), self._use)
         self._diagnostics = Diagnostics(self.get_fully_qualified_name(), time.monotonic())
         of = topics.DIAGNOSTICS
         self._diagnostics_out = self.create_publisher(message_class(of.type), of.name, of.depth)
@@ -94,7 +94,7 @@ class RecognizerNode(LifecycleNode):
             setup = self._live.read_again()
             tf = transform_sender(self) if setup.node.publish_tf else None
             self._outputs = Publishers(self, setup.targets, tf)
-            self._pipeline = Pipeline(setup, self._calibrations, self._outputs)
+            self._pipeline = Pipeline(setup, self._calibrations, self._outputs, self.get_logger().error)
         except ArtrecError as error:
             self._problem = one_line(error)
             self.get_logger().error(self._problem)
@@ -133,6 +133,8 @@ class RecognizerNode(LifecycleNode):
         super().destroy_node()
 
     def _stop(self) -> None:
+        if self._pipeline is not None:
+            self._pipeline.withdraw()
         if self._inputs is not None:
             self._inputs.close()
             self._inputs = None
@@ -145,15 +147,10 @@ class RecognizerNode(LifecycleNode):
             self._outputs.close()
         self._pipeline = self._outputs = None
 
-    def _prepare(self, setup: Setup) -> Callable[[], None]:
-        """Build what changed parameters lead to, before they are taken."""
-        recognizer = setup.build()
-
-        def take() -> None:
-            if self._pipeline is not None:
-                self._pipeline.use(setup, recognizer)
-
-        return take
+    def _use(self, setup: Setup) -> None:
+        """Parameters were changed."""
+        if self._pipeline is not None:
+            self._pipeline.change(setup)
 
     def take_camera_info(self, msg: Any) -> None:
         """From now on it may hold for images."""

@@ -47,12 +47,16 @@ class Publishers:
             (t.name, make, publisher(topic, t.name)) for t in targets for topic, make in _MAKERS.items()
         ]
         self._markers = publisher(topics.MARKERS)
-        self._overlay = publisher(topics.OVERLAY)
+        self._overlay, self._labels = publisher(topics.OVERLAY), publisher(topics.LABELS)
         self._scene = MarkerScene(targets)
 
     @property
     def overlay_is_wanted(self) -> bool:
         return bool(self._overlay.get_subscription_count())
+
+    @property
+    def labels_are_wanted(self) -> bool:
+        return bool(self._labels.get_subscription_count())
 
     def publish(self, detections: Sequence[Detection], header: Header, marker_lifetime_s: float = 0.0) -> None:
         """`poses`, `robots` and `joint_states` for every image, empty too; `pose` only where one is known."""
@@ -68,6 +72,9 @@ class Publishers:
 
     def publish_overlay(self, picture: Image) -> None:
         self._overlay.publish(picture)
+
+    def publish_labels(self, picture: Image) -> None:
+        self._labels.publish(picture)
 
     def clear(self) -> None:
         """Delete all markers that are shown."""

@@ -162,10 +162,10 @@ class RecognizerNode(LifecycleNode):
         try:
             report = pipeline.process(msg, received_ns) if pipeline is not None else None
         except (ArtrecError, cv2.error) as error:
-            self._skip(one_line(error))
+            self._skip(one_line(error), msg.header.frame_id)
         except Exception as error:  # a fault of this package: it costs one image, not the node
             if self.context.ok():  # else it is the end: nothing can be published any more
-                self._skip(f"internal error: {one_line(error)}")
+                self._skip(f"internal error: {one_line(error)}", msg.header.frame_id)
                 self.get_logger().error(traceback.format_exc(), throttle_duration_sec=30.0)
         else:
             if report is not None:
@@ -184,8 +184,8 @@ class RecognizerNode(LifecycleNode):
                 f"metric poses are withheld: {self._calibrations.problem}", throttle_duration_sec=10.0
             )
 
-    def _skip(self, reason: str) -> None:
-        self._diagnostics.image_failed(time.monotonic(), reason)
+    def _skip(self, reason: str, frame_id: str) -> None:
+        self._diagnostics.image_failed(time.monotonic(), reason, frame_id)
         self.get_logger().warning(f"image skipped: {reason}", throttle_duration_sec=5.0)
 
     def _follow_publishers(self) -> None:
@@ -199,9 +199,15 @@ class RecognizerNode(LifecycleNode):
 
     def _state(self) -> NodeState:
         problem, inputs = self._calibrations.problem, self._inputs
-        unheard = tuple(self._outputs.unheard()) if self._outputs is not None else ()
+        outputs = self._outputs
+        unheard, shared = (tuple(outputs.unheard()), tuple(outputs.shared())) if outputs is not None else ((), ())
+        if shared:
+            self.get_logger().warning(
+                f"{'; '.join(shared)}; give each node a namespace of its own: -r __ns:=/NAME",
+                throttle_duration_sec=60.0,
+            )
         if inputs is None:
-            return NodeState("", calibration=problem, unheard=unheard, active=False)
+            return NodeState("", calibration=problem, unheard=unheard, shared=shared, active=False)
         image = inputs.image
         counted = (image.publishers, image.incompatible, inputs.dropped, image.lost)
-        return NodeState(image.topic, *counted, problem, unheard)
+        return NodeState(image.topic, *counted, problem, unheard, shared, inputs.busy_s)

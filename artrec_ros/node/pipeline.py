@@ -29,6 +29,7 @@ class FrameReport:
     :param recognition_ms: the recogniser's and the tracker's part of it; the rest is what the node adds.
     :param complete: the recogniser ended its search before its time was over.
     :param header_problem: what the image's header lacks; empty: nothing.
+    :param frame_id: of the image's header.
     """
 
     n_objects: int
@@ -36,6 +37,7 @@ class FrameReport:
     recognition_ms: float
     complete: bool
     header_problem: str
+    frame_id: str = ""
 
 
 class Pipeline:
@@ -113,9 +115,8 @@ class Pipeline:
             self._publishers.publish(result.detections, msg.header, setup.node.marker_lifetime_s)
             latency_ms = (time.time_ns() - received_ns) * 1e-6
             self._publish_pictures(image, result, camera, msg.header)
-        return FrameReport(
-            len(result.detections), latency_ms, recognition_ms, result.complete, _header_problem(msg.header)
-        )
+        problem, n_objects = _header_problem(msg.header), len(result.detections)
+        return FrameReport(n_objects, latency_ms, recognition_ms, result.complete, problem, msg.header.frame_id)
 
     def _publish_pictures(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
         """Those that somebody subscribes to."""

@@ -46,6 +46,7 @@ class Publishers:
         self._of_objects = [
             (t.name, make, publisher(topic, t.name)) for t in targets for topic, make in _MAKERS.items()
         ]
+        self._shared_by_nobody = [p.topic_name for p in self._all]
         self._markers = publisher(topics.MARKERS)
         self._overlay, self._labels = publisher(topics.OVERLAY), publisher(topics.LABELS)
         self._scene = MarkerScene(targets)
@@ -91,6 +92,19 @@ class Publishers:
                 compatible, reason = qos_check_compatible(offered[0], subscriber.qos_profile)
                 if compatible == QoSCompatibility.ERROR:
                     lines.append(f"{topic}: {subscriber.node_name} hears nothing: {reason.rstrip(';')}")
+        return lines
+
+    def shared(self) -> list[str]:
+        """A line for each other node that publishes results of the same name, and for one that has this node's name."""
+        own = self._node.get_name(), self._node.get_namespace()
+        lines = []
+        if self._node.get_node_names_and_namespaces().count(own) > 1:
+            name = self._node.get_fully_qualified_name()
+            lines.append(f"another node is called {name} too, or was and has not ended properly a moment ago")
+        for topic in self._shared_by_nobody:
+            publishers = self._node.get_publishers_info_by_topic(topic)
+            others = {p.node_name for p in publishers if (p.node_name, p.node_namespace) != own}
+            lines += [f"{topic}: {other} publishes there too" for other in sorted(others)]
         return lines
 
     def close(self) -> None:

@@ -66,17 +66,17 @@ def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
 class LiveParameters:
     """Declares a set-up's parameters on a node and keeps the two in step.
 
-    A batch of changes is taken whole or refused whole with the reason. `on_change` gets the set-up that a batch leads
-    to before the batch is taken, and may refuse it by raising `ArtrecError`; it returns what is to be done once it
-    is taken.
+    A batch of changes is taken whole or refused whole with the reason. `on_change` gets the set-up that a batch led to
+    once it is taken. All that could speak against one is checked before, which takes milliseconds: objects are read
+    from files only at the start, and what can be changed later has its range and its sense in core/config.
     """
 
-    def __init__(self, node: Node, setup: Setup, on_change: Callable[[Setup], Callable[[], None]]) -> None:
+    def __init__(self, node: Node, setup: Setup, on_change: Callable[[Setup], None]) -> None:
         objects, classes = setup.resolved["objects"], setup.resolved.get("image.classes", [])
         self._node, self._specs = node, all_specs(objects, classes)
         self._setup = setup
         self._on_change = on_change
-        self._commit: Callable[[], None] | None = None
+        self._checked: Setup | None = None
         self._refusal = ""  # of the batch whose names were looked at last
         for spec in self._specs.values():
             _declare(node, spec, setup.resolved.get(spec.name, []))
@@ -108,7 +108,7 @@ class LiveParameters:
         return [p for p in known if p.name not in unknown] + [self._node.get_parameter(_STAND_IN)]
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
-        self._commit = None
+        self._checked = None
         refusal, self._refusal = self._refusal, ""
         if refusal:
             return SetParametersResult(successful=False, reason=refusal)
@@ -119,22 +119,15 @@ class LiveParameters:
         if deleted:
             return SetParametersResult(successful=False, reason=f"{deleted[0]}: cannot be deleted, only changed")
         try:
-            setup = self._setup.changed(ours)
-            act = self._on_change(setup)
+            self._checked = self._setup.changed(ours)
         except ArtrecError as error:
             return SetParametersResult(successful=False, reason=str(error))
-
-        def commit() -> None:
-            self._setup = setup
-            act()
-
-        self._commit = commit
         return SetParametersResult(successful=True)
 
     def _take(self, parameters: list[Parameter]) -> None:
-        if self._commit is not None:
-            self._commit()
-            self._commit = None
+        if self._checked is not None:
+            self._setup, self._checked = self._checked, None
+            self._on_change(self._setup)
 
 
 def coerce(spec: Spec, parameter: Parameter) -> Parameter:
@@ -179,7 +172,9 @@ def _declare(node: Node, spec: Spec, value: Any) -> None:
         node.declare_parameter(spec.name, spec.type(value), describe(spec), ignore_override=True)
     elif value:
         node.declare_parameter(spec.name, [spec.type(v) for v in value], describe(spec), ignore_override=True)
-    else:  # rclpy takes [] for bytes: give the type first
-        node.declare_parameter(spec.name, _ARRAYS[spec.type], describe(spec), ignore_override=True)
-        if spec.is_live:
-            node.set_parameters([Parameter(spec.name, _ARRAYS[spec.type], [])])
+    else:  # rclpy takes [] for bytes: give the type first, and then a value, or whoever reads all gets nothing
+        node.declare_parameter(spec.name, _ARRAYS[spec.type], ignore_override=True)
+        node.set_parameters([Parameter(spec.name, _ARRAYS[spec.type], [])])
+        descriptor = describe(spec)
+        descriptor.type = _ARRAYS[spec.type].value
+        node.set_descriptor(spec.name, descriptor)

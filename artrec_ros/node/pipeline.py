@@ -11,7 +11,7 @@ from typing import Any
 from std_msgs.msg import Header
 
 from ..core.base.errors import ArtrecError
-from ..core.drawing import draw_result, label_picture
+from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
 from ..core.model.found import FrameResult
 from ..core.tracking.tracker import Tracker
@@ -125,7 +125,7 @@ class Pipeline:
             picture = draw_result(image, result, self._names, camera)
             self._publishers.publish_overlay(conversions.image_to_msg(picture, header))
         if result.labels is not None and self._publishers.labels_are_wanted:
-            self._publishers.publish_labels(conversions.image_to_msg(label_picture(result.labels), header))
+            self._publishers.publish_labels(conversions.image_to_msg(class_picture(result.labels), header))
 
 
 def _header_problem(header: Header) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.verdict.acceptance import Verdict
+from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import PlacedObject, Scene
 from artrec_ros.simulation.sensor import majority_labels
@@ -142,6 +145,18 @@ def jolted(rng: np.random.Generator, poses: Poses, n: int, shift: float, turn: f
     R = rotation_from_rotvec(rng.normal(0, turn, (n, 3))) @ poses.R[0]
     t = poses.t[0] + rng.normal(0, shift * depth, (n, 3)) * (1, 1, 2)
     return Poses(R, t, poses.q[0] + rng.normal(0, bend, (n, poses.q.shape[1])))
+
+
+@dataclass(frozen=True)
+class StubJudge(Judge):
+    """Trusts claims of votes enough by what a test gives, whatever the labels confirm of them."""
+
+    min_votes: float = 100.0
+    min_probability: float = 0.0
+    given: Callable[[Verdict], float] = lambda verdict: 1.0
+
+    def trust(self, verdict: Verdict) -> float:
+        return self.given(verdict)
 
 
 def turn_between(A, B) -> float:

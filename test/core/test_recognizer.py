@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from cranes import BLUE, CRANE, RED
 from scene import Placed, capsule, crane, crane_placed, disc, draw, flag, polygon, rectangle, render
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
@@ -15,18 +16,6 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 
 SIZE = (420, 240)
-RED, BLUE = 3, 2
-
-
-def crane_examples(count=60):
-    rng = np.random.default_rng(7)
-    return [
-        crane_placed(0, 0, rng.uniform(-3, 3), rng.uniform(30, 80), tuple(rng.uniform(-0.5, 0.5, 2)), bool(n % 2))
-        for n in range(count)
-    ]
-
-
-CRANE = learn(crane(), crane_examples())
 
 
 def recognizer(*targets, **options):

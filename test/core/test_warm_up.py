@@ -9,15 +9,18 @@ import pytest
 ROOT = Path(__file__).parents[2]
 SIGNATURES = """
 import importlib, pkgutil
-from artrec_ros.core import compiled
+from artrec_ros import core
+
+KERNELS = [m.name for m in pkgutil.walk_packages(core.__path__, core.__name__ + ".") if m.name.endswith("_kernels")]
+assert len(KERNELS) > 10
 
 def compiled_for():
-    names = [f"{compiled.__name__}.{m.name}" for m in pkgutil.iter_modules(compiled.__path__)]
-    functions = [f for name in names for f in vars(importlib.import_module(name)).values() if hasattr(f, "signatures")]
+    found = [f for name in KERNELS for f in vars(importlib.import_module(name)).values()]
+    functions = [f for f in found if hasattr(f, "signatures")]
     return {f"{f.__module__}.{f.__name__}": f.signatures for f in functions}
 """
 PROGRAM = SIGNATURES + """
-from artrec_ros.core.config import RecognizerConfig
+from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.io.parameters import load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.simulator import pinhole_camera, simulate
@@ -37,11 +40,11 @@ assert not late, late
 """
 FLAT_PROGRAM = """
 import numpy as np
-from artrec_ros.core.config import ImageConfig, RecognizerConfig
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.objects import Component, Marker, ObjectModel
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.segmentation import Segmenter
+from artrec_ros.core.image.segmentation import Segmenter
 
 square = Marker("square", np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]]), np.zeros(2), np.array([1.0, 0]))
 bar = Marker("bar", 0.5 * square.outline * [2, 0.5], np.zeros(2), np.array([1.0, 0]))

@@ -21,7 +21,7 @@ from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from sensor_msgs.msg import Image, JointState, MultiDOFJointState
 from visualization_msgs.msg import MarkerArray
 
-from artrec_ros.core.drawing import label_picture
+from artrec_ros.core.drawing import class_picture
 from artrec_ros.io.parameters import Setup
 
 NO_CALIBRATION = np.zeros(9)
@@ -134,7 +134,7 @@ def test_what_the_recognizer_saw_is_shown_in_colours(peer: Peer, picture: np.nda
     seen = look(peer, "debug/labels", picture)
     assert seen.encoding == "bgr8" and seen.header.frame_id == "eye"
     pixels = np.frombuffer(seen.data, np.uint8).reshape(seen.height, seen.width, 3)
-    np.testing.assert_array_equal(pixels, label_picture(picture))
+    np.testing.assert_array_equal(pixels, class_picture(picture))
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) == 2, "the toy and the rest"
 
 

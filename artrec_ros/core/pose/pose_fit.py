@@ -27,7 +27,7 @@ _DAMPING = Damping(POINT_SIGMA_PX, deviation=np.array([0.05, 0.15]), limit=np.ar
 _AT_ONCE = 64  # hypotheses between two looks at the clock
 
 
-def fit(
+def fit_poses(
     model: SpatialModel,
     frame: ImageFrame,
     poses: Poses,

@@ -12,6 +12,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.ranked import Ranked
 from artrec_ros.core.recognizer import Recognizer
 
 CAMERA = camera_of()
@@ -34,7 +35,7 @@ def at(x, swing):
 
 def test_a_mirrored_sibling_leaves_the_seen_markers_centre_where_it_is():
     finder, seen = WholeObjectFinder(Target("towed", MODEL, RED)), at(0.0, 0.5)
-    flips = finder._with_flips(seen, np.array([1.0]))[1:]
+    flips = finder._with_flips(Ranked(seen, np.array([1.0])))[1:]
     kin, T = finder.surface.kinematics, MODEL.required.marker("right").T_component_marker
     was, now = (kin.forward(p.R, p.t, p.q) for p in (seen, flips))
     centroid = T.apply(np.append(MODEL.required.marker("right").centroid, 0.0))

@@ -9,6 +9,7 @@ from solids import BODY, RED, camera_of, chain, pose, random_poses, render, truc
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import seeds as seeds_module
@@ -25,7 +26,8 @@ def seeds_of(labels, which, blob_of, deadline=None):
     target = Target("truck", TRUCK, RED)
     seeds = Seeds(target, SpatialModel(TRUCK, RED))
     blobs = find_blobs(labels, {RED}, RecognizerConfig())
-    return getattr(seeds, which)(LabelField(labels), CAMERA, blob_of(blobs), deadline or Deadline())
+    frame = ImageFrame(LabelField(labels), CAMERA, deadline or Deadline())
+    return getattr(seeds, which)(frame, blob_of(blobs))
 
 
 def largest(blobs):
@@ -80,9 +82,8 @@ def test_only_components_of_its_class_are_sought_in_a_blob(monkeypatch, label, a
     monkeypatch.setattr(Guesser, "guess", lambda self, *args: count.append(self.label) or guess(self, *args))
     labels = render(CAMERA, [(TRUCK, AT, RED)])
     blobs = find_blobs(labels, {RED}, RecognizerConfig())
-    Seeds(Target("truck", model, RED), SpatialModel(model, RED)).all(
-        LabelField(labels), CAMERA, smallest(blobs), Deadline()
-    )
+    frame = ImageFrame(LabelField(labels), CAMERA)
+    Seeds(Target("truck", model, RED), SpatialModel(model, RED)).all(frame, smallest(blobs))
     assert count == [RED] * asked
 
 

@@ -24,7 +24,7 @@ from solids import (
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.pixel_kernels import outline_pixels
 from artrec_ros.core.geometry.projection import project
-from artrec_ros.core.image.image_frame import view_of
+from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import OWNED, LabelField
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.surface import contains
@@ -37,7 +37,7 @@ CAMERA = camera_of((160, 120), 150.0)
 
 def judged(surface, labels, poses, camera=CAMERA, occlusion=True, patches=None):
     patches = np.arange(len(surface.patches)) if patches is None else patches
-    return surface.score(LabelField(labels), camera, poses, patches, occlusion=occlusion)
+    return surface.score(ImageFrame(LabelField(labels), camera), poses, patches, occlusion=occlusion)
 
 
 def test_hypotheses_are_picked_and_joined():
@@ -50,8 +50,8 @@ def test_hypotheses_are_picked_and_joined():
 
 def normals_of(surface, camera, poses):
     """(H, M, m, 2) outward normals of all contours in the image."""
-    field, use = LabelField(np.zeros(camera.size[::-1], np.uint8)), np.ones((len(poses), len(surface.markers)), bool)
-    return contour_fit(surface, field, camera, poses, use, 2).normal
+    frame = ImageFrame(LabelField(np.zeros(camera.size[::-1], np.uint8)), camera)
+    return contour_fit(surface, frame, poses, np.ones((len(poses), len(surface.markers)), bool), 2).normal
 
 
 @pytest.mark.parametrize("lens", [(), BENT], ids=len)
@@ -103,7 +103,7 @@ def test_normals_are_perpendicular_to_the_sides_in_the_image(slant):
     camera, surface = camera_of(), SpatialModel(sign(), RED)
     at = pose(0.05, 0.02, 0.6, slant, 0.2)
     room = np.empty((4, surface.contour.shape[1]))
-    view = view_of(LabelField(np.zeros((240, 320), np.uint8)), camera)
+    view = ImageFrame(LabelField(np.zeros((240, 320), np.uint8)), camera).view
     compiled = surface.compiled
     outline_pixels(at.R[0], at.t[0], compiled.contour[0], compiled.contour_along[0], view, room)
     np.testing.assert_allclose(room[:2].T, contour_pixels(surface, camera, at)[0, 0], atol=1e-9)
@@ -156,9 +156,10 @@ def test_each_joint_is_found_at_the_value_of_its_grid_that_the_labels_like_best(
     model = make()
     surface, rng = SpatialModel(model, RED), np.random.default_rng(4)
     coarse = rng.choice([0, RED, BODY, 1], (12, 16)).astype(np.uint8)
-    kin, field = surface.kinematics, LabelField(np.kron(coarse, np.ones((10, 10), np.uint8)))
+    kin, labels = surface.kinematics, np.kron(coarse, np.ones((10, 10), np.uint8))
+    frame = ImageFrame(LabelField(labels), CAMERA)
     poses = random_poses(rng, model, 3)
-    found = surface.search_joints(field, CAMERA, poses, 0.4)
+    found = surface.search_joints(frame, poses, 0.4)
     for h in range(len(poses)):
         best = poses[[h]]
         for c, j in enumerate(kin.joint_of):
@@ -166,7 +167,7 @@ def test_each_joint_is_found_at_the_value_of_its_grid_that_the_labels_like_best(
                 grid, mine = kin.grid(j, 0.4), np.flatnonzero(surface.component == c)
                 tried = best[np.zeros(len(grid), int)]
                 tried.q[:, j] = grid
-                votes = surface.score(field, CAMERA, tried, mine, occlusion=False).votes.sum(axis=1)
+                votes = surface.score(frame, tried, mine, occlusion=False).votes.sum(axis=1)
                 best = tried[[int(votes.argmax())]]
                 assert votes[np.flatnonzero(grid == found.q[h, j])[0]] == pytest.approx(votes.max(), abs=1e-6)
                 best.q[0, j] = found.q[h, j]
@@ -175,8 +176,9 @@ def test_each_joint_is_found_at_the_value_of_its_grid_that_the_labels_like_best(
 
 def test_joints_left_at_the_deadline_stay():
     surface = SpatialModel(truck(), RED)
-    poses, field = random_poses(np.random.default_rng(4), truck(), 5), LabelField(np.zeros((120, 160), np.uint8))
-    found = surface.search_joints(field, CAMERA, poses, 0.4, Deadline(0.0))
+    poses = random_poses(np.random.default_rng(4), truck(), 5)
+    late = ImageFrame(LabelField(np.zeros((120, 160), np.uint8)), CAMERA, Deadline(0.0))
+    found = surface.search_joints(late, poses, 0.4)
     np.testing.assert_array_equal(found.q, poses.q)
 
 
@@ -228,8 +230,8 @@ def test_no_hypotheses_give_no_scores():
     none = pose(model=truck())[np.zeros(0, int)]
     scores = judged(surface, np.ones((120, 160), np.uint8), none)
     assert scores.votes.shape == scores.area_px.shape == (0, len(surface.patches))
-    field = LabelField(np.ones((120, 160), np.uint8))
-    assert surface.search_joints(field, CAMERA, none, 0.2).q.shape == none.q.shape
+    frame = ImageFrame(LabelField(np.ones((120, 160), np.uint8)), CAMERA)
+    assert surface.search_joints(frame, none, 0.2).q.shape == none.q.shape
 
 
 def test_patches_scores_do_not_depend_on_which_others_are_asked_for():

@@ -9,6 +9,7 @@ from solids import BENT, CAB, RED, RIGHT_SIDE, camera_of, marker
 
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import apply_similarity, rotation_from_rotvec
+from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.pose.view_bank import LEAST_AREA_PX, BlobShape, ViewBank
 from artrec_ros.core.pose.views import anchors_of, blob_couples, flips_of, lift, moments_of, view_bank
@@ -82,7 +83,7 @@ def aligned(views, labels, shape, most=10_000):
     roles = VoteRoles()
     inside, ring = roles.inside(RED), roles.ring(RED, 0)
     bank = ViewBank(views, roles.table[inside], roles.table[ring])
-    return bank.align(LabelField(labels), camera_of((200, 160)), shape, most)
+    return bank.align(ImageFrame(LabelField(labels), camera_of((200, 160))), shape, most)
 
 
 def far_between(view, T, contour):

@@ -10,8 +10,11 @@ from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import PatchScores
 from artrec_ros.core.verdict.acceptance import verdict_of
 from artrec_ros.core.verdict.claims import Claim
+from artrec_ros.core.verdict.judge import Judge
 
 CONFIG = RecognizerConfig()
+JUDGE = Judge(CONFIG.min_votes, CONFIG.min_probability)
+STRICT = Judge(CONFIG.min_votes, 1.0)
 FINDERS = {m.name: WholeObjectFinder(Target(m.name, m, RED)) for m in (truck(), sign())}
 
 
@@ -29,7 +32,7 @@ def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, p
             scores.area_px[0, i], scores.votes[0, i], scores.agree[0, i] = px, per_px * px, agree
         elif patch.marker.name in ("right", "outer_right"):  # it should be seen and is not
             scores.area_px[0, i], scores.votes[0, i] = 30.0, against
-    return Claim(finder, pose(model=surface.model), votes, scores, (240, 320))
+    return Claim(finder, pose(model=surface.model), votes, scores)
 
 
 TORSO, FORE, HIND = ("torso", "right"), ("fore", "outer_right"), ("hind", "outer_right")
@@ -46,7 +49,7 @@ def test_a_whole_object_is_accepted():
     assert shown(verdict) == ["right", "outer_right", "outer_right"]
     assert verdict.others == [1, 2]
     assert 0.5 < verdict.probability <= 1
-    assert verdict.reason(CONFIG) is None
+    assert JUDGE.reason(verdict) is None
     np.testing.assert_allclose(verdict.marker_votes, [900, 180, 180])
 
 
@@ -86,35 +89,35 @@ def test_a_body_that_is_not_there_speaks_against_an_object():
 
 
 def test_too_few_votes_are_named_with_what_is_wanted():
-    reason = verdict_of(claim(WHOLE, votes=40.0)).reason(RecognizerConfig(min_votes=123.0))
+    reason = Judge(123.0, CONFIG.min_probability).reason(verdict_of(claim(WHOLE, votes=40.0)))
     assert "40 votes" in reason and "123" in reason and "\n" not in reason
 
 
 def test_without_its_required_component_there_is_no_object():
     """However plain the others are: what stands for it may be merged with something, but must be there."""
     verdict = verdict_of(claim({FORE: 200.0, HIND: 200.0}, votes=3000.0))
-    assert not verdict.is_object(RecognizerConfig(min_probability=0.0, min_votes=0.0))
-    assert verdict.reason(CONFIG) == "its required component torso is not confirmed"
-    assert verdict_of(claim(WHOLE, votes=3000.0)).is_object(CONFIG)
+    assert Judge(0.0, 0.0).trust(verdict) == 0
+    assert JUDGE.reason(verdict) == "its required component torso is not confirmed"
+    whole = verdict_of(claim(WHOLE, votes=3000.0))
+    assert JUDGE.trust(whole) == whole.probability > CONFIG.min_probability
 
 
 def test_a_low_probability_is_named_with_what_was_confirmed_and_what_came_nearest():
-    config = RecognizerConfig(min_probability=1.0)
     verdict = verdict_of(claim({TORSO: 300.0, HIND: 60.0}))
-    reason = verdict.reason(config)
+    reason = STRICT.reason(verdict)
     assert "hind" in reason and "fore" in reason and "\n" not in reason
     assert reason.index("hind") < reason.index("fore")
-    alone = verdict_of(claim({TORSO: 300.0})).reason(config)
+    alone = STRICT.reason(verdict_of(claim({TORSO: 300.0})))
     assert "no other component" in alone and ("fore" in alone or "hind" in alone)
-    assert "nearest" not in verdict_of(claim(WHOLE)).reason(config)
+    assert "nearest" not in STRICT.reason(verdict_of(claim(WHOLE)))
 
 
 def test_an_object_of_one_component_needs_no_other():
     verdict = verdict_of(claim({("plate", "face"): 500.0}, votes=2250.0, name="sign", per_px=4.5))
-    assert verdict.reason(CONFIG) is None
+    assert JUDGE.reason(verdict) is None
     blurred = verdict_of(claim({("plate", "face"): 500.0}, votes=1500.0, name="sign"))  # inside right, outline wrong
-    assert "outline" in (blurred.reason(CONFIG) or "")
-    assert "plate" not in (verdict.reason(RecognizerConfig(min_probability=1.0)) or "")
+    assert "outline" in (JUDGE.reason(blurred) or "")
+    assert "plate" not in (STRICT.reason(verdict) or "")
 
 
 @pytest.mark.parametrize("votes", [-1e6, 0.0, 1e12])

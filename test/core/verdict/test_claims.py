@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from solids import BACKGROUND, BENT, RED, camera_of, pose, render, sign, truck
 
+from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import OWNED, LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
@@ -52,11 +53,11 @@ def test_silhouettes_beyond_the_border_are_cut_and_those_out_of_view_are_empty()
 
 
 def test_each_hypothesis_has_a_claim_in_its_order():
-    field = LabelField(render(CAMERA, [(TRUCK, LEFT, RED)]))
+    frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, LEFT, RED)])), CAMERA)
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
     poses = Poses.concatenate([pose(5.0, 0, 1.0, model=TRUCK), LEFT])
-    beyond, seen = claims_of(finder, poses, field, CAMERA)
-    assert beyond.votes == 0 < seen.votes and seen.shape == (240, 320)
+    beyond, seen = claims_of(finder, poses, frame)
+    assert beyond.votes == 0 < seen.votes
     np.testing.assert_array_equal(seen.poses.t, LEFT.t)
-    np.testing.assert_allclose(seen.votes, finder.votes(field, CAMERA, LEFT, occlusion=True)[0])
-    assert claims_of(finder, poses[:0], field, CAMERA) == []
+    np.testing.assert_allclose(seen.votes, finder.votes(frame, LEFT, occlusion=True)[0])
+    assert claims_of(finder, poses[:0], frame) == []

@@ -7,6 +7,7 @@ import pytest
 from solids import RED, camera_of, frames_of, pose, render, sign, truck
 
 from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import finder as whole_object
@@ -21,10 +22,10 @@ CAMERA = camera_of()
 
 def scene(model, *poses):
     """A describer, the verdicts on true poses, and the image that shows them."""
-    field = LabelField(render(CAMERA, [(model, p, RED) for p in poses]))
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, p, RED) for p in poses])), CAMERA)
     finder = WholeObjectFinder(Target(model.name, model, RED))
-    verdicts = [verdict_of(c) for c in claims_of(finder, Poses.concatenate(list(poses)), field, CAMERA)]
-    return Describer(finder), verdicts, field
+    verdicts = [verdict_of(c) for c in claims_of(finder, Poses.concatenate(list(poses)), frame)]
+    return Describer(finder), verdicts, frame
 
 
 MODELS = {"truck": truck(), "bare": truck(bodies=False), "sign": sign()}
@@ -38,13 +39,13 @@ PLACES = {  # apart; and half out of the image, half behind the other
 @pytest.mark.parametrize("name", MODELS)
 def test_together_they_are_described_as_one_by_one(name, places):
     model = MODELS[name]
-    describer, verdicts, field = scene(model, *(pose(*p, model=model) for p in PLACES[places]))
-    together = describer.describe(verdicts, field, CAMERA)
+    describer, verdicts, frame = scene(model, *(pose(*p, model=model) for p in PLACES[places]))
+    together = describer.describe(verdicts, frame)
     assert [d.id for d in together] == list(range(len(verdicts)))
     scores = [d.score for d in together]
     assert scores == sorted(scores, reverse=True)
     for verdict in verdicts:
-        (alone,) = describer.describe([verdict], field, CAMERA)
+        (alone,) = describer.describe([verdict], frame)
         (same,) = (d for d in together if np.allclose(d.pose.position, alone.pose.position, atol=1e-9))
         np.testing.assert_allclose(same.pose.rotation, alone.pose.rotation, atol=1e-9)
         np.testing.assert_allclose(same.pose_covariance, alone.pose_covariance, rtol=1e-6, atol=1e-15)
@@ -67,11 +68,11 @@ def pixels_of(points, component, detection, surface):
 def test_a_component_lies_amid_what_is_seen_of_its_marker():
     model = MODELS["truck"]
     whole, cut = pose(0.1, 0, 0.9, 0.1, model=model), pose(-0.5, 0, 1.0, 0.1, model=model)
-    describer, verdicts, field = scene(model, whole, cut)
+    describer, verdicts, frame = scene(model, whole, cut)
     surface = verdicts[0].claim.finder.surface
     names = [c.name for c in model.components]
     markers = {(names[p.component], p.marker.name): p for p in surface.patches if p.marker is not None}
-    for detection in describer.describe(verdicts, field, CAMERA):
+    for detection in describer.describe(verdicts, frame):
         assert detection.components
         for part in detection.components:
             patch = markers[part.component, part.marker]
@@ -86,8 +87,8 @@ def test_scale_is_pixels_per_metre_at_the_outlines_centroid():
     """A front that stands 11 cm before the object's origin, 40 cm away."""
     model = MODELS["bare"]
     at = pose(0, 0, 0.4, -np.pi / 2, model=model)
-    describer, verdicts, field = scene(model, at)
-    (detection,) = describer.describe(verdicts, field, CAMERA)
+    describer, verdicts, frame = scene(model, at)
+    (detection,) = describer.describe(verdicts, frame)
     surface, focal = verdicts[0].claim.finder.surface, np.sqrt(np.prod(np.diag(CAMERA.matrix)[:2]))
     names, told = [c.name for c in model.components], []
     for part in detection.components:
@@ -104,16 +105,16 @@ def test_scale_is_pixels_per_metre_at_the_outlines_centroid():
 
 
 def test_nothing_is_described_by_nothing():
-    describer, _, field = scene(MODELS["sign"], pose(0, 0, 1.0, model=MODELS["sign"]))
-    assert describer.describe([], field, CAMERA) == []
+    describer, _, frame = scene(MODELS["sign"], pose(0, 0, 1.0, model=MODELS["sign"]))
+    assert describer.describe([], frame) == []
 
 
 def test_a_fit_that_loses_its_votes_is_not_taken(monkeypatch):
     model = MODELS["truck"]
     poses = Poses.concatenate([pose(x, 0, 1.0, 0.3, model=model) for x in (-0.25, 0.0, 0.25)])
-    field = LabelField(render(CAMERA, [(model, poses[[n]], RED) for n in range(3)]))
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, poses[[n]], RED) for n in range(3)])), CAMERA)
     finder = WholeObjectFinder(Target("truck", model, RED))
     fitted = replace(poses, t=poses.t + [[0.001, 0, 0], [0, 0.5, 0], [0.002, 0, 0]])
     monkeypatch.setattr(whole_object, "refine", lambda *_: fitted)
-    settled = finder.settled(field, CAMERA, poses, np.ones((3, len(finder.surface.markers)), bool))
+    settled = finder.settled(frame, poses, np.ones((3, len(finder.surface.markers)), bool))
     np.testing.assert_array_equal(settled.t, [fitted.t[0], poses.t[1], fitted.t[2]])

@@ -1,10 +1,13 @@
 """Pixels that go to one object only."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from solids import BENT, BLUE, RED, camera_of, chain, jolted, pose, render, truck
+from solids import BENT, BLUE, RED, StubJudge, camera_of, chain, jolted, pose, render, truck
 
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
@@ -16,17 +19,17 @@ CAMERA = camera_of()
 TRUCK = truck()
 LEFT = pose(-0.25, 0, 1.0, 0.3, model=TRUCK)
 RIGHT = pose(0.25, 0.02, 1.1, -0.4, model=TRUCK, joints={"hind": 0.3})
-LEAST = 100.0
+JUDGE = StubJudge()
 
 
-def candidates(finder, field, poses):
-    votes = finder.votes(field, CAMERA, poses, occlusion=True)
+def candidates(finder, frame, poses):
+    votes = finder.votes(frame, poses, occlusion=True)
     order = np.argsort(-votes, kind="stable")
     return poses[order]
 
 
 def image_of_two():
-    return LabelField(render(CAMERA, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)]))
+    return ImageFrame(LabelField(render(CAMERA, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)])), CAMERA)
 
 
 def crowd(seed=0, n=6):
@@ -34,16 +37,12 @@ def crowd(seed=0, n=6):
     return Poses.concatenate([LEFT, jolted(rng, LEFT, n, 0.01, 0.1, 0.1), RIGHT, jolted(rng, RIGHT, n, 0.01, 0.1, 0.1)])
 
 
-def everything(verdict):
-    return True
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
-    field = image_of_two()
+    frame = image_of_two()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
-    found = [(finder, candidates(finder, field, crowd(seed)))]
-    accepted, _ = share_out(found, field, CAMERA, LEAST, everything, Deadline())
+    found = [(finder, candidates(finder, frame, crowd(seed)))]
+    accepted, _ = share_out(found, frame, JUDGE)
     assert len(accepted) == 2
     for truth in (LEFT, RIGHT):
         assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
@@ -59,96 +58,96 @@ def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
     ids=["half in front", "touching", "apart"],
 )
 def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, meet):
-    field = LabelField(render(CAMERA, [(TRUCK, near, RED), (TRUCK, far, RED)]))
+    frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, near, RED), (TRUCK, far, RED)])), CAMERA)
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
     poses = Poses.concatenate([near, far])
-    accepted, _ = share_out([(finder, candidates(finder, field, poses))], field, CAMERA, LEAST, everything, Deadline())
+    accepted, _ = share_out([(finder, candidates(finder, frame, poses))], frame, JUDGE)
     assert len(accepted) == 2
     before = [v.claim.votes for v in accepted]
     assert before == sorted(before, reverse=True)
-    left = field
+    left = frame
     for claim in (v.claim for v in accepted):
-        expected = finder.judge(left, CAMERA, claim.poses, occlusion=True)
+        expected = finder.judge(left, claim.poses, occlusion=True)
         np.testing.assert_allclose(claim.scores.votes, expected.votes, rtol=1e-6, atol=1e-6)
-        assert claim.votes == pytest.approx(float(finder.votes(left, CAMERA, claim.poses, occlusion=True)[0]))
+        assert claim.votes == pytest.approx(float(finder.votes(left, claim.poses, occlusion=True)[0]))
         left = left.without(silhouette(finder.surface, CAMERA, claim.poses))
-    alone = finder.votes(field, CAMERA, accepted[1].claim.poses, occlusion=True)[0]
+    alone = finder.votes(frame, accepted[1].claim.poses, occlusion=True)[0]
     assert (accepted[1].claim.votes < alone) == meet  # what they share went to the first
 
 
 def test_targets_compete_for_pixels():
-    field = image_of_two()
+    frame = image_of_two()
     finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
-    found = [(f, candidates(f, field, crowd())) for f in finders]
-    accepted, _ = share_out(found, field, CAMERA, LEAST, everything, Deadline())
+    found = [(f, candidates(f, frame, crowd())) for f in finders]
+    accepted, _ = share_out(found, frame, JUDGE)
     assert len(accepted) == 2
     blue = WholeObjectFinder(Target("blue", TRUCK, BLUE))
-    accepted, _ = share_out([(blue, candidates(blue, field, crowd()))], field, CAMERA, LEAST, everything, Deadline())
+    accepted, _ = share_out([(blue, candidates(blue, frame, crowd()))], frame, JUDGE)
     assert accepted == []
 
 
 def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
-    field = image_of_two()
+    frame = image_of_two()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
-    found = [(finder, candidates(finder, field, crowd()))]
-    accepted, others = share_out(found, field, CAMERA, LEAST, lambda verdict: False, Deadline())
+    found = [(finder, candidates(finder, frame, crowd()))]
+    accepted, others = share_out(found, frame, StubJudge(given=lambda verdict: 0.0))
     assert accepted == [] and len(others) == 2
-    left_only = lambda verdict: verdict.claim.poses.t[0, 0] < 0  # noqa: E731
-    accepted, others = share_out(found, field, CAMERA, LEAST, left_only, Deadline())
+    left_only = StubJudge(given=lambda verdict: float(verdict.claim.poses.t[0, 0] < 0))
+    accepted, others = share_out(found, frame, left_only)
     assert len(accepted) == 1 and len(others) == 1
     assert accepted[0].claim.poses.t[0, 0] < 0 < others[0].claim.poses.t[0, 0]
-    whole = finder.votes(field, CAMERA, others[0].claim.poses, occlusion=True)[0]
+    whole = finder.votes(frame, others[0].claim.poses, occlusion=True)[0]
     assert others[0].claim.votes == pytest.approx(float(whole))
 
 
 def test_nothing_found_gives_nothing():
-    field = image_of_two()
+    frame = image_of_two()
     finder = WholeObjectFinder(Target("chain", chain(), RED))
     none = pose(model=chain())[np.zeros(0, int)]
     for found in ([], [(finder, none)]):
-        accepted, others = share_out(found, field, CAMERA, LEAST, everything, Deadline())
+        accepted, others = share_out(found, frame, JUDGE)
         assert list(accepted) == list(others) == []
-    far_off = candidates(finder, field, pose(5.0, model=chain()))
-    accepted, others = share_out([(finder, far_off)], field, CAMERA, LEAST, everything, Deadline())
+    far_off = candidates(finder, frame, pose(5.0, model=chain()))
+    accepted, others = share_out([(finder, far_off)], frame, JUDGE)
     assert list(accepted) == list(others) == []
 
 
 @pytest.mark.parametrize("lens", [(), BENT], ids=len)
 def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
     camera = camera_of(distortion=lens)
-    field = LabelField(render(camera, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)]))
+    frame = ImageFrame(LabelField(render(camera, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)])), camera)
     finder, judged = WholeObjectFinder(Target("truck", TRUCK, RED)), []
     judge = finder.judge
-    monkeypatch.setattr(finder, "judge", lambda f, c, poses, **k: judged.append(len(poses)) or judge(f, c, poses, **k))
+    monkeypatch.setattr(finder, "judge", lambda f, poses, **k: judged.append(len(poses)) or judge(f, poses, **k))
     poses = Poses.concatenate([LEFT, RIGHT, jolted(np.random.default_rng(1), LEFT, 3, 0.002, 0.02, 0.02)])
-    accepted, _ = share_out([(finder, poses)], field, camera, LEAST, everything, Deadline())
+    accepted, _ = share_out([(finder, poses)], frame, JUDGE)
     assert len(accepted) == 2
     assert judged == [5, 3]  # all of them; then the left one's rivals
 
 
 def test_claims_keep_their_order_when_some_are_judged_again():
     """Which of two equal claims goes first does not hang on what was judged before."""
-    field = image_of_two()
+    frame = image_of_two()
     finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
     far = pose(-0.25, -0.02, 2.2, 0.3, model=TRUCK)  # behind the left one: its votes fall when that owns its pixels
     found = [(finders[0], RIGHT), (finders[1], Poses.concatenate([LEFT, far, RIGHT]))]
-    accepted, _ = share_out(found, field, CAMERA, LEAST, everything, Deadline())
+    accepted, _ = share_out(found, frame, JUDGE)
     assert [v.claim.finder.target.name for v in accepted if v.claim.poses.t[0, 0] > 0] == ["one"]
 
 
 def test_without_time_what_stands_in_an_objects_place_is_dropped_unjudged(monkeypatch):
-    field = image_of_two()
+    frame = image_of_two()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED))
-    poses = candidates(finder, field, crowd())
-    asked, judge = [], WholeObjectFinder.judge
+    poses = candidates(finder, frame, crowd())
+    late, asked, judge = replace(frame, deadline=Deadline(0.0)), [], WholeObjectFinder.judge
 
     def counted(self, *args, **options):
         asked.append(True)
         return judge(self, *args, **options)
 
     monkeypatch.setattr(WholeObjectFinder, "judge", counted)
-    accepted, others = share_out([(finder, poses)], field, CAMERA, LEAST, everything, Deadline(0.0))
+    accepted, others = share_out([(finder, poses)], late, JUDGE)
     assert len(asked) == 1 and not others
     for truth in (LEFT, RIGHT):
         assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
-    assert not share_out([(finder, poses)], field, CAMERA, LEAST, lambda verdict: 0.0, Deadline(0.0))[1]
+    assert not share_out([(finder, poses)], late, StubJudge(given=lambda verdict: 0.0))[1]

@@ -1,7 +1,7 @@
 """Scores as probabilities."""
 
 import numpy as np
-from test_grouping import BASE_AFT, BASE_FORE, at, found, pair, solved
+from toy_groups import BASE_AFT, BASE_FORE, at, found, pair, solved
 
 from artrec_ros.core.verdict.trust import evidence, probability
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scene import Placed, crane, crane_placed, disc, draw, flag, rectangle, render
 from scipy.spatial import cKDTree
+from settings import settings
 from test_recognizer import BLUE, CRANE, RED
 
 from artrec_ros.core.alignment import contour_map
@@ -24,7 +25,6 @@ from artrec_ros.core.alignment.placements import Placements, evidence, matched_s
 from artrec_ros.core.alignment.refinement import refine, refine_slanted, suppress
 from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.alignment.starts import find_starts
-from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.constraints.intervals import Interval
 from artrec_ros.core.constraints.pair_boxes import reach_m
@@ -40,7 +40,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.verdict.explain import violations
 
 pytestmark = pytest.mark.uncompiled
-CONFIG = RecognizerConfig(max_slant_deg=30.0, coarse_step=8, refine_steps=6)
+CONFIG = settings(max_slant_deg=30.0, coarse_step=8, refine_steps=6)
 SIZE = (150, 110)
 BLANK = (0, 0, 40, 20)
 MARKERS = (flag(), flag(mirrored=True), rectangle("bar", 0.8, 0.16), disc("d", 0.3))
@@ -164,7 +164,7 @@ def test_counts_are_sorted_and_equal_ones_keep_their_order():
 @pytest.mark.parametrize("changes", [{}, {"coarse_keep": 20, "couple_spans": (1, 3)}, {"max_scale": 33.0}])
 def test_starts_are_the_best_of_all_hypotheses(scene, changes):
     """Of every couple of anchors and every turn over the whole blob, tried one by one."""
-    config = RecognizerConfig(coarse_step=8, **changes)
+    config = settings(coarse_step=8, **changes)
     found = find_starts(scene.blobs, scene.cmap, scene.shapes, {(0, RED)}, config, Deadline())
     shape, most = scene.shapes[0], config.max_scale or np.inf
     for b, blob in enumerate(scene.blobs):
@@ -175,7 +175,8 @@ def test_starts_are_the_best_of_all_hypotheses(scene, changes):
         tried = []
         for polygon in blob_anchors(blob, config):
             p, q = polygon @ np.array([1, 1j]), shape.anchors
-            for i, j, span, other in itertools.product(range(len(p)), range(len(q)), *[config.couple_spans] * 2):
+            spans = config.alignment.couple_spans
+            for i, j, span, other in itertools.product(range(len(p)), range(len(q)), spans, spans):
                 if span < len(p) and other < len(q):
                     z = (p[(i + span) % len(p)] - p[i]) / (q[(j + other) % len(q)] - q[j])
                     tried.append((p[i] - z * q[j], z))
@@ -185,16 +186,17 @@ def test_starts_are_the_best_of_all_hypotheses(scene, changes):
         tried += [(centre, k * np.exp(2j * np.pi * turn / 24)) for turn in range(24)]
         t, z = np.array(tried).T
         area = shape.area_m2 * np.abs(z) ** 2
-        low, high = max(config.min_blob_px, config.min_area_ratio * blob.area_px), config.max_area_ratio * blob.area_px
+        low = max(config.min_blob_px, config.alignment.min_area_ratio * blob.area_px)
+        high = config.alignment.max_area_ratio * blob.area_px
         t, z, area = (a[(low <= area) & (area <= high) & (np.abs(z) <= most)] for a in (t, z, area))
-        tolerance = np.clip(config.tolerance_share * np.sqrt(area), 1.0, config.tolerance_px)
+        tolerance = np.clip(config.alignment.tolerance_share * np.sqrt(area), 1.0, config.alignment.tolerance_px)
         slot = scene.cmap.slots[RED]
         where = t[:, None] + z[:, None] * shape.points - complex(*scene.cmap.origin)
         x = np.clip(np.rint(where.real), 0, scene.cmap.distance.shape[1] - 1).astype(int)
         y = np.clip(np.rint(where.imag), 0, scene.cmap.height - 1).astype(int)
         near = scene.cmap.distance[slot * scene.cmap.height + y, x] <= np.floor(tolerance * 15)[:, None]
         share = near.mean(axis=1)
-        passed = (near[:, ::8].mean(axis=1) >= config.coarse_match) & (share >= config.coarse_match)
+        passed = (near[:, ::8].mean(axis=1) >= config.alignment.coarse_match) & (share >= config.alignment.coarse_match)
         assert bool(len(mine)) == passed.any()
         if not len(mine):
             continue
@@ -204,7 +206,7 @@ def test_starts_are_the_best_of_all_hypotheses(scene, changes):
             same = (np.abs(t - mine.t[n]) < 1e-6) & (np.abs(z - mine.z[n]) < 1e-6)
             assert same.any() and np.abs(share[same] - mine.score[n]).min() < 1e-12
         apart = np.hypot(np.abs(mine.t[:, None] - mine.t), shape.rms_radius_m * np.abs(mine.z[:, None] - mine.z))
-        reach = np.maximum(1.0, config.same_start * shape.rms_radius_m * np.abs(mine.z))
+        reach = np.maximum(1.0, config.alignment.same_start * shape.rms_radius_m * np.abs(mine.z))
         for a, better in itertools.combinations(range(len(mine)), 2):
             assert apart[a, better] > reach[a] - 1e-9
         if "coarse_keep" not in changes:  # what is not kept is near one as good, unless the quota is full
@@ -226,7 +228,7 @@ def test_suppression_goes_from_the_best_to_the_worst(scene, starts):
         for n in sorted(np.flatnonzero(group == g), key=lambda n: -placed.score[n]):
             shape = scene.shapes[placed.shape[n]]
             for m in kept:
-                order = shape.symmetry.order(placed.scale[m], CONFIG.symmetry_px)
+                order = shape.symmetry.order(placed.scale[m], CONFIG.alignment.symmetry_px)
                 turned = np.abs(placed.z[n] - placed.z[m] * np.exp(2j * np.pi * np.arange(order or 1) / (order or 1)))
                 turn = turned.min() if order else abs(abs(placed.z[n]) - abs(placed.z[m]))
                 squeeze = abs(w[n]) - abs(w[m])
@@ -320,7 +322,8 @@ def test_evidence_is_what_each_point_tells(scene, starts):
     t = np.select([number % 4 == 2, number % 4 == 3], [some.t - (30 + 25j), at_border], some.t)
     some = some.replace(t=t, w=0.1 * some.z * np.exp(1j * number))
     found = evidence(cmap, scene.shapes, some, CONFIG, BLANK)
-    tolerance = np.clip(CONFIG.tolerance_share * np.sqrt(some.area_px(scene.shapes)), 1.0, CONFIG.tolerance_px)
+    share, most_px = CONFIG.alignment.tolerance_share, CONFIG.alignment.tolerance_px
+    tolerance = np.clip(share * np.sqrt(some.area_px(scene.shapes)), 1.0, most_px)
     for n in range(len(some)):
         shape = scene.shapes[some.shape[n]]
         hits, worth, in_view = 0, 0.0, 0
@@ -369,13 +372,13 @@ def test_candidates_are_instances_in_every_role_and_direction(matches, candidate
         keys = sorted(candidates.key(n) for n in mine)
         s = matches.placed.shape[k]
         roles = [key for key, of in SHAPE_OF.items() if of == s]
-        order = matches.shapes[s].symmetry.order(matches.placed.scale[k], CONFIG.symmetry_px)
+        order = matches.shapes[s].symmetry.order(matches.placed.scale[k], CONFIG.alignment.symmetry_px)
         assert keys == sorted(roles * max(order, 1))
         for n in mine:
             assert number[candidates.key(n)[0]] == candidates.component[n]
             pose = candidates.poses.at(n)
             radius = matches.shapes[s].rms_radius_m * pose.scale
-            place = np.hypot(CONFIG.contour_noise_px, CONFIG.model_noise * radius)
+            place = np.hypot(CONFIG.constraints.contour_noise_px, CONFIG.constraints.model_noise * radius)
             assert (pose.x + 1j * pose.y, pose.scale) == (matches.placed.t[k], pytest.approx(matches.placed.scale[k]))
             assert (pose.place_noise_px, pose.scale_noise) == (pytest.approx(place), pytest.approx(place / radius))
             assert pose.theta_noise == pytest.approx(place / radius if order else np.pi)
@@ -401,8 +404,8 @@ def test_pairs_are_forbidden_or_checked_as_their_explanation_says(matches, candi
     table = pair_table.pair_table(c, matches.overlap, CONFIG)
     for a, b in itertools.product(range(len(c)), range(len(c))):
         ratio = np.exp(abs(np.log(c.poses.scale[a] / c.poses.scale[b])))
-        shared = matches.overlap[c.match[a], c.match[b]] > CONFIG.max_group_overlap
-        forbidden = c.component[a] == c.component[b] or ratio > CONFIG.max_scale_ratio or shared
+        shared = matches.overlap[c.match[a], c.match[b]] > CONFIG.grouping.max_group_overlap
+        forbidden = c.component[a] == c.component[b] or ratio > CONFIG.grouping.max_scale_ratio or shared
         first, second = (a, b) if constraints.pair(c.key(a), c.key(b)) else (b, a)
         pair = constraints.pair(c.key(first), c.key(second))
         assert table.forbidden[a, b] == forbidden

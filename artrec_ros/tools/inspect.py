@@ -15,7 +15,8 @@ from ..io.annotations import Annotations
 from ..io.contents import BagContent, ConstraintContent, Item, Report, ResultContent, Sample, Supplement, TruthContent
 from ..io.inventory import take_stock
 from ..io.parameters import Setup
-from ..io.specs import all_specs
+from ..io.specs import EXPERT, all_specs
+from ..io.unread import unread
 from .inspection import problems
 from .model_report import counted, summary
 
@@ -146,11 +147,12 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
     specs = all_specs([t.name for t in setup.targets], setup.image.classes)
     changed = {
         k: v for k, v in setup.resolved.items()
-        if k.startswith(("recognizer.", "tracking.")) and k in specs and v != specs[k].default
+        if k.startswith(("recognizer.", "tracking.", EXPERT)) and k in specs and v != specs[k].default
         and v != list(specs[k].default if isinstance(specs[k].default, tuple) else ())
     }  # fmt: skip
     if changed:
         yield "not at their defaults: " + ", ".join(f"{k} {v}" for k, v in changed.items())
+    yield from unread(setup)
 
 
 def _annotations(head: str, annotations: Annotations) -> Iterator[str]:

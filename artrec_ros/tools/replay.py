@@ -15,6 +15,7 @@ from ..core.tracking.tracker import Tracker
 from ..io.bags import STORAGES
 from ..io.parameters import Setup, load_parameters
 from ..io.sources import SourceOptions, Sources, open_sources
+from ..io.unread import unread
 from .interrupting import interruptible, once, say
 from .replaying.folder import ReplayFolder, counted
 from .replaying.joining import Join
@@ -62,6 +63,8 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Exit code 0: done; 1: interrupted, or no frame could be used."""
     setup = load_parameters(*args.params_file)
+    for line in unread(setup):
+        say(line)
     options = source_options(args, setup)
     pictures = PictureOptions(args.images, not args.no_video, args.output_bag, setup.node.publish_tf)
     with open_sources(args.sources, options, say) as sources:

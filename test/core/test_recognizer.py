@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from cranes import BLUE, CRANE, RED
 from scene import Placed, capsule, crane, crane_placed, disc, draw, flag, polygon, rectangle, render
+from settings import settings
 
-from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.base.errors import ConfigError, ImageError
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning.pair_learning import learn
@@ -20,7 +21,7 @@ SIZE = (420, 240)
 
 def recognizer(*targets, **options):
     targets = targets or (Target("crane", crane(), RED, CRANE),)
-    return Recognizer(targets, RecognizerConfig(**options), Segmenter(ImageConfig()))
+    return Recognizer(targets, settings(**options), Segmenter(ImageConfig()))
 
 
 def agrees(detection, placed, place_px=2.0, angle=0.08):
@@ -317,7 +318,7 @@ def test_what_does_not_fit_is_refused():
 )
 def test_parameters_that_make_no_sense_are_refused(options, named):
     with pytest.raises(ConfigError, match=named):
-        RecognizerConfig(**options)
+        settings(**options)
 
 
 def test_paper_profile_finds_what_is_plain_and_much_besides():

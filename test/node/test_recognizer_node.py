@@ -151,11 +151,11 @@ def test_all_parameters_are_read_at_once(peer: Peer) -> None:
 
 
 def test_a_bad_change_is_refused_whole_with_its_reason(peer: Peer) -> None:
-    before = peer.get_parameter("recognizer.refine_steps")
-    result = peer.set_parameters(recognizer__refine_steps=before + 1, recognizer__profile="papr")
+    before = peer.get_parameter("recognizer.min_components")
+    result = peer.set_parameters(recognizer__min_components=before + 1, recognizer__profile="papr")
     assert not result.successful
     assert "recognizer.profile" in result.reason and "papr" in result.reason and "paper" in result.reason
-    assert peer.get_parameter("recognizer.refine_steps") == before
+    assert peer.get_parameter("recognizer.min_components") == before
 
 
 def test_a_good_change_is_taken_and_works(peer: Peer, picture: np.ndarray) -> None:
@@ -171,11 +171,20 @@ def test_out_of_range_read_only_and_unknown_changes_are_refused(peer: Peer) -> N
     assert not peer.set_parameters(recognizer__min_match=1.5).successful
     assert "read" in peer.set_parameters(toy__label=3).reason
     assert not peer.set_parameters(objects=["toy", "more"]).successful
-    before = peer.get_parameter("recognizer.refine_steps")
-    unknown = peer.set_parameters(recognizer__refine_steps=before + 1, recognizer__profil="paper")
+    before = peer.get_parameter("recognizer.min_components")
+    unknown = peer.set_parameters(recognizer__min_components=before + 1, recognizer__profil="paper")
     assert not unknown.successful and "did you mean 'recognizer.profile'?" in unknown.reason
-    assert peer.get_parameter("recognizer.refine_steps") == before
-    assert peer.set_parameters(recognizer__refine_steps=before).successful
+    assert peer.get_parameter("recognizer.min_components") == before
+    assert peer.set_parameters(recognizer__min_components=before).successful
+
+
+def test_experts_parameters_are_there_where_they_were_given(peer: Peer) -> None:
+    assert peer.get_parameter("expert.alignment.refine_steps") == 6
+    assert peer.set_parameters(expert__alignment__refine_steps=7).successful
+    assert peer.get_parameter("expert.alignment.refine_steps") == 7
+    assert peer.set_parameters(expert__alignment__refine_steps=6).successful
+    assert "at the start" in peer.set_parameters(expert__alignment__refine_keep=9).reason
+    assert "expert.alignment.refine_keep" in peer.set_parameters(recognizer__refine_keep=9).reason
 
 
 def test_a_request_that_is_none_is_survived(peer: Peer, node: NodeProcess, picture: np.ndarray) -> None:

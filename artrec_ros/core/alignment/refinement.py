@@ -36,7 +36,7 @@ def suppress(
     :param same_place: poses closer than this share of the shape's radius, or 1 px, are one.
     """
     order = np.lexsort((-placed.score, group))
-    limits = (pack_shapes(tuple(shapes)), config.symmetry_px, same_place)
+    limits = (pack_shapes(tuple(shapes)), config.alignment.symmetry_px, same_place)
     return thinning.suppress(order, group, placed.t, placed.z, placed.w, placed.shape, quota, *limits)
 
 
@@ -98,11 +98,11 @@ def _refined(
         placed.w,
         placed.shape,
         placed.slot,
-        _gates(config.refine_steps),
+        _gates(config.alignment.refine_steps),
         _POINT_STEP,
         _NORMAL_AGREEMENT,
         _DAMPING,
         _squeeze(config, slanted),
-        config.max_refined_scale,
+        config.alignment.max_refined_scale,
     )
     return placed.replace(t=t, z=z, w=w)

@@ -145,7 +145,7 @@ class _ClassModel:
         terms = []
         for name in (n for n in c.joints if n in detection.joints):
             j = self._joints.index(name)
-            noise = self._config.class_noise * float(self._kinematics.unit[j])
+            noise = self._config.constraints.class_noise * float(self._kinematics.unit[j])
             span = float(self._kinematics.upper[j] - self._kinematics.lower[j])
             if self._kinematics.revolute[j]:
                 span = min(span, 2 * np.pi)
@@ -177,12 +177,13 @@ class _ClassModel:
             greatest = folded.period or 2 * self._constraints.reach_m
             span = min(spans.get(d, greatest), greatest)
             name = f"{'/'.join(p.first)} - {'/'.join(p.second)} {d}"
-            more = self._config.class_noise * (1.0 if d in ANGLES else float(T["distance_m"]))
+            more = self._config.constraints.class_noise * (1.0 if d in ANGLES else float(T["distance_m"]))
             yield Term(name, float(T[d]), float(np.hypot(noise[d], more)), folded, max(span, folded.width), weight)
 
     def _pose(self, key: Key, i: Instance) -> Poses:
         radius_px = self._shapes[key].rms_radius_m * i.scale
-        place = float(np.hypot(self._config.contour_noise_px, self._config.model_noise * radius_px))
+        noise = self._config.constraints
+        place = float(np.hypot(noise.contour_noise_px, noise.model_noise * radius_px))
         relative = place / max(radius_px, 1e-9)
         values: tuple[Array, ...] = tuple(
             np.asarray(v, float) for v in (i.x, i.y, i.theta, i.scale, place, relative, relative)
@@ -191,7 +192,7 @@ class _ClassModel:
 
     def _period(self, key: Key, i: Instance) -> float:
         """The turn after which a marker looks the same at its scale."""
-        order = self._shapes[key].symmetry.order(i.scale, self._config.symmetry_px)
+        order = self._shapes[key].symmetry.order(i.scale, self._config.alignment.symmetry_px)
         return 2 * np.pi / order if order != ANY_ANGLE else 2 * np.pi
 
 

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from scene import crane, crane_placed, flag
+from settings import settings
 
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.errors import ConfigError
@@ -69,7 +70,7 @@ def test_each_class_is_told_and_what_was_never_taught_is_of_none():
 
 def test_the_region_covers_what_it_promises_of_new_examples():
     rng, inside = np.random.default_rng(3), []
-    bare = RecognizerConfig(class_noise=0.0, contour_noise_px=0.0, model_noise=0.0, min_class_confidence=0.0)
+    bare = settings(class_noise=0.0, contour_noise_px=0.0, model_noise=0.0, min_class_confidence=0.0)
     for _ in range(15):
         rows = [posed(SWINGS["shut"], rng) for _ in range(30)]
         constraints = dataclasses.replace(learn(crane(), rows), classes=(learn_class("shut", crane(), rows, (), 0.9),))
@@ -90,7 +91,7 @@ def test_what_is_not_seen_cannot_be_told():
     placed = posed(SWINGS["shut"], rng)
     assert fit(placed, without=("fore",)).name is None
     assert "seen" in fit(placed, without=("fore",)).reason
-    config = RecognizerConfig(min_class_seen=0.5)
+    config = settings(min_class_seen=0.5)
     lenient = Classifier([Target("it", crane(), 1, CONSTRAINTS)], config)
     (found,) = lenient.classified([detection(placed, without=("fore",))])
     # `aft` hangs alike in no other class

@@ -118,7 +118,8 @@ def test_evidence_is_what_each_point_tells(scene, starts):
     t = np.select([number % 4 == 2, number % 4 == 3], [some.t - (30 + 25j), at_border], some.t)
     some = some.replace(t=t, w=0.1 * some.z * np.exp(1j * number))
     found = evidence(cmap, scene.shapes, some, CONFIG, BLANK)
-    tolerance = np.clip(CONFIG.alignment.tolerance_share * np.sqrt(some.area_px(scene.shapes)), 1.0, CONFIG.alignment.tolerance_px)
+    share, most_px = CONFIG.alignment.tolerance_share, CONFIG.alignment.tolerance_px
+    tolerance = np.clip(share * np.sqrt(some.area_px(scene.shapes)), 1.0, most_px)
     for n in range(len(some)):
         shape = scene.shapes[some.shape[n]]
         hits, worth, in_view = 0, 0.0, 0

@@ -54,7 +54,8 @@ def test_starts_are_the_best_of_all_hypotheses(scene, changes):
         tried = []
         for polygon in blob_anchors(blob, config):
             p, q = polygon @ np.array([1, 1j]), shape.anchors
-            for i, j, span, other in itertools.product(range(len(p)), range(len(q)), *[config.alignment.couple_spans] * 2):
+            spans = config.alignment.couple_spans
+            for i, j, span, other in itertools.product(range(len(p)), range(len(q)), spans, spans):
                 if span < len(p) and other < len(q):
                     z = (p[(i + span) % len(p)] - p[i]) / (q[(j + other) % len(q)] - q[j])
                     tried.append((p[i] - z * q[j], z))
@@ -64,7 +65,8 @@ def test_starts_are_the_best_of_all_hypotheses(scene, changes):
         tried += [(centre, k * np.exp(2j * np.pi * turn / 24)) for turn in range(24)]
         t, z = np.array(tried).T
         area = shape.area_m2 * np.abs(z) ** 2
-        low, high = max(config.min_blob_px, config.alignment.min_area_ratio * blob.area_px), config.alignment.max_area_ratio * blob.area_px
+        low = max(config.min_blob_px, config.alignment.min_area_ratio * blob.area_px)
+        high = config.alignment.max_area_ratio * blob.area_px
         t, z, area = (a[(low <= area) & (area <= high) & (np.abs(z) <= most)] for a in (t, z, area))
         tolerance = np.clip(config.alignment.tolerance_share * np.sqrt(area), 1.0, config.alignment.tolerance_px)
         slot = scene.cmap.slots[RED]

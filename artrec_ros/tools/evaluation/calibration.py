@@ -19,7 +19,10 @@ _BINS = 10
 
 @dataclass(frozen=True)
 class ScoreBin:
-    """Detections with scores in [low, high). :param score: their mean. :param precision: the share that lies on an object."""
+    """Detections with scores in [low, high).
+
+    :param score: their mean. :param precision: the share that lies on an object.
+    """
 
     low: float
     high: float

@@ -50,13 +50,13 @@ def test_the_tutorial_leads_to_poses(followed):
         (true,), (found,) = truth[record.stamp_ns], record.detections
         assert np.linalg.norm(found.pose.position - true.pose.position) < 0.02 * np.linalg.norm(true.pose.position)
     joints = {name for record in records for d in record.detections for name in d.joints}
-    assert joints == {"mast", "fork"}
+    assert joints == {"tilt", "lift"}
 
 
 def test_the_tutorials_pictures_are_made_by_its_commands(followed):
     page = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
     for name, made in PICTURES.items():
-        assert (followed / made).is_file() and (ROOT / "docs/images" / name).is_file()
+        assert len(list(followed.glob(made))) == 1 and (ROOT / "docs/images" / name).is_file()
         assert f"images/{name}" in page
 
 

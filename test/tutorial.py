@@ -45,6 +45,7 @@ class SaveFile:
 @dataclass(frozen=True)
 class Command:
     arguments: list[str]
+    line: str = ""  # as it stands on the page
 
 
 def steps(page: Path = PAGE) -> Iterator[SaveFile | Command]:
@@ -53,7 +54,7 @@ def steps(page: Path = PAGE) -> Iterator[SaveFile | Command]:
         if found := _FILE.fullmatch(note):
             yield SaveFile(found[1], text, found[2])
         elif language == "sh":
-            yield from (Command(shlex.split(line)) for line in text.splitlines() if line)
+            yield from (Command(shlex.split(line), line) for line in text.splitlines() if line)
 
 
 def alternatives(page: Path = PAGE) -> list[str]:

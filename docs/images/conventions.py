@@ -92,7 +92,7 @@ def main() -> None:
     d.text("image", d.pixels(optical.apply(corners[3:4]))[0] + (-24, 40))
     d.frame(optical, 0.28, "camera's optical frame", (-175, 46))
     d.frame(body, 0.42, "object: x forward, y left, z up", (-60, 120))
-    d.frame(T_world_marker, 0.2, "marker: z towards the camera", (-245, -92))
+    d.frame(T_world_marker, 0.2, "marker: z towards the camera", (-172, -112))
     cv2.imwrite(str(Path(__file__).with_suffix(".png")), d.picture)
 
 

@@ -5,8 +5,7 @@
 Each object has one to five parts of random outlines that swing on the first; its constraints are learned from 40
 examples. Scenes hold up to three of it, some half hidden or cut, lone parts of it, other random objects of the same
 class, ragged edges and speckle. A detection is right when each of its components lies on that component of one
-object. `--fit` fits the weights of `core/verdict/trust.py` on even-numbered objects; the table is always of
-odd-numbered ones.
+object. `--fit` fits the weights of `core/verdict/trust.py` on even-numbered objects; the table is always of odd ones.
 """
 
 from __future__ import annotations

@@ -1,16 +1,12 @@
 """The examples in the documentation work."""
 
 import json
-<<<<<<< test/test_docs.py
-import re
-from dataclasses import replace
-=======
 import os
 import re
 import shlex
 import subprocess
 import sys
->>>>>>> /tmp/evals/mf/theirs/test/test_docs.py
+from dataclasses import replace
 from pathlib import Path
 
 import charuco_views
@@ -18,14 +14,11 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-<<<<<<< test/test_docs.py
-from artrec_ros.core.model.found import ClassFit, ConstraintFailure, Rejection
-=======
-from artrec_ros.io.cameras import load_camera
->>>>>>> /tmp/evals/mf/theirs/test/test_docs.py
 from tutorial import PICTURES, Command, SaveFile, alternatives, steps
 
+from artrec_ros.core.model.found import ClassFit, ConstraintFailure, Rejection
 from artrec_ros.io.annotations import load_coco
+from artrec_ros.io.cameras import load_camera
 from artrec_ros.io.parameters import load_parameters
 from artrec_ros.io.results import FrameRecord, read_results
 from artrec_ros.io.truth import load_truth
@@ -216,7 +209,6 @@ def test_links_lead_somewhere(page):
     assert not missing
 
 
-<<<<<<< test/test_docs.py
 def test_the_format_of_detections_is_told():
     """Every key that a replay may write stands in the section, and its example is a line of a replay."""
     section = (ROOT / "docs/replay.md").read_text(encoding="utf-8").partition("## detections.jsonl")[2]
@@ -244,7 +236,8 @@ def keys_of(content) -> set[str]:
     if not isinstance(content, dict):
         return set()
     return set(content).union(*map(keys_of, content.values()))
-=======
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_links_to_headings_lead_somewhere(page):
     for target, anchor in re.findall(r"\]\(([^)#:]*)#([^)]+)\)", (ROOT / page).read_text(encoding="utf-8")):
@@ -299,4 +292,3 @@ def _has_ros():
 def test_commands_are_found_on_the_pages():
     shown = [arguments[0] for page in PAGES for arguments in shown_commands(page)]
     assert len(shown) > 30 and set(COMMANDS) <= set(shown) | TO_COME
->>>>>>> /tmp/evals/mf/theirs/test/test_docs.py

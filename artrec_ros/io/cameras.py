@@ -33,6 +33,10 @@ def camera_from_info(
 ) -> Camera:
     """The camera that a CameraInfo message describes, in the units of the image beside it.
 
+    Pixels' centres have integer coordinates, in the full image and in the one beside the message. A pixel of that one
+    is a rectangle of full-resolution pixels combined, as CameraInfo defines binning, and its centre is theirs: u = 0 is
+    the full image's (b - 1) / 2. image_geometry takes that for 0, which is half a pixel off at most.
+
     :param width, height: of the full image, pixels. :param matrix: K, nine numbers by rows.
     :param binning: full-resolution pixels per image pixel in x and y; 0 means 1, as in the message.
     :param roi: x_offset, y_offset, width, height of the region of interest in the full image; no width: all of it.
@@ -50,7 +54,7 @@ def camera_from_info(
     size = (roi_width or width) // bx, (roi_height or height) // by
     if min(size) <= 0:
         raise ConfigError(f"the camera's calibration is for images of {size[0]}x{size[1]} pixels")
-    K[:2, 2] -= (x_px, y_px)
+    K[:2, 2] -= (x_px + (bx - 1) / 2, y_px + (by - 1) / 2)
     K[0] /= bx
     K[1] /= by
     return Camera(matrix=K, distortion=D, size=size, frame_id=frame_id)

@@ -4,6 +4,10 @@ The configuration T_ij of two markers is (rho, alpha, beta): distance of the cen
 in metres on the marker's plane), direction of i -> j seen from i's axis, angle from i's axis to j's; and the
 ratio of the scales. Where examples have rho near zero, alpha means nothing: there the place of j is kept as
 (dx, dy)/k in i's frame. k is the geometric mean of both scales. T_ji follows from T_ij: each pair is kept once.
+
+A marker that looks the same after turns by 2 pi / m has its axis in any of m directions. Where i's and j's symmetries
+have orders m and n, beta is thus known up to multiples of 2 pi / m and of 2 pi / n, which together make all multiples
+of 2 pi / lcm(m, n); alpha up to those of 2 pi / m alone.
 """
 
 from __future__ import annotations
@@ -21,6 +25,8 @@ from .intervals import Interval, expected_coverage
 Key = tuple[str, str]  # (component, marker)
 
 ANGLES = ("bearing_rad", "turn_rad")
+_LEAST_WIDTH = 0.02  # radians, shares of a ratio, shares of the pair's greatest distance
+_LEAST_REACH_M = 1e-6  # of markers whose centroids coincide
 DIMENSIONS = ("distance_m", "offset_x_m", "offset_y_m", *ANGLES, "scale_ratio", "distance_px")
 
 
@@ -51,6 +57,10 @@ class PairConstraint:
             return max(0.0, self.allowed["distance_m"].high)
         offsets = [i for d, i in self.allowed.items() if d.startswith("offset_")]
         return float(np.linalg.norm([max(abs(i.low), abs(i.high)) for i in offsets]))
+
+    def least_width(self, dimension: str) -> float:
+        """The width below which a box is not resolved by any image."""
+        return _LEAST_WIDTH * (max(self.reach_m, _LEAST_REACH_M) if dimension.endswith("_m") else 1.0)
 
     def chance(self, reach_m: float) -> float:
         """The background model: share of markers that satisfy the constraint though they have nothing to do with
@@ -107,7 +117,9 @@ def _interval(dimension: str, ends: Any, where: str) -> Interval:
         raise ConfigError(f"{where}: '{dimension}' is none of {', '.join(DIMENSIONS)}")
     period = 2 * np.pi if dimension in ANGLES else 0.0
     if len(ends) == 3 and period:
-        period = float(ends[2])
+        order, period = 2 * np.pi / max(float(ends[2]), 1e-6), float(ends[2])
+        if not (order > 0.99 and abs(order - round(order)) < 0.01):
+            raise ConfigError(f"{where}: {dimension}: its period {period:g} must be 2 pi over a whole number")
     elif len(ends) != 2:
         raise ConfigError(f"{where}: {dimension}: {list(ends)} must be [low, high]")
     low, high = float(ends[0]), float(ends[1])

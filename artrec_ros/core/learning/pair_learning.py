@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -20,7 +21,6 @@ from .conformal import conformal_margin, left_out_scores, unwrapped, widened
 Example = Mapping[Key, Any]  # values have x, y, theta, scale: `datatypes.Instance` or its like
 
 _AMBIGUOUS_PX = 0.3
-_LEAST_WIDTH = 0.02  # radians, shares of a ratio, shares of the pair's greatest distance
 _NEAR_ZERO = 0.15  # of a marker's size: closer centroids have no direction from one to the other
 
 
@@ -66,8 +66,7 @@ def _learn_pair(
     values = {d: np.array([float(row[d]) for row in rows]) for d in DIMENSIONS}
     size = float(np.sqrt(min(markers[first].area, markers[second].area)))
     near = bool(values["distance_m"].min() < _NEAR_ZERO * size)
-    periods = [2 * np.pi / n if n != ANY_ANGLE else 0.0 for n in orders]
-    seen = {d: _span(d, values[d], periods) for d in _meaningful(near, orders)}
+    seen = {d: _span(d, values[d], orders) for d in _meaningful(near, orders)}
     distance_px = Interval.around(values["distance_px"])
     bare = PairConstraint(first, second, len(both), seen, {**seen, "distance_px": distance_px})
     offsets = np.column_stack([unwrapped(values[d], i) for d, i in seen.items()])
@@ -77,7 +76,7 @@ def _learn_pair(
 
 def least_widths(pair: PairConstraint) -> list[float]:
     """Per dimension that is checked, the width below which a box is not resolved by any image."""
-    return [_LEAST_WIDTH * (pair.reach_m if d.endswith("_m") else 1.0) for d in pair.allowed]
+    return [pair.least_width(d) for d in pair.allowed]
 
 
 def widened_pair(pair: PairConstraint, margin: float) -> PairConstraint:
@@ -98,15 +97,15 @@ def _meaningful(near: bool, orders: list[int]) -> tuple[str, ...]:
     return (*place, *turn, "scale_ratio")
 
 
-def _span(dimension: str, values: Array, periods: list[float]) -> Interval:
-    """The smallest span. Angles are taken modulo a marker's symmetry where the examples' own directions
-    do not tell its equal sides apart, so that their span over the full circle is longer than the period."""
+def _span(dimension: str, values: Array, orders: list[int]) -> Interval:
+    """The smallest span. Angles are taken modulo the markers' symmetry where the examples' own directions do not tell
+    equal sides apart, so that their span over the full circle is longer than one marker's period: modulo all turns that
+    look alike, or where these are too fine for what is left, modulo one marker's."""
     if dimension not in ANGLES:
         return Interval.around(values)
-    full = Interval.around_angles(values)
-    shortest = min(periods) if dimension == "turn_rad" else periods[0]
-    if 0 < shortest < full.width:
-        folded = Interval.around_angles(values, shortest)
-        if folded.width < 0.8 * shortest:
+    full, mine = Interval.around_angles(values), orders if dimension == "turn_rad" else orders[:1]
+    for order in sorted({math.lcm(*mine), *mine} - {1}, reverse=True):
+        folded = Interval.around_angles(values, 2 * np.pi / order)
+        if full.width > 2 * np.pi / min(order, max(mine)) and folded.width < 0.8 * folded.period:
             return folded
     return full

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -10,7 +11,7 @@ import numpy as np
 from ..alignment.shapes import Shape
 from ..alignment.symmetry import ANY_ANGLE
 from ..base.config import RecognizerConfig
-from ..constraints.classes import ConfigurationClass
+from ..constraints.classes import LEAST_RANGE, ConfigurationClass
 from ..constraints.constraint_set import ConstraintSet
 from ..constraints.intervals import Interval
 from ..constraints.pairs import ANGLES, Key, PairConstraint, at_one_scale, configuration, configuration_noise
@@ -146,10 +147,11 @@ class _ClassModel:
         for name in (n for n in c.joints if n in detection.joints):
             j = self._joints.index(name)
             noise = self._config.constraints.class_noise * float(self._kinematics.unit[j])
-            span = float(self._kinematics.upper[j] - self._kinematics.lower[j])
+            span = least = float(self._kinematics.upper[j] - self._kinematics.lower[j])
             if self._kinematics.revolute[j]:
-                span = min(span, 2 * np.pi)
-            terms.append(Term(name, detection.joints[name], noise, c.joints[name].allowed, span, 1.0))
+                span, least = min(span, 2 * np.pi), 1.0
+            allowed = _resolved(c.joints[name].allowed, LEAST_RANGE * least)
+            terms.append(Term(name, detection.joints[name], noise, allowed, max(span, allowed.width), 1.0))
         return ClassScore(c.name, tuple(terms), len(terms) / max(len(c.joints), 1))
 
     def _by_pairs(self, c: ConfigurationClass, detection: Detection) -> ClassScore:
@@ -168,12 +170,12 @@ class _ClassModel:
         a, b = found[p.first], found[p.second]
         T = configuration(a, b)
         noise = configuration_noise(a, b, T)
-        periods = [self._period(k, own[k]) for k in (p.first, p.second)]
+        orders = [self._order(k, own[k]) for k in (p.first, p.second)]
         spans = self._spans.get(frozenset((p.first, p.second)), {})
         for d, interval in p.allowed.items():
             if d not in _TOLD:
                 continue
-            folded = _folded(interval, min(periods) if d == "turn_rad" else periods[0])
+            folded = _folded(_resolved(interval, p.least_width(d)), *(orders if d == "turn_rad" else orders[:1]))
             greatest = folded.period or 2 * self._constraints.reach_m
             span = min(spans.get(d, greatest), greatest)
             name = f"{'/'.join(p.first)} - {'/'.join(p.second)} {d}"
@@ -190,14 +192,21 @@ class _ClassModel:
         )
         return Poses(*values)
 
-    def _period(self, key: Key, i: Instance) -> float:
-        """The turn after which a marker looks the same at its scale."""
+    def _order(self, key: Key, i: Instance) -> int:
+        """In how many directions a marker looks the same at its scale; 1 where its direction has no meaning."""
         order = self._shapes[key].symmetry.order(i.scale, self._config.alignment.symmetry_px)
-        return 2 * np.pi / order if order != ANY_ANGLE else 2 * np.pi
+        return order if order != ANY_ANGLE else 1
 
 
-def _folded(interval: Interval, period: float) -> Interval:
-    """An interval of angles modulo a symmetry; other intervals, and those that are wider than it, as they are."""
-    if not interval.period or period >= interval.period:
+def _resolved(interval: Interval, least_width: float) -> Interval:
+    """An interval as wide as images resolve at least, about the same middle."""
+    more = max(0.0, least_width - interval.width) / 2
+    return Interval(interval.low - more, interval.high + more, interval.period)
+
+
+def _folded(interval: Interval, *orders: int) -> Interval:
+    """An interval of angles modulo symmetries as well (`constraints.pairs`); other intervals as they are."""
+    if not interval.period:
         return interval
+    period = 2 * np.pi / math.lcm(round(2 * np.pi / interval.period), *orders)
     return Interval(interval.low, interval.low + min(interval.width, period), period)

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from scene import Placed, capsule, crane, crane_placed, disc, flag, rectangle
+from scene import Placed, capsule, crane, crane_placed, disc, flag, polygon, rectangle
 
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.constraints.constraint_set import ConstraintSet
@@ -141,6 +141,53 @@ def test_directions_given_at_random_are_taken_modulo_the_symmetry():
     assert random.width < 0.1
 
 
+def triangle(side=0.6):
+    corners = side / np.sqrt(3) * np.exp(2j * np.pi * np.arange(3) / 3)
+    return polygon("triangle", *zip(corners.real, corners.imag, strict=True))
+
+
+BAR_AND_TRIANGLE = ObjectModel(
+    "pair", (Component("bar", (rectangle("bar", 1.0, 0.2),), required=True), Component("tri", (triangle(),)))
+)
+
+
+def bars_and_triangles(spread, bar_turns, triangle_turns, count=60):
+    """A bar that looks the same after half a turn, a triangle that does after a third, each told so many ways."""
+    rng = np.random.default_rng(0)
+    for _ in range(count):
+        bar = Placed(50, 50, rng.uniform(-3, 3), 40)
+        turn = 0.3 + rng.uniform(-spread / 2, spread / 2) + 2 * np.pi / 3 * rng.integers(triangle_turns)
+        yield {
+            ("bar", "bar"): bar.moved(0, 0, np.pi * rng.integers(bar_turns)),
+            ("tri", "triangle"): bar.moved(1.2, 0.3, turn),
+        }
+
+
+@pytest.mark.parametrize("bar_turns, triangle_turns", [(2, 3), (2, 1), (1, 3)])
+def test_two_symmetries_leave_a_turn_known_modulo_the_turns_that_they_make_together(bar_turns, triangle_turns):
+    (pair,) = learn(BAR_AND_TRIANGLE, list(bars_and_triangles(0.1, bar_turns, triangle_turns))).pairs
+    turn = pair.allowed["turn_rad"]
+    assert turn.period == pytest.approx(2 * np.pi / 6)
+    assert 0.05 < turn.width < 0.2
+    every = 0.3 + np.pi * np.arange(2)[:, None] + 2 * np.pi / 3 * np.arange(3)
+    assert (turn.excess(every) == 0).all() and (turn.excess(every + np.pi / 6) > 0.3).all()
+
+
+@pytest.mark.parametrize("bar_turns, triangle_turns, order", [(2, 1, 2), (1, 3, 3)])
+def test_where_the_turns_together_are_too_fine_those_of_one_marker_remain(bar_turns, triangle_turns, order):
+    """A turn that spreads by 1 rad fills the sixth of a circle."""
+    (pair,) = learn(BAR_AND_TRIANGLE, list(bars_and_triangles(1.0, bar_turns, triangle_turns))).pairs
+    turn = pair.allowed["turn_rad"]
+    assert turn.period == pytest.approx(2 * np.pi / order)
+    assert 0.9 < turn.width < 1.3
+
+
+def test_a_turn_that_only_spreads_keeps_its_full_circle():
+    (pair,) = learn(BAR_AND_TRIANGLE, list(bars_and_triangles(1.2, 1, 1))).pairs
+    assert pair.allowed["turn_rad"].period == pytest.approx(2 * np.pi)
+    assert 1.0 < pair.allowed["turn_rad"].width < 1.5
+
+
 def test_round_trip_through_plain_values():
     constraints = learn(crane(), examples())
     again = ConstraintSet.from_dict(constraints.to_dict())
@@ -166,6 +213,9 @@ def damaged(change):
         (lambda v: v["pairs"][0]["allowed"].update(distance_m=[2.0, 1.0]), "distance_m"),
         (lambda v: v["pairs"][0]["allowed"].update(distance_m=[float("nan"), 1.0]), "distance_m"),
         (lambda v: v["pairs"][0]["allowed"].update(height=[0, 1]), "height"),
+        (lambda v: v["pairs"][0]["allowed"].update(turn_rad=[0, 1, 0]), "turn_rad: its period 0 must be 2 pi over"),
+        (lambda v: v["pairs"][0]["allowed"].update(turn_rad=[0, 1, 2]), "turn_rad: its period 2 must be 2 pi over"),
+        (lambda v: v["pairs"][0]["allowed"].update(turn_rad=[0, 1, float("nan")]), "turn_rad: its period nan"),
         (lambda v: v["pairs"].append(v["pairs"][0]), "twice"),
     ],
 )

@@ -1,10 +1,11 @@
 """Classes of configurations, learned and told apart: in the image plane and in space."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
-from scene import crane, crane_placed, flag
+from scene import Placed, crane, crane_placed, flag, polygon, rectangle
 from settings import settings
 
 from artrec_ros.core.base.config import RecognizerConfig
@@ -86,6 +87,31 @@ def test_a_ribbon_that_lies_the_other_way_round_is_the_same():
     assert told.count("open") >= 18
 
 
+def pointer(turn, rng):
+    """A bar, and a triangle beside it that is turned."""
+    bar = Placed(*rng.uniform(100, 300, 2), rng.uniform(-3, 3), 80)
+    x, y, turn = (1.2, 0.3, turn) + rng.normal(0, (0.15, 0.15, 0.02))
+    return {("bar", "bar"): bar, ("tri", "triangle"): bar.moved(x, y, turn)}
+
+
+def test_of_two_symmetric_markers_every_way_they_look_the_same_is_one_class():
+    """A bar after half a turn, a triangle after a third: together after a sixth."""
+    rng, corners = np.random.default_rng(6), 0.4 * np.exp(2j * np.pi * np.arange(3) / 3)
+    triangle = polygon("triangle", *zip(corners.real, corners.imag, strict=True))
+    parts = Component("bar", (rectangle("bar", 1.0, 0.2),), required=True), Component("tri", (triangle,))
+    model, turns = ObjectModel("pointer", parts), {"low": 0.0, "high": np.pi / 6}
+    rows = {name: [pointer(turn, rng) for _ in range(30)] for name, turn in turns.items()}
+    classes = tuple(learn_class(name, model, examples) for name, examples in rows.items())
+    constraints = dataclasses.replace(learn(model, [e for r in rows.values() for e in r]), classes=classes)
+    classifier = Classifier([Target("it", model, 1, constraints)], RecognizerConfig(class_noise=0.01))
+    for name, turn in turns.items():
+        for half, third in itertools.product(range(2), range(3)):
+            seen = pointer(turn + 2 * np.pi / 3 * third, rng)
+            seen["bar", "bar"] = seen["bar", "bar"].moved(0, 0, np.pi * half)
+            told = classifier.fit(detection(seen))
+            assert told.name == name, (half, third, told)
+
+
 def test_what_is_not_seen_cannot_be_told():
     rng = np.random.default_rng(5)
     placed = posed(SWINGS["shut"], rng)
@@ -132,6 +158,30 @@ def test_in_space_joints_are_compared():
     assert told(a=1.0, b=-1.0).name is None and "lies" in told(a=1.0, b=-1.0).reason
     assert told(a=1.0).name is None  # half of it is not seen
     assert told().name is None
+
+
+@pytest.mark.parametrize("angle, name", [(1.0, "up"), (-1.0, "down"), (0.0, None)])
+def test_regions_without_width_are_told_apart_without_any_noise(angle, name):
+    """Examples that are all the same make such; no image tells angles to the last bit."""
+    rows = {"up": [{"a": 1.0, "b": 1.0}] * 30, "down": [{"a": -1.0, "b": -1.0}] * 30}
+    classes = tuple(learn_class(n, hinged(), [], joints) for n, joints in rows.items())
+    assert classes[0].joints["a"].allowed.width == 0
+    target = Target("it", hinged(), 1, ConstraintSet("hinged", 0.95, (), classes))
+    classifier, pose = Classifier([target], RecognizerConfig(class_noise=0.0)), Pose.from_xyz_rpy((0, 0, 1))
+    joints = {"a": angle + 1e-9, "b": angle}
+    told = classifier.fit(Detection("it", 0, 1.0, ImagePose(0, 0, 0, 1), (), pose, joints))
+    assert told.name == name
+    assert told.confidence > 0.99 and 0 <= told.runner_up_confidence < 0.01
+
+
+def test_pairs_without_width_are_told_apart_without_any_noise():
+    classes = tuple(learn_class(n, crane(), [crane_placed(300, 200, 0, 80, at)] * 30) for n, at in SWINGS.items())
+    constraints = dataclasses.replace(CONSTRAINTS, classes=classes)
+    bare = RecognizerConfig(class_noise=0.0, contour_noise_px=0.0, model_noise=0.0)
+    classifier = Classifier([Target("it", crane(), 1, constraints)], bare)
+    for name, at in {**SWINGS, None: UNTAUGHT}.items():
+        told = classifier.fit(detection(crane_placed(200, 100, 0.5, 100, at)))
+        assert told.name == name and told.confidence > 0.99
 
 
 def test_plain_values_come_back_and_mistakes_are_named():

@@ -24,7 +24,8 @@ from .model.found import FrameResult, Rejection
 from .model.target import Target
 from .spatial_stage import SpatialStage
 from .verdict.classify import Classifier
-from .warm_up import warm_up_flat_stage
+from .warm_up import Told, get_ready
+from .warm_up_pieces import PLANE, SPACE
 
 _ALIGNMENT = 0.7  # of the time that is left may go into alignment
 
@@ -58,11 +59,33 @@ class Stopwatch:
         return self.ms
 
 
+def spatial_targets(targets: Sequence[Target], config: RecognizerConfig) -> tuple[Target, ...]:
+    """Those that are found in space where the camera is calibrated."""
+    fits = config.profile == "default" and config.whole_object
+    return tuple(t for t in targets if fits and t.model.is_spatial)
+
+
+def parts_needed(targets: Sequence[Target], config: RecognizerConfig, *, calibrated: bool) -> tuple[str, ...]:
+    """Which parts of the method are at work in images of a camera whose calibration is known or not: for `get_ready`."""
+    spatial = spatial_targets(targets, config) if calibrated else ()
+    return (SPACE,) * bool(spatial) + (PLANE,) * (len(spatial) < len(targets))
+
+
 class Recognizer:
     """Finds objects in images. Models are made ready once; nothing is remembered between images."""
 
-    def __init__(self, targets: Sequence[Target], config: RecognizerConfig, segmenter: Labeller) -> None:
-        """:raises ConfigError: two targets of one name, or constraints that are not the target's model's."""
+    def __init__(
+        self,
+        targets: Sequence[Target],
+        config: RecognizerConfig,
+        segmenter: Labeller,
+        told: Told = lambda share: None,
+    ) -> None:
+        """Takes up to a minute on a new machine, where compiled code is made.
+
+        :param told: called with the share of it that is done.
+        :raises ConfigError: two targets of one name, or constraints that are not the target's model's.
+        """
         self._targets = tuple(targets)
         self._config = config
         self._segmenter = segmenter
@@ -72,9 +95,8 @@ class Recognizer:
         for target in self._targets:
             if isinstance(target.constraints, ConstraintSet):
                 target.constraints.check_model(target.model)
-        warm_up_flat_stage()
-        fits = config.profile == "default" and config.whole_object
-        spatial = tuple(t for t in self._targets if fits and t.model.is_spatial)
+        spatial = spatial_targets(self._targets, config)
+        get_ready(parts_needed(self._targets, config, calibrated=True), told)
         self._spatial = SpatialStage(spatial, config)
         self._flat = FlatStage(self._targets, config, segmenter.blank)  # without calibration
         rest = tuple(t for t in self._targets if t not in spatial)
@@ -91,6 +113,8 @@ class Recognizer:
         :param camera: calibration; without it no metric poses.
         :raises ImageError: the image does not fit the segmenter's configuration.
         """
+        if camera is None:  # before the clock starts: objects in space alone do without this until then
+            get_ready((PLANE,))
         watch = Stopwatch()
         deadline = Deadline(self._config.time_budget_ms / 1e3)
         with watch.stage("segmentation"):

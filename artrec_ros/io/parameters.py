@@ -24,6 +24,7 @@ from ..core.base.errors import ConfigError
 from ..core.image.segmentation import Segmenter
 from ..core.model.target import Target
 from ..core.recognizer import Recognizer
+from ..core.warm_up import Told
 from .files import Value, load_value, nearest
 from .kinds import PARAMETERS, mistaken
 from .shared_files import resolve_path
@@ -55,9 +56,9 @@ class Setup:
     node: NodeConfig
     resolved: dict[str, Any]
 
-    def build(self) -> Recognizer:
-        """The recogniser with these parameters."""
-        return Recognizer(self.targets, self.recognizer, Segmenter(self.image))
+    def build(self, told: Told = lambda share: None) -> Recognizer:
+        """The recogniser with these parameters. :param told: called with the share done while code is compiled."""
+        return Recognizer(self.targets, self.recognizer, Segmenter(self.image), told)
 
     def lacks(self, calibrated: bool = True) -> list[str]:
         """A line for each object that cannot be found with what the files tell; `calibrated`: the images are."""

@@ -59,6 +59,16 @@ class Stopwatch:
         return self.ms
 
 
+def check_targets(targets: Sequence[Target]) -> None:
+    """:raises ConfigError: two targets of one name, or constraints that are not the target's model's."""
+    names = [t.name for t in targets]
+    if len(set(names)) != len(names):
+        raise ConfigError(f"objects: {', '.join(names)}: each needs a name of its own")
+    for target in targets:
+        if isinstance(target.constraints, ConstraintSet):
+            target.constraints.check_model(target.model)
+
+
 def spatial_targets(targets: Sequence[Target], config: RecognizerConfig) -> tuple[Target, ...]:
     """Those that are found in space where the camera is calibrated."""
     fits = config.profile == "default" and config.whole_object
@@ -66,7 +76,7 @@ def spatial_targets(targets: Sequence[Target], config: RecognizerConfig) -> tupl
 
 
 def parts_needed(targets: Sequence[Target], config: RecognizerConfig, *, calibrated: bool) -> tuple[str, ...]:
-    """Which parts of the method are at work in images of a camera whose calibration is known or not: for `get_ready`."""
+    """Which parts of the method, for `warm_up`, are at work in images with or without calibration."""
     spatial = spatial_targets(targets, config) if calibrated else ()
     return (SPACE,) * bool(spatial) + (PLANE,) * (len(spatial) < len(targets))
 
@@ -79,24 +89,22 @@ class Recognizer:
         targets: Sequence[Target],
         config: RecognizerConfig,
         segmenter: Labeller,
+        *,
+        calibrated: bool = True,
         told: Told = lambda share: None,
     ) -> None:
-        """Takes up to a minute on a new machine, where compiled code is made.
+        """Where no earlier start did, it compiles the code that images need: up to a minute.
 
-        :param told: called with the share of it that is done.
+        :param calibrated: whether images come with a calibration, as far as is known; others are recognised, too.
+        :param told: called with the share of the code that is compiled.
         :raises ConfigError: two targets of one name, or constraints that are not the target's model's.
         """
         self._targets = tuple(targets)
         self._config = config
         self._segmenter = segmenter
-        names = [t.name for t in self._targets]
-        if len(set(names)) != len(names):
-            raise ConfigError(f"objects: {', '.join(names)}: each needs a name of its own")
-        for target in self._targets:
-            if isinstance(target.constraints, ConstraintSet):
-                target.constraints.check_model(target.model)
+        check_targets(self._targets)
+        self.get_ready(calibrated, told)
         spatial = spatial_targets(self._targets, config)
-        get_ready(parts_needed(self._targets, config, calibrated=True), told)
         self._spatial = SpatialStage(spatial, config)
         self._flat = FlatStage(self._targets, config, segmenter.blank)  # without calibration
         rest = tuple(t for t in self._targets if t not in spatial)
@@ -106,6 +114,10 @@ class Recognizer:
             target.label if c.label is None else c.label for target in self._targets for c in target.model.components
         }
 
+    def get_ready(self, calibrated: bool, told: Told = lambda share: None) -> None:
+        """Have the compiled code for images with or without calibration, before one comes that would wait for it."""
+        get_ready(parts_needed(self._targets, self._config, calibrated=calibrated), told)
+
     def recognize(self, image: NDArray, camera: Camera | None = None) -> FrameResult:
         """All objects in one image.
 
@@ -113,8 +125,7 @@ class Recognizer:
         :param camera: calibration; without it no metric poses.
         :raises ImageError: the image does not fit the segmenter's configuration.
         """
-        if camera is None:  # before the clock starts: objects in space alone do without this until then
-            get_ready((PLANE,))
+        self.get_ready(camera is not None)  # it is, but where calibration comes or goes; the clock starts after that
         watch = Stopwatch()
         deadline = Deadline(self._config.time_budget_ms / 1e3)
         with watch.stage("segmentation"):

@@ -62,8 +62,12 @@ def _compile(parts: Collection[str], told: Callable[[], None]) -> None:
             for mine in _shared_out(names, count):
                 at_work.append(
                     subprocess.Popen(
-                        [sys.executable, "-m", __name__, *mine], cwd=Path(__file__).parents[2], env=environment,
-                        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                        [sys.executable, "-m", __name__, *mine],
+                        cwd=Path(__file__).parents[2],
+                        env=environment,
+                        stdin=subprocess.PIPE,
+                        stdout=subprocess.DEVNULL,
+                        stderr=subprocess.DEVNULL,
                     )  # fmt: skip
                 )
         while any(process.poll() is None for process in at_work):
@@ -72,7 +76,7 @@ def _compile(parts: Collection[str], told: Callable[[], None]) -> None:
     finally:
         for process in at_work:
             process.kill()
-            process.wait()
+            process.communicate()
     told()
 
 
@@ -86,9 +90,16 @@ def _shared_out(names: Sequence[str], count: int) -> list[list[str]]:
 
 def main(names: Sequence[str]) -> None:
     """A process beside the one that gets ready: compile these pieces."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     gc.disable()  # the compiler makes and keeps so much that a look for garbage takes a tenth of the time
     for name in names:
         PIECES[name].run()
+
+
+def _end_with_parent() -> None:
+    """Nothing is ever written to this process: its input ends when the one that started it does."""
+    sys.stdin.read()
+    os._exit(1)
 
 
 if __name__ == "__main__":

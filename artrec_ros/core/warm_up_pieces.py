@@ -1,6 +1,7 @@
-"""What the compiler has to do, in pieces that need nothing of each other: each runs a part of recognition on one example.
+"""What the compiler has to do, in pieces that need nothing of each other: each runs a part of recognition.
 
-Whatever the objects, the compiled code is the same. So the example has some of everything: joints, bodies, a disc.
+They run on one example. Whatever the objects, the compiled code is the same; so it has some of everything: joints, bodies,
+a disc.
 """
 
 from __future__ import annotations

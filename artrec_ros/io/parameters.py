@@ -56,9 +56,9 @@ class Setup:
     node: NodeConfig
     resolved: dict[str, Any]
 
-    def build(self, told: Told = lambda share: None) -> Recognizer:
-        """The recogniser with these parameters. :param told: called with the share done while code is compiled."""
-        return Recognizer(self.targets, self.recognizer, Segmenter(self.image), told)
+    def build(self, *, calibrated: bool = True, told: Told = lambda share: None) -> Recognizer:
+        """The recogniser with these parameters, ready for images with or without calibration."""
+        return Recognizer(self.targets, self.recognizer, Segmenter(self.image), calibrated=calibrated, told=told)
 
     def lacks(self, calibrated: bool = True) -> list[str]:
         """A line for each object that cannot be found with what the files tell; `calibrated`: the images are."""

@@ -18,6 +18,7 @@ from ..io.sources import open_sources
 from ..io.truth_files import read_truth
 from ..io.whole_files import held
 from .evaluation.scoring import Options
+from .getting_ready import get_setup_ready
 from .interrupting import interruptible, once, say
 from .replaying.plan import check_plan, plan_of, write_plan
 from .tuning.goal import FIGURES, Goal, goal_of, limit, measures
@@ -89,6 +90,7 @@ def run(args: argparse.Namespace) -> int:
     options = source_options(args, setup)
     with open_sources(args.sources, options, say) as sources, ExitStack() as stack:
         _begin_folder(args, setup, stack)
+        get_setup_ready(setup, {part.calibrated for part in sources.parts})
         engine = stack.enter_context(engine_of(args))
         named = list(zip(map(str, args.sources), sources.parts, strict=True))
         session = Session(args.output, engine, order_of(setup, args.sources, sources, options), named, once(say))

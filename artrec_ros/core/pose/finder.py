@@ -11,18 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base.config import RecognizerConfig
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array
-from ..image.blobs import Blob, find_blobs
+from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
-from ..image.label_field import LabelField
 from ..model.target import Target
 from . import climb_kernels as climbing
 from .climb_kernels import Value
 from .distinct import apart
-from .pose_fit import contour_fit, fit_poses
+from .pose_fit import fit_poses
 from .ranked import Ranked
 from .seeds import Seeds
 from .surface_model import LIMITS, PatchScores, Poses, SpatialModel

@@ -1,7 +1,7 @@
 """What the compiler has to do, in pieces that need nothing of each other: each runs a part of recognition.
 
-They run on one example. Whatever the objects, the compiled code is the same; so it has some of everything: joints, bodies,
-a disc.
+They run on one example. Whatever the objects, the compiled code is the same; so it has some of everything: joints,
+bodies, a disc.
 """
 
 from __future__ import annotations

@@ -173,6 +173,11 @@ class RecognizerNode(LifecycleNode):
                 self.account(report)
 
     @property
+    def is_ready(self) -> bool:
+        """Whether images are recognised, and do not wait for what is built and compiled."""
+        return self._pipeline is not None and self._pipeline.getting_ready is None
+
+    @property
     def counters(self) -> Counters:
         """What was counted since the node began."""
         return self._diagnostics.counters

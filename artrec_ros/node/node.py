@@ -67,6 +67,7 @@ class RecognizerNode(LifecycleNode):
         self._pipeline: Pipeline | None = None
         self._inputs: Inputs | None = None
         self._problem = ""
+        self._waited = False  # at the last report, for what was built and compiled
         self._live = LiveParameters(self, initial_setup(self, arguments), self._use)
         self._diagnostics = Diagnostics(self.get_fully_qualified_name(), time.monotonic())
         of = topics.DIAGNOSTICS
@@ -202,6 +203,9 @@ class RecognizerNode(LifecycleNode):
         state, header = self._state(), Header(stamp=self.get_clock().now().to_msg())
         if state.getting_ready is not None:
             self.get_logger().info(getting_ready(state.getting_ready), throttle_duration_sec=10.0)
+        elif self._waited:
+            self.get_logger().info("ready")
+        self._waited = state.getting_ready is not None
         silence_s = self._live.setup.node.no_image_after_s
         self._diagnostics_out.publish(self._diagnostics.report(state, silence_s, time.monotonic(), header))
 

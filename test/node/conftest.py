@@ -50,7 +50,7 @@ def parameter_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session", autouse=True)
 def compiled(parameter_file: Path) -> None:
     """What is compiled at first use is so, and kept, before any node has to start in time."""
-    load_parameters(parameter_file).build()
+    load_parameters(parameter_file).build().get_ready(calibrated=False)
 
 
 @pytest.fixture(scope="session")

@@ -21,7 +21,7 @@ import rclpy
 import toy
 from geometry_msgs.msg import PoseArray
 from hypothesis import HealthCheck, given, settings
-from peer import STARTED, NodeProcess, Peer, label_image, ros
+from peer import STARTED, NodeProcess, Peer, label_image, ros, wait_until
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
@@ -47,6 +47,7 @@ def node(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     arguments = ros(file, "-p", "recognizer.time_budget_ms:=200.0", "-r", "__ns:=/alone")
     node = RecognizerNode(arguments, cli_args=arguments, context=context)
     node.autostart()
+    assert wait_until(lambda: node.is_ready)
     yield node
     node.destroy_node()
     context.try_shutdown()

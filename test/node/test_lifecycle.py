@@ -18,7 +18,7 @@ import toy
 from geometry_msgs.msg import PoseArray, TransformStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from peer import NodeProcess, Peer, label_image, ros
+from peer import NodeProcess, Peer, label_image, ros, wait_until
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from visualization_msgs.msg import Marker, MarkerArray
@@ -59,12 +59,13 @@ def test_it_subscribes_while_active_only(make: Callable[..., RecognizerNode], pi
     assert node.counters.processed == 0, "an unconfigured node does nothing"
     assert node.trigger_configure() == SUCCESS and not topics(node)
     assert node.trigger_activate() == SUCCESS and topics(node) == {"/image", "/camera_info"}
+    assert wait_until(lambda: node.is_ready)
     node.take_image(label_image(picture), time.time_ns())
     assert node.counters.objects == 1
     assert node.trigger_deactivate() == SUCCESS and not topics(node)
     assert node.trigger_cleanup() == SUCCESS
     assert "markers" not in [p.topic_name.strip("/") for p in node.publishers]
-    assert node.trigger_configure() == node.trigger_activate() == SUCCESS
+    assert node.trigger_configure() == node.trigger_activate() == SUCCESS and wait_until(lambda: node.is_ready)
     node.take_image(label_image(picture), time.time_ns())
     assert node.counters.objects == 2
     assert node.trigger_shutdown() == SUCCESS and not topics(node)
@@ -128,6 +129,7 @@ def test_tf_gets_the_objects_where_it_is_installed(
     monkeypatch.setitem(sys.modules, "tf2_ros", stand_in if installed else None)
     node = make("-p", "publish_tf:=true", "-r", "__ns:=/left")
     node.autostart()
+    assert wait_until(lambda: node.is_ready)
     node.take_camera_info(toy.camera_info())
     message = label_image(picture)
     message.header.frame_id = "eye"

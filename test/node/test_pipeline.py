@@ -32,7 +32,7 @@ def node(parameter_file: Path) -> Iterator[RecognizerNode]:
     arguments = ros(parameter_file, "-r", "__ns:=/alone")
     node = RecognizerNode(arguments, cli_args=arguments, context=context)
     node.autostart()
-    wait_until(lambda: node.is_ready)
+    assert wait_until(lambda: node.is_ready)
     yield node
     node.destroy_node()
     context.try_shutdown()
@@ -114,6 +114,31 @@ def test_a_change_is_answered_at_once_and_works_when_its_recognizer_is_built(
 
     assert wait_until(nothing_found)
     assert building.calls == 1
+
+
+def test_it_answers_reports_and_counts_while_it_gets_ready(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert node.trigger_deactivate() == node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
+    building = gate(monkeypatch, Setup, "build")
+    assert node.trigger_configure() == node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+    assert building.begun.wait(WAIT_S) and not node.is_ready
+    for _ in range(3):
+        node.take_image(label_image(picture), time.time_ns())
+    node._pipeline._told(0.4)  # as the compiler does
+    said: list[Any] = []
+    monkeypatch.setattr(node._diagnostics_out, "publish", said.append)
+    node._report()
+    status = {s.name.rpartition(" ")[2]: s for s in said[-1].status}
+    assert "getting ready, 40%" in status["recognition"].message
+    assert "3 image(s) dropped" in status["input"].message
+    assert {v.key: v.value for v in status["input"].values}["dropped"] == "3"
+    building.go_on.set()
+    assert wait_until(lambda: node.is_ready)
+    node.take_image(label_image(picture), time.time_ns())
+    assert node.counters.processed == node.counters.objects == 1
+    node._report()
+    assert not [s for s in said[-1].status if "getting ready" in s.message]
 
 
 def test_of_changes_that_come_faster_than_they_are_built_the_last_one_stays(

@@ -1,0 +1,77 @@
+"""Compiling ahead, and what users see of it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from artrec_ros.core.base import kernel_cache
+from artrec_ros.core.warm_up import get_ready
+from artrec_ros.core.warm_up_pieces import PIECES, PLANE, SPACE
+from artrec_ros.tools.getting_ready import progress
+from artrec_ros.tools.main import main
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_it_says_where_the_results_lie(capsys: pytest.CaptureFixture[str]) -> None:
+    get_ready((SPACE, PLANE))
+    assert main(["prepare"]) == 0
+    printed = capsys.readouterr().out.strip()
+    folder = Path(printed.rpartition(" in ")[2])
+    assert folder in kernel_cache.folders() and (folder / "space.ready").exists()
+
+
+def test_where_nothing_can_be_kept_it_fails_with_the_way_out(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    done = subprocess.run(
+        [sys.executable, "-m", "artrec_ros.tools.main", "prepare"], cwd=ROOT, capture_output=True, text=True,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "file")}, timeout=120,
+    )  # fmt: skip
+    (line,) = done.stderr.splitlines()
+    assert done.returncode == 1 and str(tmp_path / "file") in line and "NUMBA_CACHE_DIR" in line
+
+
+READ_ONLY = """
+from artrec_ros.core.base import kernel_cache
+kernel_cache.writable = lambda: None  # root may write whatever the folder's mode is
+from numba.core import event
+begun = []
+
+class Listener(event.Listener):
+    def on_start(self, what):
+        begun.append(what.data["dispatcher"].py_func.__qualname__)
+
+    def on_end(self, what):
+        pass
+
+event.register("numba:compile", Listener())
+from artrec_ros.tools.main import main
+assert main(["prepare"]) == 0
+assert not begun, begun
+"""
+
+
+def test_what_is_kept_where_nothing_can_be_written_is_used() -> None:
+    get_ready((SPACE, PLANE))
+    done = subprocess.run([sys.executable, "-c", READ_ONLY], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert "done before" in done.stdout and not done.stderr
+
+
+def test_lines_tell_how_far_it_is_where_there_is_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    with progress() as told:
+        pass
+    assert capsys.readouterr().err == "", "what is there needs no word"
+    with progress() as told:
+        for share in (0.0, 0.4, 1.0):
+            told(share)
+    assert capsys.readouterr().err.splitlines() == ["getting ready, 0%: compiling, once on a machine"]
+
+
+def test_every_part_has_its_pieces() -> None:
+    assert {piece.part for piece in PIECES.values()} == {PLANE, SPACE}

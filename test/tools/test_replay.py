@@ -61,7 +61,7 @@ def params(tmp_path):
 @pytest.fixture
 def recogniser(monkeypatch):
     made = Recogniser()
-    monkeypatch.setattr(Setup, "build", lambda self: made)
+    monkeypatch.setattr(Setup, "build", lambda self, **how: made)
     return made
 
 
@@ -320,7 +320,7 @@ def test_a_truncated_bag_is_replayed_as_far_as_it_goes(tmp_path, params, recogni
 def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
     """As somebody needs who changes the recogniser between two replays in one process."""
     source, built = bag(tmp_path / "bag", [1]), []
-    monkeypatch.setattr(Setup, "build", lambda self: built.append(1) or Recogniser())
+    monkeypatch.setattr(Setup, "build", lambda self, **how: built.append(1) or Recogniser())
     for name in ("a", "b"):
         assert run(params, source, tmp_path / name) == 0
     assert run(params, source, tmp_path / "b", "--overwrite") == 0

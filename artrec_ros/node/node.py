@@ -13,8 +13,8 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from std_msgs.msg import Header
 
 from ..core.base.errors import ArtrecError, ConfigError
-from ..io import node_topics as topics
-from ..io.parameters import Setup
+from ..io.messages import node_topics as topics
+from ..io.parameters.parameter_file import Setup
 from .calibration import Calibrations
 from .conversions import message_class
 from .diagnostics import Counters, Diagnostics, NodeState

@@ -19,8 +19,8 @@ from ..core.base.config import (
     RecognizerConfig,
     TrackingConfig,
 )
-from ..io.node_topics import INPUTS, OUTPUTS, NodeTopic
-from ..io.specs import LIVE, Spec, expert_rooms, specs_of
+from ..io.messages.node_topics import INPUTS, OUTPUTS, NodeTopic
+from ..io.parameters.specs import LIVE, Spec, expert_rooms, specs_of
 
 _INTRO = """\
 # Parameters
@@ -92,7 +92,7 @@ _TYPES = {int: "integer", float: "number", str: "text", bool: "true/false"}
 _TOPICS = """\
 # Topics
 
-Made by `python -m artrec_ros.tools.reference topics`; the text comes from `artrec_ros/io/node_topics.py`.
+Made by `python -m artrec_ros.tools.reference topics`; the text comes from `artrec_ros/io/messages/node_topics.py`.
 
 All names but `/diagnostics` are relative to the node's namespace, and can be remapped. `{{object}}` is each name in the
 parameter `objects`. Every message bears the stamp and the frame of the image that it is about. Only messages of

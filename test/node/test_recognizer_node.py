@@ -22,7 +22,7 @@ from sensor_msgs.msg import Image, JointState, MultiDOFJointState
 from visualization_msgs.msg import MarkerArray
 
 from artrec_ros.core.drawing import class_picture
-from artrec_ros.io.parameters import Setup
+from artrec_ros.io.parameters.parameter_file import Setup
 
 NO_CALIBRATION = np.zeros(9)
 

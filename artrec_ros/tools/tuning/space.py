@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from ...core.base.errors import ConfigError
-from ...io.files import Value, load_yaml
-from ...io.parameters import Setup, hint
-from ...io.specs import EXPERT, Spec, all_specs, moved
+from ...io.base.yaml_files import Value, load_yaml
+from ...io.parameters.parameter_file import Setup, hint
+from ...io.parameters.specs import EXPERT, Spec, all_specs, moved
 
 FORMAT = "artrec_search/1"
 _DIGITS = 4  # significant ones of a value: more would only look exact

@@ -33,7 +33,8 @@ ROOMS = (
 )  # fmt: skip
 OFFLINE = ("learning", "design")
 IO_ROOMS = (
-    "base", "images", "messages", "bags", "sources", "results", "objects", "learned", "parameters", "truth", "inventory",
+    "base", "images", "messages", "bags", "sources", "results", "objects", "learned", "parameters", "truth",
+    "inventory",
 )  # fmt: skip
 TOP = "(top)"  # the recogniser and its stages, warming up, drawing
 ROS = {

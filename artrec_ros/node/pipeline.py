@@ -26,14 +26,14 @@ class FrameReport:
 
     :param latency_ms: from its reception until its results were published, by the system clock.
     :param recognition_ms: the recogniser's and the tracker's part of it; the rest is what the node adds.
-    :param complete: the recogniser ended its search before its time was over.
+    :param ended_by: the recogniser's limits, by name, that ended its search early.
     :param header_problem: what the image's header lacks; empty: nothing.
     """
 
     n_objects: int
     latency_ms: float
     recognition_ms: float
-    complete: bool
+    ended_by: tuple[str, ...]
     header_problem: str
 
 
@@ -77,7 +77,7 @@ class Pipeline:
         latency_ms = (time.time_ns() - received_ns) * 1e-6
         self._publish_overlay(image, result, camera, msg.header)
         return FrameReport(
-            len(result.detections), latency_ms, recognition_ms, result.complete, _header_problem(msg.header)
+            len(result.detections), latency_ms, recognition_ms, result.ended_by, _header_problem(msg.header)
         )
 
     def _publish_overlay(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:

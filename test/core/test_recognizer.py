@@ -250,6 +250,15 @@ def test_a_blob_that_stays_unexplained_refutes_what_was_found_in_it():
     assert counts == [1, 0]
 
 
+def test_the_limit_that_ended_a_search_is_named():
+    """Three cranes that touch, and one node for each choice: there is time enough, and more of it would not help."""
+    labels = render(SIZE, crane(), [crane_placed(x, 120, 0.2, 40) for x in (140, 200, 260)], RED)
+    assert recognizer(time_budget_ms=60000).recognize(labels).ended_by == ()
+    cut = recognizer(time_budget_ms=60000, search_nodes=1).recognize(labels)
+    assert cut.ended_by == ("search_nodes",) and not cut.complete and cut.timing_ms["total"] < 60000
+    assert "time_budget_ms" in recognizer(time_budget_ms=1).recognize(labels).ended_by
+
+
 @pytest.mark.parametrize("profile", ["default", "paper"])
 def test_any_label_image_gives_a_result_in_time(profile):
     rng = np.random.default_rng(0)

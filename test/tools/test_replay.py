@@ -17,8 +17,9 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
 from artrec_ros.io.bag_writer import BagWriter
 from artrec_ros.io.parameters import Setup
-from artrec_ros.io.results import read_results
+from artrec_ros.io.results import FrameRecord, read_results
 from artrec_ros.tools.main import main
+from artrec_ros.tools.summary import Summary
 
 OBJECT = """
 format: artrec_object/1
@@ -104,6 +105,16 @@ def test_the_saved_parameters_give_the_same_replay(tmp_path, params, recogniser)
 
 def ids(folder):
     return [[d.id for d in r.detections] for r in read_results(folder / "detections.jsonl")]
+
+
+def test_the_limits_that_cut_frames_short_are_told_apart():
+    summary, limits = Summary(), ((), ("search_nodes",), ("search_nodes",), ("time_budget_ms", "search_nodes"))
+    for t, ended_by in enumerate(limits):
+        summary.add(FrameRecord(t, "/c", (8, 6), ended_by=ended_by))
+    assert summary.to_dict()["frames_cut_short_by"] == {"search_nodes": 3, "time_budget_ms": 1}
+    told = [line for line in summary.lines() if "cut short" in line]
+    counts = {"recognizer.search_nodes": 3, "recognizer.time_budget_ms": 1}
+    assert told == [f"{count} frame(s) were cut short by {limit}" for limit, count in counts.items()]
 
 
 def test_objects_keep_their_ids_and_none_is_given_twice(tmp_path, params, recogniser):

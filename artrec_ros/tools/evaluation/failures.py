@@ -90,7 +90,8 @@ def _why_missed(outcome: Outcome, name: str, root: str, frame: ScoredFrame) -> s
     if rejected:
         best = max(rejected, key=lambda r: r.score)
         return f"turned down: {best.reason}"
-    return "no candidate near it" + ("" if record.complete else "; the time budget ended the search")
+    limits = " and ".join(f"recognizer.{limit}" for limit in record.ended_by)
+    return "no candidate near it" + (f"; {limits} ended the search" if limits else "")
 
 
 def _why_false(d: Detection, name: str, frame: ScoredFrame, objects: Mapping[str, LookedFor]) -> str:

@@ -20,6 +20,17 @@ def shipped(*folders):
     return [(str(SHARE / folder), [str(f) for f in files if f.parent == folder]) for folder in folders]
 
 
+def launchers():
+    """What stands in lib/artrec_ros, where `ros2 run` and `ros2 launch` look, for the executables in bin/.
+
+    In wheels alone, which pip makes of everything that it installs: colcon has the executables themselves put there, as
+    setup.cfg says.
+    """
+    if not {"bdist_wheel", "editable_wheel"} & set(sys.argv):
+        return []
+    return [(f"lib/{PACKAGE}", sorted(glob("resource/lib/*")))]
+
+
 def sourced_ros():
     """The prefix of a sourced ROS 2 whose rclpy fits this Python, or None."""
     python = f"python{sys.version_info.major}.{sys.version_info.minor}"
@@ -58,6 +69,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (str(SHARE), ["package.xml"]),
         *shipped("config", "launch"),
+        *launchers(),
     ],
     install_requires=[
         "backports.zstd>=1.0; python_version < '3.14'",

@@ -45,7 +45,7 @@ FINDER = whole_object.WholeObjectFinder
 
 
 def unfitted(model: Any, frame: Any, poses: Any, *_: Any) -> Any:
-    """In place of `pose_fit.refine`: leaves hypotheses where they are."""
+    """In place of `pose_fit.fit_poses`: leaves hypotheses where they are."""
     return poses
 
 
@@ -82,7 +82,7 @@ def patches(*changes: tuple[Any, str, Any]) -> Callable[[], contextlib.ExitStack
 
 VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] = {
     "all of it": (patches(), {}),
-    "without fits to contours": (patches((whole_object, "refine", unfitted), (seeds, "refine", unfitted)), {}),
+    "without fits to contours": (patches((whole_object, "fit_poses", unfitted), (seeds, "fit_poses", unfitted)), {}),
     "without the local search on votes": (patches((FINDER, "_climb", unclimbed), (FINDER, "_sweep", unclimbed)), {}),
     "without the bodies' faces": (patches((surface, "_face_patches", faceless)), {}),
     "without votes at and around outlines": (

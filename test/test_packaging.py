@@ -8,6 +8,7 @@ import json
 import os
 import re
 import runpy
+import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -67,6 +68,30 @@ def test_every_file_that_users_need_is_shipped_once(described: dict[str, Any]) -
 
 def _files(folder: Path) -> list[Path]:
     return [p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts]
+
+
+@pytest.mark.parametrize(("command", "there"), [("bdist_wheel", True), ("editable_wheel", True), ("install", False)])
+def test_what_pip_installs_is_found_where_ros2_looks_for_executables(
+    command: str, there: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """In lib/artrec_ros, where colcon has the executables put by setup.cfg and pip by launchers."""
+    monkeypatch.setattr(sys, "argv", ["setup.py", command])
+    described = described_by_setup(monkeypatch)
+    files = dict(described["data_files"]).get("lib/artrec_ros", [])
+    executables = {s.partition("=")[0].strip() for s in described["entry_points"]["console_scripts"]}
+    assert {Path(f).name for f in files} == (executables if there else set())
+    prefix = tmp_path / "a prefix"
+    for folder in ("bin", "lib/artrec_ros"):
+        (prefix / folder).mkdir(parents=True)
+    for file in files:
+        name = Path(file).name
+        shutil.copy(ROOT / file, prefix / "lib/artrec_ros")  # with its mode, as wheels keep it
+        (prefix / "bin" / name).write_text(f"#!/bin/sh\nprintf '{name}:%s;' \"$@\"\nexit 3\n")
+        (prefix / "bin" / name).chmod(0o755)
+        done = subprocess.run(
+            [prefix / "lib/artrec_ros" / name, "a b", "--ros-args"], capture_output=True, text=True, timeout=60
+        )
+        assert (done.returncode, done.stdout) == (3, f"{name}:a b;{name}:--ros-args;")
 
 
 def test_all_packages_are_listed(described: dict[str, Any]) -> None:

@@ -108,7 +108,7 @@ class Recognizer:
                 found = self._spatial.recognize(frame, blobs)
             detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
         detections = self._classifier.classified(detections)
-        limits = {"time_budget_ms": deadline.hit, "search_nodes": out_of_nodes}
+        limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
         ended_by = tuple(name for name, hit in limits.items() if hit)
         return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels)
 

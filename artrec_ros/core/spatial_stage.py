@@ -26,7 +26,7 @@ class SpatialStage:
     def __init__(self, targets: Sequence[Target], config: RecognizerConfig) -> None:
         self._finders = [WholeObjectFinder(t) for t in targets]
         self._describers = [Describer(f) for f in self._finders]
-        self._judge = Judge(config.min_votes, config.min_probability)
+        self._judge = Judge(config.verdict.min_votes, config.min_probability)
         for finder in self._finders:
             finder.warm_up()
 

@@ -17,9 +17,11 @@ from ..core.base.errors import ConfigError
 from ..core.geometry.transforms import Array
 from ..core.model.found import Instance
 from ..core.model.objects import Marker, ObjectModel
-from .files import Value, nearest, read_text
+from .files import Value, load_value, nearest, read_text
+from .kinds import COCO, mistaken
 
 Key = tuple[str, str]  # (component, marker)
+_MOST_BYTES = 2**30  # COCO itself has a quarter of that
 _ENDS = ("tail", "head")
 _LEAST_AXIS_PX = 0.5  # a shorter axis has no direction
 
@@ -123,7 +125,10 @@ def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) ->
 
 def read_coco(path: Path) -> dict[str, Value]:
     """The top level of a COCO file, in which its three tables are."""
-    top = read_json(path).entries()
+    value = read_json(path)
+    if problem := mistaken(value.raw, COCO):
+        raise value.error(problem)
+    top = value.entries()
     for key in ("images", "annotations", "categories"):
         if key not in top:
             raise ConfigError(f"{path}: {key}: this key is missing; a COCO file is wanted")
@@ -133,8 +138,10 @@ def read_coco(path: Path) -> dict[str, Value]:
 def read_json(path: Path) -> Value:
     """A JSON file as a `Value`."""
     try:
-        return Value(path, "", json.loads(read_text(path)))
+        return Value(path, "", json.loads(read_text(path, _MOST_BYTES)))
     except json.JSONDecodeError as error:
+        if path.suffix.lower() in (".yaml", ".yml") and (problem := mistaken(load_value(path).raw, COCO)):
+            raise ConfigError(f"{path}: {problem}") from None
         raise ConfigError(f"{path}: line {error.lineno}: is no valid JSON: {error.msg}") from None
     except RecursionError:
         raise ConfigError(f"{path}: is no COCO file: it is nested too deeply") from None

@@ -27,6 +27,7 @@ class BagSource(Source):
         self.topic = choose_topic(bag, options.topic, options.image_kind, report)
         self.info_topic = options.camera_info_topic or camera_info_topic(self.topic)
         self.count = bag.topics[self.topic].count
+        self.calibrated = options.camera is not None or self.info_topic in bag.topics
         if options.camera_info_topic and options.camera_info_topic not in bag.topics:
             raise SourceError(f"{bag.path}: no topic '{options.camera_info_topic}'. {listed(bag)}")
 
@@ -63,8 +64,13 @@ class BagSource(Source):
 
     def messages(self) -> Iterator[RawMessage]:
         """The images and calibrations as they were recorded."""
+        return self.bag.messages([self.topic, self.info_topic], *self._span_ns)
+
+    @property
+    def _span_ns(self) -> tuple[int | None, int | None]:
+        """What is asked for of the bag; without bounds, so that all is counted, where that is all of it."""
         start_ns, stop_ns = self._options.span_ns(self.bag.start_ns)
-        return self.bag.messages([self.topic, self.info_topic], start_ns, stop_ns)
+        return start_ns if self._options.start_offset_s else None, stop_ns
 
     def _first_camera(self) -> Camera | None:
         """Images may come before the first calibration, which holds for them just as well."""
@@ -78,7 +84,7 @@ class BagSource(Source):
 
     def _images(self, from_ns: int | None, camera: Camera | None) -> Iterator[tuple[RawMessage, Camera | None]]:
         """Messages of images, not decoded, each with the calibration that holds then."""
-        start_ns, stop_ns = self._options.span_ns(self.bag.start_ns)
+        start_ns, stop_ns = self._span_ns
         names = [self.topic, self.info_topic] if self._follows_infos else [self.topic]
         for message in self.bag.messages(names, start_ns if from_ns is None else from_ns, stop_ns):
             if message.topic == self.topic:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from ..core.base.errors import SourceError
@@ -32,14 +32,17 @@ class BagWriter:
 
     :param path: a folder that does not exist yet.
     :param storage: mcap or sqlite3.
+    :param packed: mcap: chunks are compressed (zstd), which every reader of mcap undoes.
     :raises SourceError: the folder exists or cannot be made.
     """
 
-    def __init__(self, path: Path, storage: str = "mcap") -> None:
+    def __init__(self, path: Path, storage: str = "mcap", packed: bool = False) -> None:
         if path.exists():
             raise SourceError(f"{path}: exists already; name a new folder for the bag")
         self._path = path
         self._writer = Writer(path, version=9, storage_plugin=STORAGES[storage])
+        if packed:
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._store = get_typestore(Stores.ROS2_JAZZY)
         self._connections: dict[str, Any] = {}
 
@@ -84,11 +87,12 @@ class BagWriter:
     def write_jpeg(self, topic: str, stamp_ns: int, frame_id: str, image: NDArray[np.uint8]) -> None:
         """sensor_msgs/CompressedImage of a (H, W, 3) BGR image."""
         _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-        fields = {
-            "header": header(stamp_ns, frame_id),
-            "format": "bgr8; jpeg compressed bgr8",
-            "data": data.reshape(-1),
-        }
+        self.write_encoded(topic, stamp_ns, frame_id, "bgr8; jpeg compressed bgr8", data.reshape(-1))
+
+    def write_encoded(self, topic: str, stamp_ns: int, frame_id: str, image_format: str, data: Any) -> None:
+        """sensor_msgs/CompressedImage of encoded bytes."""
+        pixels = np.frombuffer(data, np.uint8)
+        fields = {"header": header(stamp_ns, frame_id), "format": image_format, "data": pixels}
         self.write(topic, stamp_ns, Message("sensor_msgs/msg/CompressedImage", fields))
 
     def write_camera(self, topic: str, stamp_ns: int, camera: Camera) -> None:

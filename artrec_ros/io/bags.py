@@ -18,21 +18,23 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import yaml
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.typesys import Stores, get_typestore
 
 from ..core.base.errors import ImageError, SourceError
-from .recovery import RawMessage, scan
+from .bag_index import index_problem
+from .bag_metadata import BAG_SUFFIXES, STORAGES, Metadata, is_storage, storage_suffix
+from .bag_tally import Tally
+from .files import size_of_file
+from .recovery import RawMessage, full_type, scan
 
 if sys.version_info >= (3, 14):
     from compression import zstd
 else:
     from backports import zstd
 
-STORAGES = {"mcap": ".mcap", "sqlite3": ".db3"}
-BAG_SUFFIXES = (".bag", *STORAGES.values())
+_NO_INDEX = "it has no index, which its recorder writes last; read front to back (rosbag reindex gives it one)"
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 
@@ -63,16 +65,18 @@ class _StorageFile:
     def __init__(self, path: Path, shown: Path) -> None:
         """:param path: the file itself. :param shown: its name for users (of the file it was unpacked from)."""
         self.path, self.shown = path, shown
-        self.ros1 = path.suffix == ".bag"
+        self.ros1 = storage_suffix(path) == ".bag"
         self.problem: str | None = None
-        self.indexed = True
         try:
             with self._reader() as reader:
-                self.topics = [Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections]
+                self.topics = [Topic(c.topic, full_type(c.msgtype), c.msgcount) for c in reader.connections]
                 self.start_ns, self.end_ns = reader.start_time, reader.end_time
+                self.problem = index_problem(path, reader)
         except Exception as error:  # rosbags raises whatever damaged bytes lead to: assertions, struct and type errors
-            self.indexed = False
-            self.problem = _one_line(error)
+            text = _one_line(error)
+            self.problem = _NO_INDEX if "not indexed" in text else text
+        self.indexed = self.problem is None
+        if not self.indexed:
             self._survey()
 
     def _reader(self) -> Any:
@@ -111,7 +115,7 @@ class _StorageFile:
                 if not wanted:
                     return
                 for connection, log_ns, data in reader.messages(wanted, start_ns, stop_ns):
-                    yield RawMessage(connection.topic, connection.msgtype, log_ns, bytes(data))
+                    yield RawMessage(connection.topic, full_type(connection.msgtype), log_ns, bytes(data))
         except Exception as error:  # as in __init__
             self.problem = _one_line(error)
 
@@ -120,11 +124,15 @@ class Bag:
     """A bag: one file, or a folder of rosbag2 files. Use it as a context manager.
 
     :ivar topics: by name. :ivar start_ns, end_ns: when its first and its last message were recorded.
+
+    Whenever all messages of a topic were read, they are held against what the bag says of itself; `problems` tells.
     """
 
     def __init__(self, path: Path, storage: str | None = None) -> None:
         """:raises SourceError: if `path` is no bag, or nothing in it can be read."""
         self.path = path
+        self._metadata = Metadata.of(path)
+        self._tally = Tally()
         self._stack = ExitStack()
         try:
             # a split bag's files follow each other in time, whatever their names and whether metadata.yaml lists them
@@ -157,8 +165,17 @@ class Bag:
 
     @property
     def problems(self) -> list[str]:
-        """One line for every file that is damaged, as far as it has been read."""
-        return [f"{file.shown}: {file.problem}" for file in self._files if file.problem]
+        """One line for every file that is damaged, and for what does not add up, as far as it has been read."""
+        damaged = [f"{file.shown}: {file.problem}" for file in self._files if file.problem]
+        copies = [
+            f"{b.shown}: holds the same messages as {a.shown.name}: one was written over, or is a copy"
+            for a, b in pairwise(self._files)
+            if (a.start_ns, a.end_ns, a.topics) == (b.start_ns, b.end_ns, b.topics) and a.topics
+        ]
+        indexed = {} if damaged else {name: topic.count for name, topic in self.topics.items()}
+        gaps = self._metadata.gaps(self.path, self.topics)
+        miscounts = self._tally.problems(self._metadata.counts, indexed)
+        return [*damaged, *copies, *(f"{self.path}: {line}" for line in chain(gaps, miscounts))]
 
     def messages(
         self, names: Collection[str], start_ns: int | None = None, stop_ns: int | None = None
@@ -167,7 +184,8 @@ class Bag:
 
         A damaged file gives what can be read; `problems` then says so.
         """
-        for message in chain.from_iterable(file.messages(names, start_ns, stop_ns) for file in self._files):
+        raw = chain.from_iterable(file.messages(names, start_ns, stop_ns) for file in self._files)
+        for message in raw if (start_ns, stop_ns) != (None, None) else self._tally.over(raw, names):
             if not self.ros1 and message.data.startswith(_ZSTD_MAGIC):  # plain CDR starts with 00
                 message = message._replace(data=_unpacked_message(message))
             yield message
@@ -224,31 +242,16 @@ def bag_files(path: Path, storage: str | None = None) -> list[Path]:
     if not path.exists():
         raise SourceError(f"{path}: no such file or folder")
     if path.is_dir():
-        files = _listed_files(path) or [p for p in path.iterdir() if _is_storage(p) and p.suffix != ".bag"]
+        listed = [path / name for name in Metadata.of(path).files]
+        if missing := [f for f in listed if not f.exists()]:
+            raise SourceError(f"{missing[0]}: metadata.yaml lists it, but it does not exist")
+        files = listed or [p for p in path.iterdir() if is_storage(p) and storage_suffix(p) != ".bag"]
     else:
         files = [path]
     wanted = (STORAGES[storage],) if storage else BAG_SUFFIXES
-    found = [f for f in files if _is_storage(f) and _suffix(f) in wanted]
+    found = [f for f in files if storage_suffix(f) in wanted]
     if not found:
         raise SourceError(f"{path}: no bag ({', '.join(wanted)}; or those with .zstd) there")
-    if missing := [f for f in found if not f.exists()]:
-        raise SourceError(f"{missing[0]}: metadata.yaml lists it, but it does not exist")
+    for file in found:
+        size_of_file(file, SourceError)
     return found
-
-
-def _suffix(path: Path) -> str:
-    return Path(path.stem).suffix if path.suffix == ".zstd" else path.suffix
-
-
-def _is_storage(path: Path) -> bool:
-    return _suffix(path) in BAG_SUFFIXES
-
-
-def _listed_files(folder: Path) -> list[Path]:
-    """What metadata.yaml lists; nothing where it is missing or unreadable, as after a crash of the recorder."""
-    try:
-        content = yaml.safe_load((folder / "metadata.yaml").read_text(encoding="utf-8"))
-        names = content["rosbag2_bagfile_information"]["relative_file_paths"]
-        return [folder / Path(name).name for name in names]  # older versions list paths from outside
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
-        return []

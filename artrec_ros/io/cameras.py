@@ -13,6 +13,7 @@ from ..core.base.errors import ConfigError
 from ..core.geometry.camera import Camera
 from ..core.geometry.transforms import Array
 from .files import load_value
+from .kinds import CALIBRATION, mistaken
 
 # distortion model -> the numbers of coefficients it may have; OpenCV orders them alike
 _MODELS = {"": (0, 4, 5, 8), "plumb_bob": (0, 4, 5), "rational_polynomial": (0, 5, 8)}
@@ -90,6 +91,8 @@ def load_camera(path: Path, frame_id: str = "", rectified: bool = False) -> Came
     :raises ConfigError: naming file and key.
     """
     content = load_value(path).raw
+    if problem := mistaken(content, CALIBRATION):
+        raise ConfigError(f"{path}: {problem}")
     if not isinstance(content, dict):
         raise ConfigError(f"{path}: a camera calibration with 'image_width', 'camera_matrix', ... is expected")
     width, height = (int(_numbers(path, content, key, 1)[0]) for key in ("image_width", "image_height"))

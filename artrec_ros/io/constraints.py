@@ -46,7 +46,7 @@ def load_constraints(path: str | Path, model: ObjectModel) -> ConstraintSet:
     for row in top["pairs"].items():
         _check_pair(row, known)
     for row in top["classes"].items() if "classes" in top else ():
-        _check_class(row, known, [c.name for c in model.joint_components])
+        _check_class(row, known, list(model.joint_names))
     for row in top["axes"].items() if "axes" in top else ():
         _check_axis(row, known)
     try:

@@ -85,6 +85,14 @@ class ResultContent:
 
 
 @dataclass(frozen=True)
+class Report:
+    """A file that is told of in a few lines. :param kind: with its article."""
+
+    kind: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Supplement:
     """A parameter file without objects: it is read after another one, whose values it replaces."""
 
@@ -93,7 +101,7 @@ class Supplement:
 
 Content = (
     BagContent | Sample | ObjectModel | ConstraintContent | Setup | Annotations | TruthContent | ResultContent
-    | Camera | Supplement
+    | Camera | Supplement | Report
 )  # fmt: skip
 
 

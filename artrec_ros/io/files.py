@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import difflib
 import math
+import os
 import re
+import stat
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,18 +15,15 @@ from typing import Any
 import numpy as np
 import yaml
 
-from ..core.base.errors import ConfigError
+from ..core.base.errors import ArtrecError, ConfigError
 from ..core.geometry.transforms import Array
+from .kinds import kind_by_format, mistaken
+
+_SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML was built with it
 
 
-class _Loader(yaml.SafeLoader):
-    """YAML as ROS reads it: no repeated keys, no aliases; 1e-3 is a number."""
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            mark = self.peek_event().start_mark
-            raise yaml.constructor.ConstructorError(None, None, "aliases are not read; write the value out", mark)
-        return super().compose_node(parent, index)
+class _Loader(_SafeLoader):
+    """YAML as ROS reads it: no repeated keys; 1e-3 is a number."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         seen: set[str] = set()
@@ -37,8 +36,29 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+def _check_events(text: str) -> None:
+    """Refuses aliases, which ROS does not read, and nesting that would overrun the C loader's stack."""
+    depth = 0
+    for event in yaml.parse(text, _SafeLoader):
+        mark: Any = event.start_mark
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if isinstance(event, yaml.AliasEvent):
+            problem = "aliases are not read; write the value out"
+            raise yaml.constructor.ConstructorError(None, None, problem, mark)
+        if depth > _DEEPEST:
+            raise yaml.constructor.ConstructorError(None, None, f"is nested more than {_DEEPEST} deep", mark)
+
+
 _FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$")  # YAML 1.2 and ROS: no dot needed before the exponent
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
+
+MOST_BYTES = 2**28
+"""Of any file that is read as a whole: a larger one is taken for something else."""
+_MOST_YAML_BYTES = 2**20  # a second of reading; what this package writes has some ten thousand
+_DEEPEST = 100
+_MOST_POINTS = 5000  # of an outline
+LFS_MAGIC = b"version https://git-lfs.github.com/spec/"
+LFS_POINTER = "is a pointer of Git LFS, which stands for the file itself: fetch that with 'git lfs pull'"
 
 _FEW = 12  # names that a message may list
 
@@ -66,7 +86,8 @@ class Value:
         return ConfigError(f"{place}: {message}")
 
     def _child(self, key: str, raw: Any) -> Value:
-        return Value(self.file, f"{self.key}.{key}" if self.key else key, raw)
+        shown = key if key.isprintable() else repr(key)  # an error is one line
+        return Value(self.file, f"{self.key}.{shown}" if self.key else shown, raw)
 
     def _wrong(self, wanted: str) -> ConfigError:
         got = "nothing" if self.raw is None else repr(self.raw)
@@ -131,36 +152,67 @@ class Value:
             raise self.error(f"{value} must be greater than {above:g}")
         return value
 
-    def vector(self, length: int) -> Array:
-        """(length,) numbers."""
+    def vector(self, length: int, most: float = math.inf) -> Array:
+        """(length,) numbers, none greater than `most` on either side of zero."""
         if not isinstance(self.raw, (list, tuple)) or len(self.raw) != length:
             raise self._wrong(f"{length} numbers [..]")
-        return np.array([item.number() for item in self.items()])
+        return np.array([item.number(-most, most) for item in self.items()])
 
-    def points(self, least: int) -> Array:
-        """(n, 2) points, n >= least."""
+    def points(self, least: int, most: float = math.inf) -> Array:
+        """(n, 2) points, n >= least, of coordinates up to `most`."""
         items = self.items()
         if len(items) < least:
             raise self.error(f"needs {least} points [x, y] or more, has {len(items)}")
-        return np.array([item.vector(2) for item in items])
+        if len(items) > _MOST_POINTS:
+            raise self.error(f"has {len(items)} points, more than {_MOST_POINTS}: no camera sees such detail")
+        return np.array([item.vector(2, most) for item in items])
 
 
-def read_text(path: str | Path) -> str:
-    """A text file's content; `ConfigError` where it cannot be read."""
+def size_of_file(path: str | Path, error: type[ArtrecError] = ConfigError) -> int:
+    """Bytes of a regular file: others, such as pipes and devices, may never end.
+
+    :param error: what is raised where it is none.
+    """
     try:
-        return Path(path).read_text(encoding="utf-8")
+        about = os.stat(path)
     except FileNotFoundError:
-        raise ConfigError(f"{path}: there is no such file") from None
+        raise error(f"{path}: there is no such file") from None
+    except (OSError, ValueError) as reason:
+        raise error(f"{path}: cannot be read: {getattr(reason, 'strerror', None) or reason}") from None
+    if not stat.S_ISREG(about.st_mode):
+        what = "a folder" if stat.S_ISDIR(about.st_mode) else "a pipe or device"
+        raise error(f"{path}: is {what}; a file is wanted here")
+    return about.st_size
+
+
+def read_bytes(path: str | Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """A file's content. :raises ConfigError: it is none, larger than that, or a pointer that stands for a file."""
+    size = size_of_file(path)
+    if size > most_bytes:
+        raise ConfigError(f"{path}: has {size} bytes, more than the {most_bytes} that such a file may have")
+    try:
+        with open(path, "rb") as stream:
+            content = stream.read(most_bytes)
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
+    if content.startswith(LFS_MAGIC):
+        raise ConfigError(f"{path}: {LFS_POINTER}")
+    return content
+
+
+def read_text(path: str | Path, most_bytes: int = MOST_BYTES) -> str:
+    """A text file's content; `ConfigError` as of `read_bytes`, and where it is no text."""
+    try:
+        return read_bytes(path, most_bytes).decode("utf-8")
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: is no text file (UTF-8)") from None
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
 def load_value(path: str | Path) -> Value:
     """A YAML file of any content as a `Value`."""
-    text = read_text(path)
+    text = read_text(path, _MOST_YAML_BYTES)
     try:
+        _check_events(text)
         raw = yaml.load(text, _Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
@@ -176,6 +228,9 @@ def load_value(path: str | Path) -> Value:
 def load_yaml(path: str | Path, format: str) -> Value:
     """A file of this package: checks its `format: NAME/VERSION` line and returns the rest."""
     value = load_value(path)
+    wanted = kind_by_format(format)
+    if wanted and (problem := mistaken(value.raw, wanted)):
+        raise value.error(f"{problem} (format: {format})")
     entries = value.entries()
     if "format" not in entries:
         raise value.error(f"format: this key is missing; the file must begin with 'format: {format}'")

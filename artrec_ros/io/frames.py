@@ -73,9 +73,10 @@ class Part:
 
 
 class Source(ABC):
-    """One bag or folder. `count` is how many frames to expect at most."""
+    """One bag or folder. `count` is how many frames to expect at most; `calibrated`: whether a calibration is there."""
 
     count: int
+    calibrated: bool
 
     @abstractmethod
     def __iter__(self) -> Iterator[Frame]: ...

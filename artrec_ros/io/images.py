@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.base.errors import ImageError
+from ..core.base.errors import ConfigError, ImageError
+from .files import read_bytes
 
 Image = NDArray[Any]
 
@@ -76,7 +77,12 @@ def decode_compressed(image_format: str, data: Any) -> Image:
 
 
 def decode_encoded(data: Any) -> Image:
-    """The pixels of an encoded image (PNG, JPEG, BMP): as `decode_compressed`."""
+    """The pixels of an encoded image (PNG, JPEG, BMP, GIF): as `decode_compressed`."""
+    return _as_supported(decode_unchanged(data))
+
+
+def decode_unchanged(data: Any) -> Image:
+    """As `decode_encoded`, with whatever channels and depth the image has."""
     raw = np.frombuffer(data, np.uint8)
     encoded = raw.tobytes()
     size_of = _size_reader(encoded)
@@ -91,15 +97,33 @@ def decode_encoded(data: Any) -> Image:
         raise ImageError(f"damaged image of {len(encoded)} bytes: {error.err}") from error
     if image is None:
         raise ImageError(f"damaged image: {len(encoded)} bytes for {width}x{height} pixels could not be decoded")
-    return _as_supported(image)
+    return image
+
+
+def transport_format(data: bytes) -> str | None:
+    """What image_transport calls an encoded image, the `format` of a CompressedImage; None: it knows no such format.
+
+    :raises ImageError: the image ends within its header.
+    """
+    try:
+        if data.startswith(_PNG_MAGIC):
+            depth, colours = data[24], data[25]
+            encoding = ("mono16" if depth == 16 else "mono8") if colours == 0 else "bgra8" if colours == 6 else "bgr8"
+            return f"{encoding}; png compressed {encoding}"
+        if data.startswith(b"\xff\xd8"):
+            encoding = "mono8" if data[_jpeg_frame(data) + 9] == 1 else "bgr8"
+            return f"{encoding}; jpeg compressed {encoding}"
+    except (struct.error, IndexError) as error:
+        raise ImageError(f"the image ends within its header ({len(data)} bytes)") from error
+    return None
 
 
 def read_image(path: Path) -> Image:
     """The pixels of an image file: as `decode_compressed`. The error's text does not repeat the path."""
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise ImageError(f"cannot be read: {error.strerror}") from error
+        data = read_bytes(path)
+    except ConfigError as error:
+        raise ImageError(str(error).removeprefix(f"{path}: ")) from error
     return decode_encoded(data)
 
 
@@ -128,7 +152,11 @@ def _size_reader(encoded: bytes) -> Callable[[bytes], tuple[int, int]]:
         return _jpeg_size
     if encoded.startswith(b"BM"):
         return _bmp_size
-    raise ImageError(f"{len(encoded)} bytes that are neither PNG nor JPEG (they start with '{encoded[:8].hex(' ')}')")
+    if encoded.startswith(b"GIF8"):
+        return _gif_size
+    raise ImageError(
+        f"{len(encoded)} bytes that are neither PNG, JPEG, BMP nor GIF (they start with '{encoded[:8].hex(' ')}')"
+    )
 
 
 def _png_size(encoded: bytes) -> tuple[int, int]:
@@ -142,7 +170,8 @@ def _png_size(encoded: bytes) -> tuple[int, int]:
     return width, height
 
 
-def _jpeg_size(encoded: bytes) -> tuple[int, int]:
+def _jpeg_frame(encoded: bytes) -> int:
+    """Where the frame header begins."""
     position = 2
     while True:
         while encoded[position] == 0xFF and encoded[position + 1] == 0xFF:  # fill bytes before a marker
@@ -151,13 +180,22 @@ def _jpeg_size(encoded: bytes) -> tuple[int, int]:
             raise ImageError(f"damaged JPEG: no marker at byte {position}")
         marker, length = struct.unpack_from(">BH", encoded, position + 1)
         if marker in _JPEG_START_OF_FRAME:
-            height, width = struct.unpack_from(">HH", encoded, position + 5)
-            break
+            return position
         if marker in (0xD9, 0xDA):
             raise ImageError("damaged JPEG: it has no frame header")
         position += 2 + length
+
+
+def _jpeg_size(encoded: bytes) -> tuple[int, int]:
+    position = _jpeg_frame(encoded)
+    height, width = struct.unpack_from(">HH", encoded, position + 5)
     if encoded.find(b"\xff\xd9", position) < 0:  # a decoder fills a truncated image with grey in silence
         raise ImageError(f"truncated JPEG: {len(encoded)} bytes without its end")
+    return width, height
+
+
+def _gif_size(encoded: bytes) -> tuple[int, int]:
+    width, height = struct.unpack_from("<HH", encoded, 6)
     return width, height
 
 

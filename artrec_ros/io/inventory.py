@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+from tqdm import tqdm
 
 from ..core.base.errors import ArtrecError, ConfigError, ImageError, SourceError
 from ..core.geometry.camera import Camera
-from .annotations import load_coco
-from .bags import BAG_SUFFIXES, Bag, Topic
+from .annotations import load_coco, read_json
+from .bag_metadata import BAG_SUFFIXES, is_storage
+from .bags import Bag, Topic
 from .cameras import load_camera
 from .constraints import FORMAT as CONSTRAINT_FORMAT
 from .contents import BagContent, ConstraintContent, Content, Item, ResultContent, Sample, Supplement, TruthContent
 from .files import load_value
 from .images import IMAGE_SUFFIXES, read_image
+from .journal import JOURNAL_FILE
+from .kinds import COCO, kind_of
 from .objects import FORMAT as OBJECT_FORMAT
 from .objects import load_object
+from .own_reports import read_drawing, read_report, read_urdf
 from .parameters import load_parameters, read_flat
 from .results import DETECTIONS_FILE, read_results
 from .topics import IMAGE_TYPES, camera_info_topic, camera_of, decode_message, stamp_of
@@ -64,10 +70,10 @@ def _look(path: Path, more: Sequence[Path]) -> Iterator[Item]:
 def _known_kind(path: Path) -> bool:
     if path.is_dir():
         return _is_bag(path)
-    return path.suffix in (*_YAML, ".json", ".jsonl", *BAG_SUFFIXES) and path.name not in _OTHERS
+    return path.suffix in (*_YAML, ".json", ".jsonl", ".svg", ".urdf", *BAG_SUFFIXES) and path.name not in _OTHERS
 
 
-_OTHERS = ("summary.json", "metrics.json", "metadata.yaml")
+_OTHERS = ("metadata.yaml", JOURNAL_FILE)
 
 
 def _reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Content]]:
@@ -82,7 +88,14 @@ def _reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Con
     if suffix in IMAGE_SUFFIXES:
         return "images", _read_images
     if suffix == ".json":
-        return "annotations", lambda p: load_coco([p])
+        value = read_json(path)
+        if kind_of(value.raw) == COCO or "annotations" in value.entries():
+            return "annotations", lambda p: load_coco([p])
+        return "report", lambda _: read_report(value)
+    if suffix == ".svg":
+        return "drawing", read_drawing
+    if suffix == ".urdf":
+        return "URDF", read_urdf
     if suffix == ".jsonl":
         return ("results", _read_results) if path.name == DETECTIONS_FILE else ("truth", _read_truth)
     if suffix in _YAML:
@@ -105,13 +118,16 @@ def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path]
         if path in more:
             return "parameters", lambda p: Supplement(tuple(read_flat(p)))
         return "parameters", lambda p: load_parameters(p, *more)
+    kind = kind_of({key: value.raw for key, value in keys.items()})
+    if kind is not None:
+        raise ConfigError(f"{path}: is {kind}, which is not looked into")
     raise ConfigError(f"{path}: neither an object, constraints, parameters (ros__parameters) nor a calibration")
 
 
 def _is_bag(path: Path) -> bool:
-    names = [p.name for p in path.iterdir()] if path.is_dir() else [path.name]
-    listed = path.is_dir() and "metadata.yaml" in names
-    return listed or any(n.removesuffix(".zstd").endswith(BAG_SUFFIXES) for n in names)
+    if not path.is_dir():
+        return is_storage(path)
+    return any(p.name == "metadata.yaml" or is_storage(p) for p in path.iterdir())
 
 
 def _images(folder: Path) -> list[Path]:
@@ -134,6 +150,8 @@ def _read_bag(path: Path) -> BagContent:
     with Bag(path) as bag:
         topics = tuple(sorted(bag.topics.values()))
         samples = tuple(_sample(bag, t) for t in topics if t.msgtype in IMAGE_TYPES)
+        for _ in tqdm(bag.messages(bag.topics), "reading", delay=1, leave=False, disable=not sys.stderr.isatty()):
+            pass  # the bag counts what it gives, and holds that against what it says of itself
         duration_s = max(0, bag.end_ns - bag.start_ns) / 1e9
         return BagContent(topics, duration_s, samples, tuple(bag.problems))
 

@@ -80,7 +80,7 @@ def marker_slots(model: ObjectModel) -> dict[tuple[str, str], int]:
 def component_frames(kinematics: Kinematics, pose: Pose, joints: dict[str, float]) -> dict[str, Pose]:
     """T_camera_component of each component; a joint that was not seen is drawn in its middle."""
     middle = (kinematics.lower + kinematics.upper) / 2
-    names = [c.name for c in kinematics.model.joint_components]
+    names = kinematics.model.joint_names
     q = np.array([joints.get(name, m) for name, m in zip(names, middle, strict=True)])
     frames = kinematics.forward(pose.rotation[None], pose.position[None], q[None])
     return {c.name: Pose(frames.R[0, i], frames.t[0, i]) for i, c in enumerate(kinematics.model.components)}

@@ -56,6 +56,22 @@ def transform_message(pose: Pose) -> Message:
     return Message("geometry_msgs/msg/Transform", fields)
 
 
+def object_frames(detections: Sequence[Detection], header: Any, prefix: str = "") -> list[Message]:
+    """TransformStamped of each object's frame, a child of the image's, as tf has them; `prefix`: of their names."""
+    return [
+        Message(
+            "geometry_msgs/msg/TransformStamped",
+            {
+                "header": header,
+                "child_frame_id": prefix + instance_name(d),
+                "transform": transform_message(d.pose),
+            },
+        )
+        for d in detections
+        if d.pose is not None
+    ]
+
+
 def pose_array(poses: Sequence[Pose], header: Any) -> Message:
     return Message("geometry_msgs/msg/PoseArray", {"header": header, "poses": [pose_message(p) for p in poses]})
 

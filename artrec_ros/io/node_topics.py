@@ -82,11 +82,21 @@ OVERLAY = NodeTopic(
     "were turned down, and why",
     1,
 )
+LABELS = NodeTopic(
+    "debug/labels",
+    "sensor_msgs/msg/Image",
+    "bgr8, made only while somebody subscribes: what the recogniser saw, each class of pixels in a colour of its own; "
+    "dark: background, unknown, blanked",
+    1,
+)
 DIAGNOSTICS = NodeTopic(
     "/diagnostics",
     "diagnostic_msgs/msg/DiagnosticArray",
     "every second: rates, latencies, drops, the last error; tells apart no images, QoS mismatch, images that cannot be "
     "used, no calibration, nothing found",
 )
+TF = NodeTopic(
+    "/tf", "tf2_msgs/msg/TFMessage", "where `publish_tf` is set: each object's frame, a child of its image's"
+)
 OBJECT_OUTPUTS = (POSES, ROBOTS, JOINTS, POSE, CLASSES)
-OUTPUTS = (*OBJECT_OUTPUTS, MARKERS, OVERLAY, DIAGNOSTICS)
+OUTPUTS = (*OBJECT_OUTPUTS, MARKERS, OVERLAY, LABELS, DIAGNOSTICS)

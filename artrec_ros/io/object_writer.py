@@ -91,7 +91,8 @@ def _component(c: Component, shapes: dict[tuple[str, str], str]) -> list[str]:
 
 
 def _joint(j: Joint) -> str:
-    parts = [f"parent: {_name(j.parent)}", f"origin: {{{_pose(j.T_parent_joint)}}}"]
+    parts = [f"name: {_name(j.name)}"] if j.name and j.kind != "fixed" else []
+    parts += [f"parent: {_name(j.parent)}", f"origin: {{{_pose(j.T_parent_joint)}}}"]
     if j.kind == "fixed":
         parts.append("type: fixed")
     else:

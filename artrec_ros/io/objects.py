@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core.base.config import GREATEST_LABEL
 from ..core.base.errors import ConfigError
 from ..core.geometry.transforms import Array, Pose
 from ..core.model.objects import Box, Component, Joint, Marker, ObjectModel
@@ -15,6 +16,8 @@ from .outlines import crossing_edges, default_axis, disc_outline, folded_corner,
 from .urdf import link_boxes
 
 FORMAT = "artrec_object/1"
+_MOST_M = 1000.0  # of any length: more is a wrong unit, and much more overflows
+_MOST_RAD = 1000.0
 
 
 def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None) -> ObjectModel:
@@ -24,14 +27,15 @@ def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None)
         matter to the caller (training), so a class name that the file does not declare stays without a number.
     """
     top = load_yaml(path, FORMAT).fields(required=("name", "markers", "components"), optional=("classes",))
-    own = {name: v.integer(1, 255) for name, v in top["classes"].entries().items()} if "classes" in top else {}
+    classes = top["classes"].entries() if "classes" in top else {}
+    own = {name: value.integer(1, GREATEST_LABEL) for name, value in classes.items()}
     labels = _Labels({**own, **(class_labels or {})}, strict=class_labels is not None)
     shapes = _read_markers(top["markers"])
     components = tuple(_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items())
     try:
         return ObjectModel(top["name"].text(), components)
     except ConfigError as error:
-        raise top["components"].error(str(error)) from None
+        raise top["components"].error(str(error)) from None  # names its object
 
 
 class _Labels:
@@ -42,7 +46,7 @@ class _Labels:
 
     def resolve(self, value: Value) -> int | None:
         if not isinstance(value.raw, str):
-            return value.integer(1, 255)
+            return value.integer(1, GREATEST_LABEL)
         if value.raw not in self._numbers and self._strict:
             raise value.error(f"the class '{value.raw}' is not known{nearest(value.raw, self._numbers)}")
         return self._numbers.get(value.raw)
@@ -59,7 +63,10 @@ def _read_markers(value: Value) -> dict[str, Marker]:
             source = entry.fields(required=("mirror_of",))["mirror_of"]
             if source.text() not in shapes:
                 raise source.error(f"'{source.raw}' is no marker with a shape{nearest(source.raw, shapes)}")
-            shapes[name] = _mirrored(name, shapes[source.raw])
+            try:
+                shapes[name] = _mirrored(name, shapes[source.raw])
+            except ConfigError as error:
+                raise entry.error(str(error)) from None
     return {name: shapes[name] for name in entries}
 
 
@@ -89,9 +96,9 @@ def _read_shape(entry: Value) -> tuple[Array, Array, Array, float | None]:
             raise entry.error("axis: this key is missing; a polygon needs its axis: [[x, y] tail, [x, y] head]")
     elif found[0] == "rectangle":
         size = shape.fields(required=("width", "height"))
-        outline = _rectangle(size["width"].number(above=0), size["height"].number(above=0))
+        outline = _rectangle(*(size[k].number(high=_MOST_M, above=0) for k in ("width", "height")))
     elif found[0] == "disc":
-        radius = shape.fields(required=("radius",))["radius"].number(above=0)
+        radius = shape.fields(required=("radius",))["radius"].number(high=_MOST_M, above=0)
         outline = disc_outline(radius)
     else:
         outline = _read_silhouette(shape)
@@ -104,14 +111,14 @@ def _rectangle(width_m: float, height_m: float) -> Array:
 
 
 def _read_axis(value: Value) -> tuple[Array, Array]:
-    ends = value.points(2)
+    ends = value.points(2, _MOST_M)
     if len(ends) != 2:
         raise value.error(f"needs two points [x, y], tail and head; has {len(ends)}")
     return ends[0], ends[1]
 
 
 def _read_polygon(value: Value) -> Array:
-    outline = value.points(3)
+    outline = value.points(3, _MOST_M)
     if (corner := folded_corner(outline)) is not None:
         raise value.error(f"at point {corner} the polygon repeats a point or turns back on itself; remove that point")
     if (edges := crossing_edges(outline)) is not None:
@@ -124,7 +131,7 @@ def _read_polygon(value: Value) -> Array:
 
 def _read_silhouette(value: Value) -> Array:
     given = value.fields(required=("image", "width"))
-    width = given["width"].number(above=0)
+    width = given["width"].number(high=_MOST_M, above=0)
     try:
         return silhouette_outline(value.file.parent / given["image"].text(), width)
     except ConfigError as error:
@@ -137,15 +144,13 @@ def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], label
     if not markers:
         raise given["markers"].error("a component needs a marker or more that can show it")
     bodies, body_label = _read_body(given["body"], labels) if "body" in given else ((), None)
-    return Component(
-        name,
-        markers,
-        required=given["required"].boolean() if "required" in given else False,
-        label=labels.resolve(given["label"]) if "label" in given else None,
-        joint=_read_joint(given["joint"]) if "joint" in given else None,
-        bodies=bodies,
-        body_label=body_label,
-    )
+    required = given["required"].boolean() if "required" in given else False
+    label = labels.resolve(given["label"]) if "label" in given else None
+    joint = _read_joint(given["joint"]) if "joint" in given else None
+    try:
+        return Component(name, markers, required, label, joint, bodies, body_label)
+    except ConfigError as error:
+        raise value.error(str(error)) from None
 
 
 def _read_place(name: str, value: Value, shapes: Mapping[str, Marker]) -> Marker:
@@ -156,15 +161,18 @@ def _read_place(name: str, value: Value, shapes: Mapping[str, Marker]) -> Marker
         raise given.get("marker", value).error(f"'{shape}' is no marker of this file{nearest(shape, shapes)}")
     m = shapes[shape]
     pose = _read_pose(given["pose"]) if "pose" in given else None
-    return Marker(name, m.outline, m.tail, m.head, m.disc_radius, pose)
+    try:
+        return Marker(name, m.outline, m.tail, m.head, m.disc_radius, pose)
+    except ConfigError as error:
+        raise value.error(str(error)) from None
 
 
 def _read_pose(value: Value) -> Pose:
     """xyz with rpy, or xyz with the directions of the frame's x and y axes; each may be left out."""
     given = value.fields(optional=("xyz", "rpy", "x_axis", "y_axis"))
-    xyz = given["xyz"].vector(3) if "xyz" in given else np.zeros(3)
+    xyz = given["xyz"].vector(3, _MOST_M) if "xyz" in given else np.zeros(3)
     if "x_axis" not in given and "y_axis" not in given:
-        return Pose.from_xyz_rpy(xyz, given["rpy"].vector(3) if "rpy" in given else (0.0, 0.0, 0.0))
+        return Pose.from_xyz_rpy(xyz, given["rpy"].vector(3, _MOST_RAD) if "rpy" in given else (0.0, 0.0, 0.0))
     if "rpy" in given or not ("x_axis" in given and "y_axis" in given):
         raise value.error("the turn is given by rpy, or by x_axis and y_axis together")
     x, y = _unit(given["x_axis"]), _unit(given["y_axis"])
@@ -174,14 +182,14 @@ def _read_pose(value: Value) -> Pose:
 
 
 def _unit(value: Value) -> Array:
-    v = value.vector(3)
+    v = value.vector(3, 1e6)
     if np.linalg.norm(v) < 1e-9:
         raise value.error("is no direction: its length is zero")
     return v / np.linalg.norm(v)
 
 
 def _read_joint(value: Value) -> Joint:
-    given = value.fields(required=("parent",), optional=("origin", "axis", "limits", "type"))
+    given = value.fields(required=("parent",), optional=("origin", "axis", "limits", "type", "name"))
     kind = given["type"].text(("revolute", "prismatic", "fixed")) if "type" in given else "revolute"
     origin = _read_pose(given["origin"]) if "origin" in given else Pose.identity()
     if kind == "fixed":
@@ -189,10 +197,11 @@ def _read_joint(value: Value) -> Joint:
     for key in ("axis", "limits"):
         if key not in given:
             raise value.error(f"{key}: this key is missing; a {kind} joint needs axis and limits")
-    lower, upper = given["limits"].vector(2)
+    lower, upper = given["limits"].vector(2, _MOST_M)
     if not lower < upper:
         raise given["limits"].error(f"the lower limit {lower:g} must be below the upper {upper:g}")
-    return Joint(given["parent"].text(), origin, _unit(given["axis"]), float(lower), float(upper), kind)
+    name = given["name"].text() if "name" in given else ""
+    return Joint(given["parent"].text(), origin, _unit(given["axis"]), float(lower), float(upper), kind, name)
 
 
 def _read_body(value: Value, labels: _Labels) -> tuple[tuple[Box, ...], int | None]:
@@ -207,7 +216,7 @@ def _read_body(value: Value, labels: _Labels) -> tuple[tuple[Box, ...], int | No
 
 def _read_box(value: Value) -> Box:
     given = value.fields(required=("size",), optional=("xyz", "rpy", "x_axis", "y_axis"))
-    size = np.array([v.number(above=0) for v in given["size"].items()])
+    size = np.array([v.number(high=_MOST_M, above=0) for v in given["size"].items()])
     if len(size) != 3:
         raise given["size"].error(f"needs 3 numbers, has {len(size)}")
     return Box(_read_pose(Value(value.file, value.key, {k: v.raw for k, v in given.items() if k != "size"})), size)

@@ -8,8 +8,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-from ..core.base.errors import ConfigError
+from ..core.base.errors import ConfigError, ImageError
 from ..core.geometry.transforms import Array
+from .files import read_bytes
+from .images import decode_unchanged
 
 _DISC_POINTS = 64  # the inscribed polygon then misses 0.16 % of the disc's area
 _EDGE_SIGMA_PX = 1.0  # blur under which the staircase of a binary image becomes a straight edge
@@ -25,26 +27,24 @@ def crossing_edges(outline: Array) -> tuple[int, int] | None:
     """
     n = len(outline)
     start, end = outline, np.roll(outline, -1, axis=0)
-    direction = end - start
+    low, high = np.minimum(start, end), np.maximum(start, end)
 
     def side(i: Any, p: Array) -> Array:  # > 0: p lies to the left of edge i; zero: on its line
-        d, v = direction[i], p - start[i]
+        d, v = end[i] - start[i], p - start[i]
         cross = d[..., 0] * v[..., 1] - d[..., 1] * v[..., 0]
         size = np.linalg.norm(d, axis=-1) * np.linalg.norm(v, axis=-1)
         return np.where(np.abs(cross) <= 1e-12 * size, 0.0, np.sign(cross))
 
     for i in range(n - 2):
-        others = np.arange(i + 2, n - 1 if i == 0 else n)  # neighbours share a point by right
-        a, b = side(i, start[others]), side(i, end[others])
-        c, d = side(others, start[i]), side(others, end[i])
-        overlap = np.all(
-            (np.maximum(start[i], end[i]) >= np.minimum(start[others], end[others]))
-            & (np.minimum(start[i], end[i]) <= np.maximum(start[others], end[others])),
-            axis=1,
-        )
-        hits = np.flatnonzero((a * b <= 0) & (c * d <= 0) & overlap)
-        if hits.size:
-            return i, int(others[hits[0]])
+        others = slice(i + 2, n - 1 if i == 0 else n)  # neighbours share a point by right
+        near = (high[i, 0] >= low[others, 0]) & (low[i, 0] <= high[others, 0])
+        near &= (high[i, 1] >= low[others, 1]) & (low[i, 1] <= high[others, 1])
+        j = i + 2 + np.flatnonzero(near)
+        if not j.size:
+            continue
+        apart = (side(i, start[j]) * side(i, end[j]) > 0) | (side(j, start[i]) * side(j, end[i]) > 0)
+        if not apart.all():
+            return i, int(j[~apart][0])
     return None
 
 
@@ -87,9 +87,10 @@ def silhouette_outline(path: Path, width_m: float) -> Array:
 
 def _shape_level(path: Path) -> Array:
     """(H, W) 0 on the background, 1 on the shape, between them on a soft edge."""
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if path.is_file() else None
-    if image is None:
-        raise ConfigError(f"{path}: cannot be read as an image (PNG, JPEG, GIF, BMP, ...)")
+    try:
+        image = decode_unchanged(read_bytes(path))
+    except ImageError as error:
+        raise ConfigError(f"{path}: cannot be read as an image: {error}") from None
     shrink = _GREATEST_SIDE_PX / max(image.shape[:2])
     if shrink < 1:
         image = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)

@@ -11,21 +11,30 @@ from typing import Any
 
 import yaml
 
-from ..core.base.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
+from ..core.base.config import (
+    ClassConfig,
+    ImageConfig,
+    NodeConfig,
+    ObjectConfig,
+    RecognizerConfig,
+    TrackingConfig,
+    rooms_of,
+)
 from ..core.base.errors import ConfigError
 from ..core.image.segmentation import Segmenter
 from ..core.model.target import Target
 from ..core.recognizer import Recognizer
 from .files import Value, load_value, nearest
+from .kinds import PARAMETERS, mistaken
 from .shared_files import resolve_path
-from .specs import Spec, all_specs, specs_of
-from .targets import load_target, same_labels, with_absolute_paths
+from .specs import EXPERT, Spec, all_specs, moved, specs_of
+from .targets import lacking, load_target, same_labels, with_absolute_paths
 
 _SECTION = "ros__parameters"
 _WILDCARDS = ("/**", "/*", "**", "*")
 _ROS_OWN = ("use_sim_time", "start_type_description_service")  # every ROS node has these
 _ROS_OWN_PREFIX = "qos_overrides."
-_RESERVED = ("objects", "image", "recognizer", "tracking", "qos_overrides")
+_RESERVED = ("objects", "image", "recognizer", "tracking", "expert", "qos_overrides")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -34,8 +43,8 @@ class Setup:
     """All that a recogniser is made of.
 
     :param objects: what `targets` were read from, file names absolute.
-    :param resolved: every parameter by its flat name, defaults included, file names absolute. Empty lists are
-        left out: ROS cannot tell their type, and each is its parameter's default.
+    :param resolved: every parameter by its flat name, defaults included, file names absolute; of those for experts
+        only what was given. Empty lists are left out: ROS cannot tell their type, and each is its parameter's default.
     """
 
     targets: tuple[Target, ...]
@@ -49,6 +58,17 @@ class Setup:
     def build(self) -> Recognizer:
         """The recogniser with these parameters."""
         return Recognizer(self.targets, self.recognizer, Segmenter(self.image))
+
+    def lacks(self, calibrated: bool = True) -> list[str]:
+        """A line for each object that cannot be found with what the files tell; `calibrated`: the images are."""
+        return list(lacking(self.targets, self.recognizer, calibrated))
+
+    def value(self, name: str) -> Any:
+        """A parameter's value, also where it was not given; lists as such."""
+        if name in self.resolved:
+            return self.resolved[name]
+        default = all_specs(self.objects, self.image.classes)[name].default
+        return list(default) if isinstance(default, tuple) else default
 
     def changed(self, changes: Mapping[str, Any]) -> Setup:
         """The set-up with some values changed. Files are read again only for objects that the changes concern.
@@ -75,7 +95,10 @@ def load_parameters(path: str | Path, *more: str | Path) -> Setup:
 
 def read_flat(path: str | Path) -> dict[str, Value]:
     """The parameters of a ROS parameter file by their flat names; a node's own section goes before the wildcard's."""
-    sections = _sections(load_value(path))
+    value = load_value(path)
+    if problem := mistaken(value.raw, PARAMETERS):
+        raise value.error(f"{problem}, which names the object's file (docs/parameters.md)")
+    sections = _sections(value)
     if not sections:
         raise ConfigError(f"{path}: no parameters found; they stand under '/**:' and '{_SECTION}:'")
     named = [name for name in sections if name.rpartition("/")[2] not in ("**", "*")]
@@ -152,12 +175,18 @@ def setup_from_flat(
 def _known(
     values: Mapping[str, Value], specs: Mapping[str, Spec], warn: Callable[[str], None] | None
 ) -> dict[str, Value]:
-    """The values of parameters that there are; each other one is told to `warn`, or raised."""
+    """The values of parameters that there are; each other one is told to `warn`, or raised.
+
+    One that has another name now is always raised: it was ours, and would be dropped.
+    """
     known = {}
     for key, value in values.items():
         if key in specs or key in _ROS_OWN or key.startswith(_ROS_OWN_PREFIX):
             known[key] = value
             continue
+        new_name = moved(key, specs)
+        if new_name is not None:
+            raise value.error(f"this parameter is one for experts now: give it as {new_name}")
         if warn is None:
             raise value.error(f"unknown parameter{hint(key, specs)}")
         warn(str(value.error(f"unknown parameter, ignored{hint(key, specs)}")))
@@ -191,11 +220,12 @@ def _read_names(values: Mapping[str, Value], key: str, reserved: Iterable[str]) 
 
 
 def _read_config(config: type, prefix: str, values: Mapping[str, Value], source: str, **extra: Any) -> Any:
-    """A dataclass from the values that are given; the others keep their defaults."""
+    """A dataclass, and the rooms' in it, from the values that are given; the others keep their defaults."""
+    rooms = {n: _read_config(room, f"{EXPERT}{n}.", values, source) for n, room in rooms_of(config).items()}
     names = {s.name[len(prefix) :]: s for s in specs_of(config, prefix)}
     given = {name: spec.read(values[spec.name]) for name, spec in names.items() if spec.name in values}
     try:
-        return config(**given, **extra)
+        return config(**given, **rooms, **extra)
     except ConfigError as error:
         raise ConfigError(f"{source}: {error}") from None
 
@@ -222,7 +252,11 @@ def _read_object(name: str, values: Mapping[str, Value], base_dir: Path, source:
 
 
 def _resolve(specs: Mapping[str, Spec], values: Mapping[str, Value], paths: Mapping[str, Any]) -> dict[str, Any]:
-    resolved = {key: spec.read(values[key]) if key in values else spec.default for key, spec in specs.items()}
+    resolved = {
+        key: spec.read(values[key]) if key in values else spec.default
+        for key, spec in specs.items()
+        if key in values or not spec.is_expert
+    }
     resolved.update(paths)
     resolved.update({key: value.raw for key, value in values.items() if key not in specs})
     plain = {key: list(v) if isinstance(v, tuple) else v for key, v in resolved.items()}

@@ -7,6 +7,7 @@ Each scan yields what can be read and then raises `SourceError` with the reason 
 from __future__ import annotations
 
 import bz2
+import os
 import sqlite3
 import struct
 import sys
@@ -18,6 +19,7 @@ from typing import Any, BinaryIO, NamedTuple
 import lz4.frame  # type: ignore[import-untyped]
 
 from ..core.base.errors import SourceError
+from .files import LFS_MAGIC, LFS_POINTER
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -27,6 +29,7 @@ else:
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 ROS1_MAGIC = b"#ROSBAG V2.0\n"
 SQLITE_MAGIC = b"SQLite format 3\0"
+_LARGE = 2**20  # bytes
 
 _DECOMPRESSORS: dict[str, Callable[[], Any]] = {
     "zstd": zstd.ZstdDecompressor,
@@ -42,6 +45,12 @@ class RawMessage(NamedTuple):
     msgtype: str
     log_ns: int
     data: bytes
+
+
+def full_type(msgtype: str) -> str:
+    """package/msg/Name: ROS 1, and ROS 2 until 2018, left out the middle."""
+    package, slash, name = msgtype.partition("/")
+    return f"{package}/msg/{name}" if slash and "/" not in name else msgtype
 
 
 def scan(path: Path) -> Iterator[RawMessage]:
@@ -61,6 +70,8 @@ def scan(path: Path) -> Iterator[RawMessage]:
                 yield from _scan_ros1(stream, {})
             elif magic.startswith(SQLITE_MAGIC):
                 yield from _scan_sqlite3(path)
+            elif LFS_MAGIC.startswith(magic) and magic:
+                raise SourceError(LFS_POINTER)
             else:
                 raise SourceError("it starts like no bag (mcap, sqlite3, ROS 1)" if magic else "the file is empty")
     except OSError as error:
@@ -70,10 +81,19 @@ def scan(path: Path) -> Iterator[RawMessage]:
 
 
 def _read(stream: BinaryIO, size: int) -> bytes:
-    data = stream.read(size)
+    data = _up_to(stream, size)
     if len(data) != size:
         raise SourceError("it ends in the middle of a record (truncated)")
     return data
+
+
+def _up_to(stream: BinaryIO, size: int) -> bytes:
+    """So many bytes, or what is left: a damaged length may claim more than any memory holds."""
+    if size > _LARGE:
+        here = stream.tell()
+        size = min(size, stream.seek(0, os.SEEK_END) - here)
+        stream.seek(here)
+    return stream.read(size)
 
 
 def _unpack(stream: BinaryIO, layout: str) -> tuple[Any, ...]:
@@ -108,7 +128,7 @@ def _scan_mcap(stream: BinaryIO, schemas: dict[int, str], channels: dict[int, tu
         record = BytesIO(_read(stream, size))
         if opcode == b"\x03":
             (schema_id,) = _unpack(record, "<H")
-            schemas[schema_id] = _mcap_string(record)
+            schemas[schema_id] = full_type(_mcap_string(record))
         elif opcode == b"\x04":
             channel_id, schema_id = _unpack(record, "<HH")
             channels[channel_id] = (_mcap_string(record), schemas.get(schema_id, ""))
@@ -120,12 +140,12 @@ def _scan_mcap(stream: BinaryIO, schemas: dict[int, str], channels: dict[int, tu
 def _scan_mcap_chunk(
     stream: BinaryIO, size: int, schemas: dict[int, str], channels: dict[int, tuple[str, str]]
 ) -> Iterator[RawMessage]:
-    record = stream.read(size)
+    record = _up_to(stream, size)
     head = BytesIO(record)
     _unpack(head, "<QQQI")
     compression = _mcap_string(head)
     (packed_size,) = _unpack(head, "<Q")
-    yield from _scan_mcap(BytesIO(_decompress(head.read(packed_size), compression)), schemas, channels)
+    yield from _scan_mcap(BytesIO(_decompress(_up_to(head, packed_size), compression)), schemas, channels)
     if len(record) != size:
         raise SourceError("it ends in the middle of a chunk (truncated)")
 
@@ -147,7 +167,7 @@ def _scan_ros1(stream: BinaryIO, connections: dict[bytes, tuple[str, str]]) -> I
         (size,) = _unpack(stream, "<I")
         opcode = header["op"]
         if opcode == b"\x05":
-            data = stream.read(size)
+            data = _up_to(stream, size)
             inner = BytesIO(_decompress(data, header["compression"].decode()))
             yield from _scan_ros1(inner, connections)
             if len(data) != size:
@@ -155,8 +175,7 @@ def _scan_ros1(stream: BinaryIO, connections: dict[bytes, tuple[str, str]]) -> I
             continue
         data = _read(stream, size)
         if opcode == b"\x07":
-            package, _, name = _ros1_header(data)["type"].decode().partition("/")
-            connections[header["conn"]] = (header["topic"].decode(), f"{package}/msg/{name}")
+            connections[header["conn"]] = (header["topic"].decode(), full_type(_ros1_header(data)["type"].decode()))
         elif opcode == b"\x02":
             seconds, nanoseconds = struct.unpack("<II", header["time"])
             yield RawMessage(*connections[header["conn"]], seconds * 10**9 + nanoseconds, data)
@@ -167,10 +186,12 @@ def _scan_sqlite3(path: Path) -> Iterator[RawMessage]:
     connection = sqlite3.connect(f"{path.absolute().as_uri()}?immutable=1", uri=True)
     try:
         connection.execute("PRAGMA writable_schema=ON")
-        topics = {i: (name, msgtype) for i, name, msgtype in connection.execute("SELECT id, name, type FROM topics")}
-        rows = connection.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id")
-        for topic_id, log_ns, data in rows:
-            yield RawMessage(*topics[topic_id], log_ns, data)
+        named = connection.execute("SELECT id, name, type FROM topics")
+        topics = {i: (name, full_type(t)) for i, name, t in named if isinstance(name, str) and isinstance(t, str)}
+        for topic, log_ns, data in connection.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id"):
+            if topic not in topics or not isinstance(log_ns, int) or not isinstance(data, bytes):
+                raise SourceError("damaged database: one of its rows is no message")  # nor are those behind it to trust
+            yield RawMessage(*topics[topic], log_ns, data)
     except sqlite3.Error as error:
         raise SourceError(f"damaged database: {error}") from error
     finally:

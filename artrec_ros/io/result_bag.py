@@ -16,12 +16,15 @@ from ..core.model.target import Target
 from . import messages, node_topics
 from .bag_source import BagSource
 from .bag_writer import BagWriter
+from .files import read_bytes
 from .frames import Frame, Source
+from .images import transport_format
 from .journal import Recognised
 from .marker_messages import MarkerScene
 from .messages import Message, header
 from .node_topics import NodeTopic
 from .recovery import RawMessage
+from .sources import FolderSource
 
 _MAKERS: dict[NodeTopic, Callable[[Sequence[Detection], Message], Message | None]] = {
     node_topics.POSES: messages.detected_poses,
@@ -35,14 +38,17 @@ _MAKERS: dict[NodeTopic, Callable[[Sequence[Detection], Message], Message | None
 class ResultBag:
     """A bag that is being written; a context manager.
 
-    A bag's images and calibrations are copied as they are, those of a folder go to the node's input topics. Results
-    have the node's topics, the overlay is compressed. Messages are recorded when their image was: in a folder, at
-    its stamp.
+    A bag's images and calibrations are copied as they are, those of a folder go to the node's input topics: PNG and
+    JPEG as they are to image/compressed. Results have the node's topics, the overlay is compressed. Messages are
+    recorded when their image was: in a folder, at its stamp.
     """
 
-    def __init__(self, path: Path, storage: str, source: Source, targets: Sequence[Target]) -> None:
-        """:raises SourceError: `path` exists."""
-        self._writer = BagWriter(path, storage)
+    def __init__(
+        self, path: Path, storage: str, source: Source, targets: Sequence[Target], publish_tf: bool = False
+    ) -> None:
+        """:param publish_tf: objects' frames on /tf, too. :raises SourceError: `path` exists."""
+        self._writer = BagWriter(path, storage, packed=storage == "mcap")
+        self._publish_tf = publish_tf
         self._copies = _copies(source)
         self._names = [t.name for t in targets]
         self._scene = MarkerScene(targets)
@@ -69,6 +75,9 @@ class ResultBag:
                 message = make(own, of_image)
                 if message is not None:
                     self._writer.write(f"/{topic.of(name)}", log_ns, message)
+        frames = messages.object_frames(detections, of_image) if self._publish_tf and frame_id else []
+        if frames:
+            self._writer.write(node_topics.TF.name, log_ns, Message(node_topics.TF.type, {"transforms": frames}))
         markers = self._scene.update(detections, frame_id, lambda other_id: header(frame.stamp_ns, other_id))
         if markers.fields["markers"]:
             self._writer.write(f"/{node_topics.MARKERS.name}", log_ns, markers)
@@ -88,9 +97,9 @@ def _copies(source: Source) -> Iterator[Copy]:
             if message.topic == source.topic:
                 yield partial(_copy_messages, source, waiting)
                 waiting = []
-    else:
-        for frame in source:
-            yield partial(_copy_frame, frame)
+    elif isinstance(source, FolderSource):
+        for frame, (_, path) in zip(source, source.files, strict=True):
+            yield partial(_copy_frame, frame, path)
 
 
 def _copy_messages(source: BagSource, waiting: Sequence[RawMessage], writer: BagWriter) -> tuple[int, str]:
@@ -104,10 +113,16 @@ def _copy_messages(source: BagSource, waiting: Sequence[RawMessage], writer: Bag
     return waiting[-1].log_ns, frame_id
 
 
-def _copy_frame(frame: Frame, writer: BagWriter) -> tuple[int, str]:
+def _copy_frame(frame: Frame, path: Path, writer: BagWriter) -> tuple[int, str]:
     frame_id = frame.camera.frame_id if frame.camera else ""
     if frame.camera is not None:
         writer.write_camera(f"/{node_topics.CAMERA_INFO.name}", frame.stamp_ns, frame.camera)
-    if frame.image is not None:
+    if frame.image is None:  # the replay has told why
+        return frame.stamp_ns, frame_id
+    data = read_bytes(path)
+    image_format = transport_format(data)
+    if image_format is None:
         writer.write_image(f"/{node_topics.IMAGE.name}", frame.stamp_ns, frame_id, frame.image)
+    else:
+        writer.write_encoded(f"/{node_topics.COMPRESSED.name}", frame.stamp_ns, frame_id, image_format, data)
     return frame.stamp_ns, frame_id

@@ -13,6 +13,7 @@ import numpy as np
 from ..core.base.errors import SourceError
 from ..core.geometry.transforms import Pose, rotation_from_quaternion
 from ..core.model.found import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
+from .files import size_of_file
 
 DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 
@@ -21,7 +22,7 @@ DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 class FrameRecord:
     """What was found in one frame, or the `error` why it could not be used.
 
-    :param ended_by: the recogniser's limits, by name, that ended the search early.
+    :param ended_by: the limits that ended the search early, by the parameters' names.
     :param source: number of its source in a replay of several; None: there is one.
     """
 
@@ -48,7 +49,7 @@ class FrameRecord:
         return cls(stamp_ns, frame, r.size, r.detections, tuple(r.rejected), r.timing_ms, r.ended_by, frame_id)
 
     def to_json(self) -> str:
-        """One line; `complete` is false where limits of the recogniser ended the search, and `ended_by` names them."""
+        """One line, as docs/replay.md describes it."""
         content: dict[str, Any] = {"stamp_ns": self.stamp_ns, "frame": self.frame, "size": self.size}
         if self.source is not None:
             content["source"] = self.source
@@ -86,6 +87,7 @@ def read_results(path: Path) -> Iterator[FrameRecord]:
 
     :raises SourceError: naming file and line that cannot be read.
     """
+    size_of_file(path, SourceError)
     try:
         with path.open(encoding="utf-8") as stream:
             for number, line in enumerate(stream, 1):

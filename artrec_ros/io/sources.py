@@ -8,8 +8,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ..core.base.errors import ImageError, SourceError
+from .bag_metadata import BAG_SUFFIXES, is_storage
 from .bag_source import BagSource
-from .bags import BAG_SUFFIXES, Bag
+from .bags import Bag
 from .frames import Frame, Part, Source, SourceOptions
 from .images import IMAGE_SUFFIXES, read_image
 from .topics import Report
@@ -20,7 +21,10 @@ STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds
 
 
 class FolderSource(Source):
-    """The images of a folder in natural order ('2.png' before '10.png')."""
+    """The images of a folder in natural order ('2.png' before '10.png').
+
+    :ivar files: stamp (ns) and path of each.
+    """
 
     def __init__(self, folder: Path, options: SourceOptions) -> None:
         files = sorted((p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES), key=_natural)
@@ -30,11 +34,11 @@ class FolderSource(Source):
         named = all(p.stem.isdecimal() and len(p.stem) >= STAMP_DIGITS for p in files)
         stamps = [int(p.stem) if named else round(i * 1e9 / options.rate_hz) for i, p in enumerate(files)]
         start_ns, stop_ns = options.span_ns(stamps[0])
-        self._files = [
+        self.files = [
             (t, p) for t, p in zip(stamps, files, strict=True) if start_ns <= t and (stop_ns is None or t < stop_ns)
         ]
         self._camera = options.camera
-        self.count = len(self._files)
+        self.count, self.calibrated = len(self.files), options.camera is not None
 
     def __iter__(self) -> Iterator[Frame]:
         return self.read(Part(0, self.count))
@@ -43,7 +47,7 @@ class FolderSource(Source):
         return (Part(first, min(size, self.count - first)) for first in range(0, self.count, size))
 
     def read(self, part: Part) -> Iterator[Frame]:
-        for stamp_ns, path in self._files[part.first : part.first + part.count]:
+        for stamp_ns, path in self.files[part.first : part.first + part.count]:
             try:
                 yield Frame(stamp_ns, path.name, read_image(path), self._camera)
             except ImageError as error:
@@ -102,8 +106,7 @@ def open_sources(paths: Sequence[Path], options: SourceOptions | None = None, re
 
 
 def _holds_bag(folder: Path) -> bool:
-    files = [p.name for p in folder.iterdir()]
-    return any(n == "metadata.yaml" or n.removesuffix(".zstd").endswith(BAG_SUFFIXES) for n in files)
+    return any(p.name == "metadata.yaml" or is_storage(p) for p in folder.iterdir())
 
 
 def _natural(path: Path) -> list[tuple[int, int | str]]:

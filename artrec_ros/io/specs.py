@@ -8,10 +8,20 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from ..core.base.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
+from ..core.base.config import (
+    PATHS,
+    ClassConfig,
+    ImageConfig,
+    NodeConfig,
+    ObjectConfig,
+    RecognizerConfig,
+    TrackingConfig,
+    rooms_of,
+)
 from .files import Value
 
-LIVE = ("image.", "recognizer.", "tracking.", "marker_lifetime_s", "no_image_after_s")
+EXPERT = "expert."
+LIVE = ("image.", "recognizer.", "tracking.", EXPERT, "marker_lifetime_s", "no_image_after_s")
 """What may be changed while the node runs: all parameters of a group, or one."""
 _FIXED = ("image.classes",)  # it decides which other parameters there are
 
@@ -29,6 +39,14 @@ class Spec:
     low: float | None
     high: float | None
     choices: tuple[str, ...]
+    paths: tuple[str, ...] = PATHS
+    calibrated: bool = False
+    origin: str = ""
+
+    @property
+    def is_expert(self) -> bool:
+        """Whether it is a room's own: declared and written only where it is given."""
+        return self.name.startswith(EXPERT)
 
     @property
     def is_live(self) -> bool:
@@ -66,6 +84,12 @@ def specs_of(config: type, prefix: str = "") -> list[Spec]:
     return specs
 
 
+def expert_rooms() -> dict[str, type]:
+    """The configs of rooms by their names in files, in the order of the configs that hold them."""
+    holders = (RecognizerConfig, ImageConfig, TrackingConfig)
+    return {name: room for config in holders for name, room in rooms_of(config).items()}
+
+
 def all_specs(objects: Iterable[str], classes: Iterable[str]) -> dict[str, Spec]:
     """Every parameter of a set-up with these objects and pixel classes, by its full name."""
     specs = [
@@ -77,8 +101,20 @@ def all_specs(objects: Iterable[str], classes: Iterable[str]) -> dict[str, Spec]
         *specs_of(RecognizerConfig, "recognizer."),
         *specs_of(TrackingConfig, "tracking."),
         *specs_of(NodeConfig),
+        *(s for name, room in expert_rooms().items() for s in specs_of(room, f"{EXPERT}{name}.")),
     ]
     return {s.name: s for s in specs}
+
+
+def moved(key: str, specs: Iterable[str]) -> str | None:
+    """The expert parameter that an unknown one has become, by its own name or with its room's before it."""
+    last = key.rpartition(".")[2]
+    for name in specs:  # the first of one name: profile paper's, which were told apart by `paper_`, come last
+        if name.startswith(EXPERT):
+            _, room, own = name.split(".")
+            if last in (own, f"{room}_{own}"):
+                return name
+    return None
 
 
 def _names(name: str, description: str) -> Spec:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import cv2
 import numpy as np
 
 from ..core.base.errors import ConfigError
@@ -20,20 +21,26 @@ _PPI = 96.0  # CSS: user units to the inch; a drawing with a physical width is s
 _METRES = 0.0254 / _PPI
 _CURVE_STEPS = 48
 _PHYSICAL = re.compile(r"\s*[\d.eE+-]+\s*(mm|cm|in|pt|pc|q)\s*", re.IGNORECASE)
-_GROUP_MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"  # a layer is no part of an object
+_GROUP_MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
+_USUAL_GROUP = re.compile(r"g[\d-]+")
+_USUAL_LAYER = re.compile(
+    r"(layer|ebene|calque|capa|camada|livello|laag|lager|lag|vrstva|warstwa|слой|レイヤー|图层)\W*\d*", re.IGNORECASE
+)
 _AXIS = ".axis"
+_SPECK = 1e-3  # share of a shape's area below which another part of it is none
 _ROUND = 0.01  # radii of a circle that was stretched by more than this share are those of an ellipse
 
 
 def svg_markers(path: Path, width_m: float | None = None) -> list[LooseMarker]:
-    """The filled shapes of a drawing, in its order; strokes, text and holes are passed over.
+    """The filled shapes of a drawing, in its order, copies (`use`) too; strokes and text are passed over.
 
-    A shape is named by its label (Inkscape's) or id, its component by those of the group that holds it, else by the
-    shape itself. A line named NAME.axis is the axis of the shape NAME, from tail to head.
+    A shape is named by its label (Inkscape's) or id, its component by those of the group or layer that holds it, else
+    by the shape itself. Names that Inkscape gives by itself (g33, Layer 1) count only where there is no other. A line
+    named NAME.axis is the axis of the shape NAME, from tail to head.
 
     :param width_m: width of the whole drawing; needed where the drawing does not tell it in mm, cm, in or pt.
-    :raises ConfigError: no svgelements, no SVG, no size, no filled shape.
+    :raises ConfigError: no svgelements, no SVG, no size, no filled shape, one with a hole or of several parts.
     """
     elements = _import()
     scale = _scale(path, width_m)
@@ -47,7 +54,7 @@ def svg_markers(path: Path, width_m: float | None = None) -> list[LooseMarker]:
     for group, name, shape in shapes:
         if name.endswith(_AXIS) or not _is_filled(shape):
             continue
-        outline = max(_points(elements, shape, name, path), key=_area)
+        outline = _only_outline(_points(elements, shape, name, path), shape, f"{path}: shape '{name}'")
         if len(outline) < 3 or _area(outline) == 0:
             continue
         radius = _radius(elements, shape)
@@ -94,10 +101,25 @@ def _shapes(elements: Any, group: Any, name: str) -> Iterator[tuple[str, str, An
     for number, element in enumerate(group):
         own = _name(element)
         if isinstance(element, elements.Group):
-            part = name if _own(element).get(_GROUP_MODE) == "layer" else own or name
-            yield from _shapes(elements, element, part)
+            yield from _shapes(elements, element, _part(element, own, name))
+        elif isinstance(element, elements.Use):
+            while len(element) == 1 and isinstance(element[0], elements.Group):
+                element = element[0]  # the copy goes by its own name
+            copied = list(_shapes(elements, element, own or name))
+            yield from [(name, own or copied[0][1], copied[0][2])] if len(copied) == 1 else copied
         elif isinstance(element, elements.Shape):
             yield name, own or f"{name or 'shape'}_{number + 1}", element
+
+
+def _part(group: Any, own: str, enclosing: str) -> str:
+    """The component that a group or layer stands for, inside another one."""
+    attributes = _own(group)
+    label = attributes.get(_LABEL)
+    if attributes.get(_GROUP_MODE) == "layer":
+        given = label is not None and not _USUAL_LAYER.fullmatch(label)
+    else:
+        given = label is not None or not (enclosing and _USUAL_GROUP.fullmatch(attributes.get("id") or ""))
+    return (own or enclosing) if given else enclosing
 
 
 def _name(element: Any) -> str:
@@ -134,6 +156,25 @@ def _points(elements: Any, shape: Any, name: str, path: Path) -> list[Array]:
     return outlines or [np.zeros((0, 2))]
 
 
+def _only_outline(outlines: list[Array], shape: Any, place: str) -> Array:
+    """The outline of a shape. :raises ConfigError: there is a hole in it, or it has several."""
+    largest = max(outlines, key=_area)
+    for other in outlines:
+        if other is largest or _area(other) <= _SPECK * _area(largest):
+            continue
+        inside = cv2.pointPolygonTest(largest.astype(np.float32), tuple(map(float, other[0])), False) >= 0
+        same_sense = _signed_area(largest) * _signed_area(other) > 0
+        if inside and same_sense and shape.values.get("fill-rule") != "evenodd":
+            continue  # it is filled all the same
+        if inside:
+            raise ConfigError(
+                f"{place} has a hole; a marker is one outline without holes: fill it, or draw the parts around it as "
+                "markers of their own"
+            )
+        raise ConfigError(f"{place} has several parts; a marker is one outline: break it apart (Inkscape: Path menu)")
+    return largest
+
+
 def _without_repeats(outline: Array) -> Array:
     if len(outline) < 3:
         return outline
@@ -143,8 +184,12 @@ def _without_repeats(outline: Array) -> Array:
 
 
 def _area(outline: Array) -> float:
+    return abs(_signed_area(outline))
+
+
+def _signed_area(outline: Array) -> float:
     x, y = outline.T
-    return float(abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2)
+    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
 
 
 def _radius(elements: Any, shape: Any) -> float | None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..core.base.config import ImageConfig, ObjectConfig
+from ..core.base.config import ImageConfig, ObjectConfig, RecognizerConfig
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
 from .constraints import load_constraints
@@ -48,6 +48,28 @@ def load_target(name: str, config: ObjectConfig, image: ImageConfig, values: Map
     model = load_object(config.object_file, labels)
     constraints = load_constraints(config.constraint_file, model) if config.constraint_file else None
     return Target(name, model, config.label, constraints)
+
+
+def lacking(targets: Sequence[Target], config: RecognizerConfig, calibrated: bool = True) -> Iterator[str]:
+    """A line for each object of which nothing but its reason can be found: its components cannot be put together.
+
+    :param calibrated: images come with a calibration.
+    """
+    fits = config.profile == "default" and config.whole_object
+    for target in targets:
+        model = target.model
+        if target.constraints is not None or len(model.components) == 1:
+            continue
+        way_out = f"learn constraints with artrec train and name their file in {target.name}.constraint_file"
+        if not model.is_spatial:
+            where = "not every one of its markers has a pose"
+        elif not fits:
+            where = "recognizer.profile and recognizer.whole_object keep it in the image plane"
+        elif not calibrated:
+            where, way_out = "there is no calibration to find it in space", f"give a calibration, or {way_out}"
+        else:
+            continue
+        yield f"{target.name}: will not be found: it has no constraint_file, and {where}; {way_out}"
 
 
 def same_labels(a: ImageConfig, b: ImageConfig) -> bool:

@@ -18,6 +18,8 @@ import numpy as np
 from ..core.base.errors import SourceError
 from ..core.geometry.camera import Camera
 from ..core.geometry.transforms import Array, Pose, readonly
+from .files import size_of_file
+from .kinds import TRUTH, mistaken
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,7 @@ class Truth:
 def load_truth(path: Path) -> dict[int, tuple[TrueObject, ...]]:
     """The objects of each frame of a truth.jsonl, by the frame's stamp. :raises SourceError: naming file and line."""
     truth: dict[int, tuple[TrueObject, ...]] = {}
+    size_of_file(path, SourceError)
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -100,6 +103,8 @@ def load_truth(path: Path) -> dict[int, tuple[TrueObject, ...]]:
     for number, line in enumerate(lines, 1):
         try:
             record = json.loads(line)
+            if problem := mistaken(record, TRUTH):
+                raise SourceError(f"{path}: {problem}")
             stamp_ns, objects = int(record["stamp_ns"]), tuple(_object(o) for o in record["objects"])
         except (KeyError, TypeError, ValueError) as error:
             raise SourceError(f"{path}: line {number} is no line of truth: {error!r}") from error

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..core.base.errors import SourceError
-from .bags import BAG_SUFFIXES
+from .bag_metadata import BAG_SUFFIXES, is_storage
 from .truth import Truth, load_truth
 from .truth_coco import load_coco_truth
 from .truth_poses import load_pose_truth
@@ -16,7 +16,7 @@ _KINDS = f"a bag (a folder, {', '.join(BAG_SUFFIXES)}), truth.jsonl, or a COCO k
 
 def read_truth(path: Path, topics: Sequence[str] = ()) -> Truth:
     """:param topics: of a bag, the PoseArray topics to take. :raises ArtrecError: naming what cannot be read."""
-    if path.is_dir() or path.name.removesuffix(".zstd").endswith(BAG_SUFFIXES):
+    if path.is_dir() or is_storage(path):
         return load_pose_truth(path, topics)
     if topics:
         raise SourceError(f"{path}: is no bag: it has no topics to choose from")

@@ -18,7 +18,8 @@ from ..core.base.errors import ConfigError
 from ..core.geometry.transforms import Array, Pose
 from ..core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from .files import nearest
-from .urdf import link_boxes, numbers, read_robot
+from .marker_shapes import safe_name
+from .urdf import link_body, numbers, read_robot
 
 _KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 
@@ -77,7 +78,9 @@ def object_from_urdf(
             notes.append(f"joint '{part.joint.name}' mimics another; here it moves on its own")
     if bare := [link for p in parts if p.marked is None and p.joint is not None for link in p.links]:
         notes.append(f"links that move and bear no marker are left out: {', '.join(bare)}")
-    return UrdfObject(ObjectModel(name or robot.get("name", "") or path.stem, tuple(components)), tuple(notes))
+    return UrdfObject(
+        ObjectModel(name or safe_name(robot.get("name", "") or path.stem), tuple(components)), tuple(notes)
+    )
 
 
 @dataclass
@@ -135,20 +138,22 @@ def _carried_by(part: _Part, is_first: bool, path: Path) -> Joint | None:
     T = parent.links[parent.marked].inverse() @ part.T_parent_joint if parent.is_root else part.T_parent_joint
     if joint.kind == "fixed":
         return Joint(parent.marked, T, np.array([0.0, 0.0, 1.0]), 0.0, 0.0, "fixed")
-    return Joint(parent.marked, T, joint.axis, joint.lower, joint.upper, joint.kind)
+    name = "" if joint.name == part.marked else joint.name
+    return Joint(parent.marked, T, joint.axis, joint.lower, joint.upper, joint.kind, name)
 
 
 def _boxes(part: _Part, path: Path, notes: list[str]) -> tuple[Box, ...]:
-    """The boxes of all links of a part, in its component's frame; what has no boxes is left out, and noted."""
+    """The bodies of all links of a part, in its component's frame; what cannot be read is left out, and noted."""
     boxes: list[Box] = []
     for link in part.links:
         try:
-            found = link_boxes(path, link)
+            found = link_body(path, link)
         except ConfigError as error:
             if "no geometry" not in str(error):
-                notes.append(str(error).replace("; list the body's boxes in the object file", ": it gets no body"))
+                notes.append(str(error).replace("; list the body's boxes in the object file", "") + ": it gets no body")
             continue
-        boxes += [Box(part.pose_of(link) @ b.T_component_box, b.size) for b in found]
+        notes += found.notes
+        boxes += [Box(part.pose_of(link) @ b.T_component_box, b.size) for b in found.boxes]
     return tuple(boxes)
 
 

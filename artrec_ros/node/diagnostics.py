@@ -1,10 +1,11 @@
-"""What goes on, counted, and told apart: no images, mismatched QoS, unusable images, no calibration, nothing found."""
+"""What goes on, counted, and told apart: no images, mismatched QoS, unusable images, most of them dropped or lost, no
+calibration, nothing found."""
 
 from __future__ import annotations
 
 import threading
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -26,6 +27,7 @@ class Counters:
     last_error: str = ""
     last_image_s: float | None = None
     header_problem: str = ""  # of the last image
+    frame_id: str = ""  # of the last image that had one
     reports: list[FrameReport] = field(default_factory=list)  # of the current period
 
 
@@ -36,6 +38,8 @@ class NodeState:
     :param dropped: images that a newer one replaced before they were looked at. :param lost: that never arrived.
     :param calibration: empty: calibrated; else why not.
     :param unheard: who subscribes to results and gets none, a line each.
+    :param shared: who else publishes under the same names, a line each.
+    :param busy_s: since when one image is looked at; 0: none is.
     :param active: the node's lifecycle state lets it work.
     """
 
@@ -46,7 +50,24 @@ class NodeState:
     lost: int = 0
     calibration: str = ""
     unheard: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
+    busy_s: float = 0.0
     active: bool = True
+
+
+@dataclass(frozen=True)
+class _Totals:
+    """Images since the node began, or, dropped and lost, since it was activated."""
+
+    processed: int = 0
+    failed: int = 0
+    dropped: int = 0
+    lost: int = 0
+
+    def since(self, before: _Totals) -> _Totals:
+        """What has come to it; all where counting began anew."""
+        new = ((now - then if now >= then else now) for now, then in zip(astuple(self), astuple(before), strict=True))
+        return _Totals(*new)
 
 
 class Diagnostics:
@@ -59,7 +80,8 @@ class Diagnostics:
         self.counters = Counters()
         self._lock = threading.Lock()
         self._name = node_name
-        self._last_s, self._last = now_s, (0, 0)
+        self._last_s, self._last = now_s, _Totals()
+        self._hardware_id = ""
 
     def image_processed(self, now_s: float, report: FrameReport) -> None:
         with self._lock:
@@ -68,32 +90,39 @@ class Diagnostics:
             c.objects += report.n_objects
             c.incomplete += bool(report.ended_by)
             c.last_image_s, c.header_problem = now_s, report.header_problem
+            c.frame_id = report.frame_id or c.frame_id
             c.reports.append(report)
 
-    def image_failed(self, now_s: float, error: str) -> None:
+    def image_failed(self, now_s: float, error: str, frame_id: str = "") -> None:
         with self._lock:
             c = self.counters
             c.failed += 1
             c.last_image_s, c.last_error = now_s, error
+            c.frame_id = frame_id or c.frame_id
 
     def report(self, state: NodeState, no_image_after_s: float, now_s: float, header: Header) -> DiagnosticArray:
-        """Four statuses: input, calibration, recognition, output."""
+        """Four statuses: input, calibration, recognition, output. Their hardware_id is the camera's frame.
+
+        Where no image has told it yet, the topic stands in its place.
+        """
         with self._lock:
             c, period = self.counters, max(now_s - self._last_s, 1e-3)
-            processed, failed = c.processed - self._last[0], c.failed - self._last[1]
+            totals = _Totals(c.processed, c.failed, state.dropped, state.lost)
+            new = totals.since(self._last)
             reports, c.reports = c.reports, []
-            self._last_s, self._last = now_s, (c.processed, c.failed)
-            silent = c.last_image_s is None or now_s - c.last_image_s > no_image_after_s
+            self._last_s, self._last = now_s, totals
+            self._hardware_id = c.frame_id or state.topic
+            silent = not state.busy_s and (c.last_image_s is None or now_s - c.last_image_s > no_image_after_s)
             statuses = [
-                self._input(state, silent, (processed + failed) / period, failed),
+                self._input(state, silent, new, period),
                 self._calibration(state),
-                self._recognition(reports, processed / period),
+                self._recognition(reports, new.processed / period),
                 self._output(state),
             ]
         return DiagnosticArray(header=header, status=statuses)
 
-    def _input(self, state: NodeState, silent: bool, rate_hz: float, failed: int) -> DiagnosticStatus:
-        c = self.counters
+    def _input(self, state: NodeState, silent: bool, new: _Totals, period_s: float) -> DiagnosticStatus:
+        c, looked_at = self.counters, new.processed + new.failed
         if not state.active:
             level, text = OK, "not active: the lifecycle manager has not activated this node"
         elif silent and not state.publishers:
@@ -102,16 +131,23 @@ class Diagnostics:
             level, text = ERROR, f"QoS mismatch on {state.topic}: {state.incompatible}"
         elif silent:
             level, text = WARN, f"no images: {state.publishers} publisher(s) of {state.topic} send none"
-        elif failed:
-            level, text = ERROR, f"{failed} image(s) could not be used: {c.last_error}"
+        elif new.failed:
+            level, text = ERROR, f"{new.failed} image(s) could not be used: {c.last_error}"
+        elif new.lost > looked_at + new.dropped:
+            level, text = WARN, f"{new.lost} of {new.lost + new.dropped + looked_at} images lost on the way"
+        elif new.dropped > looked_at:
+            n = new.dropped + looked_at
+            level, text = WARN, f"{new.dropped} of {n} images dropped: they come faster than they are recognised"
         elif c.header_problem:
             level, text = WARN, c.header_problem
+        elif not looked_at and state.busy_s:
+            level, text = OK, f"one image has been looked at for {state.busy_s:.1f} s"
         else:
-            level, text = OK, f"{rate_hz:.1f} images/s"
+            level, text = OK, f"{looked_at / period_s:.1f} images/s"
         values = {
             "topic": state.topic,
             "publishers": state.publishers,
-            "rate_hz": f"{rate_hz:.2f}",
+            "rate_hz": f"{looked_at / period_s:.2f}",
             "processed": c.processed,
             "failed": c.failed,
             "dropped": state.dropped,
@@ -133,7 +169,7 @@ class Diagnostics:
         elif not objects:
             text = f"nothing found in {len(reports)} image(s)"
         for limit, count in sorted(cut_off.items()):
-            level, text = WARN, f"{text}; recognizer.{limit} ended the search in {count}"
+            level, text = WARN, f"{text}; {limit} ended the search in {count}"
         c = self.counters
         values: dict[str, object] = {"rate_hz": f"{rate_hz:.2f}", "objects": c.objects, "incomplete": c.incomplete}
         if reports:
@@ -145,10 +181,12 @@ class Diagnostics:
         return self._status("recognition", level, text, values)
 
     def _output(self, state: NodeState) -> DiagnosticStatus:
-        if state.unheard:
-            return self._status("output", WARN, f"QoS mismatch on {'; '.join(state.unheard)}", {})
+        problems = [f"shared: {line}" for line in state.shared] + [f"QoS mismatch on {line}" for line in state.unheard]
+        if problems:
+            return self._status("output", WARN, "; ".join(problems), {})
         return self._status("output", OK, "every subscriber can hear it", {})
 
     def _status(self, part: str, level: bytes, text: str, values: dict[str, object]) -> DiagnosticStatus:
         pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-        return DiagnosticStatus(level=level, name=f"{self._name}: {part}", message=text, values=pairs)
+        name = f"{self._name}: {part}"
+        return DiagnosticStatus(level=level, name=name, message=text, hardware_id=self._hardware_id, values=pairs)

@@ -47,6 +47,11 @@ class Inputs:
         """Images that a newer one replaced before they were looked at."""
         return self._worker.dropped
 
+    @property
+    def busy_s(self) -> float:
+        """Since when one image is looked at; 0: none is."""
+        return self._worker.busy_s
+
     def follow(self) -> None:
         """Look at the publishers: they may have come, gone or changed."""
         self._camera_info.follow()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..core.base.errors import ArtrecError
+from .stopping import Stop
 
 if TYPE_CHECKING:
     from .node import RecognizerNode
@@ -29,43 +29,66 @@ def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | N
     :param node_class: a class of one's own, such as one that measures.
     :return: exit code: 0 stopped, 1 failed; 2 wrong usage, for which argparse exits.
     """
+    stop = Stop()  # before anything that takes time: the other imports are below for that
+    return _run(list(sys.argv[1:] if argv is None else argv), node_class, stop)
+
+
+def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: Stop) -> int:
     try:
         import rclpy
         from rclpy.executors import ExternalShutdownException
+        from rclpy.signals import SignalHandlerOptions, install_signal_handlers
         from rclpy.utilities import remove_ros_args
     except ImportError as error:
         print(f"artrec_node: {MISSING.format(error)}", file=sys.stderr)
         return 1
-    arguments = list(sys.argv[1:] if argv is None else argv)
-    parser = argparse.ArgumentParser("artrec_node", description=_HELP, formatter_class=argparse.RawTextHelpFormatter)
     try:
         own = remove_ros_args(["artrec_node", *arguments])[1:]
     except RuntimeError as error:
         print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
         return 2
-    parser.parse_args(own)
+    _refuse_others(own)
     sys.setswitchinterval(_SWITCH_S)
-    node, begun = None, False
-    try:
-        rclpy.init(args=["artrec_node", *arguments])
-        begun = True
-        from .node import RecognizerNode
+    from .node import RecognizerNode
 
-        node = (node_class or RecognizerNode)(arguments)
-        node.autostart()
-        _spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    except (ArtrecError, RuntimeError) as error:  # rclpy raises RuntimeErrors for bad arguments and parameter files
-        if begun and not rclpy.ok():  # a signal came while it started
-            return 0
-        print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
-        return 1
-    finally:
+    node: RecognizerNode | None = None
+    begun = False
+
+    def take_down() -> None:
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+
+    stop.begin(take_down)
+    try:
+        # rclpy's own handlers shut it down beneath whatever goes on, and so wait until that is no more than spinning
+        rclpy.init(args=["artrec_node", *arguments], signal_handler_options=SignalHandlerOptions.NO)
+        begun = True
+        node = (node_class or RecognizerNode)(arguments)
+        node.autostart()
+        install_signal_handlers(SignalHandlerOptions.ALL)
+        stop.spin()
+        _spin(node)
+    except ExternalShutdownException:
+        return 0
+    except Exception as error:
+        if stop.asked or (begun and not rclpy.ok()):  # a signal shut rclpy down beneath what was going on
+            return 0
+        if not isinstance(error, (ArtrecError, RuntimeError)):  # which rclpy raises for bad arguments and files
+            raise
+        print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
+        return 1
+    finally:
+        stop.end()
     return 0
+
+
+def _refuse_others(arguments: list[str]) -> None:
+    """Arguments that are not ROS' own: there is --help, and no other."""
+    import argparse
+
+    parser = argparse.ArgumentParser("artrec_node", description=_HELP, formatter_class=argparse.RawTextHelpFormatter)
+    parser.parse_args(arguments)
 
 
 def _spin(node: RecognizerNode) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -67,7 +67,7 @@ class RecognizerNode(LifecycleNode):
         self._pipeline: Pipeline | None = None
         self._inputs: Inputs | None = None
         self._problem = ""
-        self._live = LiveParameters(self, initial_setup(self, arguments), self._prepare)
+        self._live = LiveParameters(self, initial_setup(self, arguments), self._use)
         self._diagnostics = Diagnostics(self.get_fully_qualified_name(), time.monotonic())
         of = topics.DIAGNOSTICS
         self._diagnostics_out = self.create_publisher(message_class(of.type), of.name, of.depth)
@@ -94,7 +94,9 @@ class RecognizerNode(LifecycleNode):
             setup = self._live.read_again()
             tf = transform_sender(self) if setup.node.publish_tf else None
             self._outputs = Publishers(self, setup.targets, tf)
-            self._pipeline = Pipeline(setup, self._calibrations, self._outputs)
+            self._pipeline = Pipeline(setup, self._calibrations, self._outputs, self.get_logger().error)
+            for line in setup.lacks():
+                self.get_logger().warning(line)
         except ArtrecError as error:
             self._problem = one_line(error)
             self.get_logger().error(self._problem)
@@ -133,6 +135,8 @@ class RecognizerNode(LifecycleNode):
         super().destroy_node()
 
     def _stop(self) -> None:
+        if self._pipeline is not None:
+            self._pipeline.withdraw()
         if self._inputs is not None:
             self._inputs.close()
             self._inputs = None
@@ -145,15 +149,10 @@ class RecognizerNode(LifecycleNode):
             self._outputs.close()
         self._pipeline = self._outputs = None
 
-    def _prepare(self, setup: Setup) -> Callable[[], None]:
-        """Build what changed parameters lead to, before they are taken."""
-        recognizer = setup.build()
-
-        def take() -> None:
-            if self._pipeline is not None:
-                self._pipeline.use(setup, recognizer)
-
-        return take
+    def _use(self, setup: Setup) -> None:
+        """Parameters were changed."""
+        if self._pipeline is not None:
+            self._pipeline.change(setup)
 
     def take_camera_info(self, msg: Any) -> None:
         """From now on it may hold for images."""
@@ -165,10 +164,10 @@ class RecognizerNode(LifecycleNode):
         try:
             report = pipeline.process(msg, received_ns) if pipeline is not None else None
         except (ArtrecError, cv2.error) as error:
-            self._skip(one_line(error))
+            self._skip(one_line(error), msg.header.frame_id)
         except Exception as error:  # a fault of this package: it costs one image, not the node
             if self.context.ok():  # else it is the end: nothing can be published any more
-                self._skip(f"internal error: {one_line(error)}")
+                self._skip(f"internal error: {one_line(error)}", msg.header.frame_id)
                 self.get_logger().error(traceback.format_exc(), throttle_duration_sec=30.0)
         else:
             if report is not None:
@@ -187,8 +186,8 @@ class RecognizerNode(LifecycleNode):
                 f"metric poses are withheld: {self._calibrations.problem}", throttle_duration_sec=10.0
             )
 
-    def _skip(self, reason: str) -> None:
-        self._diagnostics.image_failed(time.monotonic(), reason)
+    def _skip(self, reason: str, frame_id: str) -> None:
+        self._diagnostics.image_failed(time.monotonic(), reason, frame_id)
         self.get_logger().warning(f"image skipped: {reason}", throttle_duration_sec=5.0)
 
     def _follow_publishers(self) -> None:
@@ -202,9 +201,15 @@ class RecognizerNode(LifecycleNode):
 
     def _state(self) -> NodeState:
         problem, inputs = self._calibrations.problem, self._inputs
-        unheard = tuple(self._outputs.unheard()) if self._outputs is not None else ()
+        outputs = self._outputs
+        unheard, shared = (tuple(outputs.unheard()), tuple(outputs.shared())) if outputs is not None else ((), ())
+        if shared:
+            self.get_logger().warning(
+                f"{'; '.join(shared)}; give each node a namespace of its own: -r __ns:=/NAME",
+                throttle_duration_sec=60.0,
+            )
         if inputs is None:
-            return NodeState("", calibration=problem, unheard=unheard, active=False)
+            return NodeState("", calibration=problem, unheard=unheard, shared=shared, active=False)
         image = inputs.image
         counted = (image.publishers, image.incompatible, inputs.dropped, image.lost)
-        return NodeState(image.topic, *counted, problem, unheard)
+        return NodeState(image.topic, *counted, problem, unheard, shared, inputs.busy_s)

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from std_msgs.msg import Header
 
 from ..core.base.errors import ArtrecError
-from ..core.drawing import draw_result
+from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
 from ..core.model.found import FrameResult
-from ..core.recognizer import Recognizer
 from ..core.tracking.tracker import Tracker
 from ..io.parameters import Setup
 from . import conversions
 from .calibration import Calibrations
 from .publishers import Publishers
+from .worker import NewestFirst
 
 
 @dataclass(frozen=True)
@@ -26,8 +28,9 @@ class FrameReport:
 
     :param latency_ms: from its reception until its results were published, by the system clock.
     :param recognition_ms: the recogniser's and the tracker's part of it; the rest is what the node adds.
-    :param ended_by: the recogniser's limits, by name, that ended its search early.
+    :param ended_by: the limits that ended the search early, by the parameters' names.
     :param header_problem: what the image's header lacks; empty: nothing.
+    :param frame_id: of the image's header.
     """
 
     n_objects: int
@@ -35,31 +38,67 @@ class FrameReport:
     recognition_ms: float
     ended_by: tuple[str, ...]
     header_problem: str
+    frame_id: str = ""
 
 
 class Pipeline:
-    """Processes images, one at a time. Parameters may change between two of them."""
+    """Processes images, one at a time, whoever calls. Parameters may change between two of them.
 
-    def __init__(self, setup: Setup, calibrations: Calibrations, publishers: Publishers) -> None:
-        self._calibrations, self._publishers = calibrations, publishers
+    :param on_fault: called, in another thread, with a line when a recogniser with new parameters could not be built.
+    """
+
+    def __init__(
+        self,
+        setup: Setup,
+        calibrations: Calibrations,
+        publishers: Publishers,
+        on_fault: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        self._calibrations, self._publishers, self._on_fault = calibrations, publishers, on_fault
         self._names = [t.name for t in setup.targets]
         self._tracker = Tracker(setup.tracking)
-        self._closed = False
-        self.use(setup, setup.build())
+        self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
+        self._withdrawn = 0  # counts
+        self._current = setup, setup.build()
+        self._builder = NewestFirst(self._build, "new parameters")
 
-    def use(self, setup: Setup, recognizer: Recognizer) -> None:
-        """From the next image on, recognise with these parameters."""
-        self._current = setup, recognizer
+    def change(self, setup: Setup) -> None:
+        """Recognise with these parameters soon: at once where the recogniser stays, else when another one is built.
+
+        Returns at once. Building takes up to seconds; images are answered meanwhile.
+        """
+        self._builder.offer(setup)
+
+    def withdraw(self) -> None:
+        """Publish nothing of what is under way, nor of what waits for it. Returns before that ends."""
+        with self._publishing:
+            self._withdrawn += 1
 
     def close(self) -> None:
-        """Publish no more, not even what is under way."""
-        self._closed = True
+        """Publish nothing of what is under way, and forget changed parameters."""
+        self._builder.close()
+        self.withdraw()
+
+    def _build(self, setup: Setup) -> None:
+        current, recognizer = self._current
+        try:
+            if (setup.image, setup.recognizer, setup.targets) != (current.image, current.recognizer, current.targets):
+                recognizer = setup.build()
+        except Exception as error:  # parameters are checked before: a fault of this package
+            self._on_fault(f"internal error: the changed parameters are not in use: {one_line(error)}")
+        else:
+            self._current = setup, recognizer
 
     def process(self, msg: Any, received_ns: int) -> FrameReport | None:
-        """Recognise and publish. None: closed meanwhile.
+        """Recognise and publish. None: withdrawn meanwhile.
 
         :raises ArtrecError: the image cannot be used.
         """
+        withdrawn = self._withdrawn
+        with self._one_at_a_time:
+            return self._process(msg, received_ns, withdrawn) if withdrawn == self._withdrawn else None
+
+    def _process(self, msg: Any, received_ns: int, withdrawn: int) -> FrameReport | None:
         setup, recognizer = self._current
         image = conversions.image_from_msg(msg)
         size = (int(image.shape[1]), int(image.shape[0]))
@@ -71,19 +110,22 @@ class Pipeline:
         frame_id = (msg.header.frame_id or camera.frame_id) if camera else ""
         result = self._tracker.update(stamp_ns, result, frame_id)
         recognition_ms = (time.perf_counter() - began) * 1e3
-        if self._closed:
-            return None
-        self._publishers.publish(result.detections, msg.header, setup.node.marker_lifetime_s)
-        latency_ms = (time.time_ns() - received_ns) * 1e-6
-        self._publish_overlay(image, result, camera, msg.header)
-        return FrameReport(
-            len(result.detections), latency_ms, recognition_ms, result.ended_by, _header_problem(msg.header)
-        )
+        with self._publishing:  # publishers stay until this is done
+            if withdrawn != self._withdrawn:
+                return None
+            self._publishers.publish(result.detections, msg.header, setup.node.marker_lifetime_s)
+            latency_ms = (time.time_ns() - received_ns) * 1e-6
+            self._publish_pictures(image, result, camera, msg.header)
+        problem, n_objects = _header_problem(msg.header), len(result.detections)
+        return FrameReport(n_objects, latency_ms, recognition_ms, result.ended_by, problem, msg.header.frame_id)
 
-    def _publish_overlay(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
+    def _publish_pictures(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
+        """Those that somebody subscribes to."""
         if self._publishers.overlay_is_wanted:
             picture = draw_result(image, result, self._names, camera)
             self._publishers.publish_overlay(conversions.image_to_msg(picture, header))
+        if result.labels is not None and self._publishers.labels_are_wanted:
+            self._publishers.publish_labels(conversions.image_to_msg(class_picture(result.labels), header))
 
 
 def _header_problem(header: Header) -> str:

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
 from ..core.base.errors import ArtrecError, SourceError
 from ..io.bags import STORAGES, Bag, RawMessage, Topic
 from .main import MISSING
@@ -31,7 +33,11 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument("--start-offset", type=_seconds, default=0.0, metavar="S", help="skip S seconds")
     p.add_argument("--playback-duration", type=_seconds, metavar="S", help="publish S seconds of it")
     p.add_argument("-s", "--storage", choices=sorted(STORAGES), help="read only bag files of this kind")
-    p.add_argument("--wait-for", metavar="TOPIC", help="send each image when the one before was answered on TOPIC")
+    p.add_argument(
+        "--wait-for",
+        metavar="TOPIC",
+        help="send each image that is listened to when the one before was answered on TOPIC",
+    )
     p.add_argument("--timeout", type=_positive, default=60.0, metavar="S", help="of --wait-for (default: 60)")
 
 
@@ -49,14 +55,14 @@ def run(args: argparse.Namespace) -> int:
         names = dict(_renaming(rule, topics) for rule in args.remap)
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         try:
-            player = Player(
-                rclpy.create_node("artrec_play"), topics, names=names, wait_for=args.wait_for, timeout_s=args.timeout
-            )
+            node = rclpy.create_node("artrec_play")
+            player = Player(node, topics, names=names, wait_for=args.wait_for, timeout_s=args.timeout, say=_say)
             for name, kind in player.skipped.items():
                 print(f"{name}: {kind} is not installed here; skipped")
             player.begin()
             while True:
-                player.play(_messages(bag, topics, args), args.rate)
+                messages = _messages(bag, topics, args)
+                player.play(tqdm(messages, unit="message", disable=not sys.stderr.isatty()), args.rate)
                 if not args.loop:
                     break
         finally:
@@ -69,6 +75,11 @@ def run(args: argparse.Namespace) -> int:
             file=sys.stderr,
         )
     return int(bool(player.unanswered))
+
+
+def _say(line: str) -> None:
+    """Beside the progress bar."""
+    tqdm.write(line, file=sys.stderr)
 
 
 def _messages(bag: Bag, topics: list[Topic], args: argparse.Namespace) -> Iterator[RawMessage]:

@@ -27,8 +27,10 @@ class Player:
     """Plays bags on a node of its own.
 
     :param topics: of the bag, those to publish. :param names: what a bag's topic is called in the graph instead.
-    :param wait_for: a topic; an image is sent when the one before it was answered there, by its stamp.
+    :param wait_for: a topic; an image is sent when the one before it was answered there, by its stamp. Only images that
+        somebody who answers there listens to are waited for.
     :param timeout_s: the longest that an answer, or somebody who listens, is waited for.
+    :param say: called with a line for the user.
     :ivar sent: messages by topic of the bag. :ivar skipped: topics whose type, the value, is not installed here.
     :ivar unanswered: stamps of images that `wait_for` brought no answer to; a node sends none where one cannot be used.
     """
@@ -41,8 +43,9 @@ class Player:
         names: Mapping[str, str] | None = None,
         wait_for: str | None = None,
         timeout_s: float = 60.0,
+        say: Callable[[str], None] = lambda line: None,
     ) -> None:
-        self._node, self._timeout_s = node, timeout_s
+        self._node, self._timeout_s, self._say = node, timeout_s, say
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(node)
         self._clock = node.create_publisher(Clock, "/clock", 1)
@@ -54,6 +57,7 @@ class Player:
         self._images = {t.name for t in topics if t.msgtype.endswith(("/Image", "/CompressedImage"))}
         self._wait_for = node.resolve_topic_name(wait_for) if wait_for else None
         self._answers: list[int] = []
+        self._awaited: set[str] = set()  # topics of the bag
 
     def begin(self) -> None:
         """Give listeners time to connect; with `wait_for`, until somebody answers there.
@@ -99,10 +103,11 @@ class Player:
         self._answers.clear()
         publisher.publish(message.data)
         self.sent[message.topic] = self.sent.get(message.topic, 0) + 1
-        if self._wait_for and message.topic in self._images:
+        if message.topic in self._awaited:
             stamp_ns = _stamp_ns(message.data)
             if not self._spin_until(lambda: stamp_ns in self._answers):
                 self.unanswered.append(stamp_ns)
+                self._say(f"{message.topic}: the image of {stamp_ns} ns was not answered in {self._timeout_s:g} s")
 
     def _send_clock(self, now_ns: int) -> None:
         msg = Clock()
@@ -123,15 +128,33 @@ class Player:
         def kind() -> str:
             return next((types[0] for name, types in self._node.get_topic_names_and_types() if name == topic), "")
 
-        def is_heard() -> bool:
-            return any(p and p.get_subscription_count() for name, p in self._publishers.items() if name in self._images)
+        def heard() -> set[str]:
+            return self._images_heard_by(self._node.get_publishers_info_by_topic(topic))
 
+        self._say(f"waiting for somebody who listens to images and publishes {topic}")
         if not self._spin_until(kind):
             raise SourceError(f"waited {self._timeout_s:g} s: nobody publishes {topic}")
         # raw: a message that begins with a header tells its stamp, whatever its type
         answers = self._node.create_subscription(message_class(kind()), topic, self._on_answer, _DEPTH, raw=True)
-        if not self._spin_until(lambda: answers.get_publisher_count() and is_heard()):
+        if not self._spin_until(lambda: answers.get_publisher_count() and heard()):
             raise SourceError(f"waited {self._timeout_s:g} s: nobody listens to the images; --remap gives other names")
+        self._awaited = heard()
+        self._say(f"waiting for the answer to each image of {', '.join(sorted(self._awaited))}")
+
+    def _images_heard_by(self, answering: Iterable[Any]) -> set[str]:
+        """The bag's topics of images that one of the answering nodes listens to.
+
+        None of them may: then others stand between, and whatever is listened to leads to them.
+        """
+        nodes = {(p.node_name, p.node_namespace) for p in answering}
+        heard, direct = set(), set()
+        for name, publisher in self._publishers.items():
+            if name in self._images and publisher is not None and publisher.get_subscription_count():
+                listeners = self._node.get_subscriptions_info_by_topic(publisher.topic_name)
+                heard.add(name)
+                if nodes & {(s.node_name, s.node_namespace) for s in listeners}:
+                    direct.add(name)
+        return direct or heard
 
     def _is_heard_well(self, publisher: Any) -> bool:
         """Everybody who listens does so reliably, and is connected."""

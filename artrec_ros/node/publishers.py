@@ -47,13 +47,18 @@ class Publishers:
         self._of_objects = [
             (t.name, make, publisher(topic, t.name)) for t in targets for topic, make in _MAKERS.items()
         ]
+        self._shared_by_nobody = [p.topic_name for p in self._all]
         self._markers = publisher(topics.MARKERS)
-        self._overlay = publisher(topics.OVERLAY)
+        self._overlay, self._labels = publisher(topics.OVERLAY), publisher(topics.LABELS)
         self._scene = MarkerScene(targets)
 
     @property
     def overlay_is_wanted(self) -> bool:
         return bool(self._overlay.get_subscription_count())
+
+    @property
+    def labels_are_wanted(self) -> bool:
+        return bool(self._labels.get_subscription_count())
 
     def publish(self, detections: Sequence[Detection], header: Header, marker_lifetime_s: float = 0.0) -> None:
         """`poses`, `robots` and `joint_states` for every image, empty too; `pose` only where one is known."""
@@ -70,6 +75,9 @@ class Publishers:
     def publish_overlay(self, picture: Image) -> None:
         self._overlay.publish(picture)
 
+    def publish_labels(self, picture: Image) -> None:
+        self._labels.publish(picture)
+
     def clear(self) -> None:
         """Delete all markers that are shown."""
         self._markers.publish(self._scene.update([], Header(stamp=self._node.get_clock().now().to_msg())))
@@ -85,6 +93,19 @@ class Publishers:
                 compatible, reason = qos_check_compatible(offered[0], subscriber.qos_profile)
                 if compatible == QoSCompatibility.ERROR:
                     lines.append(f"{topic}: {subscriber.node_name} hears nothing: {reason.rstrip(';')}")
+        return lines
+
+    def shared(self) -> list[str]:
+        """A line for each other node that publishes results of the same name, and for one that has this node's name."""
+        own = self._node.get_name(), self._node.get_namespace()
+        lines = []
+        if self._node.get_node_names_and_namespaces().count(own) > 1:
+            name = self._node.get_fully_qualified_name()
+            lines.append(f"another node is called {name} too, or was and has not ended properly a moment ago")
+        for topic in self._shared_by_nobody:
+            publishers = self._node.get_publishers_info_by_topic(topic)
+            others = {p.node_name for p in publishers if (p.node_name, p.node_namespace) != own}
+            lines += [f"{topic}: {other} publishes there too" for other in sorted(others)]
         return lines
 
     def close(self) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSCompatibility, QoSProfile, ReliabilityPolicy, qos_check_compatible
 
 RELIABILITY = {"reliable": ReliabilityPolicy.RELIABLE, "best_effort": ReliabilityPolicy.BEST_EFFORT}
 
@@ -17,7 +17,7 @@ class FollowingSubscription:
 
     :param reliability: 'auto': as the publishers offer; else 'reliable' or 'best_effort'.
     :ivar lost: messages that were sent and never handed on, by the publisher's numbering (with one publisher only).
-    :ivar incompatible: what publishers offer that does not fit; empty where all fits.
+    :ivar incompatible: which publisher offers what does not fit; empty where all fits; as of the last `follow`.
     :ivar publishers: how many there are on the topic, compatible or not; as of the last `follow`.
     """
 
@@ -56,8 +56,11 @@ class FollowingSubscription:
         present = frozenset(bytes(p.endpoint_gid) for p in offered)
         if present != self._known:  # a new publisher numbers from its own beginning
             self._known, self._last_number = present, None
-        if not offered or self._asked != "auto":
-            return
+        if offered and self._asked == "auto":
+            self._ask_as(offered)
+        self._tell_incompatible(offered)
+
+    def _ask_as(self, offered: Sequence[Any]) -> None:
         reliable = all(p.qos_profile.reliability == ReliabilityPolicy.RELIABLE for p in offered)
         latched = all(p.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for p in offered)
         qos = (
@@ -72,11 +75,16 @@ class FollowingSubscription:
             self._node.get_logger().info(f"{self.topic}: subscribed {names}, as its publishers offer")
 
     def _subscribe(self) -> Any:
-        self._last_number, self.incompatible = None, ""
-        events = SubscriptionEventCallbacks(incompatible_qos=self._on_incompatible, use_default_callbacks=False)
+        self._last_number = None
+        # no event handlers: each costs every turn of the executor time, and none tells that a publisher has gone
+        events = SubscriptionEventCallbacks(use_default_callbacks=False)
+        return self._node.create_subscription(
+            self._type, self.topic, self._on_message, self._profile(), event_callbacks=events
+        )
+
+    def _profile(self) -> QoSProfile:
         reliability, durability = self._qos
-        qos = QoSProfile(depth=self._depth, reliability=reliability, durability=durability)
-        return self._node.create_subscription(self._type, self.topic, self._on_message, qos, event_callbacks=events)
+        return QoSProfile(depth=self._depth, reliability=reliability, durability=durability)
 
     def _on_message(self, msg: Any, info: dict[str, Any]) -> None:
         number = info.get("publication_sequence_number")
@@ -85,10 +93,12 @@ class FollowingSubscription:
         self._last_number = None if number is None else int(number)
         self._receive(msg, int(info["received_timestamp"]))
 
-    def _on_incompatible(self, event: Any) -> None:
-        policy = getattr(event.last_policy_kind, "name", str(event.last_policy_kind)).lower()
-        self.incompatible = f"a publisher offers another {policy} than is asked for"
-        self._node.get_logger().warning(
-            f"{self.topic}: {self.incompatible}; its messages cannot be received. Set qos_reliability: auto",
-            throttle_duration_sec=10.0,
-        )
+    def _tell_incompatible(self, offered: Sequence[Any]) -> None:
+        """Name a publisher that cannot be heard, while it is there."""
+        before, self.incompatible = self.incompatible, ""
+        for publisher in offered:
+            compatible, reason = qos_check_compatible(publisher.qos_profile, self._profile())
+            if compatible == QoSCompatibility.ERROR:
+                self.incompatible = f"{publisher.node_name} cannot be heard: {reason.rstrip(';')}"
+        if self.incompatible and self.incompatible != before:
+            self._node.get_logger().warning(f"{self.topic}: {self.incompatible}. Set qos_reliability: auto")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
@@ -22,6 +23,7 @@ class NewestFirst(Generic[Item]):
         self._waiting: Item | None = None
         self._open = True
         self._dropped = 0
+        self._begun_s: float | None = None
         self._change = threading.Condition()
         # a daemon: a search that is under way must not hold up the end of the process
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -30,6 +32,12 @@ class NewestFirst(Generic[Item]):
     @property
     def dropped(self) -> int:
         return self._dropped
+
+    @property
+    def busy_s(self) -> float:
+        """Since when it works on one item; 0: on none."""
+        begun_s = self._begun_s
+        return 0.0 if begun_s is None else time.monotonic() - begun_s
 
     def offer(self, item: Item) -> None:
         """Take an item; it replaces one that still waits. Returns at once."""
@@ -49,7 +57,9 @@ class NewestFirst(Generic[Item]):
 
     def _run(self) -> None:
         while (item := self._take()) is not None:
+            self._begun_s = time.monotonic()
             self._work(item)
+            self._begun_s = None
 
     def _take(self) -> Item | None:
         """The next item; None at the end."""

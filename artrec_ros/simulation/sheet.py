@@ -76,8 +76,8 @@ def _object_cells(target: Target) -> list[Picture]:
     radius = float(np.linalg.norm(np.concatenate(everything) - centre, axis=1).max())
     view = _View(target, centre, radius)
     cells = [view.cell(side, direction, middle, True) for side, direction in _SIDES.items()]
-    for name, pair in ends.items():
-        across = view.across(name)
+    for component, (name, pair) in zip(model.joint_components, ends.items(), strict=True):
+        across = view.across(component.name)
         cells += [view.cell(f"{name} at {q[name]:.3g}", across, q, False) for q in pair]
     return cells
 

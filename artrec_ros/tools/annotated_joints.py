@@ -50,7 +50,7 @@ class JointFitter:
         return fitters[int(np.argmin(misfit))]
 
     def joints(self, objects: Sequence[AnnotatedObject]) -> list[dict[str, float]]:
-        """Per object that can be fitted, component -> its joint's position, of the joints that the points tell."""
+        """Per object that can be fitted, joint -> its position, of the joints that the points tell."""
         rows = []
         for annotated in objects:
             fit = self._fit(annotated)
@@ -67,9 +67,9 @@ class JointFitter:
 
     def _told(self, fit: PointFit) -> Iterator[tuple[str, float]]:
         worst = _WORST_NOISE_RAD * self.kinematics.unit
-        for n, component in enumerate(self.model.joint_components):
+        for n, name in enumerate(self.model.joint_names):
             if fit.q_noise[n] <= worst[n]:
-                yield component.name, float(fit.q[n])
+                yield name, float(fit.q[n])
 
     def _fit(self, annotated: AnnotatedObject) -> PointFit | None:
         points = _points(self.model, annotated)

@@ -12,10 +12,11 @@ from ..core.constraints.constraint_set import ConstraintSet
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
 from ..io.annotations import Annotations
-from ..io.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, Supplement, TruthContent
+from ..io.contents import BagContent, ConstraintContent, Item, Report, ResultContent, Sample, Supplement, TruthContent
 from ..io.inventory import take_stock
 from ..io.parameters import Setup
-from ..io.specs import all_specs
+from ..io.specs import EXPERT, all_specs
+from ..io.unread import unread
 from .inspection import problems
 from .model_report import counted, summary
 
@@ -75,6 +76,9 @@ def describe(item: Item) -> Iterator[str]:
         yield f"{head} without objects, to be read after others: {shown}"
     elif isinstance(content, Camera):
         yield f"{head}, {_camera(content)}"
+    elif isinstance(content, Report):
+        yield f"{item.path}: {content.kind}"
+        yield from content.lines
     else:
         yield f"{head}, not readable"
 
@@ -143,11 +147,12 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
     specs = all_specs([t.name for t in setup.targets], setup.image.classes)
     changed = {
         k: v for k, v in setup.resolved.items()
-        if k.startswith(("recognizer.", "tracking.")) and k in specs and v != specs[k].default
+        if k.startswith(("recognizer.", "tracking.", EXPERT)) and k in specs and v != specs[k].default
         and v != list(specs[k].default if isinstance(specs[k].default, tuple) else ())
     }  # fmt: skip
     if changed:
         yield "not at their defaults: " + ", ".join(f"{k} {v}" for k, v in changed.items())
+    yield from unread(setup)
 
 
 def _annotations(head: str, annotations: Annotations) -> Iterator[str]:

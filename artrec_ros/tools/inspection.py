@@ -102,13 +102,9 @@ def _constraints(path: Path, constraints: ConstraintContent, models: Mapping[str
 
 
 def _setup(path: Path, setup: Setup, items: Sequence[Item]) -> Iterator[str]:
-    for target in setup.targets:
-        model = target.model
-        if not model.is_spatial and target.constraints is None and len(model.components) > 1:
-            yield (
-                f"{path}: {target.name}: has no constraint_file, and not all its markers have poses: its components "
-                "cannot be put together; artrec train learns how"
-            )
+    images = _samples(items)
+    calibrated = not images or bool(_all(items, Camera)) or any(s.camera for _, samples in images for s in samples)
+    yield from (f"{path}: {line}" for line in setup.lacks(calibrated))
     used = {t.model.name for t in setup.targets}
     for other, model in _all(items, ObjectModel):
         if model.name not in used:

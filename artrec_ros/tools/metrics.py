@@ -8,7 +8,7 @@ well visible component is missed. Components of which the truth does not speak a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -47,6 +47,8 @@ class Counts:
     rotation_errors_rad: tuple[float, ...] = ()
     joint_errors_rad: tuple[float, ...] = ()
     joint_errors_m: tuple[float, ...] = ()
+    image_errors_px: tuple[float, ...] = ()
+    direction_errors_rad: tuple[float, ...] = ()
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
@@ -77,6 +79,8 @@ class Counts:
             rotation_errors_rad=_known(o.rotation_error_rad for o in met),
             joint_errors_rad=tuple(float(abs(wrap_angle(e))) for slides, e in joints if not slides),
             joint_errors_m=tuple(e for slides, e in joints if slides),
+            image_errors_px=tuple(px for o in met for px, _ in o.image_errors),
+            direction_errors_rad=tuple(rad for o in met for _, rad in o.image_errors),
         )
 
     def rates(self) -> dict[str, float | int | None]:
@@ -181,7 +185,16 @@ def _judge(o: TrueObject, d: Detection, root: str) -> Outcome:
     missed = _missed(o, {c.component for c in d.components}, root)
     right = None if o.told is Told.REQUIRED else all(hit for _, hit in hits) and not missed
     others = tuple((component, hit) for component, hit in hits if component != root)
-    return Outcome(o, is_in_view(o, root), d, others, frozenset(missed), right)
+    return Outcome(o, is_in_view(o, root), d, others, frozenset(missed), right, tuple(_image_errors(d, o)))
+
+
+def _image_errors(d: Detection, o: TrueObject) -> Iterator[tuple[float, float]]:
+    """Pixels and radians of each component whose own marker was annotated."""
+    for c in d.components:
+        axis, marker = o.axes.get(f"{c.component}/{c.marker}"), o.components.get(f"{c.component}@{c.marker}")
+        if axis is not None and marker is not None and marker.centre is not None:
+            along = np.arctan2(*(axis[1] - axis[0])[::-1])
+            yield _offset(c.x, c.y, marker.centre), float(abs(wrap_angle(c.theta - along)))
 
 
 def _is_on_its_component(instance: Instance, o: TrueObject) -> bool | None:

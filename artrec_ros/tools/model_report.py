@@ -67,10 +67,10 @@ def summary(model: ObjectModel) -> str:
     """One line: components, markers, joints."""
     markers = sum(len(c.markers) for c in model.components)
     parts = []
-    for c in model.joint_components:
+    for name, c in zip(model.joint_names, model.joint_components, strict=True):
         if c.joint is not None:
             unit = "rad" if c.joint.kind == "revolute" else "m"
-            parts.append(f"{c.name} {c.joint.kind} {c.joint.lower:g}..{c.joint.upper:g} {unit}")
+            parts.append(f"{name} {c.joint.kind} {c.joint.lower:g}..{c.joint.upper:g} {unit}")
     joints = f"{counted(len(parts), 'joint')} ({', '.join(parts)})" if parts else "no joints"
     return f"{model.name}: {counted(len(model.components), 'component')}, {counted(markers, 'marker')}, {joints}"
 

@@ -18,6 +18,8 @@ class Outcome:
     :param hits: components of the detection but the required one, and whether each lies on the object's own.
     :param missed: components that are well visible and were not found.
     :param right: None where the truth does not speak of components.
+    :param image_errors: of the components whose marker's axis was annotated: how far the marker's centre is off
+        (pixels), and its direction (radians, 0 to pi).
     """
 
     truth: TrueObject
@@ -26,6 +28,7 @@ class Outcome:
     hits: tuple[tuple[str, bool], ...] = ()
     missed: frozenset[str] = frozenset()
     right: bool | None = False
+    image_errors: tuple[tuple[float, float], ...] = ()
 
     @property
     def recognised(self) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from ..core.base.config import GREATEST_LABEL
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
 from ..io.objects import load_object
@@ -86,6 +87,9 @@ def _targets(args: argparse.Namespace) -> tuple[Target, ...]:
     labels = args.label or range(_FIRST_LABEL, _FIRST_LABEL + count)
     if len(labels) != count:
         raise ConfigError(f"--label: {len(labels)} given for {count} object file(s)")
+    for label in labels:
+        if not 1 <= label <= GREATEST_LABEL:
+            raise ConfigError(f"--label: {label} is not within 1 .. {GREATEST_LABEL}")
     models = [load_object(path, {}) for path in args.object_files]
     names = [model.name for model in models]
     if len(set(names)) != count:

@@ -73,7 +73,10 @@ class Summary:
         if (t := self._times()) is not None:
             yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
         for limit, count in sorted(self.frames_cut_short.items()):
-            yield f"{count} frame(s) were cut short by recognizer.{limit}"
+            yield f"{count} frame(s) were cut short by {limit}"
+
+    def failures(self) -> Iterator[str]:
+        """What went wrong, for stderr: frames and sources that could not be used."""
         for error, count in self.errors.most_common(5):
             yield f"{count} frame(s) could not be used: {error}"
         if len(self.errors) > 5:

@@ -6,16 +6,16 @@ from types import SimpleNamespace
 
 import numpy as np
 from scene import Placed, crane, crane_placed, disc, draw, flag, rectangle, render
+from settings import settings
 
 from artrec_ros.core.alignment.contour_map import ContourMap
 from artrec_ros.core.alignment.placements import Placements
 from artrec_ros.core.alignment.shapes import Shape
-from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.learning.pair_learning import learn
 
 RED, BLUE = 3, 2
-CONFIG = RecognizerConfig(max_slant_deg=30.0, coarse_step=8, refine_steps=6)
+CONFIG = settings(max_slant_deg=30.0, coarse_step=8, refine_steps=6)
 SIZE = (150, 110)
 BLANK = (0, 0, 40, 20)
 MARKERS = (flag(), flag(mirrored=True), rectangle("bar", 0.8, 0.16), disc("d", 0.3))

@@ -6,21 +6,23 @@ import numpy as np
 import pytest
 from cranes import BLUE, CRANE, RED
 from scene import Placed, capsule, crane, crane_placed, disc, draw, flag, polygon, rectangle, render
+from settings import settings
 
-from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.base.errors import ConfigError, ImageError
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.io.specs import all_specs
 
 SIZE = (420, 240)
 
 
 def recognizer(*targets, **options):
     targets = targets or (Target("crane", crane(), RED, CRANE),)
-    return Recognizer(targets, RecognizerConfig(**options), Segmenter(ImageConfig()))
+    return Recognizer(targets, settings(**options), Segmenter(ImageConfig()))
 
 
 def agrees(detection, placed, place_px=2.0, angle=0.08):
@@ -255,8 +257,10 @@ def test_the_limit_that_ended_a_search_is_named():
     labels = render(SIZE, crane(), [crane_placed(x, 120, 0.2, 40) for x in (140, 200, 260)], RED)
     assert recognizer(time_budget_ms=60000).recognize(labels).ended_by == ()
     cut = recognizer(time_budget_ms=60000, search_nodes=1).recognize(labels)
-    assert cut.ended_by == ("search_nodes",) and not cut.complete and cut.timing_ms["total"] < 60000
-    assert "time_budget_ms" in recognizer(time_budget_ms=1).recognize(labels).ended_by
+    assert cut.ended_by == ("expert.grouping.search_nodes",) and not cut.complete and cut.timing_ms["total"] < 60000
+    late = recognizer(time_budget_ms=1).recognize(labels)
+    assert "recognizer.time_budget_ms" in late.ended_by
+    assert {*cut.ended_by, *late.ended_by} <= set(all_specs([], []))
 
 
 @pytest.mark.parametrize("profile", ["default", "paper"])
@@ -326,7 +330,7 @@ def test_what_does_not_fit_is_refused():
 )
 def test_parameters_that_make_no_sense_are_refused(options, named):
     with pytest.raises(ConfigError, match=named):
-        RecognizerConfig(**options)
+        settings(**options)
 
 
 def test_paper_profile_finds_what_is_plain_and_much_besides():

@@ -2,11 +2,11 @@
 
 import numpy as np
 from scene import Placed, flag, rectangle
+from settings import settings
 
 from artrec_ros.core.alignment.matching import Matches
 from artrec_ros.core.alignment.placements import Evidence, Placements
 from artrec_ros.core.alignment.shapes import SAMPLES, Shape
-from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.constraints.constraint_set import ConstraintSet
 from artrec_ros.core.constraints.intervals import Interval
@@ -49,7 +49,7 @@ def at(x, y=0.0):
 
 
 def solved(matches, *pairs, **options):
-    config = RecognizerConfig(**options)
+    config = settings(**options)
     target = Target("toy", MODEL, 1, ConstraintSet("toy", 0.95, pairs))
     search = GroupSearch(candidates_of(target, SHAPE_OF, matches, config), matches, config, Deadline())
     return solve([search], matches, config, Deadline()), search, config

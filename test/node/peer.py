@@ -37,12 +37,15 @@ def ros(parameter_file: Path, *more: str) -> list[str]:
 class NodeProcess:
     """`artrec_node` with these arguments, as a process."""
 
-    def __init__(self, *arguments: str, log: Path) -> None:
+    def __init__(self, *arguments: str, log: Path, program: str = _RUN) -> None:
         self._log = log
         path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
         with log.open("wb") as out:
             self._process = subprocess.Popen(
-                [sys.executable, "-c", _RUN, *arguments], stdout=out, stderr=out, env={**os.environ, "PYTHONPATH": path}
+                [sys.executable, "-c", program, *arguments],
+                stdout=out,
+                stderr=out,
+                env={**os.environ, "PYTHONPATH": path},
             )
 
     def __enter__(self) -> NodeProcess:

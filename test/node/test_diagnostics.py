@@ -13,6 +13,7 @@ from artrec_ros.node.diagnostics import Diagnostics, NodeState
 from artrec_ros.node.pipeline import FrameReport
 
 FINE = NodeState(topic="/image", publishers=1, incompatible="", dropped=0, calibration="")
+TIME, NODES = "recognizer.time_budget_ms", "expert.grouping.search_nodes"
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
@@ -79,14 +80,14 @@ def test_an_old_mismatch_is_no_error_while_images_come(diagnostics: Diagnostics)
 
 
 def test_losses_cut_off_searches_and_poor_headers_are_told(diagnostics: Diagnostics) -> None:
-    diagnostics.image_processed(101, frame(5.0, 1, ended_by=("time_budget_ms",), problem="images bear no frame_id"))
-    diagnostics.image_processed(101, frame(5.0, 1, ended_by=("search_nodes",), problem="images bear no frame_id"))
+    for limit in (TIME, NODES) * 4:
+        diagnostics.image_processed(101, frame(5.0, 1, ended_by=(limit,), problem="images bear no frame_id"))
     told = report(diagnostics, 101, dropped=3, lost=4)
     assert (values(told["input"])["dropped"], values(told["input"])["lost"]) == ("3", "4")
     assert told["input"].level == WARN and "frame_id" in told["input"].message
-    assert told["recognition"].level == WARN and values(told["recognition"])["incomplete"] == "2"
-    for limit in ("time_budget_ms", "search_nodes"):
-        assert f"recognizer.{limit} ended the search in 1" in told["recognition"].message
+    assert told["recognition"].level == WARN and values(told["recognition"])["incomplete"] == "8"
+    for limit in (TIME, NODES):
+        assert f"{limit} ended the search in 4" in told["recognition"].message
 
 
 def test_those_who_hear_nothing_are_named(diagnostics: Diagnostics) -> None:
@@ -98,3 +99,44 @@ def test_those_who_hear_nothing_are_named(diagnostics: Diagnostics) -> None:
 def test_an_inactive_node_complains_of_nothing(diagnostics: Diagnostics) -> None:
     status = report(diagnostics, 200, active=False, publishers=0)["input"]
     assert status.level == OK and "not active" in status.message
+
+
+def test_a_long_look_at_one_image_is_no_silence(diagnostics: Diagnostics) -> None:
+    diagnostics.image_processed(101, frame(1.0, 1))
+    report(diagnostics, 101)
+    status = report(diagnostics, 109, busy_s=7.5)["input"]
+    assert status.level == OK and "7.5 s" in status.message
+    assert report(diagnostics, 110)["input"].level == WARN
+
+
+def test_most_images_dropped_or_lost_are_worth_a_warning(diagnostics: Diagnostics) -> None:
+    for _ in range(10):
+        diagnostics.image_processed(101, frame(1.0, 1))
+    half = report(diagnostics, 101, dropped=10)["input"]
+    assert half.level == OK, half.message
+    for _ in range(10):
+        diagnostics.image_processed(102, frame(1.0, 1))
+    most = report(diagnostics, 102, dropped=30)["input"]
+    assert most.level == WARN and "20 of 30 images dropped" in most.message
+    diagnostics.image_processed(103, frame(1.0, 1))
+    away = report(diagnostics, 103, dropped=30, lost=9)["input"]
+    assert away.level == WARN and "9 of 10 images lost" in away.message
+    diagnostics.image_processed(104, frame(1.0, 1))
+    again = report(diagnostics, 104, dropped=0, lost=0)["input"]  # activated anew: counted anew
+    assert again.level == OK
+    waiting = report(diagnostics, 105, dropped=30, busy_s=1.2)["input"]
+    assert waiting.level == WARN and "30 of 30" in waiting.message
+
+
+def test_the_cameras_frame_tells_the_hardware(diagnostics: Diagnostics) -> None:
+    assert {s.hardware_id for s in report(diagnostics, 101).values()} == {"/image"}
+    diagnostics.image_failed(102, "encoding 'x'", "left_eye")
+    assert {s.hardware_id for s in report(diagnostics, 102).values()} == {"left_eye"}
+    diagnostics.image_processed(103, FrameReport(1, 1.0, 1.0, True, "", "eye"))
+    diagnostics.image_processed(103, frame(1.0, 1))
+    assert {s.hardware_id for s in report(diagnostics, 103).values()} == {"eye"}
+
+
+def test_others_that_publish_under_the_same_names_are_told(diagnostics: Diagnostics) -> None:
+    status = report(diagnostics, 101, shared=("/red/poses: left publishes there too",))["output"]
+    assert status.level == WARN and "/red/poses: left" in status.message

@@ -14,9 +14,23 @@ import cv2
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseArray
-from peer import STARTED, NodeProcess, Peer, label_image, ros
+from peer import STARTED, NodeProcess, Peer, label_image, ros, wait_until
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CompressedImage, MultiDOFJointState
+
+SLOW = """
+import sys, time
+from pathlib import Path
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.node.main import main
+recognize = Recognizer.recognize
+def slowly(*arguments):
+    while Path({hold!r}).exists():
+        time.sleep(0.05)
+    return recognize(*arguments)
+Recognizer.recognize = slowly
+sys.exit(main())
+"""
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -84,10 +98,54 @@ def test_reliability_follows_the_publisher(
 
 def test_a_mismatch_that_was_asked_for_is_told(parameter_file: Path, picture: np.ndarray, tmp_path: Path) -> None:
     arguments = ros(parameter_file, "-p", "qos_reliability:=reliable", "-p", "no_image_after_s:=0.1")
-    with NodeProcess(*arguments, log=tmp_path / "log") as process, Peer(reliable=False) as peer:
+    with NodeProcess(*arguments, log=tmp_path / "log") as process, Peer("unused") as peer:
         process.wait_for_output(STARTED)
-        assert peer.diagnose("input", "QoS mismatch").level == DiagnosticStatus.ERROR
-        assert peer.diagnose("calibration", "no camera_info").level == DiagnosticStatus.WARN
+        with Peer(reliable=False):
+            mismatch = peer.diagnose("input", "QoS mismatch")
+            assert mismatch.level == DiagnosticStatus.ERROR
+            assert "peer cannot be heard" in mismatch.message and "reliable" in mismatch.message
+            assert peer.diagnose("calibration", "no camera_info").level == DiagnosticStatus.WARN
+        assert peer.diagnose("input", "nobody publishes"), "a mismatch goes with its publisher"
+        with Peer():
+            assert peer.diagnose("input", "send none")
+
+
+def test_nodes_that_share_names_are_told(parameter_file: Path, tmp_path: Path) -> None:
+    """Of one name, and of two names in one namespace."""
+    with Peer("unused") as peer, NodeProcess(*ros(parameter_file), log=tmp_path / "first") as first:
+        first.wait_for_output(STARTED)
+        assert peer.diagnose("output", "every subscriber can hear it")
+        with NodeProcess(*ros(parameter_file), log=tmp_path / "second") as second:
+            second.wait_for_output(STARTED)
+            assert peer.diagnose("output", "another node is called /artrec_node too").level == DiagnosticStatus.WARN
+            assert wait_until(lambda: "give each node a namespace of its own" in first.output)
+            second.stop(signal.SIGINT)
+        assert peer.diagnose("output", "every subscriber can hear it")
+        other = ros(parameter_file, "-r", "__node:=other")
+        with NodeProcess(*other, log=tmp_path / "third") as third:
+            third.wait_for_output(STARTED)
+            assert peer.diagnose("output", "/toy/poses: other publishes there too").level == DiagnosticStatus.WARN
+
+
+def test_a_frame_that_takes_long_is_not_told_as_silence(
+    parameter_file: Path, picture: np.ndarray, tmp_path: Path
+) -> None:
+    """The recogniser is held up by a file; the camera sends one image and waits."""
+    hold = tmp_path / "hold"
+    hold.touch()
+    slow = SLOW.format(hold=str(hold))
+    arguments = ros(parameter_file, "-p", "no_image_after_s:=0.5")
+    with NodeProcess(*arguments, log=tmp_path / "log", program=slow) as process, Peer() as peer:
+        process.wait_for_output(STARTED)
+        peer.listen("toy/poses", PoseArray)
+        dropped = peer.diagnose("input", "images dropped", sending=label_image(picture))
+        assert dropped.level == DiagnosticStatus.WARN and dropped.hardware_id == "/image"
+        peer.diagnose("input", "looked at for")
+        for _ in range(2):
+            assert "looked at for" in peer.diagnose("input", "").message
+        hold.unlink()
+        assert peer.spin_until(lambda: peer.heard["toy/poses"])
+        assert peer.diagnose("input", "").hardware_id == "eye"
 
 
 def test_a_subscriber_that_asks_for_more_than_is_offered_is_told(parameter_file: Path, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import toy
 from geometry_msgs.msg import PoseArray
 from peer import ROOT, STARTED, NodeProcess, Peer, ros
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, JointState, MultiDOFJointState
+from sensor_msgs.msg import CameraInfo, Image, JointState, MultiDOFJointState
 
 from artrec_ros.io.bag_writer import BagWriter
 from artrec_ros.io.parameters import Setup
@@ -36,6 +36,7 @@ def bag(setup: Setup, tmp_path_factory: pytest.TempPathFactory) -> Path:
         for i, place in enumerate(PLACES):
             image = toy.draw(setup.targets[0].model, *place) if place else np.zeros(toy.SIZE[::-1], np.uint8)
             writer.write_image("/eye/labels", FIRST_NS + i * STEP_NS, "eye", image)
+            writer.write_image("/other/labels", FIRST_NS + i * STEP_NS + 500, "other", image)
             writer.write_camera("/eye/camera_info", FIRST_NS + i * STEP_NS + 1000, toy.CAMERA)
     return path
 
@@ -44,7 +45,7 @@ def bag(setup: Setup, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def replayed(bag: Path, parameter_file: Path) -> list[FrameRecord]:
     folder = bag.parent / "replay"
     arguments = ["--params-file", str(parameter_file), "-o", str(folder), "--images", "none", "--no-video"]
-    assert artrec(["replay", str(bag), *arguments]) == 0
+    assert artrec(["replay", str(bag), "--topic", "/eye/labels", *arguments]) == 0
     return list(read_results(folder / "detections.jsonl"))
 
 
@@ -79,9 +80,11 @@ def test_the_node_answers_as_the_replay_does(
         for topic, kind in topics.items():
             peer.listen(topic, kind)
         assert peer.spin_until(lambda: all(peer.node.count_publishers(t) for t in topics))
-        done = play(bag, "--wait-for", "toy/poses")
+        peer.listen("/other/labels", Image)  # who listens to these images answers none
+        done = play(bag, "--wait-for", "toy/poses", listening=peer)
         assert done.returncode == 0, done.stderr
-        assert "/eye/labels: 5 messages sent" in done.stdout
+        assert "/eye/labels: 5 messages sent" in done.stdout and "/other/labels: 5 messages sent" in done.stdout
+        assert "waiting for the answer to each image of /eye/labels\n" in done.stderr
         assert peer.spin_until(lambda: all(len(peer.heard[t]) == len(PLACES) for t in topics))
     assert sum(len(r.detections) for r in replayed) == 4, "each toy is found, and none where there is none"
     for i, record in enumerate(replayed):
@@ -114,7 +117,7 @@ def test_the_bags_time_and_stamps_are_kept(bag: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        (["--topics", "/nowhere"], 1, "no topic '/nowhere'; there are /eye/camera_info, /eye/labels"),
+        (["--topics", "/nowhere"], 1, "no topic '/nowhere'; there are /eye/camera_info, /eye/labels, /other/labels"),
         (["--remap", "image"], 1, "OLD:=NEW"),
         (["--wait-for", "silence", "--timeout", "0.5"], 1, "nobody publishes /silence"),
         (["--rate", "0"], 2, "'0' is no positive number"),
@@ -123,3 +126,15 @@ def test_the_bags_time_and_stamps_are_kept(bag: Path) -> None:
 def test_mistakes_are_told(bag: Path, arguments: list[str], code: int, said: str) -> None:
     done = play(bag, *arguments)
     assert done.returncode == code and said in done.stderr and "Traceback" not in done.stderr
+
+
+def test_an_image_that_is_not_answered_is_told_while_it_plays(bag: Path) -> None:
+    """Somebody listens and publishes, but has no answers."""
+    with Peer("unused") as peer:
+        peer.listen("/eye/labels", Image)
+        peer.node.create_publisher(PoseArray, "toy/poses", 1)
+        arguments = ("--wait-for", "toy/poses", "--playback-duration", "0.05", "--timeout", "3")
+        done = play(bag, "--topics", "/eye/labels", *arguments, listening=peer)
+    assert done.returncode == 1
+    assert f"/eye/labels: the image of {FIRST_NS} ns was not answered in 3 s" in done.stderr
+    assert "1 images were not answered" in done.stderr

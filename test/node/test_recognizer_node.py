@@ -16,11 +16,12 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseArray
 from peer import STARTED, NodeProcess, Peer, label_image, ros
 from rcl_interfaces.msg import Parameter as ParameterMsg
-from rcl_interfaces.msg import ParameterValue
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.msg import ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from sensor_msgs.msg import Image, JointState, MultiDOFJointState
 from visualization_msgs.msg import MarkerArray
 
+from artrec_ros.core.drawing import class_picture
 from artrec_ros.io.parameters import Setup
 
 NO_CALIBRATION = np.zeros(9)
@@ -109,28 +110,52 @@ def test_calibration_of_another_size_withholds_poses(peer: Peer, picture: np.nda
     assert "320x240" in peer.diagnose("calibration", "200x240").message
 
 
-def test_the_overlay_comes_while_somebody_looks(peer: Peer, picture: np.ndarray) -> None:
-    peer.listen("debug/image", Image)
-    assert peer.spin_until(lambda: peer.node.count_publishers("debug/image"))
-    heard = peer.heard["debug/image"]
+def look(peer: Peer, topic: str, picture: np.ndarray) -> Image:
+    """A picture that comes while somebody subscribes to it."""
+    peer.listen(topic, Image)
+    assert peer.spin_until(lambda: peer.node.count_publishers(topic))
 
     def ask() -> bool:  # discovery takes a moment
         stamp = peer.send(label_image(picture))
         peer.answer("toy/poses", stamp)
-        return bool(heard)
+        return bool(peer.heard[topic])
 
     assert peer.spin_until(ask)
-    overlay = heard[-1]
+    return peer.heard[topic][-1]
+
+
+def test_the_overlay_comes_while_somebody_looks(peer: Peer, picture: np.ndarray) -> None:
+    overlay = look(peer, "debug/image", picture)
     assert overlay.encoding == "bgr8" and len(overlay.data) == overlay.step * overlay.height > picture.size
     assert overlay.header.frame_id == "eye"
 
 
+def test_what_the_recognizer_saw_is_shown_in_colours(peer: Peer, picture: np.ndarray) -> None:
+    seen = look(peer, "debug/labels", picture)
+    assert seen.encoding == "bgr8" and seen.header.frame_id == "eye"
+    pixels = np.frombuffer(seen.data, np.uint8).reshape(seen.height, seen.width, 3)
+    np.testing.assert_array_equal(pixels, class_picture(picture))
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) == 2, "the toy and the rest"
+
+
+def test_all_parameters_are_read_at_once(peer: Peer) -> None:
+    """As `ros2 param dump` does; those that hold nothing must not cost it the others."""
+    listed = peer.call(ListParameters, "list_parameters", ListParameters.Request()).result.names
+    assert {"image.classes", "image.blank", "recognizer.min_match"} <= set(listed)
+    values = peer.call(GetParameters, "get_parameters", GetParameters.Request(names=listed)).values
+    assert len(values) == len(listed)
+    assert ParameterType.PARAMETER_NOT_SET not in {v.type for v in values}
+    classes = values[listed.index("image.classes")]
+    assert classes.type == ParameterType.PARAMETER_STRING_ARRAY and classes.string_array_value == []
+    assert "read" in peer.set_parameters(image__classes=["red"]).reason
+
+
 def test_a_bad_change_is_refused_whole_with_its_reason(peer: Peer) -> None:
-    before = peer.get_parameter("recognizer.refine_steps")
-    result = peer.set_parameters(recognizer__refine_steps=before + 1, recognizer__profile="papr")
+    before = peer.get_parameter("recognizer.min_components")
+    result = peer.set_parameters(recognizer__min_components=before + 1, recognizer__profile="papr")
     assert not result.successful
     assert "recognizer.profile" in result.reason and "papr" in result.reason and "paper" in result.reason
-    assert peer.get_parameter("recognizer.refine_steps") == before
+    assert peer.get_parameter("recognizer.min_components") == before
 
 
 def test_a_good_change_is_taken_and_works(peer: Peer, picture: np.ndarray) -> None:
@@ -146,11 +171,20 @@ def test_out_of_range_read_only_and_unknown_changes_are_refused(peer: Peer) -> N
     assert not peer.set_parameters(recognizer__min_match=1.5).successful
     assert "read" in peer.set_parameters(toy__label=3).reason
     assert not peer.set_parameters(objects=["toy", "more"]).successful
-    before = peer.get_parameter("recognizer.refine_steps")
-    unknown = peer.set_parameters(recognizer__refine_steps=before + 1, recognizer__profil="paper")
+    before = peer.get_parameter("recognizer.min_components")
+    unknown = peer.set_parameters(recognizer__min_components=before + 1, recognizer__profil="paper")
     assert not unknown.successful and "did you mean 'recognizer.profile'?" in unknown.reason
-    assert peer.get_parameter("recognizer.refine_steps") == before
-    assert peer.set_parameters(recognizer__refine_steps=before).successful
+    assert peer.get_parameter("recognizer.min_components") == before
+    assert peer.set_parameters(recognizer__min_components=before).successful
+
+
+def test_experts_parameters_are_there_where_they_were_given(peer: Peer) -> None:
+    assert peer.get_parameter("expert.alignment.refine_steps") == 6
+    assert peer.set_parameters(expert__alignment__refine_steps=7).successful
+    assert peer.get_parameter("expert.alignment.refine_steps") == 7
+    assert peer.set_parameters(expert__alignment__refine_steps=6).successful
+    assert "at the start" in peer.set_parameters(expert__alignment__refine_keep=9).reason
+    assert "expert.alignment.refine_keep" in peer.set_parameters(recognizer__refine_keep=9).reason
 
 
 def test_a_request_that_is_none_is_survived(peer: Peer, node: NodeProcess, picture: np.ndarray) -> None:

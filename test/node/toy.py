@@ -45,6 +45,7 @@ PARAMETERS = f"""
     toy: {{object_file: objects/toy.yaml, constraint_file: constraints/toy.yaml, label: {LABEL}}}
     image: {{kind: labels, blank: []}}
     recognizer: {{time_budget_ms: 2000.0}}
+    expert: {{alignment: {{refine_steps: 6}}}}
 """
 
 

@@ -84,6 +84,33 @@ def test_a_folder_that_holds_files_is_refused(tmp_path, frames, target):
     assert contents(tmp_path) == {"notes.txt": b"mine"}
 
 
+@pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError])
+def test_what_was_interrupted_is_begun_anew_and_is_the_same(tmp_path, frames, target, error):
+    def breaking_off():
+        yield from frames[:3]
+        raise error
+
+    with pytest.raises(error):
+        write_frames(breaking_off(), [target], tmp_path / "out")
+    (tmp_path / "out" / "notes.txt").write_text("mine")
+    write_frames(frames, [target], tmp_path / "out")
+    write_frames(frames, [target], tmp_path / "whole")
+    assert contents(tmp_path / "out") == {**contents(tmp_path / "whole"), "notes.txt": b"mine"}
+    with pytest.raises(SourceError, match="holds files already"):
+        write_frames(frames, [target], tmp_path / "whole")
+
+
+def test_two_runs_do_not_write_into_one_folder(tmp_path, frames, target):
+    def another_at_the_same_time():
+        yield frames[0]
+        with pytest.raises(SourceError, match="another run is writing there"):
+            write_frames(frames, [target], tmp_path / "out")
+        yield frames[1]
+
+    write_frames(another_at_the_same_time(), [target], tmp_path / "out")
+    assert len((tmp_path / "out" / "truth.jsonl").read_text().splitlines()) == 2
+
+
 def test_other_markers_of_a_component_are_named_with_it():
     def seen(marker, visible_px):
         return MarkerTruth("base", marker, 1.0, 100.0, visible_px, np.zeros(2), np.zeros(2), np.ones(2), None)

@@ -165,7 +165,7 @@ def test_wrong_options(truth, found, capsys, arguments, code, said):
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
-        ("nothing.jsonl", None, "cannot be read"),
+        ("nothing.jsonl", None, "there is no such file"),
         ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{}\n', "line 2 is no line of truth"),
         ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{"stamp_ns": 1, "objects": []}\n', "the stamp 1 is there twice"),
         ("t.jsonl", "", "holds no frame"),

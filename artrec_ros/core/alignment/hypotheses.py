@@ -39,7 +39,7 @@ def pack_couples(shapes: tuple[Shape, ...], spans: tuple[int, ...]) -> Couples:
 def is_round(shape: Shape, typical_area_px: float, config: RecognizerConfig) -> bool:
     """Whether no direction of the shape can be told at the size of the blobs: its anchors mean nothing."""
     typical_scale = math.sqrt(typical_area_px / shape.area_m2)
-    return shape.is_disc or shape.symmetry.is_any_angle(typical_scale, config.symmetry_px)
+    return shape.is_disc or shape.symmetry.is_any_angle(typical_scale, config.alignment.symmetry_px)
 
 
 def centroid(blob: Blob) -> complex:

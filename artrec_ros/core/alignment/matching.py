@@ -117,7 +117,7 @@ def accept(
     found = evidence(cmap, shapes, placed, config, blank)
     good = (
         (found.share >= config.min_match)
-        & (found.visible >= config.min_visible)
+        & (found.visible >= config.alignment.min_visible)
         & (placed.area_px(shapes) >= config.min_blob_px)
     )
     if config.max_scale > 0:
@@ -126,8 +126,8 @@ def accept(
     passed = np.flatnonzero(good)
     placed = placed.replace(score=found.score).take(passed)
     everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape
-    quota = np.full(len(placed), config.max_instances)
-    kept = suppress(placed, everywhere, shapes, quota, config, config.same_place)
+    quota = np.full(len(placed), config.alignment.max_instances)
+    kept = suppress(placed, everywhere, shapes, quota, config, config.alignment.same_place)
     placed = placed.take(kept)
     label_of_slot = np.array(list(cmap.slots))
     return Matches(shapes, placed, label_of_slot[placed.slot], found.take(passed[kept]), cmap)

@@ -24,8 +24,8 @@ LEAST_TOLERANCE_PX = 1.0
 
 def tolerance_px(area_px: np.ndarray | float, config: RecognizerConfig) -> np.ndarray:
     """How far a point may lie from the contour: `tolerance_px`, less on small shapes, where it would fit anything."""
-    most = max(LEAST_TOLERANCE_PX, config.tolerance_px)
-    return np.clip(config.tolerance_share * np.sqrt(area_px), LEAST_TOLERANCE_PX, most)
+    most = max(LEAST_TOLERANCE_PX, config.alignment.tolerance_px)
+    return np.clip(config.alignment.tolerance_share * np.sqrt(area_px), LEAST_TOLERANCE_PX, most)
 
 
 Array1 = NDArray[np.float64]

@@ -8,10 +8,10 @@ import numpy as np
 
 from ..base.config import RecognizerConfig
 from ..base.deadline import Deadline
-from . import refinement_kernels as contour_fit
 from . import thinning_kernels as thinning
 from .contour_map import ContourMap
 from .placements import Placements
+from .refinement_kernels import move_onto_contours
 from .shapes import Shape, pack_shapes
 
 _GATES_PX = (8.0, 1.5)  # Tukey gates from the first to the last step
@@ -36,7 +36,7 @@ def suppress(
     :param same_place: poses closer than this share of the shape's radius, or 1 px, are one.
     """
     order = np.lexsort((-placed.score, group))
-    limits = (pack_shapes(tuple(shapes)), config.symmetry_px, same_place)
+    limits = (pack_shapes(tuple(shapes)), config.alignment.symmetry_px, same_place)
     return thinning.suppress(order, group, placed.t, placed.z, placed.w, placed.shape, quota, *limits)
 
 
@@ -90,7 +90,7 @@ def _squeeze(config: RecognizerConfig, slanted: bool) -> float:
 def _refined(
     cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, slanted: bool
 ) -> Placements:
-    t, z, w = contour_fit.refine(
+    t, z, w = move_onto_contours(
         cmap.contours,
         pack_shapes(tuple(shapes)),
         placed.t,
@@ -98,11 +98,11 @@ def _refined(
         placed.w,
         placed.shape,
         placed.slot,
-        _gates(config.refine_steps),
+        _gates(config.alignment.refine_steps),
         _POINT_STEP,
         _NORMAL_AGREEMENT,
         _DAMPING,
         _squeeze(config, slanted),
-        config.max_refined_scale,
+        config.alignment.max_refined_scale,
     )
     return placed.replace(t=t, z=z, w=w)

@@ -176,7 +176,7 @@ def _affine_step(
 
 
 @jit
-def refine(
+def move_onto_contours(
     contours: Any, shapes: Any, t: Any, z: Any, w: Any, shape: Any, slot: Any, gates: Any, step: int, agreement: float,
     damping: float, squeeze: float, most: float,
 ) -> Any:  # fmt: skip

@@ -15,6 +15,7 @@ from .start_kernels import ShapeArrays
 from .symmetry import Symmetry, find_symmetry
 
 SAMPLES = 120  # contour points per shape, the same for all so that shapes share a batch
+_MOST_CORNERS = 600  # of an outline: of a finer one, as many places evenly along it; it costs with each corner
 _ANCHOR_SHARE = 0.02  # of the root of the area: tolerance of a shape's own polygonal approximation
 _INSIDE_GRID = 12  # cells across the longer side, for overlap between instances
 
@@ -50,7 +51,9 @@ class Shape:
         x, y = outline.T
         if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
             outline = outline[::-1]
-        points, normals, perimeter = _sample(outline)
+        if len(outline) > _MOST_CORNERS:
+            outline = _sample(outline, _MOST_CORNERS)[0]
+        points, normals, perimeter = _sample(outline, SAMPLES)
         z = points @ np.array([1, 1j])
         anchors = anchor_points(outline, _ANCHOR_SHARE * float(np.sqrt(marker.area)))
         return cls(
@@ -76,11 +79,11 @@ class Shape:
         return np.round(self.outline, 9).tobytes()
 
 
-def _sample(outline: Array) -> tuple[Array, np.ndarray, float]:
+def _sample(outline: Array, count: int) -> tuple[Array, np.ndarray, float]:
     side = np.roll(outline, -1, axis=0) - outline
     length = np.hypot(side[:, 0], side[:, 1])
     ends = np.concatenate([[0.0], np.cumsum(length)])
-    s = (np.arange(SAMPLES) + 0.5) * ends[-1] / SAMPLES
+    s = (np.arange(count) + 0.5) * ends[-1] / count
     at = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, len(side) - 1)
     unit = side / np.maximum(length, 1e-12)[:, None]
     points = outline[at] + (s - ends[at])[:, None] * unit[at]

@@ -36,10 +36,10 @@ def find_starts(
     :param deadline: blobs that it leaves are not looked at.
     """
     packed = pack_shapes(tuple(shapes))
-    couples = pack_couples(tuple(shapes), config.couple_spans)
+    couples = pack_couples(tuple(shapes), config.alignment.couple_spans)
     mine = _pack_blobs(blobs, cmap, shapes, wanted, config)
     limits = _limits(config)
-    spans = np.array(config.couple_spans)
+    spans = np.array(config.alignment.couple_spans)
     parts = []
     for b_from, b_to in _chunks(mine, len(couples.q1) * len(spans)):
         if deadline.expired:
@@ -52,7 +52,7 @@ def find_starts(
 
 def _quota(blob: Blob, config: RecognizerConfig) -> int:
     """A small blob has room for few instances."""
-    return min(max(len(blob.pixels) // 8, 4), config.refine_keep)
+    return min(max(len(blob.pixels) // 8, 4), config.alignment.refine_keep)
 
 
 def _chunks(blobs: compiled.BlobArrays, an_anchor: int) -> Iterator[tuple[int, int]]:
@@ -70,18 +70,19 @@ def _chunks(blobs: compiled.BlobArrays, an_anchor: int) -> Iterator[tuple[int, i
 
 
 def _limits(config: RecognizerConfig) -> Limits:
+    most_px = max(LEAST_TOLERANCE_PX, config.alignment.tolerance_px)
     return Limits(
-        config.coarse_step,
-        config.coarse_match,
-        config.coarse_keep,
-        config.min_area_ratio,
-        config.max_area_ratio,
+        config.alignment.coarse_step,
+        config.alignment.coarse_match,
+        config.alignment.coarse_keep,
+        config.alignment.min_area_ratio,
+        config.alignment.max_area_ratio,
         float(config.min_blob_px),
         config.min_scale,
         config.max_scale if config.max_scale > 0 else np.inf,
-        Tolerance(config.tolerance_share, LEAST_TOLERANCE_PX, max(LEAST_TOLERANCE_PX, config.tolerance_px)),
-        config.symmetry_px,
-        config.same_start,
+        Tolerance(config.alignment.tolerance_share, LEAST_TOLERANCE_PX, most_px),
+        config.alignment.symmetry_px,
+        config.alignment.same_start,
     )
 
 
@@ -104,7 +105,7 @@ def _pack_blobs(
     return compiled.BlobArrays(
         np.concatenate(polygons).view(complex)[:, 0],
         _starts_of(polygons),
-        np.arange(len(blobs) + 1) * len(config.anchor_tolerances_px),
+        np.arange(len(blobs) + 1) * len(config.blobs.anchor_tolerances_px),
         area,
         np.array([centroid(b) for b in blobs]),
         np.array([cmap.slots[b.label] for b in blobs], np.int32),

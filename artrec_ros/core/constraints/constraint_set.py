@@ -82,7 +82,7 @@ class ConstraintSet:
                     f"{where}: '{'/'.join(key)}' is no component/marker of object '{model.name}'; "
                     f"it has {', '.join('/'.join(k) for k in sorted(known))}"
                 )
-        joints = [c.name for c in model.joint_components]
+        joints = model.joint_names
         for c in self.classes:
             for joint in c.joints:
                 if joint not in joints:

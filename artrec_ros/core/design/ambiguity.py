@@ -112,7 +112,7 @@ def _limits(component: Component, marker: Marker, shape: Shape, config: Recogniz
     by_design = {n for n in range(2, len(residual)) if order and order % n == 0}
     others = [r for n, r in enumerate(residual) if n >= 2 and n not in by_design]
     least = 0.0 if order == ANY_ANGLE else min(others)
-    turn = np.inf if order != 1 or least == 0 else config.symmetry_px / least
+    turn = np.inf if order != 1 or least == 0 else config.alignment.symmetry_px / least
     return MarkerLimits(component.name, marker.name, (long, short), found, float(turn), order)
 
 
@@ -125,7 +125,7 @@ def _compare(
         return None
     distance, turn = unlikeness(a, b)
     keys = [(c.name, m.name) for c, m in pair]
-    told = np.inf if distance < _SAME_SHARE * radius else _SIGMAS * config.contour_noise_px / distance
+    told = np.inf if distance < _SAME_SHARE * radius else _SIGMAS * config.constraints.contour_noise_px / distance
     found = max(_limits(c, m, s, config).found for (c, m), s in zip(pair, (a, b), strict=True))
     mirrored = unlikeness(_mirror(a), b)[0] < _SAME_SHARE * radius
     return Likeness(keys[0], keys[1], float(told), turn, mirrored) if told > found else None

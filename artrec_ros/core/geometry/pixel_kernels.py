@@ -10,7 +10,7 @@ import numpy as np
 from ..base.jit import inlined, lean
 
 
-class View(NamedTuple):
+class LabelView(NamedTuple):
     """A label image and the camera that took it."""
 
     padded: Any  # labels with a border of one pixel, flat
@@ -41,7 +41,7 @@ def pixel(px: float, py: float, width: int, height: int) -> int:
 
 
 @inlined
-def padded_pixel(x: float, y: float, view: View) -> Any:
+def padded_pixel(x: float, y: float, view: LabelView) -> Any:
     """The same without branches, so that loops become vector instructions. x and y must be numbers: NaN would give any
     index at all."""
     row = np.int32(min(max(y, -1.0), float(view.height)) + 1.5)  # rounded, and one for the border
@@ -49,7 +49,7 @@ def padded_pixel(x: float, y: float, view: View) -> Any:
 
 
 @lean
-def project(x: float, y: float, z: float, view: View) -> tuple[float, float]:
+def project(x: float, y: float, z: float, view: LabelView) -> tuple[float, float]:
     """Pixel of one point in the camera's frame; nearer ones are pushed to a millimetre."""
     z = max(z, 1e-3)
     u, v = x / z, y / z
@@ -66,7 +66,7 @@ def project(x: float, y: float, z: float, view: View) -> tuple[float, float]:
 
 
 @inlined
-def locate(A: Any, b: Any, on: Any, view: View, out: Any) -> None:
+def locate(A: Any, b: Any, on: Any, view: LabelView, out: Any) -> None:
     """Fill out[:n] with the padded labels' indices of n points under A X + b.
 
     :param on: their x, y and z.
@@ -102,7 +102,7 @@ def locate(A: Any, b: Any, on: Any, view: View, out: Any) -> None:
 
 
 @inlined
-def outline_pixels(A: Any, b: Any, points: Any, along: Any, view: View, out: Any) -> None:
+def outline_pixels(A: Any, b: Any, points: Any, along: Any, view: LabelView, out: Any) -> None:
     """Fill out (4, m) with the pixels u, v of a contour (3, m) under A X + b, and its outward unit normals there.
 
     A normal is perpendicular to the contour in the image: that in space, seen under slant, is not. A lens' bend is left

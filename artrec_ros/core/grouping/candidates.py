@@ -150,7 +150,7 @@ def candidates_of_roles(roles: Roles, matches: Matches, config: RecognizerConfig
 
     Noise: a contour's place, and what a flat rigid model leaves out (lens, slant, tolerance of make).
     """
-    noise = config.contour_noise_px, config.model_noise
+    noise = config.constraints.contour_noise_px, config.constraints.model_noise
     shapes = pack_shapes(tuple(matches.shapes))
-    p, marker, *values = candidates(matches.packed, roles.packed, shapes, config.symmetry_px, *noise)
+    p, marker, *values = candidates(matches.packed, roles.packed, shapes, config.alignment.symmetry_px, *noise)
     return Candidates(roles, p.component, marker, p.key, p.match, Poses(*p[:7]), *values)

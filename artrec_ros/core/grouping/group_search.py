@@ -83,7 +83,8 @@ class GroupSearch:
 
     def best_groups_of_all(self) -> list[Group]:
         """The heaviest groups around each seed in turn, at most `groups_per_seed`, by the deadline."""
-        return self._by_deadline([(int(seed), frozenset()) for seed in self.seeds], self._config.groups_per_seed)
+        most = self._config.grouping.groups_per_seed
+        return self._by_deadline([(int(seed), frozenset()) for seed in self.seeds], most)
 
     def best_without(self, cases: list[tuple[int, frozenset[int]]]) -> list[Group]:
         """The heaviest group of each (seed, banned), where there is one, by the deadline."""
@@ -134,15 +135,15 @@ class GroupSearch:
     def _rules(self) -> compiled.Rules:
         config = self._config
         return compiled.Rules(
-            config.missing_cost * self._perimeter_m,
+            config.grouping.missing_cost * self._perimeter_m,
             self._required,
             _MAX_OPTIONS,
-            config.groups_per_seed,
-            config.search_nodes,
+            config.grouping.groups_per_seed,
+            config.grouping.search_nodes,
             config.min_components,
-            config.min_satisfied,
-            config.min_group_match,
-            config.min_alone_match,
+            config.grouping.min_satisfied,
+            config.grouping.min_group_match,
+            config.grouping.min_alone_match,
             *_DISAGREEMENT,
             _FAR_OUT,
             _LEAST_WEIGHT,

@@ -36,7 +36,7 @@ def pair_table(all_: Candidates, overlap: Array, config: RecognizerConfig) -> Pa
     :param overlap: `Matches.overlap`.
     """
     everyone = np.arange(len(all_))
-    limits = (config.max_group_overlap, config.max_scale_ratio)
+    limits = (config.grouping.max_group_overlap, config.grouping.max_scale_ratio)
     return PairTable(*check_pairs(all_.packed, everyone, everyone, all_.roles.boxes, overlap, *limits, True))
 
 
@@ -47,6 +47,6 @@ def relevant(
 
     Each seed's nearest miss of every component is kept too, to say why it is one.
     """
-    limits = (config.max_group_overlap, config.max_scale_ratio, _MAX_PARTNERS)
+    limits = (config.grouping.max_group_overlap, config.grouping.max_scale_ratio, _MAX_PARTNERS)
     kept, seeds, *table = relate(all_.packed, all_.weight, required, all_.roles.boxes, overlap, *limits)
     return np.arange(seeds), all_.take(kept), PairTable(*table)

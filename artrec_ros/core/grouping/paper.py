@@ -40,7 +40,7 @@ def align_literally(
     deadline: Deadline,
 ) -> Matches:
     """Steps 2 to 5: couples of consecutive anchors, tolerance area per blob, threshold 0.4, first match in a place."""
-    config = dataclasses.replace(config, symmetry_px=0.0)  # the paper knows no symmetry
+    config = _without_symmetry(config)  # the paper knows no symmetry
     found = []
     for n, blob in enumerate(blobs):
         if deadline.expired:
@@ -49,16 +49,20 @@ def align_literally(
         anchors = blob_anchors(blob, config)[0] @ np.array([1, 1j])
         for s in sorted(s for s, label in wanted if label == blob.label):
             placed = _all_couples(anchors, shapes[s], s, n)
-            share = matched_share(cmap, shapes, placed, config.paper_tolerance_px, deadline)
-            index = np.flatnonzero(share > config.paper_match)
+            share = matched_share(cmap, shapes, placed, config.paper.tolerance_px, deadline)
+            index = np.flatnonzero(share > config.paper.match)
             # The first in the order of the couples stands, however good the later ones are.
             placed = placed.take(index).replace(score=-np.arange(len(index), dtype=float))
-            one, most = np.zeros(len(placed), int), np.full(len(placed), config.max_instances)
-            kept = suppress(placed, one, shapes, most, config, config.same_start)
+            one, most = np.zeros(len(placed), int), np.full(len(placed), config.alignment.max_instances)
+            kept = suppress(placed, one, shapes, most, config, config.alignment.same_start)
             placed = placed.take(kept).replace(score=share[index][kept])
             labels = np.full(len(placed), blob.label)
             found.append(Matches(shapes, placed, labels, evidence(cmap, shapes, placed, config)))
-    return _first(concatenate_matches(shapes, found), config.max_instances)
+    return _first(concatenate_matches(shapes, found), config.alignment.max_instances)
+
+
+def _without_symmetry(config: RecognizerConfig) -> RecognizerConfig:
+    return dataclasses.replace(config, alignment=dataclasses.replace(config.alignment, symmetry_px=0.0))
 
 
 def _first(matches: Matches, most: int) -> Matches:
@@ -82,7 +86,7 @@ def group_literally(
     target: Target, shape_of: ShapeOf, matches: Matches, config: RecognizerConfig, deadline: Deadline
 ) -> list[Group]:
     """Steps 6 to 8: from each torso in turn a group grows with backtracking; what it uses is gone for the next."""
-    candidates = candidates_of(target, shape_of, matches, dataclasses.replace(config, symmetry_px=0.0))
+    candidates = candidates_of(target, shape_of, matches, _without_symmetry(config))
     components = [c.name for c in target.model.components]
     boxes = _boxes(target.constraints) if isinstance(target.constraints, ConstraintSet) else {}
     required = components.index(target.model.required.name)
@@ -120,7 +124,7 @@ def _holds(
         j = np.flatnonzero(c.component == names.index(second))
         T = configuration(c.poses.at(i).at((slice(None), None)), c.poses.at(j).at((None, slice(None))))
         ratio = np.exp(np.abs(np.log(T["scale_ratio"])))
-        good = ratio <= config.paper_scale_ratio
+        good = ratio <= config.paper.scale_ratio
         for d, (low, high) in box.items():
             good &= (low <= T[d]) & (T[d] <= high)
         holds[np.ix_(i, j)] = good

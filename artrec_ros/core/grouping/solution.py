@@ -53,11 +53,11 @@ def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfi
     pool += _without_contested(searches, pool, matches, config)
     conflict = _conflicts(pool, matches, config)
     weight = np.array([g.weight for g in pool])
-    chosen, _, out_of_nodes = pack(weight, conflict, config.search_nodes, deadline)
+    chosen, _, out_of_nodes = pack(weight, conflict, config.grouping.search_nodes, deadline)
     kept, unexplained = _explained_enough([pool[g] for g in chosen], matches, config)
     stay = [n for n in chosen if any(pool[n] is g for g in kept)]
     same = [(id(g.candidates), g.choice) for g in pool]
-    margins = runner_up_margins(weight, conflict, stay, same, config.search_nodes, deadline)
+    margins = runner_up_margins(weight, conflict, stay, same, config.grouping.search_nodes, deadline)
     held = {g.seed for g in kept} | {u.group.seed for u in unexplained}
     loses_to = conflict[:, stay].tolist()
     lost = [
@@ -73,7 +73,7 @@ def _without_contested(
     searches: list[GroupSearch], pool: list[Group], matches: Matches, config: RecognizerConfig
 ) -> list[Group]:
     """Groups that do without the instances other seeds claim too: a leg between two torsos can go to either."""
-    shared = matches.overlap > config.max_overlap
+    shared = matches.overlap > config.grouping.max_overlap
     members: dict[int, list[int]] = {}  # seed's instance -> instances of its groups
     mine: dict[tuple[int, int], set[int]] = {}  # (search, seed) -> instances besides the seed
     number = {id(search.candidates): n for n, search in enumerate(searches)}
@@ -98,7 +98,7 @@ def _conflicts(pool: list[Group], matches: Matches, config: RecognizerConfig) ->
     members = np.zeros((len(pool), counts.max()), np.int64)
     for g, group in enumerate(pool):
         members[g, : counts[g]] = group.matches
-    return conflicts(members, counts, matches.overlap > config.max_overlap)
+    return conflicts(members, counts, matches.overlap > config.grouping.max_overlap)
 
 
 def _explained_enough(
@@ -122,7 +122,7 @@ def _explained_enough(
         own = np.concatenate([points[m] for m in group.matches])
         # by where the group's evidence lies, so that a corner of a neighbour's blob does not count
         here = float(share[blob_of_point[own]].sum() / len(own)) if len(own) else 1.0
-        if here >= config.min_explained:
+        if here >= config.grouping.min_explained:
             kept.append(group)
         else:
             dropped.append(Lost(group, explained=here))

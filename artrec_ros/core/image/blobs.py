@@ -68,8 +68,8 @@ def find_blobs(
             mask = _without_specks(mask, config.min_blob_px)
         chains = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
         found += [(area, label, chain) for area, chain in _large_enough(chains, config)]
-    if len(found) > config.max_blobs:
-        found = sorted(found, key=lambda f: -f[0])[: config.max_blobs]
+    if len(found) > config.blobs.max_blobs:
+        found = sorted(found, key=lambda f: -f[0])[: config.blobs.max_blobs]
     found.sort(key=lambda f: (f[1], -f[0]))
     return _outlined(found, labels.shape, np.array(blank, np.int64).reshape(-1, 4)) if found else ()
 
@@ -132,11 +132,11 @@ def blob_anchors(blob: Blob, config: RecognizerConfig) -> list[Array]:
     Small patches need two tolerances at once, large silhouettes one that grows with the root of their area.
     """
     polygons = []
-    grown = config.anchor_tolerance_share * math.sqrt(blob.area_px)
-    for base in config.anchor_tolerances_px:
+    grown = config.blobs.anchor_tolerance_share * math.sqrt(blob.area_px)
+    for base in config.blobs.anchor_tolerances_px:
         tolerance = max(base, base * grown)
         anchors = _approximated(blob.polygon, tolerance)
-        while len(anchors) > config.max_anchors:
+        while len(anchors) > config.blobs.max_anchors:
             tolerance *= 1.5
             anchors = _approximated(blob.polygon, tolerance)
         polygons.append(anchors)

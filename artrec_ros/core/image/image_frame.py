@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..base.deadline import Deadline
 from ..geometry.camera import Camera
-from ..geometry.pixel_kernels import View
+from ..geometry.pixel_kernels import LabelView
 from .label_field import LabelField
 
 
@@ -42,10 +42,10 @@ class ImageFrame:
         return int(width), int(height)
 
     @cached_property
-    def view(self) -> View:
+    def view(self) -> LabelView:
         """What compiled code needs of the labels and the camera."""
         camera = self.camera
-        return View(self.field.padded, *self.size, camera.matrix, camera.rational, camera.bent, camera.fold)
+        return LabelView(self.field.padded, *self.size, camera.matrix, camera.rational, camera.bent, camera.fold)
 
     def without(self, solids: Sequence[NDArray[np.float32]]) -> ImageFrame:
         """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody."""

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.config import ImageConfig
+from ..base.config import GREATEST_LABEL, ImageConfig
 from ..base.errors import ImageError
 from .colour_table import colour_table
 
@@ -36,7 +36,7 @@ class Segmenter:
     def labels(self, image: NDArray) -> Image:
         """Class numbers of an image's pixels.
 
-        :param image: kind `labels`: (H, W) uint8 or uint16, numbers above 255 are unknown;
+        :param image: kind `labels`: (H, W) uint8 or uint16, numbers above GREATEST_LABEL are unknown;
             `palette` and `colour`: (H, W, 3) uint8, channels blue, green, red.
         :return: (H, W) uint8, 0 is background or unknown; may be `image` itself.
         :raises ImageError: the image does not fit the kind.
@@ -56,8 +56,8 @@ class Segmenter:
                 f"image.kind 'labels' needs one channel (mono8, 8UC1, mono16, 16UC1), got {_kind(image)};"
                 " set image.kind to palette or colour for colour images"
             )
-        if image.dtype == np.uint16:
-            image = np.where(image > 255, 0, image)
+        if image.max() > GREATEST_LABEL:
+            image = cv2.threshold(image, GREATEST_LABEL, 0, cv2.THRESH_TOZERO_INV)[1]
         return image.astype(np.uint8, copy=False)
 
     def _from_palette(self, image: NDArray) -> Image:

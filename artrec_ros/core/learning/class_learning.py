@@ -58,15 +58,15 @@ def _pair_offsets(pair: PairConstraint, examples: Sequence[Example]) -> Array:
 def _joints(model: ObjectModel, rows: Sequence[Mapping[str, float]], coverage: float) -> dict[str, JointRange]:
     bare: dict[str, JointRange] = {}
     least: dict[str, float] = {}
-    for component in model.joint_components:
-        values = np.array([row[component.name] for row in rows if component.name in row], float)
+    for name, component in zip(model.joint_names, model.joint_components, strict=True):
+        values = np.array([row[name] for row in rows if name in row], float)
         joint = component.joint
         if len(values) < 2 or joint is None:
             continue
         endless = joint.kind == "revolute" and joint.upper - joint.lower >= 2 * np.pi - 1e-6
         span = Interval.around_angles(values) if endless else Interval.around(values)
-        bare[component.name] = JointRange(len(values), span, span)
-        least[component.name] = LEAST_RANGE * (1.0 if joint.kind == "revolute" else joint.upper - joint.lower)
+        bare[name] = JointRange(len(values), span, span)
+        least[name] = LEAST_RANGE * (1.0 if joint.kind == "revolute" else joint.upper - joint.lower)
     if not bare:
         return {}
     offsets = np.array([[unwrapped(np.array(row.get(n, np.nan)), j.seen) for n, j in bare.items()] for row in rows])

@@ -119,7 +119,7 @@ class FrameResult:
     """All that was recognised in one image.
 
     :param rejected: worked out when it is first looked at.
-    :param ended_by: the limits of `RecognizerConfig`, by name, that ended the search early.
+    :param ended_by: the limits that ended the search early, by the parameters' names.
     :param timing_ms: milliseconds per stage: segmentation, blobs, alignment, grouping, pose, total.
     """
 

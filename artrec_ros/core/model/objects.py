@@ -12,13 +12,15 @@ from functools import cached_property
 
 import numpy as np
 
+from ..base.config import GREATEST_LABEL
 from ..base.errors import ConfigError
 from ..geometry.transforms import Array, Pose, readonly
+from .names import check_name
 
 
 @dataclass(frozen=True)
 class Marker:
-    """A rigid flat marker.
+    """A rigid flat marker. Its name, as those of components and objects, is one that `names.check_name` passes.
 
     :param outline: (n, 2) polygon in metres, marker frame (x right, y up), not closed, any sense.
     :param tail, head: (2,) ends of the marker's axis in the marker frame.
@@ -34,6 +36,7 @@ class Marker:
     T_component_marker: Pose | None = None
 
     def __post_init__(self) -> None:
+        check_name(self.name, "marker")
         for name in ("outline", "tail", "head"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
         if self.outline.ndim != 2 or self.outline.shape[1] != 2 or len(self.outline) < 3:
@@ -99,7 +102,7 @@ class Box:
 class Joint:
     """What carries a component: URDF's joint. Revolute about `axis` (unit, joint frame), limits in radians.
 
-    :param kind: 'revolute', 'prismatic' (limits in metres) or 'fixed'.
+    :param kind: 'revolute', 'prismatic' (limits in metres) or 'fixed'. :param name: '': that of its component.
     """
 
     parent: str
@@ -108,6 +111,7 @@ class Joint:
     lower: float
     upper: float
     kind: str = "revolute"
+    name: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "axis", readonly(self.axis))
@@ -130,6 +134,12 @@ class Component:
     bodies: tuple[Box, ...] = ()
     body_label: int | None = None
 
+    def __post_init__(self) -> None:
+        check_name(self.name, "component")
+        for label in (self.label, self.body_label):
+            if label is not None and not 1 <= label <= GREATEST_LABEL:
+                raise ConfigError(f"component '{self.name}': the label {label} is not within 1 .. {GREATEST_LABEL}")
+
     def marker(self, name: str) -> Marker:
         return next(m for m in self.markers if m.name == name)
 
@@ -142,6 +152,7 @@ class ObjectModel:
     components: tuple[Component, ...]
 
     def __post_init__(self) -> None:
+        check_name(self.name, "object")
         names = [c.name for c in self.components]
         if len(set(names)) != len(names):
             raise ConfigError(f"object '{self.name}': two components have the same name")
@@ -155,6 +166,8 @@ class ObjectModel:
                     "component listed before it"
                 )
             seen.add(c.name)
+        for name in (n for n in self.joint_names if self.joint_names.count(n) > 1):
+            raise ConfigError(f"object '{self.name}': two joints have the same name '{name}'")
 
     @property
     def required(self) -> Component:
@@ -168,6 +181,11 @@ class ObjectModel:
     def joint_components(self) -> tuple[Component, ...]:
         """Components that a moving joint carries, in order: the joint vector's order."""
         return tuple(c for c in self.components if c.joint is not None and c.joint.kind != "fixed")
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """What these joints are called in results and messages: by their own names, else by their components'."""
+        return tuple((c.joint and c.joint.name) or c.name for c in self.joint_components)
 
     @cached_property
     def is_spatial(self) -> bool:

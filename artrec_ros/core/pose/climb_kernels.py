@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import jit, lean
-from ..geometry.pixel_kernels import View
+from ..geometry.pixel_kernels import LabelView
 from ..model.chain_kernels import Chain, copy_frame, copy_rotation, place_all, turn_by
-from .surface_kernels import Limits, Room, Surface, room_of
+from .surface_kernels import Room, Surface, SurfaceLimits, room_of
 from .vote_kernels import score_hypothesis
 
 STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT = 1.5, 0.03, 0.12, 0.15  # what a parameter's steps are measured in
@@ -88,8 +88,8 @@ def totals(s: Surface, value: Value, votes: Any, area_px: Any, out: Any) -> None
 
 @lean
 def whole_votes(
-    s: Surface, patches: Any, chain: Chain, R: Any, t: Any, q: Any, view: View, limits: Limits, value: Value,
-    body: Body, room: Room,
+    s: Surface, patches: Any, chain: Chain, R: Any, t: Any, q: Any, view: LabelView, limits: SurfaceLimits,
+    value: Value, body: Body, room: Room,
 ) -> float:  # fmt: skip
     """Votes of a whole object under one hypothesis (3, 3), (3,), (J,)."""
     place_all(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
@@ -129,7 +129,7 @@ def body_of(s: Surface, value: Value, n_joints: int) -> Body:
 
 @jit
 def votes_of(
-    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, R: Any, t: Any, q: Any, out: Any
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, R: Any, t: Any, q: Any, out: Any
 ) -> None:
     """Fill out (H,) with the votes of hypotheses R (H, 3, 3), t (H, 3), q (H, J)."""
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
@@ -139,8 +139,8 @@ def votes_of(
 
 @jit
 def sweep(
-    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, j: int, grid: Any, R: Any, t: Any, q: Any,
-    votes: Any,
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, j: int, grid: Any, R: Any, t: Any,
+    q: Any, votes: Any,
 ) -> None:  # fmt: skip
     """Move joint `j` of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,) to the best of the values in
     `grid`, where one is better; NaN ends them."""
@@ -159,8 +159,8 @@ def sweep(
 
 @jit
 def climb(
-    s: Surface, chain: Chain, view: View, limits: Limits, value: Value, m: Moves, steps: Any, R: Any, t: Any, q: Any,
-    votes: Any,
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, m: Moves, steps: Any, R: Any,
+    t: Any, q: Any, votes: Any,
 ) -> bool:  # fmt: skip
     """One round of steps of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one parameter after the
     other; whether any step was long enough to be taken.

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import inlined, jit
-from ..geometry.pixel_kernels import View, padded_pixel
+from ..geometry.pixel_kernels import LabelView, padded_pixel
 
 OWN, KNOWN, SILENT = 0, 1, 2  # kinds of labels along a marker's normal: its own, another's, one that says nothing
 
@@ -48,7 +48,7 @@ def edge_room(m: int, most_reach: int, n_par: int) -> EdgeRoom:
 
 
 @inlined
-def look_along(k: int, reach: int, e: EdgeTerms, view: View, room: EdgeRoom) -> None:
+def look_along(k: int, reach: int, e: EdgeTerms, view: LabelView, room: EdgeRoom) -> None:
     """Fill room.kind with the kinds of the labels along the normals, and room.flags with what they tell together.
 
     Points of the outline that are no numbers, or beyond all bounds, are put where there is no edge.
@@ -80,7 +80,7 @@ def look_along(k: int, reach: int, e: EdgeTerms, view: View, room: EdgeRoom) -> 
 
 
 @inlined
-def find_edges(k: int, e: EdgeTerms, step: int, view: View, room: EdgeRoom) -> None:
+def find_edges(k: int, e: EdgeTerms, step: int, view: LabelView, room: EdgeRoom) -> None:
     """Where the boundary of marker `k`'s class crosses the normals of its contour, which is room.outline: fill
     room.edge with signed distances along the normals, and room.weight with inverse variances (0: no edge).
 

@@ -22,7 +22,7 @@ from ..model.target import Target
 from . import climb_kernels as climbing
 from .climb_kernels import Value
 from .distinct import apart
-from .pose_fit import contour_fit, refine
+from .pose_fit import contour_fit, fit_poses
 from .ranked import Ranked
 from .seeds import Seeds
 from .surface_model import LIMITS, PatchScores, Poses, SpatialModel
@@ -183,7 +183,7 @@ class WholeObjectFinder:
     def _fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
         scores = self.judge(frame, poses, occlusion=True)
-        fitted = refine(self.surface, frame, poses, self.supported(scores), FINE_REACH_PX)
+        fitted = fit_poses(self.surface, frame, poses, self.supported(scores), FINE_REACH_PX)
         votes = np.concatenate([self.total(scores), self.votes(frame, fitted, occlusion=True)])
         return Ranked(Poses.concatenate([poses, fitted]), votes)
 
@@ -195,7 +195,7 @@ class WholeObjectFinder:
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
         whose votes fall far."""
-        fitted = refine(self.surface, frame, poses, used, FINE_REACH_PX)
+        fitted = fit_poses(self.surface, frame, poses, used, FINE_REACH_PX)
         both = Poses.concatenate([poses, fitted])
         before, after = self.votes(frame, both, occlusion=True).reshape(2, -1)
         return both[np.arange(len(poses)) + len(poses) * (after > SETTLED_VOTES * before)]

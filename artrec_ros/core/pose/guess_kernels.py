@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import LANES, inlined, lean
-from ..geometry.pixel_kernels import View, padded_pixel
+from ..geometry.pixel_kernels import LabelView, padded_pixel
 
 
-class Bank(NamedTuple):
+class BankArrays(NamedTuple):
     """V views of a marker."""
 
     anchors: Any  # (V, a, 2)
@@ -48,7 +48,7 @@ class Look(NamedTuple):
 
 @inlined
 def score_similarity(
-    x0: float, y0: float, a: float, b: float, m: Bank, v: int, look: Look, view: View, wanted: float, at: Any
+    x0: float, y0: float, a: float, b: float, m: BankArrays, v: int, look: Look, view: LabelView, wanted: float, at: Any
 ) -> float:
     """Summed votes of pixels inside a view's outline and in a ring just outside of it, under the similarity
     p -> (x0, y0) + (a -b; b a) p; -inf where they are below `wanted`.
@@ -96,7 +96,7 @@ def insert(T: Any, score: Any, x0: float, y0: float, a: float, b: float, value: 
 
 @inlined
 def offer(
-    x0: float, y0: float, a: float, b: float, m: Bank, v: int, look: Look, view: View, least: float, at: Any,
+    x0: float, y0: float, a: float, b: float, m: BankArrays, v: int, look: Look, view: LabelView, least: float, at: Any,
     T: Any, score: Any,
 ) -> float:  # fmt: skip
     """Keep a similarity of view `v` if it is among its best and reaches `least`; its score, -inf where it cannot be."""
@@ -136,8 +136,8 @@ def in_order(kept: Kept, least: float, T: Any, score: Any, of: Any) -> int:
 
 @lean
 def best_alignments(
-    p1: Any, p2: Any, moments: Moments, m: Bank, look: Look, least_share: float, view: View, at: Any, kept: Kept,
-    T: Any, score: Any, of: Any,
+    p1: Any, p2: Any, moments: Moments, m: BankArrays, look: Look, least_share: float, view: LabelView, at: Any,
+    kept: Kept, T: Any, score: Any, of: Any,
 ) -> int:  # fmt: skip
     """Fill T (N, 4), score (N,) and of (N,) with the best of each view's best similarities: of
     those that bring area, centroid and principal axis together, in the axis' four turns, and of all couples of anchors

@@ -10,7 +10,7 @@ from ..image.image_frame import ImageFrame
 from ..model.objects import Marker, ObjectModel
 from .distinct import best_distinct
 from .surface_model import Poses, SpatialModel
-from .view_bank import Bank, BlobShape, blob_shape
+from .view_bank import BlobShape, ViewBank, blob_shape
 from .views import lift, view_bank
 
 BLOB_KEEP = 48  # poses of a marker from a blob that go on
@@ -32,7 +32,7 @@ class Guesser:
         self._markers = part.markers
         inside = surface.table[surface.roles.inside(label)]
         ring = surface.table[surface.roles.ring(label, part.body_label or 0)]
-        self._banks = [Bank(view_bank(m), inside, ring) for m in self._markers]
+        self._banks = [ViewBank(view_bank(m), inside, ring) for m in self._markers]
         self._q, self._R, self._t = _draws(surface, component)
         in_marker = [self._object_in_marker(m) for m in self._markers]
         # the object's frame, see `lift`: (2, V, 3, 3) of each marker's views, and (3,) its origin along its own axes

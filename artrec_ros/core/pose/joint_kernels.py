@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 
 from ..base.jit import inlined, jit, lean
-from ..geometry.pixel_kernels import View, locate
+from ..geometry.pixel_kernels import LabelView, locate
 from ..model.chain_kernels import Chain, copy_frame, place
-from .surface_kernels import Limits, Room, Surface, aspect, points_of, room_of
+from .surface_kernels import Room, Surface, SurfaceLimits, aspect, points_of, room_of
 from .vote_kernels import ring_px2, ring_votes
 
 
 @inlined
-def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, wanted: float, room: Room) -> float:
+def patch_bound(
+    s: Surface, p: int, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, wanted: float, room: Room
+) -> float:
     """Votes of a patch that nothing hides; where these stay below `wanted`, any value below it."""
     cosine, _, _, mz = aspect(s, p, A, b)
     if not (cosine > limits.least_cosine and mz > 0.02):
@@ -39,7 +41,7 @@ def patch_bound(s: Surface, p: int, A: Any, b: Any, view: View, limits: Limits, 
 
 @lean
 def best_joint(
-    s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: View, limits: Limits,
+    s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: LabelView, limits: SurfaceLimits,
     most: Any, scratch: Any, room: Room,
 ) -> float:  # fmt: skip
     """Joint value of component `c` that the labels like best; R, t (C, ...) of one hypothesis get its frame there.
@@ -79,8 +81,8 @@ def best_joint(
 
 @lean
 def search_one(
-    s: Surface, chain: Chain, order: Any, starts: Any, R_object: Any, t_object: Any, q: Any, grids: Any, view: View,
-    limits: Limits, R: Any, t: Any, most: Any, scratch: Any, room: Room,
+    s: Surface, chain: Chain, order: Any, starts: Any, R_object: Any, t_object: Any, q: Any, grids: Any,
+    view: LabelView, limits: SurfaceLimits, R: Any, t: Any, most: Any, scratch: Any, room: Room,
 ) -> None:  # fmt: skip
     """Fill the joints q (J,) and the frames R (C, 3, 3), t (C, 3) of one hypothesis (3, 3), (3,).
 
@@ -98,7 +100,9 @@ def search_one(
 
 
 @jit
-def search_joints(s: Surface, chain: Chain, R: Any, t: Any, q: Any, grids: Any, view: View, limits: Limits) -> None:
+def search_joints(
+    s: Surface, chain: Chain, R: Any, t: Any, q: Any, grids: Any, view: LabelView, limits: SurfaceLimits
+) -> None:
     """Fill q (H, J) of hypotheses R (H, 3, 3), t (H, 3) with the values in `grids` (J, n; NaN ends a row) at which the
     labels like each component best, parents first."""
     n_c = len(chain.parent)

@@ -17,7 +17,7 @@ SUNK_M = 2e-3  # a marker may be declared this much below the face that it stick
 _CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
 
 
-class Boxes:
+class BodyBoxes:
     """The B boxes of all components' bodies."""
 
     def __init__(self, model: ObjectModel) -> None:

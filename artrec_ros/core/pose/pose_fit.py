@@ -1,7 +1,6 @@
-"""Least squares of a whole object's pose and joints on the contours of its markers.
+"""Least squares of a whole object's pose and joints: the contours of its markers, what is known of joints, short steps.
 
-Gauss-Newton with Levenberg damping. A contour point's residual is its distance along its normal
-to the edge of its class there (point to line); a point with no edge in reach, hidden or merged, has no say.
+Gauss-Newton with Levenberg damping; each term is a file of its own, fit_kernels.py puts them together.
 """
 
 from __future__ import annotations
@@ -12,20 +11,23 @@ import numpy as np
 
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from . import step_kernels as refining
+from ..model.kinematics import Kinematics
+from .contour_term_kernels import ContourTerm, contour_rows
+from .damping_kernels import Damping
 from .edges import edge_terms
-from .fit_kernels import Motion, contour_rows
-from .step_kernels import Joints, StepTerms
+from .fit_kernels import Terms, fit_each
+from .joint_prior_kernels import JointPrior
+from .placed_kernels import Joints, Placed
 from .surface_model import LEAST_COSINE, Poses, SpatialModel
 
 JOINT_SIGMA = 1.5  # a weak pull to the middle of a joint's range keeps unseen joints determined
 POINT_SIGMA_PX = 0.7  # labels place a boundary this well
 PIN = 1e9  # weight that holds a joint
-_STEP = StepTerms(POINT_SIGMA_PX, damping=np.array([0.05, 0.15]), limit=np.array([0.15, 0.3]))
+_DAMPING = Damping(POINT_SIGMA_PX, deviation=np.array([0.05, 0.15]), limit=np.array([0.15, 0.3]))
 _AT_ONCE = 64  # hypotheses between two looks at the clock
 
 
-def refine(
+def fit_poses(
     model: SpatialModel,
     frame: ImageFrame,
     poses: Poses,
@@ -39,17 +41,13 @@ def refine(
     :param reach_px: how far each step looks for edges.
     :param free_joints: (H, J) bool; None: all.
     """
-    kin, use = model.kinematics, np.ascontiguousarray(use)
+    kin = model.kinematics
     free = np.ones(poses.q.shape, bool) if free_joints is None else free_joints
     R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
-    middle, weight = (kin.lower + kin.upper) / 2, (POINT_SIGMA_PX / (JOINT_SIGMA * kin.unit)) ** 2
-    joints = Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves, middle, weight, PIN)
-    terms, view = edge_terms(model, frame.field, reach_px), frame.view
+    contours, prior, joints = _contour_term(model, frame, use, reach_px), _joint_prior(kin, free), _joints(kin)
     for part in frame.deadline.parts(len(poses), _AT_ONCE):
-        refining.refine(
-            model.compiled, kin.chain, joints, model.markers, use[part], free[part], terms, _STEP, view, LEAST_COSINE,
-            R[part], t[part], q[part],
-        )  # fmt: skip
+        terms = Terms(contours._replace(use=contours.use[part]), prior._replace(free=free[part]), _DAMPING)
+        fit_each(terms, kin.chain, joints, R[part], t[part], q[part])
     return Poses(R, t, q)
 
 
@@ -73,15 +71,26 @@ class ContourFit:
 def contour_fit(model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, reach: int) -> ContourFit:
     """How poses fit as they are; the markers that some hypothesis uses."""
     kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
-    frames, which = kin.forward(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
+    chain, which = kin.forward(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
     normal, spacing_px, residual = np.empty((*size, 2)), np.empty(size[:2]), np.empty(size)
     weight, jacobian = np.empty(size), np.empty((*size, 6 + kin.n_joints))
-    terms, view, used = edge_terms(model, frame.field, (reach,)), frame.view, np.ascontiguousarray(use)
+    term, joints = _contour_term(model, frame, use, (reach,)), _joints(kin)
     for h in range(len(poses)):
-        motion = Motion(poses.t[h], frames.axis[h], frames.origin[h], kin.revolute, kin.moves)
-        contour_rows(
-            model.compiled, model.markers, used[h], frames.R[h], frames.t[h], motion, terms, view, LEAST_COSINE,
-            normal[h], spacing_px[h], residual[h], weight[h], jacobian[h],
-        )  # fmt: skip
+        placed = Placed(poses.t[h], poses.q[h], chain.R[h], chain.t[h], chain.axis[h], chain.origin[h], joints)
+        contour_rows(term, h, placed, normal[h], spacing_px[h], residual[h], weight[h], jacobian[h])
     kept = (values[:, which] for values in (normal, spacing_px, residual, weight, jacobian))
     return ContourFit(*kept)
+
+
+def _contour_term(model: SpatialModel, frame: ImageFrame, use: np.ndarray, reach_px: tuple[int, ...]) -> ContourTerm:
+    edges, used = edge_terms(model, frame.field, reach_px), np.ascontiguousarray(use)
+    return ContourTerm(model.compiled, model.markers, used, edges, frame.view, LEAST_COSINE)
+
+
+def _joint_prior(kin: Kinematics, free: np.ndarray) -> JointPrior:
+    weight = (POINT_SIGMA_PX / (JOINT_SIGMA * kin.unit)) ** 2
+    return JointPrior((kin.lower + kin.upper) / 2, weight, free, PIN)
+
+
+def _joints(kin: Kinematics) -> Joints:
+    return Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves)

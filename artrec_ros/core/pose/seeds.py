@@ -15,7 +15,7 @@ from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from .distinct import best_distinct
 from .guesses import Guesser, is_small
-from .pose_fit import refine
+from .pose_fit import fit_poses
 from .surface_model import Poses, SpatialModel
 
 PLAIN_PX, PLAIN_VOTES = 30.0, 300.0  # of a blob, and for its component: no object with less is beyond doubt
@@ -61,7 +61,7 @@ class Seeds:
         surface = self._surface
         use = np.tile(surface.component[surface.markers] == self._root, (len(poses), 1))
         pinned = np.zeros(poses.q.shape, bool)
-        fitted = refine(surface, frame, poses, use, COARSE_REACH_PX, pinned)
+        fitted = fit_poses(surface, frame, poses, use, COARSE_REACH_PX, pinned)
         return self._best_roots(frame, Poses.concatenate([poses, fitted]), keep, bodies=False)
 
     def _best_roots(self, frame: ImageFrame, poses: Poses, n: int, *, bodies: bool = True) -> Poses:

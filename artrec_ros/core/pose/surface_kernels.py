@@ -44,7 +44,7 @@ class Surface(NamedTuple):
     box_radius: Any  # (B,) of a ball that holds the box
 
 
-class Limits(NamedTuple):
+class SurfaceLimits(NamedTuple):
     """The constants of `spatial.py`, so that they stand in one place."""
 
     least_cosine: float

@@ -18,16 +18,16 @@ from ..model.objects import ObjectModel
 from ..model.surface import Patch, patches_of
 from .hiding_kernels import shown_points
 from .joint_kernels import search_joints
-from .occlusion import BEHIND, Boxes, hulls_of
-from .surface_kernels import Limits, Surface
+from .occlusion import BEHIND, BodyBoxes, hulls_of
+from .surface_kernels import Surface, SurfaceLimits
 from .vote_kernels import score_patches
-from .votes import Roles
+from .votes import VoteRoles
 
 RING_PX = 1.25  # outside and inside of the seam that a segmenter leaves between two colours
 RING_WIDTH_PX = 1.5  # what a ring point stands for across the contour
 LEAST_COSINE = 0.12  # a patch seen flatter than this shows nothing
 _AT_ONCE = 32  # hypotheses whose joints are searched between two looks at the clock
-LIMITS = Limits(LEAST_COSINE, RING_PX, RING_WIDTH_PX, BEHIND, OUTSIDE)
+LIMITS = SurfaceLimits(LEAST_COSINE, RING_PX, RING_WIDTH_PX, BEHIND, OUTSIDE)
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class SpatialModel:
         self.model = model
         self.kinematics = Kinematics(model)
         self.patches: list[Patch] = patches_of(model, label)
-        self.roles = Roles()
+        self.roles = VoteRoles()
         bodies = [c.body_label or 0 for c in model.components]
         self.root = model.components.index(model.required)
         self.labels = [label if c.label is None else c.label for c in model.components]  # of each component's markers
@@ -106,7 +106,7 @@ class SpatialModel:
         )
         self.rim_role = np.array([self.roles.rim(self.patches[i].label) for i in self.markers])
         self.table = self.roles.table
-        self.boxes = Boxes(model)
+        self.boxes = BodyBoxes(model)
         self.hulls = hulls_of(model)
         self.ignored = self.boxes.behind_patches(self.patches)
         mine = self.points[(self.component == self.root)[self.point_patch] & self.is_marker[self.point_patch]]

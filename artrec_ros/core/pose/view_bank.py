@@ -13,7 +13,7 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from . import guess_kernels as guessing
 from .surface_model import RING_PX, RING_WIDTH_PX
-from .views import View, blob_couples, flips_of, moments_of, scale_range
+from .views import MarkerView, blob_couples, flips_of, moments_of, scale_range
 
 VIEW_KEEP = 12  # alignments of a view with a blob that go on
 LEAST_SHARE = 0.5  # of the best alignment's votes; one with fewer decides nothing
@@ -42,14 +42,14 @@ def blob_shape(blob: Blob, seam_px: float) -> BlobShape:
     return BlobShape(contour, area, blob_couples(contour, tolerances), moments_of(contour))
 
 
-class Bank:
+class ViewBank:
     """The V views of a marker.
 
     :param inside_votes, ring_votes: (256,) for the labels on the marker and around it.
     :ivar flips: (2, V, 3, 3), see `flips_of`.
     """
 
-    def __init__(self, views: Sequence[View], inside_votes: Array, ring_votes: Array) -> None:
+    def __init__(self, views: Sequence[MarkerView], inside_votes: Array, ring_votes: Array) -> None:
         most = inside_votes.max(), ring_votes.max()
         self._look = guessing.Look(inside_votes, ring_votes, *most, RING_PX, RING_WIDTH_PX)
         self.flips = flips_of(np.array([v.turn for v in views]), np.array([v.direction for v in views]))
@@ -67,7 +67,7 @@ class Bank:
         """Of the VIEW_KEEP best similarities of each view the best, at most so many: (H, 4), their votes (H,), and each
         one's view (H,), best first."""
         scale = scale_range(self._arrays[-1], shape.area_px, LEAST_AREA_PX)
-        bank = guessing.Bank(*self._arrays, self._perimeter, scale, *self._moments)
+        bank = guessing.BankArrays(*self._arrays, self._perimeter, scale, *self._moments)
         (x, y), turn = shape.moments
         moments = guessing.Moments(x, y, turn, shape.area_px)
         n_views = len(self._perimeter)

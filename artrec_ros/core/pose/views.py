@@ -26,7 +26,7 @@ FACING = np.diag([1.0, -1.0, -1.0])  # marker frame (x right, y up, z out) to th
 
 
 @dataclass(frozen=True)
-class View:
+class MarkerView:
     """A marker's outline as seen from one direction: turned by `turn` about the image axis across `direction`."""
 
     turn: float
@@ -41,7 +41,7 @@ class View:
     moments: tuple[Array, float]  # of the outline
 
 
-def view_bank(marker: Marker) -> list[View]:
+def view_bank(marker: Marker) -> list[MarkerView]:
     """The marker face on, and turned by TURNS_RAD across N_DIRECTIONS image directions."""
     turns = [(0.0, 0.0)]
     if marker.disc_radius is not None:  # a disc squeezed in any direction is the same ellipse turned
@@ -51,7 +51,7 @@ def view_bank(marker: Marker) -> list[View]:
     return [_view(marker, turn, direction) for turn, direction in turns]
 
 
-def _view(marker: Marker, turn: float, direction: float) -> View:
+def _view(marker: Marker, turn: float, direction: float) -> MarkerView:
     axis = np.array([np.cos(direction), np.sin(direction)])
     squeeze = np.eye(2) + (np.cos(turn) - 1) * np.outer(axis, axis)
     outline = marker.image_outline @ squeeze
@@ -62,7 +62,7 @@ def _view(marker: Marker, turn: float, direction: float) -> View:
     contour, normal = sample_contour(outline, SCORE_POINTS)
     perimeter = float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())
     centroid, principal = moments_of(outline * 1e3)  # in mm: cv2 takes a tiny area for none
-    return View(
+    return MarkerView(
         turn,
         direction,
         outline,

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from ..base.jit import inlined, jit, lean
-from ..geometry.pixel_kernels import View, locate, outline_pixels, padded_pixel, turned
+from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, turned
 from ..model.chain_kernels import Chain, place_all
 from .hiding_kernels import boxes_in_camera, boxes_in_front, hide
-from .surface_kernels import Limits, Room, Surface, aspect, points_of, room_of
+from .surface_kernels import Room, Surface, SurfaceLimits, aspect, points_of, room_of
 
 
 @inlined
-def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, limits: Limits, room: Room) -> float:
+def ring_votes(s: Surface, k: int, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room) -> float:
     """Mean vote of what lies just inside and just outside the contour of marker `k`."""
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
@@ -34,8 +34,8 @@ def ring_votes(s: Surface, k: int, A: Any, b: Any, view: View, limits: Limits, r
 
 @jit
 def score_patches(
-    s: Surface, chain: Chain, R: Any, t: Any, q: Any, patches: Any, view: View, limits: Limits, occlusion: bool,
-    votes: Any, area_px: Any, agree: Any,
+    s: Surface, chain: Chain, R: Any, t: Any, q: Any, patches: Any, view: LabelView, limits: SurfaceLimits,
+    occlusion: bool, votes: Any, area_px: Any, agree: Any,
 ) -> None:  # fmt: skip
     """Fill votes, area_px, agree (H, P) of hypotheses R (H, 3, 3), t (H, 3), q (H, J): see `spatial.PatchScores`."""
     room, scratch, n_c = room_of(s), np.empty((3, 3, 3)), len(chain.parent)
@@ -47,7 +47,7 @@ def score_patches(
 
 @lean
 def score_hypothesis(
-    s: Surface, R: Any, t: Any, patches: Any, view: View, limits: Limits, occlusion: bool, room: Room,
+    s: Surface, R: Any, t: Any, patches: Any, view: LabelView, limits: SurfaceLimits, occlusion: bool, room: Room,
     votes: Any, area_px: Any, agree: Any,
 ) -> None:  # fmt: skip
     """The same for one hypothesis: (C, 3, 3), (C, 3), and (P,) each to fill."""
@@ -85,6 +85,6 @@ def score_hypothesis(
 
 
 @inlined
-def ring_px2(s: Surface, k: int, cosine: float, depth: float, f2: float, limits: Limits) -> float:
+def ring_px2(s: Surface, k: int, cosine: float, depth: float, f2: float, limits: SurfaceLimits) -> float:
     """Pixels that a marker's ring stands for."""
     return s.perimeter[k] * (1 + min(cosine, 1.0)) / 2 * math.sqrt(f2) / depth * limits.ring_width_px

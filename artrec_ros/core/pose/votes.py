@@ -36,7 +36,7 @@ BODY = (0.7, -0.2, -2.0)  # a third of a marker's: bodies are large, plain, and 
 BODY_MARKER_LABEL = -1.0
 
 
-class Roles:
+class VoteRoles:
     """Tables of votes: (roles, 256) float32."""
 
     def __init__(self) -> None:

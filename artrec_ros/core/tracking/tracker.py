@@ -2,13 +2,18 @@
 
 Of every object it is known where it was and how it moved, in space and in the image. A detection continues an
 object where its place and turn are likelier for it than for a newcomer, who may be anywhere in view; all pairs of
-a frame are settled together. No id is given twice.
+a frame are settled together.
+
+Ids are small: a newcomer has the lowest one that nobody else has, or had within `max_gap_s`. An object of whose name
+never two were seen at once is number 0, however it moves: there is nobody whom it could be taken for.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -73,7 +78,8 @@ class Tracker:
 
     def __init__(self, config: TrackingConfig) -> None:
         self._tracks: list[Track] = []
-        self._next_id: dict[str, int] = {}
+        self._unseen_s: dict[tuple[str, int], float] = {}  # who had which id: since when not seen; not for ever
+        self._in_company: set[str] = set()  # names of which two were seen at once
         self._stamp_ns: int | None = None
         self._size = (0, 0)
         self._frame_id = ""
@@ -87,7 +93,7 @@ class Tracker:
             self.forget()
 
     def forget(self) -> None:
-        """Forget all objects. Ids go on: whoever comes next is somebody else."""
+        """Forget all objects: whoever comes next is somebody else. Who was seen just now keeps the id for a while."""
         self._tracks, self._stamp_ns = [], None
 
     def update(self, stamp_ns: int, result: FrameResult, frame_id: str = "") -> FrameResult:
@@ -102,13 +108,13 @@ class Tracker:
             return result
         self._advance(stamp_ns, result.size, frame_id)
         looks = [Look(d.object, Sighting.in_image(d, result.size), Sighting.in_space(d)) for d in result.detections]
+        self._in_company |= {name for name, n in Counter(look.object for look in looks).items() if n > 1}
         matched = self._match(looks)
-        seen = [
-            self._tracks[matched[n]].continued(look, self._motion) if n in matched else self._begun(look)
-            for n, look in enumerate(looks)
-        ]
-        lost = set(matched.values())
-        self._tracks = [*seen, *(t for i, t in enumerate(self._tracks) if i not in lost)]
+        continued = {n: self._tracks[i].continued(looks[n], self._motion) for n, i in matched.items()}
+        self._unseen_s |= {(t.object, t.id): 0.0 for t in continued.values()}
+        seen = [continued[n] if n in continued else self._begun(look) for n, look in enumerate(looks)]
+        ids = {(t.object, t.id) for t in seen}  # who was alone and has been lost has given the id away
+        self._tracks = [*seen, *(t for t in self._tracks if (t.object, t.id) not in ids)]
         detections: list[Detection] = [
             replace(d, id=track.id) for d, track in zip(result.detections, seen, strict=True)
         ]
@@ -121,13 +127,15 @@ class Tracker:
             self.forget()
         passed_s = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         dt_s = passed_s or _NO_CLOCK_S
+        self._unseen_s = {k: s + dt_s for k, s in self._unseen_s.items() if s + dt_s <= self._config.max_gap_s}
         older = (t.older(dt_s, self._motion) for t in self._tracks)
         self._tracks = [t for t in older if t.is_remembered(self._config.max_gap_s)]
         self._stamp_ns, self._size, self._frame_id = stamp_ns, size, frame_id or self._frame_id
 
     def _begun(self, look: Look) -> Track:
-        number = self._next_id.get(look.object, 0)
-        self._next_id[look.object] = number + 1
+        alone = look.object not in self._in_company
+        number = 0 if alone else next(i for i in count() if (look.object, i) not in self._unseen_s)
+        self._unseen_s[look.object, number] = 0.0
         space = None if look.space is None else Trace.begun(look.space, self._motion)
         return Track(look.object, number, Trace.begun(look.image, self._motion), space)
 

@@ -128,7 +128,7 @@ class _ClassModel:
     def __init__(self, model: ObjectModel, constraints: ConstraintSet, config: RecognizerConfig) -> None:
         self._constraints, self._config = constraints, config
         self._kinematics = Kinematics(model)
-        self._joints = [c.name for c in model.joint_components]
+        self._joints = model.joint_names
         self._areas = {(c.name, m.name): m.area for c in model.components for m in c.markers}
         self._shapes = {(c.name, m.name): Shape.from_marker(m) for c in model.components for m in c.markers}
         self._spans = {
@@ -146,7 +146,7 @@ class _ClassModel:
         terms = []
         for name in (n for n in c.joints if n in detection.joints):
             j = self._joints.index(name)
-            noise = self._config.class_noise * float(self._kinematics.unit[j])
+            noise = self._config.constraints.class_noise * float(self._kinematics.unit[j])
             span = least = float(self._kinematics.upper[j] - self._kinematics.lower[j])
             if self._kinematics.revolute[j]:
                 span, least = min(span, 2 * np.pi), 1.0
@@ -179,12 +179,13 @@ class _ClassModel:
             greatest = folded.period or 2 * self._constraints.reach_m
             span = min(spans.get(d, greatest), greatest)
             name = f"{'/'.join(p.first)} - {'/'.join(p.second)} {d}"
-            more = self._config.class_noise * (1.0 if d in ANGLES else float(T["distance_m"]))
+            more = self._config.constraints.class_noise * (1.0 if d in ANGLES else float(T["distance_m"]))
             yield Term(name, float(T[d]), float(np.hypot(noise[d], more)), folded, max(span, folded.width), weight)
 
     def _pose(self, key: Key, i: Instance) -> Poses:
         radius_px = self._shapes[key].rms_radius_m * i.scale
-        place = float(np.hypot(self._config.contour_noise_px, self._config.model_noise * radius_px))
+        noise = self._config.constraints
+        place = float(np.hypot(noise.contour_noise_px, noise.model_noise * radius_px))
         relative = place / max(radius_px, 1e-9)
         values: tuple[Array, ...] = tuple(
             np.asarray(v, float) for v in (i.x, i.y, i.theta, i.scale, place, relative, relative)
@@ -193,7 +194,7 @@ class _ClassModel:
 
     def _order(self, key: Key, i: Instance) -> int:
         """In how many directions a marker looks the same at its scale; 1 where its direction has no meaning."""
-        order = self._shapes[key].symmetry.order(i.scale, self._config.symmetry_px)
+        order = self._shapes[key].symmetry.order(i.scale, self._config.alignment.symmetry_px)
         return order if order != ANY_ANGLE else 1
 
 

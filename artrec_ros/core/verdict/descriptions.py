@@ -63,7 +63,7 @@ class Describer:
             ImagePose(root.x, root.y, root.theta, root.scale),
             parts,
             Pose(pose.R[0], pose.t[0]),
-            {c.name: float(pose.q[0, j]) for j, c in enumerate(target.model.joint_components) if told[j]},
+            {name: float(pose.q[0, j]) for j, name in enumerate(target.model.joint_names) if told[j]},
             covariance,
         )
 

@@ -57,7 +57,7 @@ def reason_lost(lost: Lost, config: RecognizerConfig) -> str:
     if lost.explained is not None:
         return (
             f"a group of {len(group.members)} components explains {lost.explained:.2f} of its blobs' contours, "
-            f"{config.min_explained:g} is wanted"
+            f"{config.grouping.min_explained:g} is wanted"
         )
     text = f"a group of {len(group.members)} components that explains {group.weight:.0f} px of contour loses its pixels"
     if not lost.rivals:
@@ -75,7 +75,7 @@ def reason_alone(search: GroupSearch, seed: int, config: RecognizerConfig) -> tu
     near = np.flatnonzero(~table.forbidden[seed] & table.checked[seed])
     if not len(near):
         if not others or config.min_components < 2:
-            return _too_faint(float(c.share[seed]), config.min_alone_match), None
+            return _too_faint(float(c.share[seed]), config.grouping.min_alone_match), None
         return f"no instance of {' or '.join(others)} with a learned constraint and a like scale", None
     best = int(near[np.argmin(table.violation[seed, near])])
     failure = failure_of(c, seed, best) if table.violation[seed, best] > 0 else None
@@ -103,11 +103,11 @@ def _reason_together(search: GroupSearch, seed: int, config: RecognizerConfig) -
     index = np.ix_(members, members)
     checked, violation = np.triu(table.checked[index], 1), table.violation[index]
     held = checked & (violation <= 0)
-    if held.sum() < config.min_satisfied * checked.sum():
+    if held.sum() < config.grouping.min_satisfied * checked.sum():
         a, b = np.unravel_index(int(np.argmax(np.where(checked, violation, -1.0))), violation.shape)
         failure = failure_of(c, members[int(a)], members[int(b)])
-        text = f"{held.sum()} of {checked.sum()} constraints hold, {config.min_satisfied:g} of them are wanted"
+        text = f"{held.sum()} of {checked.sum()} constraints hold, {config.grouping.min_satisfied:g} of them are wanted"
         if failure is not None:
             text += f"; {failure.first} - {failure.second} {text_of(failure)}"
         return text, failure
-    return _too_faint(float(np.mean(c.share[members])), config.min_group_match), None
+    return _too_faint(float(np.mean(c.share[members])), config.grouping.min_group_match), None

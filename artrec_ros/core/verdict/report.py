@@ -96,7 +96,7 @@ def rejections_of(
                 continue
             told.add(match)  # once an instance, whichever way it is turned
             failure = None
-            if used and float(overlap[match, sorted(used)].max()) > config.max_overlap:
+            if used and float(overlap[match, sorted(used)].max()) > config.grouping.max_overlap:
                 reason = "its pixels belong to an object that explains more"
             elif match in grouped:
                 reason = reason_lost(grouped[match], config)

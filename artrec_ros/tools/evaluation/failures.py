@@ -9,6 +9,7 @@ import numpy as np
 
 from ...core.geometry.transforms import Array
 from ...core.model.found import Detection, Instance
+from ...io.truth import TrueObject
 from ..metrics import extent_px, is_on, places_of
 from ..outcomes import Outcome
 from .runs import LookedFor
@@ -78,20 +79,25 @@ def _why_missed(outcome: Outcome, name: str, root: str, frame: ScoredFrame) -> s
         return "the replay has no result for this frame"
     if record.error is not None:
         return f"the frame could not be used: {record.error}"
-    places, reach = places_of(truth, root), _NEAR * extent_px(truth)
-
-    def is_near(x: float, y: float) -> bool:
-        return any(np.hypot(x - p[0], y - p[1]) <= reach for p in places)
-
-    others = sorted({d.object for d in record.detections if d.object != name and is_near(d.image.x, d.image.y)})
-    if others:
+    if others := taken_for(outcome, name, root, frame):
         return f"taken for '{others[0]}'"
-    rejected = [r for r in record.rejected if r.object == name and is_near(r.x, r.y)]
+    rejected = [r for r in record.rejected if r.object == name and _is_near(r.x, r.y, truth, root)]
     if rejected:
         best = max(rejected, key=lambda r: r.score)
         return f"turned down: {best.reason}"
-    limits = " and ".join(f"recognizer.{limit}" for limit in record.ended_by)
-    return "no candidate near it" + (f"; {limits} ended the search" if limits else "")
+    return "no candidate near it" + (f"; {' and '.join(record.ended_by)} ended the search" if record.ended_by else "")
+
+
+def taken_for(outcome: Outcome, name: str, root: str, frame: ScoredFrame) -> list[str]:
+    """Names of the other objects that were found where this one is."""
+    detections = frame.record.detections if frame.record else ()
+    others = (d for d in detections if d.object != name)
+    return sorted({d.object for d in others if _is_near(d.image.x, d.image.y, outcome.truth, root)})
+
+
+def _is_near(x: float, y: float, truth: TrueObject, root: str) -> bool:
+    reach = _NEAR * extent_px(truth)
+    return any(np.hypot(x - p[0], y - p[1]) <= reach for p in places_of(truth, root))
 
 
 def _why_false(d: Detection, name: str, frame: ScoredFrame, objects: Mapping[str, LookedFor]) -> str:

@@ -163,7 +163,8 @@ def _completer(run: Run, name: str, truth: Truth, camera: Camera | None) -> Call
 
 
 def _sliding(model: ObjectModel) -> frozenset[str]:
-    return frozenset(c.name for c in model.components if c.joint is not None and c.joint.kind == "prismatic")
+    joints = zip(model.joint_names, model.joint_components, strict=True)
+    return frozenset(name for name, c in joints if c.joint is not None and c.joint.kind == "prismatic")
 
 
 def _notes(run: Run, truth: Truth, found: Mapping[FrameKey, int], choices: Mapping[str, Choice]) -> Iterable[str]:

@@ -15,7 +15,8 @@ from ...io.journal import JOURNAL_FILE, Journal, Recognised
 from ...io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
 from ...io.whole_files import LineFile, held, write_whole
 from ..summary import Summary
-from .pictures import FRAMES_FOLDER, UNFINISHED, VIDEO_FILE
+from .names import FRAMES_FOLDER
+from .pictures import UNFINISHED, VIDEO_FILE
 from .plan import PLAN_FILE, check_plan, write_plan
 
 PARAMETERS_FILE = "parameters.yaml"

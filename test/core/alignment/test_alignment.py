@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from scene import Placed, capsule, disc, draw, flag, rectangle
+from settings import settings
 
 from artrec_ros.core.alignment.contour_map import ContourMap
 from artrec_ros.core.alignment.matching import find_matches
@@ -192,7 +193,7 @@ def test_refinement_that_changes_the_scale_too_much_is_undone():
     cmap = ContourMap.build(find_blobs(labels, {1}, CONFIG), SIZE)
     start = place([91 + 90j], [56.0])
     free, bound = (
-        refine(cmap, [Shape.from_marker(flag())], start, RecognizerConfig(max_refined_scale=m), Deadline())
+        refine(cmap, [Shape.from_marker(flag())], start, settings(max_refined_scale=m), Deadline())
         for m in (1.4, 1.01)
     )
     assert abs(free.z[0]) == pytest.approx(60, rel=0.01)
@@ -223,7 +224,7 @@ def test_markers_turned_out_of_the_plane_are_found_with_their_true_scale(seed):
     labels, slant = blank_labels(), np.radians(40)
     draw(labels, squeezed(flag(), theta, np.cos(slant), direction), Placed(100, 90, 0.0, 50), 1)
     shapes = [flag(), flag(mirrored=True)]
-    flat, slanted = (find(labels, shapes, RecognizerConfig(max_slant_deg=deg)) for deg in (0.0, 55.0))
+    flat, slanted = (find(labels, shapes, settings(max_slant_deg=deg)) for deg in (0.0, 55.0))
     best = int(np.argmax(slanted.placed.score))
     assert slanted.placed.shape[best] == 0
     assert slanted.placed.scale[best] == pytest.approx(50, rel=0.02)
@@ -233,7 +234,7 @@ def test_markers_turned_out_of_the_plane_are_found_with_their_true_scale(seed):
 def test_slant_is_bounded():
     labels = blank_labels()
     draw(labels, squeezed(flag(), 0.3, np.cos(np.radians(60)), 0.9), Placed(100, 90, 0.0, 60), 1)
-    placed = find(labels, [flag()], RecognizerConfig(max_slant_deg=30, min_match=0.3)).placed
+    placed = find(labels, [flag()], settings(max_slant_deg=30, min_match=0.3)).placed
     squeeze = (np.abs(placed.z) - np.abs(placed.w)) / placed.scale
     assert squeeze.min() >= np.cos(np.radians(30)) - 1e-9
 

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scene import Placed, disc, draw, flag, rectangle
+from settings import settings
 
 from artrec_ros.core.alignment.contour_map import ContourMap
 from artrec_ros.core.alignment.hypotheses import anchor_couples
@@ -15,7 +16,7 @@ from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.image.blobs import find_blobs
 
 CONFIG = RecognizerConfig()
-EVERYTHING = RecognizerConfig(coarse_match=0.0, refine_keep=200, coarse_keep=10_000)  # that is of a possible size
+EVERYTHING = settings(coarse_match=0.0, refine_keep=200, coarse_keep=10_000)  # that is of a possible size
 SIZE = (200, 160)
 
 
@@ -43,8 +44,8 @@ def test_the_true_pose_is_among_the_couples_and_none_is_too_small():
     assert near.any()
     area = Shape.from_marker(flag()).area_m2 * np.abs(found.z) ** 2
     blob = np.count_nonzero(labels)
-    assert area.min() >= 0.99 * CONFIG.min_area_ratio * blob
-    assert area.max() <= 1.1 * CONFIG.max_area_ratio * blob
+    assert area.min() >= 0.99 * CONFIG.alignment.min_area_ratio * blob
+    assert area.max() <= 1.1 * CONFIG.alignment.max_area_ratio * blob
 
 
 def test_scale_limits_hold():

@@ -27,7 +27,7 @@ def test_suppression_goes_from_the_best_to_the_worst(scene, starts):
         for n in sorted(np.flatnonzero(group == g), key=lambda n: -placed.score[n]):
             shape = scene.shapes[placed.shape[n]]
             for m in kept:
-                order = shape.symmetry.order(placed.scale[m], CONFIG.symmetry_px)
+                order = shape.symmetry.order(placed.scale[m], CONFIG.alignment.symmetry_px)
                 turned = np.abs(placed.z[n] - placed.z[m] * np.exp(2j * np.pi * np.arange(order or 1) / (order or 1)))
                 turn = turned.min() if order else abs(abs(placed.z[n]) - abs(placed.z[m]))
                 squeeze = abs(w[n]) - abs(w[m])
@@ -118,7 +118,8 @@ def test_evidence_is_what_each_point_tells(scene, starts):
     t = np.select([number % 4 == 2, number % 4 == 3], [some.t - (30 + 25j), at_border], some.t)
     some = some.replace(t=t, w=0.1 * some.z * np.exp(1j * number))
     found = evidence(cmap, scene.shapes, some, CONFIG, BLANK)
-    tolerance = np.clip(CONFIG.tolerance_share * np.sqrt(some.area_px(scene.shapes)), 1.0, CONFIG.tolerance_px)
+    share, most_px = CONFIG.alignment.tolerance_share, CONFIG.alignment.tolerance_px
+    tolerance = np.clip(share * np.sqrt(some.area_px(scene.shapes)), 1.0, most_px)
     for n in range(len(some)):
         shape = scene.shapes[some.shape[n]]
         hits, worth, in_view = 0, 0.0, 0

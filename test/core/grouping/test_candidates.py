@@ -29,13 +29,13 @@ def test_candidates_are_instances_in_every_role_and_direction(matches, candidate
         keys = sorted(candidates.key(n) for n in mine)
         s = matches.placed.shape[k]
         roles = [key for key, of in SHAPE_OF.items() if of == s]
-        order = matches.shapes[s].symmetry.order(matches.placed.scale[k], CONFIG.symmetry_px)
+        order = matches.shapes[s].symmetry.order(matches.placed.scale[k], CONFIG.alignment.symmetry_px)
         assert keys == sorted(roles * max(order, 1))
         for n in mine:
             assert number[candidates.key(n)[0]] == candidates.component[n]
             pose = candidates.poses.at(n)
             radius = matches.shapes[s].rms_radius_m * pose.scale
-            place = np.hypot(CONFIG.contour_noise_px, CONFIG.model_noise * radius)
+            place = np.hypot(CONFIG.constraints.contour_noise_px, CONFIG.constraints.model_noise * radius)
             assert (pose.x + 1j * pose.y, pose.scale) == (matches.placed.t[k], pytest.approx(matches.placed.scale[k]))
             assert (pose.place_noise_px, pose.scale_noise) == (pytest.approx(place), pytest.approx(place / radius))
             assert pose.theta_noise == pytest.approx(place / radius if order else np.pi)
@@ -61,8 +61,8 @@ def test_pairs_are_forbidden_or_checked_as_their_explanation_says(matches, candi
     table = pair_table.pair_table(c, matches.overlap, CONFIG)
     for a, b in itertools.product(range(len(c)), range(len(c))):
         ratio = np.exp(abs(np.log(c.poses.scale[a] / c.poses.scale[b])))
-        shared = matches.overlap[c.match[a], c.match[b]] > CONFIG.max_group_overlap
-        forbidden = c.component[a] == c.component[b] or ratio > CONFIG.max_scale_ratio or shared
+        shared = matches.overlap[c.match[a], c.match[b]] > CONFIG.grouping.max_group_overlap
+        forbidden = c.component[a] == c.component[b] or ratio > CONFIG.grouping.max_scale_ratio or shared
         first, second = (a, b) if constraints.pair(c.key(a), c.key(b)) else (b, a)
         pair = constraints.pair(c.key(first), c.key(second))
         assert table.forbidden[a, b] == forbidden

@@ -2,6 +2,7 @@ import cv2
 import numpy as np
 import pytest
 from scene import Placed, draw, rectangle
+from settings import settings
 
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.image import blobs
@@ -18,7 +19,7 @@ def test_blobs_are_per_class_and_specks_are_dropped():
     labels[30:32, 30:32] = 2  # a speck
     blobs = find_blobs(labels, {2, 3, 7}, CONFIG)
     assert [(b.label, b.area_px) for b in blobs] == [(2, 200.0), (2, 200.0), (3, 200.0)]
-    assert len(find_blobs(labels, {2}, RecognizerConfig(min_blob_px=4))) == 3
+    assert len(find_blobs(labels, {2}, settings(min_blob_px=4))) == 3
     assert find_blobs(np.zeros((0, 0), np.uint8) + np.zeros((1, 1), np.uint8), {1}, CONFIG) == ()
 
 
@@ -80,15 +81,15 @@ def test_ragged_blobs_get_no_more_anchors_than_allowed():
     rng = np.random.default_rng(0)
     labels = (rng.random((200, 200)) < 0.6).astype(np.uint8)
     blob = find_blobs(labels, {1}, CONFIG)[0]
-    assert len(anchor_points(blob.contour, 1.0)) > CONFIG.max_anchors
-    assert all(3 <= len(a) <= CONFIG.max_anchors for a in blob_anchors(blob, CONFIG))
+    assert len(anchor_points(blob.contour, 1.0)) > CONFIG.blobs.max_anchors
+    assert all(3 <= len(a) <= CONFIG.blobs.max_anchors for a in blob_anchors(blob, CONFIG))
 
 
 def test_only_the_largest_blobs_are_kept():
     labels = np.zeros((50, 200), np.uint8)
     for n in range(8):
         labels[5 : 10 + n, 25 * n + 2 : 25 * n + 12] = 1
-    kept = find_blobs(labels, {1}, RecognizerConfig(max_blobs=3))
+    kept = find_blobs(labels, {1}, settings(max_blobs=3))
     assert [b.area_px for b in kept] == [120.0, 110.0, 100.0]
 
 
@@ -96,7 +97,7 @@ def test_only_the_largest_blobs_are_kept():
 def test_specks_left_out_early_change_no_blob(monkeypatch, classes):
     """Noise is rid of its specks before contours are drawn: the same blobs come out."""
     labels = np.random.default_rng(classes).integers(0, classes, (97, 131)).astype(np.uint8)
-    config = RecognizerConfig(min_blob_px=12, max_blobs=10_000)
+    config = settings(min_blob_px=12, max_blobs=10_000)
     assert blobs._is_crowded((labels == 1).view(np.uint8))
     early = find_blobs(labels, {1, 2}, config)
     monkeypatch.setattr(blobs, "_CROWDED", 1.0)

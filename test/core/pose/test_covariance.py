@@ -9,7 +9,7 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import UNKNOWN, LabelField
 from artrec_ros.core.model.surface import INSIDE_POINTS
 from artrec_ros.core.pose.covariance import MOST_RANGE_SHARE, MOST_TURN_RAD, pose_covariances
-from artrec_ros.core.pose.pose_fit import refine
+from artrec_ros.core.pose.pose_fit import fit_poses
 from artrec_ros.core.pose.surface_model import SpatialModel
 
 CAMERA = camera_of()
@@ -49,7 +49,7 @@ def fits(name, count, seam=False, seed=0):
         truth = pose(*rng.uniform(-0.15, 0.15, 2), rng.uniform(0.6, 1.6), rng.uniform(-0.9, 0.9), 0.1, model, names)
         surface, frame, use = scene(model, truth, seam=seam, rng=rng)
         start = jolted(rng, truth, 1, 0.01, 0.05, 0.05)
-        fit = refine(surface, frame, start, use, REACH)
+        fit = fit_poses(surface, frame, start, use, REACH)
         error = np.r_[fit.t[0] - truth.t[0], rotation_error(fit.R[0], truth.R[0])]
         if np.linalg.norm(error[3:]) > 0.4:
             continue  # the mirrored turn: no covariance tells of that

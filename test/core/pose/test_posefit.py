@@ -25,10 +25,11 @@ from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.transforms import rotation_from_rotvec
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import OWNED, UNKNOWN, LabelField
+from artrec_ros.core.pose.contour_term_kernels import ContourTerm, add_contours
 from artrec_ros.core.pose.edge_kernels import edge_room
 from artrec_ros.core.pose.edges import edge_terms
-from artrec_ros.core.pose.fit_kernels import Motion, normal_equations
-from artrec_ros.core.pose.pose_fit import contour_fit, refine
+from artrec_ros.core.pose.placed_kernels import Joints, Placed, no_equations
+from artrec_ros.core.pose.pose_fit import contour_fit, fit_poses
 from artrec_ros.core.pose.surface_model import LEAST_COSINE, Poses, SpatialModel
 
 CAMERA = camera_of()
@@ -62,7 +63,7 @@ def test_neighbours_come_to_the_truth(name, lens):
     kin = surface.kinematics
     starts = jolted(np.random.default_rng(0), truth, 24, 0.01, 0.06, 0.04)
     starts.q[:] = np.clip(starts.q, kin.lower, kin.upper)
-    fit = refine(surface, frame, starts, np.tile(use, (24, 1)), REACH)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (24, 1)), REACH)
     place = np.linalg.norm(fit.t - truth.t, axis=1) / truth.t[0, 2]
     turn = np.array([turn_between(R, truth.R[0]) for R in fit.R])
     assert np.median(place) < 0.02 and np.mean(place < 0.035) > 0.7
@@ -98,17 +99,16 @@ def test_the_normal_equations_are_sums_over_the_contours_points():
         surface, frame, use = scene(model, truth)
         kin, n = surface.kinematics, 6 + surface.kinematics.n_joints
         fit, frames = contour_fit(surface, frame, truth, use, 4), frames_of(surface, truth)
-        A, b, room = np.empty((n, n)), np.empty(n), edge_room(surface.contour.shape[1], 4, n)
-        motion = Motion(truth.t[0], frames.axis[0], frames.origin[0], kin.revolute, kin.moves)
-        terms, view = edge_terms(surface, frame.field, (4,)), frame.view
-        normal_equations(
-            surface.compiled, surface.markers, use[0], frames.R[0], frames.t[0], motion, terms, 0, view, LEAST_COSINE,
-            A, b, np.empty(n, np.int64), room,
-        )  # fmt: skip
+        to, room = no_equations(n - 6), edge_room(surface.contour.shape[1], 4, n)
+        joints = Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves)
+        placed = Placed(truth.t[0], truth.q[0], frames.R[0], frames.t[0], frames.axis[0], frames.origin[0], joints)
+        edges = edge_terms(surface, frame.field, (4,))
+        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, LEAST_COSINE)
+        add_contours(term, 0, 0, placed, to, np.empty(n, np.int64), room)
         J, w = fit.jacobian.reshape(-1, n), fit.weight.ravel()
         assert (w > 0).sum() > 20
-        np.testing.assert_allclose(A, (J * w[:, None]).T @ J, rtol=1e-9, atol=1e-6)
-        np.testing.assert_allclose(b, (J * w[:, None]).T @ fit.residual.ravel(), rtol=1e-9, atol=1e-6)
+        np.testing.assert_allclose(np.tril(to.A), np.tril((J * w[:, None]).T @ J), rtol=1e-9, atol=1e-6)
+        np.testing.assert_allclose(to.b, (J * w[:, None]).T @ fit.residual.ravel(), rtol=1e-9, atol=1e-6)
 
 
 def test_hypotheses_left_at_the_deadline_stay():
@@ -123,8 +123,8 @@ def test_hypotheses_left_at_the_deadline_stay():
             looks.append(True)
             return len(looks) > 1
 
-    some = refine(surface, replace(frame, deadline=Once()), starts, np.tile(use, (100, 1)), (4,))
-    every = refine(surface, frame, starts, np.tile(use, (100, 1)), (4,))
+    some = fit_poses(surface, replace(frame, deadline=Once()), starts, np.tile(use, (100, 1)), (4,))
+    every = fit_poses(surface, frame, starts, np.tile(use, (100, 1)), (4,))
     fitted = (some.t != starts.t).any(axis=1)
     assert 0 < fitted.sum() < 100
     np.testing.assert_array_equal(some.t[fitted], every.t[fitted])
@@ -135,7 +135,7 @@ def test_joints_that_are_held_do_not_move():
     surface, frame, use = scene(model, truth)
     starts = jolted(np.random.default_rng(2), truth, 5, 0.01, 0.05, 0.1)
     free = np.tile([True, False], (5, 1))
-    fit = refine(surface, frame, starts, np.tile(use, (5, 1)), REACH, free)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (5, 1)), REACH, free)
     np.testing.assert_allclose(fit.q[:, 1], starts.q[:, 1], atol=1e-4)
     assert (np.abs(fit.q[:, 0] - starts.q[:, 0]) > 1e-3).any()
 
@@ -145,7 +145,7 @@ def test_joints_stay_within_their_limits():
     truth = pose(0, 0, 0.8, 0.3, 0, model, {"fore": 0.8, "hind": -0.8})
     surface, frame, use = scene(model, truth)
     starts = jolted(np.random.default_rng(3), truth, 10, 0.01, 0.05, 0.3)
-    fit = refine(surface, frame, starts, np.tile(use, (10, 1)), REACH)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (10, 1)), REACH)
     assert (np.abs(fit.q) <= 0.8 + 1e-9).all()
 
 
@@ -153,7 +153,7 @@ def test_an_unseen_joint_stays_determined():
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
     torso = use & (surface.component[surface.markers] == 0)
-    fit = refine(surface, frame, truth, torso, REACH)
+    fit = fit_poses(surface, frame, truth, torso, REACH)
     assert np.isfinite(fit.q).all()
     assert np.linalg.norm(fit.t - truth.t) < 0.03
 
@@ -161,7 +161,7 @@ def test_an_unseen_joint_stays_determined():
 def test_without_markers_in_use_nothing_moves():
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
-    fit = refine(surface, frame, truth, np.zeros_like(use), REACH)
+    fit = fit_poses(surface, frame, truth, np.zeros_like(use), REACH)
     np.testing.assert_array_equal(fit.t, truth.t)
 
 
@@ -169,9 +169,9 @@ def test_one_hypothesis_does_not_depend_on_the_others():
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
     starts = jolted(np.random.default_rng(4), truth, 4, 0.01, 0.05, 0.05)
-    together = refine(surface, frame, starts, np.tile(use, (4, 1)), (4, 3))
+    together = fit_poses(surface, frame, starts, np.tile(use, (4, 1)), (4, 3))
     for h in range(4):
-        alone = refine(surface, frame, starts[[h]], use, (4, 3))
+        alone = fit_poses(surface, frame, starts[[h]], use, (4, 3))
         np.testing.assert_allclose(alone.t[0], together.t[h], atol=1e-9)
         np.testing.assert_allclose(alone.R[0], together.R[h], atol=1e-9)
 
@@ -181,7 +181,7 @@ def test_plain_images_leave_poses_finite_and_near(value):
     model, truth = SCENES["truck"]
     surface, _, use = scene(model, truth)
     frame = ImageFrame(LabelField(np.full((240, 320), value, np.uint8)), CAMERA)
-    fit = refine(surface, frame, truth, use, REACH)
+    fit = fit_poses(surface, frame, truth, use, REACH)
     assert np.isfinite(fit.t).all() and np.isfinite(fit.R).all()
     np.testing.assert_allclose(fit.t, truth.t, atol=1e-9)
 
@@ -193,6 +193,6 @@ def test_noise_and_poses_behind_the_camera_stay_finite():
     frame = ImageFrame(LabelField(labels), CAMERA)
     starts = jolted(np.random.default_rng(6), truth, 8, 0.3, 1.0, 0.5)
     starts.t[0, 2], starts.t[1, 2] = -0.5, 0.0
-    fit = refine(surface, frame, starts, np.tile(np.ones_like(use), (8, 1)), REACH)
+    fit = fit_poses(surface, frame, starts, np.tile(np.ones_like(use), (8, 1)), REACH)
     assert np.isfinite(fit.t).all() and np.isfinite(fit.q).all()
     np.testing.assert_allclose(fit.R @ fit.R.transpose(0, 2, 1), np.tile(np.eye(3), (8, 1, 1)), atol=1e-6)

@@ -11,9 +11,9 @@ from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import rotation_from_rotvec
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
-from artrec_ros.core.pose.view_bank import LEAST_AREA_PX, Bank, BlobShape
+from artrec_ros.core.pose.view_bank import LEAST_AREA_PX, BlobShape, ViewBank
 from artrec_ros.core.pose.views import anchors_of, blob_couples, flips_of, lift, moments_of, view_bank
-from artrec_ros.core.pose.votes import Roles
+from artrec_ros.core.pose.votes import VoteRoles
 
 FLAG = marker("flag", CAB, RIGHT_SIDE, (0, 0, 0))
 
@@ -80,9 +80,9 @@ def shape_of(contour, couples=True, area_px=None):
 
 
 def aligned(views, labels, shape, most=10_000):
-    roles = Roles()
+    roles = VoteRoles()
     inside, ring = roles.inside(RED), roles.ring(RED, 0)
-    bank = Bank(views, roles.table[inside], roles.table[ring])
+    bank = ViewBank(views, roles.table[inside], roles.table[ring])
     return bank.align(ImageFrame(LabelField(labels), camera_of((200, 160))), shape, most)
 
 

@@ -6,6 +6,7 @@ import itertools
 import numpy as np
 import pytest
 from scene import Placed, crane, crane_placed, flag, polygon, rectangle
+from settings import settings
 
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.errors import ConfigError
@@ -70,7 +71,7 @@ def test_each_class_is_told_and_what_was_never_taught_is_of_none():
 
 def test_the_region_covers_what_it_promises_of_new_examples():
     rng, inside = np.random.default_rng(3), []
-    bare = RecognizerConfig(class_noise=0.0, contour_noise_px=0.0, model_noise=0.0, min_class_confidence=0.0)
+    bare = settings(class_noise=0.0, contour_noise_px=0.0, model_noise=0.0, min_class_confidence=0.0)
     for _ in range(15):
         rows = [posed(SWINGS["shut"], rng) for _ in range(30)]
         constraints = dataclasses.replace(learn(crane(), rows), classes=(learn_class("shut", crane(), rows, (), 0.9),))
@@ -102,7 +103,7 @@ def test_of_two_symmetric_markers_every_way_they_look_the_same_is_one_class():
     rows = {name: [pointer(turn, rng) for _ in range(30)] for name, turn in turns.items()}
     classes = tuple(learn_class(name, model, examples) for name, examples in rows.items())
     constraints = dataclasses.replace(learn(model, [e for r in rows.values() for e in r]), classes=classes)
-    classifier = Classifier([Target("it", model, 1, constraints)], RecognizerConfig(class_noise=0.01))
+    classifier = Classifier([Target("it", model, 1, constraints)], settings(class_noise=0.01))
     for name, turn in turns.items():
         for half, third in itertools.product(range(2), range(3)):
             seen = pointer(turn + 2 * np.pi / 3 * third, rng)
@@ -116,7 +117,7 @@ def test_what_is_not_seen_cannot_be_told():
     placed = posed(SWINGS["shut"], rng)
     assert fit(placed, without=("fore",)).name is None
     assert "seen" in fit(placed, without=("fore",)).reason
-    config = RecognizerConfig(min_class_seen=0.5)
+    config = settings(min_class_seen=0.5)
     lenient = Classifier([Target("it", crane(), 1, CONSTRAINTS)], config)
     (found,) = lenient.classified([detection(placed, without=("fore",))])
     # `aft` hangs alike in no other class
@@ -166,7 +167,7 @@ def test_regions_without_width_are_told_apart_without_any_noise(angle, name):
     classes = tuple(learn_class(n, hinged(), [], joints) for n, joints in rows.items())
     assert classes[0].joints["a"].allowed.width == 0
     target = Target("it", hinged(), 1, ConstraintSet("hinged", 0.95, (), classes))
-    classifier, pose = Classifier([target], RecognizerConfig(class_noise=0.0)), Pose.from_xyz_rpy((0, 0, 1))
+    classifier, pose = Classifier([target], settings(class_noise=0.0)), Pose.from_xyz_rpy((0, 0, 1))
     joints = {"a": angle + 1e-9, "b": angle}
     told = classifier.fit(Detection("it", 0, 1.0, ImagePose(0, 0, 0, 1), (), pose, joints))
     assert told.name == name
@@ -176,7 +177,7 @@ def test_regions_without_width_are_told_apart_without_any_noise(angle, name):
 def test_pairs_without_width_are_told_apart_without_any_noise():
     classes = tuple(learn_class(n, crane(), [crane_placed(300, 200, 0, 80, at)] * 30) for n, at in SWINGS.items())
     constraints = dataclasses.replace(CONSTRAINTS, classes=classes)
-    bare = RecognizerConfig(class_noise=0.0, contour_noise_px=0.0, model_noise=0.0)
+    bare = settings(class_noise=0.0, contour_noise_px=0.0, model_noise=0.0)
     classifier = Classifier([Target("it", crane(), 1, constraints)], bare)
     for name, at in {**SWINGS, None: UNTAUGHT}.items():
         told = classifier.fit(detection(crane_placed(200, 100, 0.5, 100, at)))

@@ -113,7 +113,7 @@ class TestRuns:
         assert "interrupted" in run.notes[0] and "thing.yaml: there is no such file" in run.notes[1] and not run.models
 
     def test_no_run(self, tmp_path):
-        with pytest.raises(SourceError, match="detections.jsonl: cannot be read"):
+        with pytest.raises(SourceError, match="detections.jsonl: there is no such file"):
             load_run(tmp_path)
         (tmp_path / "detections.jsonl").write_text("")
         with pytest.raises(SourceError, match="summary.json: cannot be read.*folder of `artrec replay`"):

@@ -7,12 +7,14 @@ from dataclasses import dataclass, field
 from ..errors import ConfigError
 from .params import param, validate
 
+GREATEST_LABEL = 253  # of a class: 254 and 255 have meanings of their own inside (core/evidence.py)
+
 
 @dataclass(frozen=True)
 class ClassConfig:
     """One class of pixels, by its colours. Several classes may share one label."""
 
-    label: int = param(0, "class number its pixels get", low=1, high=253)
+    label: int = param(0, "class number its pixels get", low=1, high=GREATEST_LABEL)
     rgb: tuple[int, ...] = param(
         (),
         "the class' colours r,g,b,r,g,b,...; colour images: reference colours, in the light that is usual",

@@ -13,7 +13,11 @@ class TrackingConfig:
 
     enabled: bool = param(True, "an object keeps its id from frame to frame; false: ids count anew in each frame")
     max_gap_s: float = param(
-        1.0, "an object that was not seen for longer has a new id when it comes back", unit="s", low=0, high=3600
+        1.0,
+        "an object that was not seen for longer is a newcomer when it comes back, and its id is free",
+        unit="s",
+        low=0,
+        high=3600,
     )
     speed: float = param(0.7, "standard deviation of an object's speed along each axis", unit="m/s", low=0, high=100)
     steady_s: float = param(

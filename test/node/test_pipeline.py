@@ -1,0 +1,144 @@
+"""One image after the other, whoever brings it, and parameters that change meanwhile."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
+
+import numpy as np
+import rclpy
+from peer import WAIT_S, label_image, ros, wait_until
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter
+
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.io.parameters import Setup
+from artrec_ros.node import pipeline, worker
+from artrec_ros.node.node import RecognizerNode
+
+
+@pytest.fixture
+def node(parameter_file: Path) -> Iterator[RecognizerNode]:
+    """An active node in this process; nothing spins it, images are handed to it."""
+    context = rclpy.Context()
+    context.init()
+    arguments = ros(parameter_file, "-r", "__ns:=/alone")
+    node = RecognizerNode(arguments, cli_args=arguments, context=context)
+    node.autostart()
+    yield node
+    node.destroy_node()
+    context.try_shutdown()
+
+
+class Gate:
+    """Takes a function's place: tells that it is called, and holds it up until it may go on."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+        self._lock = threading.Lock()
+        self.begun, self.go_on = threading.Event(), threading.Event()
+        self.calls = self.inside = self.most_inside = 0
+
+    def __call__(self, *arguments: Any) -> Any:
+        with self._lock:
+            self.calls, self.inside = self.calls + 1, self.inside + 1
+            self.most_inside = max(self.most_inside, self.inside)
+        self.begun.set()
+        assert self.go_on.wait(WAIT_S)
+        try:
+            return self._function(*arguments)
+        finally:
+            with self._lock:
+                self.inside -= 1
+
+
+def gate(monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> Gate:
+    made = Gate(getattr(owner, name))
+    monkeypatch.setattr(owner, name, lambda *arguments: made(*arguments))  # a function, so that it is a method
+    return made
+
+
+def start(node: RecognizerNode, picture: np.ndarray) -> threading.Thread:
+    thread = threading.Thread(target=node.take_image, args=(label_image(picture), time.time_ns()))
+    thread.start()
+    return thread
+
+
+def test_a_frame_that_outlives_deactivation_is_not_published_and_shares_nothing(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker, "_PATIENCE_S", 0.01)
+    recognition = gate(monkeypatch, Recognizer, "recognize")
+    first = start(node, picture)
+    assert recognition.begun.wait(WAIT_S)
+    waiting = start(node, picture)  # as the worker of an activation that is over as well
+    assert node.trigger_deactivate() == node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+    last = start(node, picture)
+    time.sleep(0.2)  # for the last to come in, if it could
+    recognition.go_on.set()
+    for thread in (first, waiting, last):
+        thread.join(WAIT_S)
+        assert not thread.is_alive()
+    assert recognition.most_inside == 1, "two threads in one pipeline"
+    assert node.counters.processed == 1 and node.counters.failed == 0, "only what came after the activation"
+
+
+def test_a_change_is_answered_at_once_and_works_when_its_recognizer_is_built(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name, whole = "image.blank", [0, 0, *picture.shape[::-1]]
+    building = gate(monkeypatch, Setup, "build")
+    (answer,) = node.set_parameters([Parameter(name, value=whole)])
+    assert answer.successful and list(node.get_parameter(name).value) == whole
+    assert building.begun.wait(WAIT_S)
+    node.take_image(label_image(picture), time.time_ns())
+    assert node.counters.objects == 1, "meanwhile the one that there was answers"
+    (refused,) = node.set_parameters([Parameter("recognizer.profile", value="papr")])
+    assert not refused.successful and "papr" in refused.reason
+    assert node.get_parameter("recognizer.profile").value == "default"
+    building.go_on.set()
+
+    def nothing_found() -> bool:
+        before = node.counters.objects
+        node.take_image(label_image(picture), time.time_ns())
+        return node.counters.objects == before
+
+    assert wait_until(nothing_found)
+    assert building.calls == 1
+
+
+def test_of_changes_that_come_faster_than_they_are_built_the_last_one_stays(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    building = gate(monkeypatch, Setup, "build")
+    values = [0.5 + i / 100 for i in range(10)]
+    for value in values:
+        assert node.set_parameters([Parameter("recognizer.min_match", value=value)])[0].successful
+        assert building.begun.wait(WAIT_S)
+    building.go_on.set()
+    assert wait_until(lambda: node._pipeline._current[0].recognizer.min_match == values[-1])
+    assert building.calls == 2
+
+
+def test_what_the_recognizer_has_no_part_in_builds_none(node: RecognizerNode, monkeypatch: pytest.MonkeyPatch) -> None:
+    building = gate(monkeypatch, Setup, "build")
+    assert node.set_parameters([Parameter("tracking.max_gap_s", value=0.25)])[0].successful
+    assert wait_until(lambda: node._pipeline._current[0].tracking.max_gap_s == 0.25)
+    assert building.calls == 0
+
+
+def test_pictures_are_made_for_those_who_look(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+    for name in ("draw_result", "class_picture"):
+        monkeypatch.setattr(pipeline, name, lambda *_, name=name: made.append(name))
+    node.take_image(label_image(picture), time.time_ns())
+    assert node.counters.processed == 1 and made == []

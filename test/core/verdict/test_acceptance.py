@@ -13,8 +13,8 @@ from artrec_ros.core.verdict.claims import Claim
 from artrec_ros.core.verdict.judge import Judge
 
 CONFIG = RecognizerConfig()
-JUDGE = Judge(CONFIG.min_votes, CONFIG.min_probability)
-STRICT = Judge(CONFIG.min_votes, 1.0)
+JUDGE = Judge(CONFIG.verdict.min_votes, CONFIG.min_probability)
+STRICT = Judge(CONFIG.verdict.min_votes, 1.0)
 FINDERS = {m.name: WholeObjectFinder(Target(m.name, m, RED)) for m in (truck(), sign())}
 
 

@@ -49,16 +49,16 @@ class FlatStage:
         return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, frame.deadline, self._blank)
 
     def group(self, frame: ImageFrame, matches: Matches) -> tuple[tuple[Detection, ...], Sequence[Rejection], bool]:
-        """Objects, what was turned down and why, and whether the choice is exact (paper, steps 6 to 8)."""
+        """Objects, what was turned down and why, and whether `search_nodes` ended the choice (paper, steps 6 to 8)."""
         if not len(matches):
-            return (), (), True
+            return (), (), False
         if self._config.profile == "paper":
             groups = [
                 g
                 for target, shape_of in zip(self._targets, self._shape_of, strict=True)
                 for g in group_literally(target, shape_of, matches, self._config, frame.deadline)
             ]
-            return detections_of(groups, matches, self._targets, literal=True), (), True
+            return detections_of(groups, matches, self._targets, literal=True), (), False
         searches = [
             GroupSearch(candidates_of_roles(roles, matches, self._config), matches, self._config, frame.deadline)
             for roles in self._roles
@@ -69,7 +69,7 @@ class FlatStage:
         for search in searches:
             search.forget_table()
         reasons = Deferred(lambda: rejections_of(solution, searches, overlap, self._config))
-        return detections, reasons, solution.exact
+        return detections, reasons, solution.out_of_nodes
 
 
 def _distinct_shapes(targets: tuple[Target, ...]) -> tuple[list[Shape], list[ShapeOf]]:

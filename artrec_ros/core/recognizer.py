@@ -102,13 +102,15 @@ class Recognizer:
         with watch.stage("alignment"):
             matches = flat.align(frame.hurried(_ALIGNMENT), blobs)
         with watch.stage("grouping"):
-            detections, rejected, exact = flat.group(frame, matches)
+            detections, rejected, out_of_nodes = flat.group(frame, matches)
         if camera is not None:
             with watch.stage("pose"):
                 found = self._spatial.recognize(frame, blobs)
             detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
         detections = self._classifier.classified(detections)
-        return FrameResult(frame.size, detections, rejected, watch.stop(), exact and not deadline.hit, labels)
+        limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
+        ended_by = tuple(name for name, hit in limits.items() if hit)
+        return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels)
 
 
 def _joined(first: Sequence[Rejection], second: Sequence[Rejection]) -> Sequence[Rejection]:

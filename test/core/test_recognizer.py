@@ -15,6 +15,7 @@ from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.io.parameters.specs import all_specs
 
 SIZE = (420, 240)
 
@@ -249,6 +250,17 @@ def test_a_blob_that_stays_unexplained_refutes_what_was_found_in_it():
         for share in (0.0, 0.5)
     ]
     assert counts == [1, 0]
+
+
+def test_the_limit_that_ended_a_search_is_named():
+    """Three cranes that touch, and one node for each choice: there is time enough, and more of it would not help."""
+    labels = render(SIZE, crane(), [crane_placed(x, 120, 0.2, 40) for x in (140, 200, 260)], RED)
+    assert recognizer(time_budget_ms=60000).recognize(labels).ended_by == ()
+    cut = recognizer(time_budget_ms=60000, search_nodes=1).recognize(labels)
+    assert cut.ended_by == ("expert.grouping.search_nodes",) and not cut.complete and cut.timing_ms["total"] < 60000
+    late = recognizer(time_budget_ms=1).recognize(labels)
+    assert "recognizer.time_budget_ms" in late.ended_by
+    assert {*cut.ended_by, *late.ended_by} <= set(all_specs([], []))
 
 
 @pytest.mark.parametrize("profile", ["default", "paper"])

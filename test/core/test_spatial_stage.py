@@ -235,7 +235,7 @@ def test_a_spent_budget_ends_the_search_and_says_so():
     engine = recognizer(Target("truck", TRUCK, RED), time_budget_ms=1.0)
     start = time.perf_counter()
     result = engine.recognize(labels, CAMERA)
-    assert not result.complete
+    assert result.ended_by == ("recognizer.time_budget_ms",) and not result.complete
     assert time.perf_counter() - start < 10
     for d in result.detections:
         assert d.pose is not None

@@ -58,7 +58,7 @@ class Group(NamedTuple):
 
 
 class GroupSearch:
-    """The search for one target's groups in one frame. `exact` turns False where its node limit cuts it short."""
+    """The search for one target's groups in one frame. `out_of_nodes` turns True where its node limit cuts it short."""
 
     def __init__(self, candidates: Candidates, matches: Matches, config: RecognizerConfig, deadline: Deadline) -> None:
         self._config = config
@@ -69,7 +69,7 @@ class GroupSearch:
         self._overlap = matches.overlap
         self.seeds, self.candidates, self.table = relevant(candidates, self._required, self._overlap, config)
         self._instances = len(matches)
-        self.exact = True
+        self.out_of_nodes = False
 
     @cached_property
     def table(self) -> PairTable:
@@ -105,7 +105,7 @@ class GroupSearch:
             if instances:
                 out[n, list(instances)] = True
         *found, exact = compiled.best_groups_of(self._pool, np.array(seeds), self._rules, out, most)
-        self.exact &= exact
+        self.out_of_nodes |= not exact
         match, candidates, groups = self._match, self.candidates, []
         for count, row, *values in zip(*(column.tolist() for column in found), strict=True):
             members = tuple(row[:count])

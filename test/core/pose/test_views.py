@@ -3,12 +3,12 @@
 import cv2
 import numpy as np
 import pytest
-from scene import disc
+from scene import apply_similarity, disc
 from scene import flag as flat_flag
 from solids import BENT, CAB, RED, RIGHT_SIDE, camera_of, marker
 
 from artrec_ros.core.geometry.projection import project
-from artrec_ros.core.geometry.transforms import apply_similarity, rotation_from_rotvec
+from artrec_ros.core.geometry.transforms import rotation_from_rotvec
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.pose.view_bank import LEAST_AREA_PX, BlobShape, ViewBank

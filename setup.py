@@ -10,7 +10,6 @@ SHARE = Path("share") / PACKAGE
 REPORT = ["Jinja2>=3.0", "matplotlib>=3.5"]
 CLUSTER = ["distributed>=2023.5"]
 TUNE = ["optuna>=3.6"]
-NUMBA_WHEELS = "python_version < '3.15' and platform_machine in 'x86_64 AMD64 aarch64 arm64'"
 
 
 def shipped(*folders):
@@ -75,8 +74,7 @@ setup(
     install_requires=[
         "backports.zstd>=1.0; python_version < '3.14'",
         "lz4>=4.0",
-        # Used where it is present; without it, recognition in space takes about three times as long.
-        f"numba>=0.59; {NUMBA_WHEELS}",
+        "numba>=0.59",
         "numpy>=1.24",
         "opencv-python-headless>=4.6",
         "PyYAML>=5.4",

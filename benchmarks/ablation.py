@@ -21,7 +21,14 @@ from unittest import mock
 import numpy as np
 import yaml
 
-from artrec_ros.core import acceptance, bank, evidence, seeds, spatial_search, surface, whole_object
+from artrec_ros.core import spatial_search
+from artrec_ros.core.model import surface
+from artrec_ros.core.pose import finder as whole_object
+from artrec_ros.core.pose import seeds
+from artrec_ros.core.pose import view_bank as bank
+from artrec_ros.core.pose import votes as evidence
+from artrec_ros.core.verdict import acceptance
+from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.tools.main import main
 
 COLUMNS = {
@@ -37,14 +44,14 @@ COLUMNS = {
 FINDER = whole_object.WholeObjectFinder
 
 
-def unfitted(model: Any, field: Any, camera: Any, poses: Any, *_: Any) -> Any:
-    """In place of `posefit.refine`: leaves hypotheses where they are."""
+def unfitted(model: Any, frame: Any, poses: Any, *_: Any) -> Any:
+    """In place of `pose_fit.fit_poses`: leaves hypotheses where they are."""
     return poses
 
 
-def unclimbed(self: Any, field: Any, camera: Any, poses: Any, votes: Any, *_: Any) -> tuple[Any, Any]:
+def unclimbed(self: Any, frame: Any, found: Any, *_: Any) -> Any:
     """In place of searches on the votes."""
-    return poses, votes
+    return found
 
 
 def faceless(index: int, component: Any) -> list[Any]:
@@ -57,9 +64,10 @@ def no_couples(contour: Any, tolerances_px: Any) -> tuple[Any, Any]:
     return np.zeros((0, 2)), np.zeros((0, 2))
 
 
-def likely(self: Any, config: Any) -> bool:
-    """In place of `acceptance.Verdict.is_object`."""
-    return bool(self.claim.votes >= config.min_votes and self.probability >= config.min_probability)
+def likely(self: Any, verdict: Any) -> str | None:
+    """In place of `Judge.reason`."""
+    enough = verdict.claim.votes >= self.min_votes and verdict.probability >= self.min_probability
+    return None if enough else "unlikely"
 
 
 def patches(*changes: tuple[Any, str, Any]) -> Callable[[], contextlib.ExitStack]:
@@ -74,18 +82,18 @@ def patches(*changes: tuple[Any, str, Any]) -> Callable[[], contextlib.ExitStack
 
 VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] = {
     "all of it": (patches(), {}),
-    "without fits to contours": (patches((whole_object, "refine", unfitted), (seeds, "refine", unfitted)), {}),
+    "without fits to contours": (patches((whole_object, "fit_poses", unfitted), (seeds, "fit_poses", unfitted)), {}),
     "without the local search on votes": (patches((FINDER, "_climb", unclimbed), (FINDER, "_sweep", unclimbed)), {}),
     "without the bodies' faces": (patches((surface, "_face_patches", faceless)), {}),
     "without votes at and around outlines": (
         patches((evidence, "RIM", (0.0, 0.0, 0.0)), (evidence, "RING", (0.0, 0.0, 0.0)),
                 (evidence, "RING_ON_BODY", (0.0, 0.0, 0.0)), (evidence, "RING_BODY_LABEL", 0.0)), {}),
-    "without mirrored turns": (patches((FINDER, "_with_flips", lambda self, p, v: p)), {}),
+    "without mirrored turns": (patches((FINDER, "_with_flips", lambda self, found: found.poses)), {}),
     "without taking sure objects' pixels first": (
         patches((spatial_search, "SURE", 2.0), (spatial_search, "LIKELY", 2.0)), {}),
     "starting from the required component alone": (
         patches((seeds.Seeds, "_of_limbs", lambda self, *_: self._surface.no_poses)), {}),
-    "required component need not be confirmed": (patches((acceptance.Verdict, "is_object", likely)), {}),
+    "required component need not be confirmed": (patches((Judge, "reason", likely)), {}),
     "blobs aligned by moments alone": (patches((bank, "blob_couples", no_couples)), {}),
     "without telling grazing components": (patches((acceptance, "_TOLD_AGREE", 2.0)), {}),
     "flat path: learned constraints, no space": (patches(), {"whole_object": False}),

@@ -18,7 +18,7 @@ import numpy as np
 from coco import Axis, CocoWriter
 from shipped import image_config
 
-from artrec_ros.core.segmentation import Segmenter
+from artrec_ros.core.image.segmentation import Segmenter
 
 EVERY = 3
 DISCS = {"joint/disc": 2, "tip/disc": 3}  # class labels

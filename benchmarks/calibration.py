@@ -5,7 +5,7 @@
 Each object has one to five parts of random outlines that swing on the first; its constraints are learned from 40
 examples. Scenes hold up to three of it, some half hidden or cut, lone parts of it, other random objects of the same
 class, ragged edges and speckle. A detection is right when each of its components lies on that component of one
-object. `--fit` fits the weights of `core/trust.py` on even-numbered objects; the table is always of odd-numbered ones.
+object. `--fit` fits the weights of `core/verdict/trust.py` on even-numbered objects; the table is always of odd ones.
 """
 
 from __future__ import annotations
@@ -17,16 +17,17 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from artrec_ros.core import report as reporting
-from artrec_ros.core.config import ImageConfig, RecognizerConfig
-from artrec_ros.core.datatypes import Detection, Instance, Target
-from artrec_ros.core.grouping import Group
-from artrec_ros.core.learning import learn
-from artrec_ros.core.objects import Component, Marker, ObjectModel
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.geometry.transforms import Array, apply_similarity
+from artrec_ros.core.grouping.group_search import Group
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.learning.pair_learning import learn
+from artrec_ros.core.model.found import Detection, Instance
+from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.segmentation import Segmenter
-from artrec_ros.core.transforms import Array, apply_similarity
-from artrec_ros.core.trust import WEIGHTS, features, probability
+from artrec_ros.core.verdict import report as reporting
+from artrec_ros.core.verdict.trust import WEIGHTS, features, probability
 
 SIZE, LABEL, FINE = (640, 480), 2, 3
 EXAMPLES = 40

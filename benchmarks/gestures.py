@@ -22,11 +22,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from artrec_ros.core.datatypes import Camera, Detection, Target
 from artrec_ros.core.drawing import draw_result
-from artrec_ros.core.transforms import Pose, rotation_from_rotvec
-from artrec_ros.io.objects import load_object
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.model.found import Detection
+from artrec_ros.core.model.target import Target
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.records import CocoBuilder
 from artrec_ros.simulation.render import Renderer

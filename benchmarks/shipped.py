@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from artrec_ros.core.config import ClassConfig, ImageConfig
+from artrec_ros.core.base.config import ClassConfig, ImageConfig
 
 CONFIG = Path(__file__).parents[1] / "config"
 

@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from rivals import aruco, contours_alone, generalized_hough, with_tags
 
-from artrec_ros.core.constraints import ConstraintSet
-from artrec_ros.core.datatypes import Camera, FrameResult, Target
+from artrec_ros.core.constraints.constraint_set import ConstraintSet
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.model.found import FrameResult
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.parameters import Setup
+from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.simulator import pinhole_camera, simulate
 

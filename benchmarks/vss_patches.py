@@ -11,8 +11,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from artrec_ros.core.config import ImageConfig
-from artrec_ros.core.segmentation import Segmenter
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.image.segmentation import Segmenter
 
 TEAMS = {"yellow": 1, "blue": 2}
 ACCENT = 3

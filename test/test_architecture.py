@@ -1,6 +1,6 @@
-"""Imports point one way: node and tools on top, then io, then core; core needs numpy, cv2 and Python alone.
+"""Imports point one way: node and tools on top, then simulation, io, core; within core each room knows only lower ones.
 
-core/compiled/jit.py alone may use numba, where it is installed; core/tracking.py alone scipy, for assignments.
+core needs numpy, cv2 and Python alone, but for the compiler (base/jit.py) and scipy's assignment (tracking/tracker.py).
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "artrec_ros"
 MODULES = sorted(PACKAGE.rglob("*.py"))
+CORE = [p for p in MODULES if p.is_relative_to(PACKAGE / "core")]
 
 # layer -> the layers of this package that it may import
 ALLOWED = {
@@ -26,6 +27,15 @@ ALLOWED = {
     "node": {"node", "io", "core"},
     "tools": {"tools", "simulation", "io", "core"},
 }
+# rooms of core, the lowest first: each may import those before it; learning and design stand beside the recogniser
+ROOMS = (
+    "base", "geometry", "model", "image", "alignment", "constraints", "grouping", "pose", "verdict", "tracking",
+)  # fmt: skip
+OFFLINE = ("learning", "design")
+IO_ROOMS = (
+    "base", "images", "messages", "bags", "sources", "results", "objects", "learned", "parameters", "truth", "inventory",
+)  # fmt: skip
+TOP = "(top)"  # the recogniser and its stages, warming up, drawing
 ROS = {
     "rclpy", "rcl_interfaces", "diagnostic_msgs", "geometry_msgs", "rosgraph_msgs", "sensor_msgs", "std_msgs",
     "tf2_ros", "visualization_msgs",
@@ -61,10 +71,46 @@ def test_imports_point_one_way(path: Path) -> None:
     assert used <= ALLOWED[layer], f"{layer} imports {sorted(used - ALLOWED[layer])}"
 
 
-@pytest.mark.parametrize("path", [p for p in MODULES if layer_of(p) == "core"], ids=name_of)
-def test_core_needs_numpy_and_opencv_alone(path: Path) -> None:
+def room_of(parts: tuple[str, ...]) -> str:
+    """The room of a module of core, from its path or dotted name below core."""
+    return parts[0] if parts and parts[0] in (*ROOMS, *OFFLINE) else TOP
+
+
+def may_know(room: str) -> set[str]:
+    below = {*ROOMS[: ROOMS.index(room) + 1]} if room in ROOMS else {*ROOMS}
+    return {*below, *OFFLINE, TOP} if room == TOP else {*below, room}
+
+
+@pytest.mark.parametrize("path", CORE, ids=name_of)
+def test_rooms_know_only_lower_ones(path: Path) -> None:
+    room = room_of(path.relative_to(PACKAGE / "core").parts)
+    used = {room_of(name[2:]) for name in imports(path) if name[:2] == ("artrec_ros", "core") and len(name) > 2}
+    assert used <= may_know(room), f"{room} imports {sorted(used - may_know(room))}"
+    if room == TOP:
+        assert not used & set(OFFLINE), "what learns is not needed to recognise"
+
+
+@pytest.mark.parametrize("path", [p for p in MODULES if layer_of(p) == "io"], ids=name_of)
+def test_rooms_of_files_know_only_lower_ones(path: Path) -> None:
+    room, *inside = path.relative_to(PACKAGE / "io").parts
+    assert inside or room == "__init__.py", "every file of io has a room"
+    used = {name[2] for name in imports(path) if name[:2] == ("artrec_ros", "io") and len(name) > 2}
+    assert not inside or used <= {*IO_ROOMS[: IO_ROOMS.index(room) + 1]}, f"{room} imports {sorted(used)}"
+
+
+@pytest.mark.parametrize(("layer", "rooms"), [("core", {*ROOMS, *OFFLINE}), ("io", {*IO_ROOMS})])
+def test_every_room_says_what_it_is_for(layer: str, rooms: set[str]) -> None:
+    folders = {p.parent.name for p in MODULES if p.parent.parent == PACKAGE / layer}
+    assert folders == rooms, "a new room: say here which ones it may know"
+    for room in folders:
+        said = ast.get_docstring(ast.parse((PACKAGE / layer / room / "__init__.py").read_text(encoding="utf-8")))
+        assert said and len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize("path", CORE, ids=name_of)
+def test_core_needs_numpy_opencv_and_numba_alone(path: Path) -> None:
     foreign = {name[0] for name in imports(path)} - set(sys.stdlib_module_names)
-    extra = {"jit.py": {"numba"}, "tracking.py": {"scipy"}}.get(path.name, set())
+    extra = {"jit.py": {"numba"}, "tracker.py": {"scipy"}}.get(path.name, set())
     assert foreign <= {"numpy", "cv2", "artrec_ros", *extra}
 
 
@@ -74,7 +120,7 @@ def test_ros_and_bags_each_have_one_place(path: Path) -> None:
     if layer_of(path) != "node":
         assert not used & ROS
     if "rosbags" in used:
-        assert name_of(path) in ("artrec_ros/io/bags.py", "artrec_ros/io/bag_writer.py")
+        assert name_of(path) in ("artrec_ros/io/bags/reader.py", "artrec_ros/io/bags/writer.py")
 
 
 def test_everything_but_the_node_works_without_ros() -> None:

@@ -19,10 +19,10 @@ import pytest
 import yaml
 
 import artrec_ros
-from artrec_ros.core.config import NodeConfig
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.io.node_topics import OUTPUTS
-from artrec_ros.io.shared_files import resolve_path, share_directory
+from artrec_ros.core.base.config import NodeConfig
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.base.shared_files import resolve_path, share_directory
+from artrec_ros.io.messages.node_topics import OUTPUTS
 
 ROOT = Path(__file__).resolve().parents[1]
 

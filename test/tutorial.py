@@ -19,7 +19,7 @@ PAGE = ROOT / "docs" / "tutorial.md"
 PICTURES = {  # docs/images/NAME -> what the commands make
     "forklift.png": "forklift.png",
     "forklift_simulated.png": "simulated/preview/0003.png",
-    "forklift_found.png": "result/frames/000003.png",
+    "forklift_found.png": "result/frames/000003_*.png",
 }
 _BLOCK = re.compile(r"(?:<!-- (.*?) -->\n)?```(\w*)\n(.*?)```", re.DOTALL)
 _FILE = re.compile(r"file: ([^,]+)(?:, from (.+) on)?")
@@ -45,6 +45,7 @@ class SaveFile:
 @dataclass(frozen=True)
 class Command:
     arguments: list[str]
+    line: str = ""  # as it stands on the page
 
 
 def steps(page: Path = PAGE) -> Iterator[SaveFile | Command]:
@@ -53,7 +54,7 @@ def steps(page: Path = PAGE) -> Iterator[SaveFile | Command]:
         if found := _FILE.fullmatch(note):
             yield SaveFile(found[1], text, found[2])
         elif language == "sh":
-            yield from (Command(shlex.split(line)) for line in text.splitlines() if line)
+            yield from (Command(shlex.split(line), line) for line in text.splitlines() if line)
 
 
 def alternatives(page: Path = PAGE) -> list[str]:
@@ -72,7 +73,7 @@ def main() -> None:
         print("$", shlex.join(step.arguments), flush=True)
         subprocess.run(step.arguments, cwd=folder, check=True)
     for name, made in PICTURES.items() if "--pictures" in sys.argv else ():
-        shutil.copy(folder / made, ROOT / "docs" / "images" / name)
+        shutil.copy(next(folder.glob(made)), ROOT / "docs" / "images" / name)
 
 
 if __name__ == "__main__":

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .blobs import Blob
-from .candidates import Roles, ShapeOf, candidates_of_roles
-from .config import RecognizerConfig
-from .contour_map import ContourMap
-from .datatypes import Detection, Rejection, Target
-from .deadline import Deadline
-from .deferred import Deferred
-from .grouping import GroupSearch
-from .matching import Matches, find_matches
-from .paper import align_literally, group_literally
-from .report import detections_of, rejections_of
-from .shapes import Shape
-from .solution import solve
+from .alignment.contour_map import ContourMap
+from .alignment.matching import Matches, find_matches
+from .alignment.shapes import Shape
+from .base.config import RecognizerConfig
+from .base.deferred import Deferred
+from .grouping.candidates import Roles, ShapeOf, candidates_of_roles
+from .grouping.group_search import GroupSearch
+from .grouping.paper import align_literally, group_literally
+from .grouping.solution import solve
+from .image.blobs import Blob
+from .image.image_frame import ImageFrame
+from .model.found import Detection, Rejection
+from .model.target import Target
+from .verdict.report import detections_of, rejections_of
 
 
 class FlatStage:
@@ -36,18 +37,18 @@ class FlatStage:
             for m in c.markers
         }
 
-    def align(self, blobs: tuple[Blob, ...], size: tuple[int, int], deadline: Deadline) -> Matches:
+    def align(self, frame: ImageFrame, blobs: tuple[Blob, ...]) -> Matches:
         """Where markers' outlines lie on blobs' contours (paper, steps 1 to 5)."""
         labels = {label for _, label in self._wanted}
         blobs = tuple(b for b in blobs if b.label in labels)
         if not blobs:
             return Matches.none(self._shapes)
         if self._config.profile == "paper":
-            return align_literally(blobs, size, self._shapes, self._wanted, self._config, deadline)
-        cmap = ContourMap.build(blobs, size)
-        return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, deadline, self._blank)
+            return align_literally(blobs, frame.size, self._shapes, self._wanted, self._config, frame.deadline)
+        cmap = ContourMap.build(blobs, frame.size)
+        return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, frame.deadline, self._blank)
 
-    def group(self, matches: Matches, deadline: Deadline) -> tuple[tuple[Detection, ...], Sequence[Rejection], bool]:
+    def group(self, frame: ImageFrame, matches: Matches) -> tuple[tuple[Detection, ...], Sequence[Rejection], bool]:
         """Objects, what was turned down and why, and whether the choice is exact (paper, steps 6 to 8)."""
         if not len(matches):
             return (), (), True
@@ -55,14 +56,14 @@ class FlatStage:
             groups = [
                 g
                 for target, shape_of in zip(self._targets, self._shape_of, strict=True)
-                for g in group_literally(target, shape_of, matches, self._config, deadline)
+                for g in group_literally(target, shape_of, matches, self._config, frame.deadline)
             ]
             return detections_of(groups, matches, self._targets, literal=True), (), True
         searches = [
-            GroupSearch(candidates_of_roles(roles, matches, self._config), matches, self._config, deadline)
+            GroupSearch(candidates_of_roles(roles, matches, self._config), matches, self._config, frame.deadline)
             for roles in self._roles
         ]
-        solution = solve(searches, matches, self._config, deadline)
+        solution = solve(searches, matches, self._config, frame.deadline)
         detections = detections_of(solution.accepted, matches, self._targets, solution.margins)
         overlap = matches.overlap  # a result that is kept shall not keep the contour map, nor tables of pairs
         for search in searches:

@@ -10,16 +10,20 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .blobs import find_blobs
-from .classify import Classifier
-from .config import RecognizerConfig
-from .constraints import ConstraintSet
-from .datatypes import Camera, FrameResult, Rejection, Target
-from .deadline import Deadline
-from .deferred import Deferred
-from .errors import ConfigError
+from .base.config import RecognizerConfig
+from .base.deadline import Deadline
+from .base.deferred import Deferred
+from .base.errors import ConfigError
+from .constraints.constraint_set import ConstraintSet
 from .flat_stage import FlatStage
+from .geometry.camera import Camera
+from .image.blobs import find_blobs
+from .image.image_frame import ImageFrame
+from .image.label_field import LabelField
+from .model.found import FrameResult, Rejection
+from .model.target import Target
 from .spatial_stage import SpatialStage
+from .verdict.classify import Classifier
 from .warm_up import warm_up_flat_stage
 
 _ALIGNMENT = 0.7  # of the time that is left may go into alignment
@@ -91,20 +95,20 @@ class Recognizer:
         deadline = Deadline(self._config.time_budget_ms / 1e3)
         with watch.stage("segmentation"):
             labels = self._segmenter.labels(image)
-        size = (int(labels.shape[1]), int(labels.shape[0]))
+        frame = ImageFrame(LabelField(labels), camera, deadline)
         flat = self._flat if camera is None else self._flat_rest
         with watch.stage("blobs"):
             blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank, deadline)
         with watch.stage("alignment"):
-            matches = flat.align(blobs, size, deadline.part(_ALIGNMENT))
+            matches = flat.align(frame.hurried(_ALIGNMENT), blobs)
         with watch.stage("grouping"):
-            detections, rejected, exact = flat.group(matches, deadline)
+            detections, rejected, exact = flat.group(frame, matches)
         if camera is not None:
             with watch.stage("pose"):
-                found = self._spatial.recognize(labels, blobs, camera, deadline)
+                found = self._spatial.recognize(frame, blobs)
             detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
         detections = self._classifier.classified(detections)
-        return FrameResult(size, detections, rejected, watch.stop(), exact and not deadline.hit, labels)
+        return FrameResult(frame.size, detections, rejected, watch.stop(), exact and not deadline.hit, labels)
 
 
 def _joined(first: Sequence[Rejection], second: Sequence[Rejection]) -> Sequence[Rejection]:

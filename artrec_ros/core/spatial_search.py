@@ -2,73 +2,77 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache, partial
 
-from .acceptance import Verdict, verdict_of
-from .blobs import Blob
-from .claims import claims_of, silhouette
-from .datatypes import Camera
-from .deadline import Deadline
-from .evidence import LabelField
-from .spatial import Poses
-from .whole_object import WholeObjectFinder
+from .image.blobs import Blob
+from .image.image_frame import ImageFrame
+from .pose.finder import Climb, WholeObjectFinder
+from .pose.surface_model import Poses
+from .verdict.claims import silhouette
+from .verdict.judge import Judge
 
 SURE = 0.999  # trust in an object whose pixels are not searched for others
 LIKELY = 0.995  # in one whose blobs need not be looked at again
 EXPLAINED = 0.6  # of a blob's contour must be a sure or a likely object's
+CLIMBS = (Climb(10, 11, 1.5), Climb(5, 13, 1.0), Climb(3, 24, 0.7))
+PLAIN_CLIMB = Climb(3, 13, 0.7)  # of an object beyond doubt
+HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
 
 
 class SpatialSearch:
-    """What is found so far, and the image without the pixels of sure objects.
+    """What is found so far, and the frame without the pixels of sure objects."""
 
-    :param trust: in a claim by its verdict, 0 to 1.
-    :param least: votes of a claim worth looking at.
-    """
-
-    def __init__(
-        self, field: LabelField, camera: Camera, deadline: Deadline, trust: Callable[[Verdict], float], least: float
-    ) -> None:
-        self._field, self._camera, self._deadline = field, camera, deadline
-        self._trust, self._least = trust, least
+    def __init__(self, frame: ImageFrame, judge: Judge) -> None:
+        self._frame, self._judge = frame, judge
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
-        self._unexplained: dict[WholeObjectFinder, LabelField] = {}  # without the pixels of its likely objects, too
-        # found, and whether sure; its pixels are still in the fields
+        self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
+        # found, and whether sure; its pixels are still in the frames
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
-    def run(
-        self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]
-    ) -> list[tuple[WholeObjectFinder, Poses]]:
+    def run(self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of each target: first objects in plain view, then what takes more to find; the largest blobs
         first."""
         queue = [(f, b) for f in finders for b in blobs if b.label == f.root_label]
         queue.sort(key=lambda fb: -fb[1].area_px)
-        for find in (WholeObjectFinder.find_plain, WholeObjectFinder.find):
+        for look in (self._look_for_plain, self._look_closely):
             left = []
             for finder, blob in queue:
                 if self._over(finder, blob):
                     continue
-                poses = find(finder, self._field, self._camera, blob, self._deadline, self._sure(finder))
-                if not self._take(finder, poses):
+                if not self._take(finder, look(finder, blob)):
                     left.append((finder, blob))
             queue = left
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
+    def _look_for_plain(self, finder: WholeObjectFinder, blob: Blob) -> Poses:
+        """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
+        none where there is doubt."""
+        found = finder.plain_guesses(self._frame, blob)
+        if not self._is_sure(finder, found.poses):
+            return found.poses[:0]
+        return finder.climbed(self._frame, found, PLAIN_CLIMB, sure=True).poses
+
+    def _look_closely(self, finder: WholeObjectFinder, blob: Blob) -> Poses:
+        """Hypotheses of which a component made a blob, or part of one, best first."""
+        found, sure = finder.guesses(self._frame, blob), False
+        for climb in CLIMBS:
+            if self._frame.deadline.expired or found.votes.max(initial=0.0) < HOPELESS_VOTES:
+                break
+            sure = sure or self._is_sure(finder, found.poses)
+            if not sure or climb is CLIMBS[-1]:
+                found = finder.climbed(self._frame, found, climb, sure=sure)
+        return found.poses
+
     def _over(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether nothing of a blob is left to explain, or no time for it."""
-        if self._deadline.expired:
+        if self._frame.deadline.expired:
             return True
         self._hide_found()
-        return self._unexplained.get(finder, self._field).owned_share(blob.contour) > EXPLAINED
+        return self._unexplained.get(finder, self._frame).field.owned_share(blob.contour) > EXPLAINED
 
-    def _sure(self, finder: WholeObjectFinder) -> Callable[[Poses], bool]:
-        return lambda pose: self._trust_in(finder, pose) > SURE
-
-    def _trust_in(self, finder: WholeObjectFinder, pose: Poses) -> float:
-        if not len(pose):
-            return 0.0
-        (claim,) = claims_of(finder, pose, self._field, self._camera)
-        return self._trust(verdict_of(claim)) if claim.votes > self._least else 0.0
+    def _is_sure(self, finder: WholeObjectFinder, poses: Poses) -> bool:
+        return self._judge.trust_in(finder, poses, self._frame) > SURE
 
     def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
         """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.
@@ -76,7 +80,7 @@ class SpatialSearch:
         A likely one may share them with a rival, but its own target's is not sought for them again.
         """
         self._found.setdefault(finder, []).append(poses)
-        trust = self._trust_in(finder, poses[:1])
+        trust = self._judge.trust_in(finder, poses, self._frame)
         if trust > LIKELY:
             self._to_hide = finder, poses[:1], trust > SURE
         return trust > SURE
@@ -86,9 +90,9 @@ class SpatialSearch:
         if self._to_hide is None:
             return
         (finder, pose, sure), self._to_hide = self._to_hide, None
-        rest = cache(partial(LabelField.without, solids=silhouette(finder.surface, self._camera, pose)))
-        self._unexplained.setdefault(finder, self._field)
+        rest = cache(partial(ImageFrame.without, solids=silhouette(finder.surface, self._frame.camera, pose)))
+        self._unexplained.setdefault(finder, self._frame)
         for other in self._unexplained if sure else (finder,):
             self._unexplained[other] = rest(self._unexplained[other])  # several finders may still share one
         if sure:
-            self._field = rest(self._field)
+            self._frame = rest(self._frame)

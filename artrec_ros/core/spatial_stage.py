@@ -4,50 +4,46 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from .acceptance import Verdict
-from .blobs import Blob
-from .config import RecognizerConfig
-from .datatypes import Camera, Detection, Rejection, Target
-from .deadline import Deadline
-from .descriptions import Describer
-from .evidence import LabelField
-from .ownership import share_out
-from .projection import project
+from .base.config import RecognizerConfig
+from .geometry.projection import project
+from .image.blobs import Blob
+from .image.image_frame import ImageFrame
+from .model.found import Detection, Rejection
+from .model.target import Target
+from .pose.finder import WholeObjectFinder
 from .spatial_search import SpatialSearch
-from .whole_object import WholeObjectFinder
+from .verdict.acceptance import Verdict
+from .verdict.descriptions import Describer
+from .verdict.judge import Judge
+from .verdict.ownership import share_out
+
+_SEARCH = 0.9  # of the time that is left may go into the search; the rest is for judging what it found
 
 
 class SpatialStage:
-    """Finds the targets whose markers have places in space, in images of a calibrated camera."""
+    """Finds the targets whose markers have places in space, in frames of a calibrated camera."""
 
     def __init__(self, targets: Sequence[Target], config: RecognizerConfig) -> None:
         self._finders = [WholeObjectFinder(t) for t in targets]
         self._describers = [Describer(f) for f in self._finders]
-        self._config = config
+        self._judge = Judge(config.verdict.min_votes, config.min_probability)
         for finder in self._finders:
             finder.warm_up()
 
     def recognize(
-        self, labels: np.ndarray, blobs: Sequence[Blob], camera: Camera, deadline: Deadline
+        self, frame: ImageFrame, blobs: Sequence[Blob]
     ) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
         """Detections by target and score, and what was turned down, with reasons."""
-        field = LabelField(labels)
-        least = self._config.min_votes
-        found = SpatialSearch(field, camera, deadline, self._trust, least).run(self._finders, blobs)
-        accepted, others = share_out(found, field, camera, least, self._trust)
+        found = SpatialSearch(frame.hurried(_SEARCH), self._judge).run(self._finders, blobs)
+        accepted, others = share_out(found, frame, self._judge)
         detections = [
             detection
             for finder, describer in zip(self._finders, self._describers, strict=True)
-            for detection in describer.describe([v for v in accepted if v.claim.finder is finder], field, camera)
+            for detection in describer.describe([v for v in accepted if v.claim.finder is finder], frame)
         ]
-        return tuple(detections), tuple(self._rejection(v, camera) for v in others)
+        return tuple(detections), tuple(self._rejection(v, frame) for v in others)
 
-    def _trust(self, verdict: Verdict) -> float:
-        return verdict.probability if verdict.is_object(self._config) else 0.0
-
-    def _rejection(self, verdict: Verdict, camera: Camera) -> Rejection:
-        x, y = project(camera, verdict.claim.poses.t)[0]
-        name, reason = verdict.claim.finder.target.name, verdict.reason(self._config) or "its pixels belong to another"
-        return Rejection(name, reason, verdict.probability, float(x), float(y))
+    def _rejection(self, verdict: Verdict, frame: ImageFrame) -> Rejection:
+        x, y = project(frame.camera, verdict.claim.poses.t)[0]
+        name, reason = verdict.claim.finder.target.name, self._judge.reason(verdict)
+        return Rejection(name, reason or "its pixels belong to another", verdict.probability, float(x), float(y))

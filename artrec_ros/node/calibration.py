@@ -7,8 +7,8 @@ from collections import deque
 
 from sensor_msgs.msg import CameraInfo
 
-from ..core.datatypes import Camera
-from ..core.errors import ConfigError
+from ..core.base.errors import ConfigError
+from ..core.geometry.camera import Camera
 from .conversions import camera_from_msg, stamp_ns
 
 _KEPT = 16  # a calibration may come before its image while others still wait for theirs

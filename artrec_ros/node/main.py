@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..core.errors import ArtrecError
+from ..core.base.errors import ArtrecError
 from .stopping import Stop
 
 if TYPE_CHECKING:

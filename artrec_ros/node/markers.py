@@ -1,4 +1,4 @@
-"""The markers of `io/marker_messages.py` as ROS messages."""
+"""The markers of `io/messages/marker_messages.py` as ROS messages."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from rclpy.duration import Duration
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
-from ..core.datatypes import Detection, Target
-from ..io import marker_messages
+from ..core.model.found import Detection
+from ..core.model.target import Target
+from ..io.messages import marker_messages
 from .conversions import to_ros
 
 

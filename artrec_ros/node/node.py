@@ -12,9 +12,9 @@ from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from std_msgs.msg import Header
 
-from ..core.errors import ArtrecError, ConfigError
-from ..io import node_topics as topics
-from ..io.parameters import Setup
+from ..core.base.errors import ArtrecError, ConfigError
+from ..io.messages import node_topics as topics
+from ..io.parameters.parameter_file import Setup
 from .calibration import Calibrations
 from .conversions import message_class
 from .diagnostics import Counters, Diagnostics, NodeState
@@ -95,6 +95,8 @@ class RecognizerNode(LifecycleNode):
             tf = transform_sender(self) if setup.node.publish_tf else None
             self._outputs = Publishers(self, setup.targets, tf)
             self._pipeline = Pipeline(setup, self._calibrations, self._outputs, self.get_logger().error)
+            for line in setup.lacks():
+                self.get_logger().warning(line)
         except ArtrecError as error:
             self._problem = one_line(error)
             self.get_logger().error(self._problem)

@@ -11,10 +11,11 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..core.errors import ArtrecError
-from ..io.parameters import Setup, hint, setup_from_flat
-from ..io.shared_files import SCHEME
-from ..io.specs import Spec, all_specs
+from ..core.base.errors import ArtrecError
+from ..io.base.shared_files import SCHEME
+from ..io.parameters.parameter_file import Setup, hint, setup_from_flat
+from ..io.parameters.specs import Spec, all_specs, moved
+from ..io.parameters.unread import unread
 
 _ARRAYS = {
     bool: Parameter.Type.BOOL_ARRAY,
@@ -53,18 +54,22 @@ def base_directory(overrides: Mapping[str, Any], files: Sequence[Path]) -> Path:
 
 
 def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
-    """The set-up that the node was started with. Unknown parameters are warned about: a file may serve several nodes.
+    """The set-up that the node was started with. Unknown parameters are warned about: a file may serve several nodes;
+    and so are those that change nothing here.
 
     :raises ConfigError: a value, or a file that it names, is not valid.
     """
     overrides, files = read_overrides(node), parameter_files(argv)
     source = ", ".join(str(f) for f in files) or "parameters"
     warn = node.get_logger().warning
-    return setup_from_flat(overrides, base_directory(overrides, files), source, warn=warn)
+    setup = setup_from_flat(overrides, base_directory(overrides, files), source, warn=warn)
+    for line in unread(setup):
+        warn(line)
+    return setup
 
 
 class LiveParameters:
-    """Declares a set-up's parameters on a node and keeps the two in step.
+    """Declares a set-up's parameters on a node and keeps the two in step. Those for experts only where they are given.
 
     A batch of changes is taken whole or refused whole with the reason. `on_change` gets the set-up that a batch led to
     once it is taken. All that could speak against one is checked before, which takes milliseconds: objects are read
@@ -79,6 +84,8 @@ class LiveParameters:
         self._checked: Setup | None = None
         self._refusal = ""  # of the batch whose names were looked at last
         for spec in self._specs.values():
+            if spec.is_expert and spec.name not in setup.resolved:
+                continue
             _declare(node, spec, setup.resolved.get(spec.name, []))
         node.add_pre_set_parameters_callback(self._to_declared_types)
         node.add_on_set_parameters_callback(self._check)
@@ -103,9 +110,15 @@ class LiveParameters:
         known = [coerce(self._specs[p.name], p) if p.name in self._specs else p for p in parameters]
         if not unknown:
             return known
-        self._refusal = f"{unknown[0]}: unknown parameter{hint(unknown[0], self._specs)}"
+        self._refusal = f"{unknown[0]}: {self._why_unknown(unknown[0])}"
         # `_check` is asked only about parameters that there are, and about one at least
         return [p for p in known if p.name not in unknown] + [self._node.get_parameter(_STAND_IN)]
+
+    def _why_unknown(self, name: str) -> str:
+        if name in self._specs:
+            return "can be changed only where it was given at the start: put it into the parameter file"
+        new_name = moved(name, self._specs)
+        return f"is {new_name} now" if new_name else f"unknown parameter{hint(name, self._specs)}"
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
         self._checked = None
@@ -126,8 +139,12 @@ class LiveParameters:
 
     def _take(self, parameters: list[Parameter]) -> None:
         if self._checked is not None:
+            told = unread(self._setup)
             self._setup, self._checked = self._checked, None
             self._on_change(self._setup)
+            for line in unread(self._setup):
+                if line not in told:
+                    self._node.get_logger().warning(line)
 
 
 def coerce(spec: Spec, parameter: Parameter) -> Parameter:

@@ -10,11 +10,12 @@ from typing import Any
 
 from std_msgs.msg import Header
 
-from ..core.datatypes import Camera, FrameResult
-from ..core.drawing import draw_result, label_picture
-from ..core.errors import ArtrecError
-from ..core.tracking import Tracker
-from ..io.parameters import Setup
+from ..core.base.errors import ArtrecError
+from ..core.drawing import class_picture, draw_result
+from ..core.geometry.camera import Camera
+from ..core.model.found import FrameResult
+from ..core.tracking.tracker import Tracker
+from ..io.parameters.parameter_file import Setup
 from . import conversions
 from .calibration import Calibrations
 from .publishers import Publishers
@@ -124,7 +125,7 @@ class Pipeline:
             picture = draw_result(image, result, self._names, camera)
             self._publishers.publish_overlay(conversions.image_to_msg(picture, header))
         if result.labels is not None and self._publishers.labels_are_wanted:
-            self._publishers.publish_labels(conversions.image_to_msg(label_picture(result.labels), header))
+            self._publishers.publish_labels(conversions.image_to_msg(class_picture(result.labels), header))
 
 
 def _header_problem(header: Header) -> str:

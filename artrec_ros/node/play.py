@@ -11,8 +11,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ..core.errors import ArtrecError, SourceError
-from ..io.bags import STORAGES, Bag, RawMessage, Topic
+from ..core.base.errors import ArtrecError, SourceError
+from ..io.bags.reader import STORAGES, Bag, RawMessage, Topic
 from .main import MISSING
 
 

@@ -13,8 +13,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
-from ..core.errors import SourceError
-from ..io.bags import RawMessage, Topic
+from ..core.base.errors import SourceError
+from ..io.bags.reader import RawMessage, Topic
 from .conversions import message_class
 
 _CLOCK_PERIOD_S = 0.025

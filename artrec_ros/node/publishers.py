@@ -11,9 +11,10 @@ from rclpy.qos import QoSCompatibility, qos_check_compatible
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from ..core.datatypes import Detection, Target
-from ..io import node_topics as topics
-from ..io.node_topics import NodeTopic
+from ..core.model.found import Detection
+from ..core.model.target import Target
+from ..io.messages import node_topics as topics
+from ..io.messages.node_topics import NodeTopic
 from .conversions import best_pose, classes, joint_states, message_class, pose_array, robots
 from .markers import MarkerScene
 from .tf import TransformSender

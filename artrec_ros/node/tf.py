@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from ..core.datatypes import Detection
-from ..io.messages import instance_name, transform_message
+from ..core.model.found import Detection
+from ..io.messages.detection_messages import object_frames
 from .conversions import to_ros
 
 
@@ -27,15 +26,7 @@ class TransformSender:
         self._prefix = f"{namespace}/" if namespace else ""
 
     def send(self, detections: Sequence[Detection], header: Header) -> None:
-        transforms = [
-            TransformStamped(
-                header=header,
-                child_frame_id=self._prefix + instance_name(d),
-                transform=to_ros(transform_message(d.pose)),
-            )
-            for d in detections
-            if d.pose is not None
-        ]
+        transforms = [to_ros(m) for m in object_frames(detections, header, self._prefix)]
         if transforms and header.frame_id:  # tf refuses frames without a parent
             self._broadcaster.sendTransform(transforms)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from ..core.config import param, validate
-from ..core.errors import ConfigError
+from ..core.base.config import GREATEST_LABEL, param, validate
+from ..core.base.errors import ConfigError
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class SceneConfig:
     distractors: int = param(
         3, "greatest number of polygons of the objects' colours that belong to nothing", low=0, high=100
     )
-    floor_label: int = param(1, "class label of the floor; 0: no floor", low=0, high=255)
+    floor_label: int = param(1, "class label of the floor; 0: no floor", low=0, high=GREATEST_LABEL)
 
     def __post_init__(self) -> None:
         validate(self, "scene.")

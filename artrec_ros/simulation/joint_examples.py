@@ -6,8 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..core.datatypes import Camera, Instance, Target
-from ..io.annotations import Key, instance_from_axis
+from ..core.geometry.camera import Camera
+from ..core.model.found import Instance
+from ..core.model.target import Target
+from ..io.learned.annotations import Key, instance_from_axis
 from .config import SceneConfig
 from .records import LEAST_FACING
 from .scene import PlacedObject, require_places, sample_scene

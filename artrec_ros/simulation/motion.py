@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..core.config import param, validate
-from ..core.datatypes import Camera, Target
-from ..core.transforms import Array, Pose, rotation_from_rotvec
+from ..core.base.config import param, validate
+from ..core.geometry.camera import Camera
+from ..core.geometry.transforms import Array, Pose, rotation_from_rotvec
+from ..core.model.target import Target
 from .config import SceneConfig, SensorConfig
 from .render import Renderer
-from .scene import PlacedObject, Scene, require_places, sample_scene
+from .scene import PlacedObject, Scene, joint_span, require_places, sample_scene
 from .simulator import PERIOD_NS, SimulatedFrame, render_frame
 
 
@@ -58,13 +59,14 @@ class _Path:
 
     def _joints(self, time_s: float) -> dict[str, float]:
         joints = {}
-        for component in self.start.target.model.joint_components:
+        model = self.start.target.model
+        for name, component in zip(model.joint_names, model.joint_components, strict=True):
             assert component.joint is not None  # that is what makes it one
-            low, high = max(component.joint.lower, -np.pi), min(component.joint.upper, np.pi)
+            low, high = joint_span(component.joint)
             middle, half = (low + high) / 2, max((high - low) / 2, 1e-9)
-            phase = np.arcsin(np.clip((self.start.joints[component.name] - middle) / half, -1, 1))
+            phase = np.arcsin(np.clip((self.start.joints[name] - middle) / half, -1, 1))
             swing = np.sin(2 * np.pi * self.motion.swing_hz * time_s + phase)
-            joints[component.name] = float(middle + half * swing)
+            joints[name] = float(middle + half * swing)
         return joints
 
 

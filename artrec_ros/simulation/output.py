@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
-from contextlib import ExitStack
+import shutil
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import cv2
 
-from ..core.datatypes import Target
-from ..core.errors import SourceError
-from ..io.bag_writer import BagWriter
-from ..io.cameras import camera_yaml
-from ..io.messages import Message, header
+from ..core.base.errors import SourceError
+from ..core.model.target import Target
+from ..io.bags.writer import BagWriter
+from ..io.base.whole_files import held
+from ..io.images.cameras import camera_yaml
+from ..io.messages.detection_messages import Message, header
 from .records import CocoBuilder, truth_record
 from .sensor import palette
 from .simulator import SimulatedFrame
 
+UNFINISHED = ".unfinished"  # stands in a folder until all its frames are written
 LABEL_TOPIC, COLOUR_TOPIC, CAMERA_TOPIC = (
     "/camera/segmentation",
     "/camera/image_color/compressed",
@@ -35,11 +38,17 @@ def write_frames(
     """Writes bag/, truth.jsonl, images/ (labels), preview/ (the same in colours one can see), annotations.json and
     camera.yaml.
 
-    :param folder: is made; may exist if it is empty.
+    :param folder: is made; may exist if it is empty, or if an earlier run was interrupted there: it is begun anew.
     :param colour: the bag and preview/ bear the colour images, too.
-    :raises SourceError: the folder holds something already, or cannot be written.
+    :raises SourceError: the folder holds something else already, another run is writing there, or it cannot be written.
     """
-    _make_folder(folder)
+    with _begun(folder):
+        _write(frames, targets, folder, storage, colour)
+
+
+def _write(
+    frames: Iterable[SimulatedFrame], targets: Sequence[Target], folder: Path, storage: str, colour: bool
+) -> None:
     coco = CocoBuilder.of(targets)
     camera = None
     with ExitStack() as stack:
@@ -58,14 +67,34 @@ def write_frames(
     (folder / "annotations.json").write_text(json.dumps(coco.content), encoding="utf-8")
 
 
-def _make_folder(folder: Path) -> None:
+@contextmanager
+def _begun(folder: Path) -> Iterator[None]:
+    """The folder with a mark that stays where a run does not come to its end."""
     try:
-        if folder.exists() and any(folder.iterdir()):
-            raise SourceError(f"{folder}: holds files already; name a new folder")
-        for name in ("images", "preview"):
-            (folder / name).mkdir(parents=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        with held(folder):
+            mark = folder / UNFINISHED
+            if mark.exists():
+                _clear(folder)
+            elif any(folder.iterdir()):
+                raise SourceError(f"{folder}: holds files already; name a new folder")
+            mark.touch()
+            for name in ("images", "preview"):
+                (folder / name).mkdir()
+            yield
+            mark.unlink()
     except OSError as error:
         raise SourceError(f"{folder}: cannot be written: {error.strerror}") from error
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"{folder} is not whole; the same command begins it anew") from None
+
+
+def _clear(folder: Path) -> None:
+    """Removes what an unfinished run wrote, and nothing else."""
+    for name in ("bag", "images", "preview"):
+        shutil.rmtree(folder / name, ignore_errors=True)
+    for name in ("truth.jsonl", "annotations.json", "camera.yaml"):
+        (folder / name).unlink(missing_ok=True)
 
 
 def _write_messages(bag: BagWriter, frame: SimulatedFrame, targets: Sequence[Target], colour: bool) -> None:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..core.datatypes import Target
-from ..core.objects import ObjectModel
+from ..core.model.objects import ObjectModel
+from ..core.model.target import Target
 from .simulator import SimulatedFrame
 from .truth import MarkerTruth, ObjectTruth
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.datatypes import Camera
-from ..core.projection import normalise, project
-from ..core.transforms import Array
+from ..core.geometry.camera import Camera
+from ..core.geometry.projection import normalise, project
+from ..core.geometry.transforms import Array
 from .scene import Floor, Scene
 from .surfaces import Surface
 

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.datatypes import Camera, Target
-from ..core.errors import ConfigError
-from ..core.objects import ObjectModel
-from ..core.transforms import Array, Pose, rotation_from_rotvec
+from ..core.base.errors import ConfigError
+from ..core.geometry.camera import Camera
+from ..core.geometry.transforms import Array, Pose, rotation_from_rotvec
+from ..core.model.objects import Joint, ObjectModel
+from ..core.model.target import Target
 from .config import SceneConfig
 from .surfaces import Surface, object_surfaces
 
@@ -29,7 +30,7 @@ class PlacedObject:
     """An object in a scene.
 
     :param T_camera_object: its frame in the camera's optical frame.
-    :param joints: component -> radians (metres for prismatic joints).
+    :param joints: name -> radians (metres for prismatic joints).
     """
 
     target: Target
@@ -62,8 +63,11 @@ class Scene:
 
 @dataclass(frozen=True)
 class _Extent:
-    """An object's size: greatest distance of a point from its origin, and how far its lowest point is below it."""
+    """An object's size: its centre in its own frame (3,), greatest distance of a point from it, how far the lowest is
+    below it. The object's origin may lie anywhere, even outside of it.
+    """
 
+    centre: Array
     radius: float
     below: float
 
@@ -100,7 +104,7 @@ def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig,
     for target in chosen:
         position = _find_place(target, extents, placed, ground, camera, config, rng)
         if position is not None:
-            placed.append(_place(target, position, ground, config, rng))
+            placed.append(_place(target, position, extents[target.name].centre, ground, config, rng))
     floor = None
     up = ground.axes[:, 2]
     if config.floor_label and up @ ground.point < 0:  # a floor above the camera would hide what stands on it
@@ -111,7 +115,9 @@ def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig,
 def _extent(model: ObjectModel) -> _Extent:
     """With every joint in the middle of its range."""
     corners = np.concatenate([s.corners for s in object_surfaces(model, 1, joints_at(model, 0.0))])
-    return _Extent(float(np.linalg.norm(corners, axis=1).max()), float(-corners[:, 2].min()))
+    centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    from_centre = corners - centre
+    return _Extent(centre, float(np.linalg.norm(from_centre, axis=1).max()), float(-from_centre[:, 2].min()))
 
 
 def depth_range(radius: float, camera: Camera, config: SceneConfig) -> tuple[float, float]:
@@ -164,7 +170,7 @@ def _find_place(
     config: SceneConfig,
     rng: np.random.Generator,
 ) -> Array | None:
-    """(3,) a position in view, clear of the other objects; None where none was found."""
+    """(3,) a place for the object's centre in view, clear of the other objects; None where none was found."""
     extent = extents[target.name]
     near, far = depth_range(extent.radius, camera, config)
     offsets = rng.uniform(-far, far, (_TRIES, 2))
@@ -179,22 +185,24 @@ def _find_place(
     for other in placed:
         # 0.8: boxes that touch at the corners of their spheres are rare, robots that brush past are not
         least = 0.8 * (extent.radius + extents[other.target.name].radius)
-        free &= np.linalg.norm(positions - other.T_camera_object.position, axis=1) >= least
+        there = other.T_camera_object.apply(extents[other.target.name].centre)
+        free &= np.linalg.norm(positions - there, axis=1) >= least
     found = np.flatnonzero(free)
     return positions[found[0]] if len(found) else None
 
 
 def _place(
-    target: Target, position: Array, ground: _Ground, config: SceneConfig, rng: np.random.Generator
+    target: Target, position: Array, centre: Array, ground: _Ground, config: SceneConfig, rng: np.random.Generator
 ) -> PlacedObject:
-    """The object at that position with a random heading, a little tilt and random joints."""
+    """The object with its centre at that position, a random heading, a little tilt and random joints."""
     at = rng.uniform(-config.joint_range, config.joint_range, len(target.model.joint_components))
     joints = joints_at(target.model, at)
     wanted = rng.random() < config.facing
     for _ in range(_HEADINGS):
         heading = rotation_from_rotvec([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
         tilt = rotation_from_rotvec(rng.normal(0, config.tilt_rad, 3))
-        placed = PlacedObject(target, Pose(ground.axes @ heading @ tilt, position), joints)
+        rotation = ground.axes @ heading @ tilt
+        placed = PlacedObject(target, Pose(rotation, position - rotation @ centre), joints)
         if not wanted or _turns_to_camera(placed):
             break
     return placed
@@ -205,13 +213,23 @@ def _turns_to_camera(placed: PlacedObject) -> bool:
     return any(s.facing > _FACING for s in placed.surfaces() if s.owner is not None and s.owner[0] == required)
 
 
+def joint_span(joint: Joint) -> tuple[float, float]:
+    """Least and greatest value that scenes give a joint: its limits; where it may turn round and round, one turn.
+
+    That turn begins at the lower limit, as the joints that are recognised do.
+    """
+    if joint.kind == "revolute" and joint.upper - joint.lower > 2 * np.pi:
+        return joint.lower, joint.lower + 2 * np.pi
+    return joint.lower, joint.upper
+
+
 def joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
     """Joint values: `where` is -1 at the lower limit, 0 in the middle, 1 at the upper one; one for all or one each."""
-    joints = [(c.name, c.joint) for c in model.joint_components if c.joint is not None]
+    joints = [(n, c.joint) for n, c in zip(model.joint_names, model.joint_components, strict=True) if c.joint]
     shares = np.broadcast_to(np.asarray(where, float), len(joints))
     values = {}
     for (name, joint), share in zip(joints, shares, strict=True):
-        low, high = max(joint.lower, -np.pi), min(joint.upper, np.pi)  # a joint without limits turns once around
+        low, high = joint_span(joint)
         values[name] = float((low + high) / 2 + share * (high - low) / 2)
     return values
 

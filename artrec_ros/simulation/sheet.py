@@ -9,10 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.datatypes import Camera, Target
-from ..core.objects import Marker
-from ..core.projection import project
-from ..core.transforms import Array, Pose
+from ..core.geometry.camera import Camera
+from ..core.geometry.projection import project
+from ..core.geometry.transforms import Array, Pose
+from ..core.model.objects import Marker
+from ..core.model.target import Target
 from .config import SensorConfig
 from .render import Renderer, Rendering, to_pixel
 from .scene import PlacedObject, Scene, joints_at
@@ -75,8 +76,8 @@ def _object_cells(target: Target) -> list[Picture]:
     radius = float(np.linalg.norm(np.concatenate(everything) - centre, axis=1).max())
     view = _View(target, centre, radius)
     cells = [view.cell(side, direction, middle, True) for side, direction in _SIDES.items()]
-    for name, pair in ends.items():
-        across = view.across(name)
+    for component, (name, pair) in zip(model.joint_components, ends.items(), strict=True):
+        across = view.across(component.name)
         cells += [view.cell(f"{name} at {q[name]:.3g}", across, q, False) for q in pair]
     return cells
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.datatypes import Camera, Target
+from ..core.geometry.camera import Camera
+from ..core.model.target import Target
 from .config import SceneConfig, SensorConfig
 from .render import Renderer
 from .scene import Scene, require_places, sample_scene

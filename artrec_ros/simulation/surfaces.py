@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.kinematics import Kinematics
-from ..core.objects import Box, ObjectModel
-from ..core.transforms import Array, Pose
+from ..core.geometry.transforms import Array, Pose
+from ..core.model.kinematics import Kinematics
+from ..core.model.objects import Box, ObjectModel
 
 # A box's faces by their outward normal, as corners of the unit cube in order around the face.
 _CUBE_FACES = (
@@ -50,7 +50,7 @@ class Surface:
 
 def component_poses(model: ObjectModel, joints: Mapping[str, float]) -> dict[str, Pose]:
     """Each component's frame in the object's frame, T_object_component; joints that are not named are at zero."""
-    q = np.array([[joints.get(c.name, 0.0) for c in model.joint_components]])
+    q = np.array([[joints.get(name, 0.0) for name in model.joint_names]])
     frames = Kinematics(model).forward(np.eye(3)[None], np.zeros((1, 3)), q)
     return {c.name: Pose(R, t) for c, R, t in zip(model.components, frames.R[0], frames.t[0], strict=True)}
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.datatypes import Camera
-from ..core.objects import ObjectModel
-from ..core.projection import project
-from ..core.transforms import Array
+from ..core.geometry.camera import Camera
+from ..core.geometry.projection import project
+from ..core.geometry.transforms import Array
+from ..core.model.objects import ObjectModel
 from .render import SUPERSAMPLING, Rendering, project_outline, to_pixel
 from .scene import PlacedObject
 from .surfaces import component_poses

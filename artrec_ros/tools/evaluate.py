@@ -9,8 +9,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ..io.cameras import load_camera
-from ..io.truth_files import read_truth
+from ..io.images.cameras import load_camera
+from ..io.truth.reading import read_truth
 from .evaluation import table
 from .evaluation.comparison import Change, compare
 from .evaluation.output import write_json, write_whole
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
         print(line)
     print()
     if not args.no_page and _can_make_pages():
-        from .evaluation.page import render  # an extra, absent from a plain installation
+        from .evaluation.page import render
 
         written.append(output / (COMPARISON_PAGE_FILE if changes else PAGE_FILE))
         write_whole(written[-1], render(results, changes, args.pictures))

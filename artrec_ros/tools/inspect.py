@@ -8,16 +8,26 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..core.constraints import ConstraintSet
-from ..core.datatypes import Camera
-from ..core.objects import ObjectModel
-from ..io.annotations import Annotations
-from ..io.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, Supplement, TruthContent
-from ..io.inventory import take_stock
-from ..io.parameters import Setup
-from ..io.specs import all_specs
-from .inspection import problems
-from .model_report import counted, summary
+from ..core.constraints.constraint_set import ConstraintSet
+from ..core.geometry.camera import Camera
+from ..core.model.objects import ObjectModel
+from ..io.inventory.contents import (
+    BagContent,
+    ConstraintContent,
+    Item,
+    Report,
+    ResultContent,
+    Sample,
+    Supplement,
+    TruthContent,
+)
+from ..io.inventory.inventory import take_stock
+from ..io.learned.annotations import Annotations
+from ..io.parameters.parameter_file import Setup
+from ..io.parameters.specs import EXPERT, all_specs
+from ..io.parameters.unread import unread
+from .inspecting.inspection import problems
+from .inspecting.model_report import counted, summary
 
 _OTHER_TOPICS = 12  # topics of a bag that are listed beside images and calibrations
 
@@ -75,6 +85,9 @@ def describe(item: Item) -> Iterator[str]:
         yield f"{head} without objects, to be read after others: {shown}"
     elif isinstance(content, Camera):
         yield f"{head}, {_camera(content)}"
+    elif isinstance(content, Report):
+        yield f"{item.path}: {content.kind}"
+        yield from content.lines
     else:
         yield f"{head}, not readable"
 
@@ -143,11 +156,12 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
     specs = all_specs([t.name for t in setup.targets], setup.image.classes)
     changed = {
         k: v for k, v in setup.resolved.items()
-        if k.startswith(("recognizer.", "tracking.")) and k in specs and v != specs[k].default
+        if k.startswith(("recognizer.", "tracking.", EXPERT)) and k in specs and v != specs[k].default
         and v != list(specs[k].default if isinstance(specs[k].default, tuple) else ())
     }  # fmt: skip
     if changed:
         yield "not at their defaults: " + ", ".join(f"{k} {v}" for k, v in changed.items())
+    yield from unread(setup)
 
 
 def _annotations(head: str, annotations: Annotations) -> Iterator[str]:

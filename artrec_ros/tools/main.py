@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
-import importlib
 import os
+import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from typing import TYPE_CHECKING
 
-from ..core.errors import ArtrecError
-from .examples import HelpFormatter, epilog
+if TYPE_CHECKING:  # more is imported when it is needed: Ctrl-C is answered from the first moment on
+    import argparse
 
 DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -31,8 +32,44 @@ NEEDING_ROS = {"play": "artrec_ros.node.play"}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs a command. Returns 0: done, 1: the work failed, 2: wrong usage, 130: interrupted."""
-    arguments = list(sys.argv[1:] if argv is None else argv)
+    """Runs a command. Returns 0: done, 1: the work failed, 2: wrong usage, 130: interrupted.
+
+    :param argv: the words behind `artrec`; None: this is the program itself, which then answers to Ctrl-C in its own
+        way, also while it still imports and while it ends, and whose stderr is for its own lines alone.
+    """
+    if argv is not None:
+        return _main(list(argv))
+    signal.signal(signal.SIGINT, _leave)
+    from .own_lines import own_lines_only
+
+    arguments = sys.argv[1:]
+    loud = "--debug" in arguments or _called(arguments) in NEEDING_ROS  # ROS logs from C
+    with nullcontext() if loud else own_lines_only():
+        return _main(arguments)
+
+
+def _leave(*_: object) -> None:
+    """Ctrl-C while nothing is at work: nothing to clean up either."""
+    os.write(sys.stderr.fileno(), b"artrec: interrupted\n")
+    os._exit(INTERRUPTED)
+
+
+@contextmanager
+def _at_work() -> Iterator[None]:
+    """Ctrl-C raises KeyboardInterrupt: there is something to clean up."""
+    if signal.getsignal(signal.SIGINT) is not _leave:
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, _leave)
+
+
+def _main(arguments: list[str]) -> int:
+    from ..core.base.errors import ArtrecError
+
     try:
         args = _parse(arguments)
     except SystemExit as leaving:  # argparse has said why
@@ -40,11 +77,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ImportError as error:
         return _fail(f"{error}; install what is missing", "--debug" in arguments)
     try:
-        return int(args.run(args))
+        with _at_work():
+            return int(args.run(args))
     except ArtrecError as error:
         return _fail(str(error), args.debug)
-    except KeyboardInterrupt:
-        print("artrec: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as interrupt:
+        print(": ".join(["artrec", "interrupted", *map(str, interrupt.args)]), file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader of our output has left, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -63,11 +101,23 @@ def _fail(message: str, debug: bool) -> int:
     return FAILED
 
 
+def _called(arguments: Sequence[str]) -> str | None:
+    """The command, which comes before all that has no dashes."""
+    return next((a for a in arguments if not a.startswith("-")), None)
+
+
 def _parse(arguments: list[str]) -> argparse.Namespace:
+    import argparse
+    import importlib
+
+    from .. import __version__
+    from .examples import HelpFormatter, epilog
+
     parser = argparse.ArgumentParser(prog="artrec", description="Recognise articulated objects by their markers.")
+    parser.add_argument("--version", action="version", version=f"artrec {__version__}")
     parser.add_argument("--debug", action="store_true", help="show a traceback with an error")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    called = next((a for a in arguments if not a.startswith("-")), None)
+    called = _called(arguments)
     for command, summary in COMMANDS.items():
         if command == called:
             module = importlib.import_module(NEEDING_ROS.get(command, f"{__package__}.{command.replace('-', '_')}"))

@@ -1,6 +1,7 @@
-"""Prints what is made from the code: docs/parameters.md, docs/topics.md and config/all_parameters.yaml.
+"""Prints what is made from the code: docs/parameters.md, docs/expert_parameters.md, docs/topics.md and
+config/all_parameters.yaml.
 
-python -m artrec_ros.tools.reference parameters|topics|yaml
+python -m artrec_ros.tools.reference parameters|expert|topics|yaml
 """
 
 from __future__ import annotations
@@ -9,22 +10,32 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 
-from ..core.config import ClassConfig, ImageConfig, NodeConfig, ObjectConfig, RecognizerConfig, TrackingConfig
-from ..io.node_topics import INPUTS, OUTPUTS, NodeTopic
-from ..io.specs import LIVE, Spec, specs_of
+from ..core.base.config import (
+    PATHS,
+    ClassConfig,
+    ImageConfig,
+    NodeConfig,
+    ObjectConfig,
+    RecognizerConfig,
+    TrackingConfig,
+)
+from ..io.messages.node_topics import INPUTS, OUTPUTS, NodeTopic
+from ..io.parameters.specs import LIVE, Spec, expert_rooms, specs_of
 
 _INTRO = """\
 # Parameters
 
-Made by `python -m artrec_ros.tools.reference parameters`; the text comes from `artrec_ros/core/config/`.
-[config/all_parameters.yaml](../config/all_parameters.yaml) has all of them with their defaults, to copy from.
+Made by `python -m artrec_ros.tools.reference parameters`; the text comes from `artrec_ros/core/base/config/`.
+[config/all_parameters.yaml](../config/all_parameters.yaml) has all of them with their defaults, to copy from. The
+method's own numbers, which few have reason to change, are [parameters for experts](expert_parameters.md).
 
 `artrec_node` and `artrec replay --params-file` read the same ROS parameter file. Offline it is read without ROS: a
 section `/**:` applies to every node, the section of a node `artrec...` (or else of the one that has `objects`) goes
 before it, other nodes' sections are passed over. Dots in names are nesting in YAML. A wrong type or value is refused
 with its key and what would be valid. So is a wrong name, by `artrec`; the node, whose file may serve other nodes too,
 warns of it and names the nearest one that there is.
-`artrec replay` saves all parameters, defaults included, as `parameters.yaml` beside its results: again such a file.
+`artrec replay` saves all parameters of this page, defaults included, as `parameters.yaml` beside its results: again
+such a file.
 
 ```yaml
 /**:
@@ -41,6 +52,27 @@ braces ROS' own reader wants the latter in quotes.
 
 While the node runs, these can be changed, several at once or none: {live}. Files are read again
 only where labels change.
+
+*Read* says which way of recognition reads a parameter: in the *image plane*, in *space*, by profile *paper*. One that
+is changed where no way that is taken reads it is told by name: by the node's log, `artrec replay`, `artrec inspect`.
+"""
+
+_EXPERT = """\
+# Parameters for experts
+
+Made by `python -m artrec_ros.tools.reference expert`; the text comes from `artrec_ros/core/base/config/`.
+
+The method's own numbers, each under the room of `artrec_ros/core` that it belongs to. They stand under `expert` in
+parameter files, and are read by the same commands as the [other parameters](parameters.md), `artrec tune` included:
+
+```yaml
+/**:
+  ros__parameters:
+    expert: {alignment: {coarse_keep: 100}, grouping: {max_scale_ratio: 1.5}}
+```
+
+The node declares only those that it was given at the start; these can be changed while it runs. *Origin* says where a
+default comes from.
 """
 
 _SECTIONS: tuple[tuple[str, str, type], ...] = (
@@ -52,14 +84,15 @@ _SECTIONS: tuple[tuple[str, str, type], ...] = (
     ("Node", "At the top level:", NodeConfig),
 )
 
-_HEAD = "| name | type | default | valid | meaning |\n| --- | --- | --- | --- | --- |\n"
+_COLUMNS = ("name", "type", "default", "valid", "meaning")
+_WAYS = {"plane": "image plane", "space": "space", "paper": "paper"}
 _TYPES = {int: "integer", float: "number", str: "text", bool: "true/false"}
 
 
 _TOPICS = """\
 # Topics
 
-Made by `python -m artrec_ros.tools.reference topics`; the text comes from `artrec_ros/io/node_topics.py`.
+Made by `python -m artrec_ros.tools.reference topics`; the text comes from `artrec_ros/io/messages/node_topics.py`.
 
 All names but `/diagnostics` are relative to the node's namespace, and can be remapped. `{{object}}` is each name in the
 parameter `objects`. Every message bears the stamp and the frame of the image that it is about. Only messages of
@@ -108,9 +141,31 @@ def parameters_page() -> str:
     """docs/parameters.md."""
     parts = [_INTRO.replace("{live}", ", ".join(f"`{name}`" for name in LIVE))]
     for title, intro, config in _SECTIONS:
-        rows = "\n".join(_row(spec) for spec in specs_of(config))
-        parts.append(f"## {title}\n\n{intro}\n\n{_HEAD}{rows}\n")
+        specs = specs_of(config)
+        read = any(spec.paths != PATHS for spec in specs)
+        rows = [(*_row(spec), _read(spec)) if read else _row(spec) for spec in specs]
+        parts.append(f"## {title}\n\n{intro}\n\n{_table((*_COLUMNS, 'read') if read else _COLUMNS, rows)}")
     return "\n".join(parts)
+
+
+def expert_page() -> str:
+    """docs/expert_parameters.md."""
+    parts = [_EXPERT]
+    for name, config in expert_rooms().items():
+        rows = [(*_row(spec), _read(spec), spec.origin) for spec in specs_of(config)]
+        about = " ".join(str(config.__doc__).split())
+        table = f"\n{_table((*_COLUMNS, 'read', 'origin'), rows)}" if rows else ""
+        parts.append(f"## {name}\n\n{about} Under `expert.{name}`:\n{table}")
+    return "\n".join(parts)
+
+
+def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def _read(spec: Spec) -> str:
+    return "always" if spec.paths == PATHS else ", ".join(_WAYS[way] for way in spec.paths)
 
 
 def topics_page() -> str:
@@ -119,8 +174,8 @@ def topics_page() -> str:
 
 
 def _topic_table(topics: Sequence[NodeTopic]) -> str:
-    head = "| topic | type | queue | |\n| --- | --- | --- | --- |\n"
-    return head + "\n".join(f"| `{t.name}` | {t.type.replace('/msg', '')} | {t.depth} | {t.meaning} |" for t in topics)
+    rows = [(f"`{t.name}`", t.type.replace("/msg", ""), str(t.depth), t.meaning) for t in topics]
+    return _table(("topic", "type", "queue", ""), rows).rstrip("\n")
 
 
 def parameters_yaml() -> str:
@@ -128,7 +183,10 @@ def parameters_yaml() -> str:
     parts = [_YAML, _yaml_section("red", ObjectConfig, _PATHS), _yaml_section("image", ImageConfig)]
     parts += ["      # classes: [pale]\n", _yaml_section("pale", ClassConfig, None, "      # ")]
     parts += [_yaml_section("recognizer", RecognizerConfig), _yaml_section("tracking", TrackingConfig)]
-    return "".join([*parts, *(_yaml_line(spec, spec.default, "    ") for spec in specs_of(NodeConfig))])
+    parts += [_yaml_line(spec, spec.default, "    ") for spec in specs_of(NodeConfig)]
+    parts += ["    # expert:                      # the method's own numbers\n"]
+    rooms = {name: room for name, room in expert_rooms().items() if specs_of(room)}
+    return "".join([*parts, *(_yaml_section(name, room, None, "    #   ") for name, room in rooms.items())])
 
 
 def _yaml_section(name: str, config: type, values: Mapping[str, object] | None = None, indent: str = "    ") -> str:
@@ -145,10 +203,10 @@ def _yaml_line(spec: Spec, value: object, indent: str) -> str:
     return f"{indent}{unset}{f'{spec.name}: {text}':<34}  # {about}\n"
 
 
-def _row(spec: Spec) -> str:
+def _row(spec: Spec) -> tuple[str, ...]:
     kind = _TYPES[spec.type] + (" list" if spec.is_list else "")
     meaning = f"{spec.description} [{spec.unit}]" if spec.unit else spec.description
-    return f"| `{spec.name}` | {kind} | {_default(spec)} | {_valid(spec)} | {meaning} |"
+    return f"`{spec.name}`", kind, _default(spec), _valid(spec), meaning
 
 
 def _default(spec: Spec) -> str:
@@ -170,7 +228,7 @@ def _valid(spec: Spec) -> str:
     return f"from {low}" if low is not None else f"to {high}" if high is not None else ""
 
 
-_PAGES = {"parameters": parameters_page, "topics": topics_page, "yaml": parameters_yaml}
+_PAGES = {"parameters": parameters_page, "expert": expert_page, "topics": topics_page, "yaml": parameters_yaml}
 
 if __name__ == "__main__":
     page = (sys.argv[1:] or ["parameters"])[0]

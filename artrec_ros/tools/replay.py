@@ -10,20 +10,21 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ..core.errors import SourceError
-from ..core.tracking import Tracker
-from ..io.bags import STORAGES
-from ..io.parameters import Setup, load_parameters
-from ..io.sources import SourceOptions, Sources, open_sources
+from ..core.base.errors import SourceError
+from ..core.tracking.tracker import Tracker
+from ..io.bags.reader import STORAGES
+from ..io.parameters.parameter_file import Setup, load_parameters
+from ..io.parameters.unread import unread
+from ..io.sources.opening import SourceOptions, Sources, open_sources
 from .interrupting import interruptible, once, say
+from .options.work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
 from .replaying.folder import ReplayFolder, counted
 from .replaying.joining import Join
 from .replaying.pictures import PictureOptions, Pictures
 from .replaying.plan import plan_of
 from .replaying.running import Running
+from .replaying.summary import Summary
 from .replaying.work import Order
-from .summary import Summary
-from .work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
 
 _EPILOG = """\
 In folders of images the stamp is the frame's number over --rate, unless every name is a number of 16 digits or more:
@@ -49,6 +50,7 @@ def add_parser(subparsers: Any) -> None:
     add_source_options(p)
     add_worker_options(p)
     p.add_argument("--images", type=_image_count, metavar="all|none|N", help="overlay pictures (default: all)")
+    p.add_argument("--labels", action="store_true", help="show each overlay beside the class image recognised from")
     p.add_argument("--no-video", action="store_true", help="write no video.mp4")
     p.add_argument(
         "--output-bag", nargs="?", const="mcap", choices=sorted(STORAGES), metavar="STORAGE",
@@ -61,14 +63,19 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Exit code 0: done; 1: interrupted, or no frame could be used."""
     setup = load_parameters(*args.params_file)
+    for line in unread(setup):
+        say(line)
     options = source_options(args, setup)
-    pictures = PictureOptions(args.images, not args.no_video, args.output_bag)
+    pictures = PictureOptions(args.images, not args.no_video, args.output_bag, setup.node.publish_tf)
     with open_sources(args.sources, options, say) as sources:
+        for line in setup.lacks(all(part.calibrated for part in sources.parts)):
+            say(f"warning: {line}")
         plan = plan_of(setup, args.sources, _plan_options(args, options))
         with ReplayFolder(args.output, plan, setup.to_yaml(), args.overwrite) as folder:
             if folder.finished:
                 return _tell(folder.summary(), args.output, "done before; --overwrite does it again; results are")
             order = order_of(setup, args.sources, sources, options)
+            order = dataclasses.replace(order, with_classes=args.labels)
             summary = _replay(args, order, sources, folder, pictures)
     done = "interrupted; the same command goes on; what was done so far is" if summary.interrupted else "results"
     return _tell(summary, args.output, done)
@@ -78,7 +85,7 @@ def _plan_options(args: argparse.Namespace, options: SourceOptions) -> dict[str,
     """What results depend on besides sources and parameters."""
     given = {f.name: getattr(options, f.name) for f in dataclasses.fields(options)}
     given["camera"] = repr(options.camera)
-    outputs = {"images": args.images, "video": not args.no_video, "output_bag": args.output_bag}
+    outputs = {"images": args.images, "video": not args.no_video, "output_bag": args.output_bag, "labels": args.labels}
     return {**given, **outputs, "timing": not args.no_timing}
 
 
@@ -125,6 +132,10 @@ def _content(args: argparse.Namespace, setup: Setup, summaries: list[Summary]) -
 def _tell(summary: Summary, folder: Path, what: str) -> int:
     for line in summary.lines():
         print(line)
+    for line in summary.failures():
+        say(line)
+    if summary.frames == summary.errors.total():
+        say(f"artrec: {f'none of {summary.frames} frames could be used' if summary.frames else 'there was no frame'}")
     print(f"{what} in {folder}")
     return int(summary.interrupted or summary.frames == summary.errors.total())
 

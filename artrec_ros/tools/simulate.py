@@ -9,16 +9,17 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ..core.datatypes import Target
-from ..core.errors import ConfigError
-from ..io.objects import load_object
-from ..io.parameters import load_parameters
+from ..core.base.config import GREATEST_LABEL
+from ..core.base.errors import ConfigError
+from ..core.model.target import Target
+from ..io.objects.object_reader import load_object
+from ..io.parameters.parameter_file import load_parameters
 from ..simulation.config import SceneConfig, SensorConfig
 from ..simulation.motion import MotionConfig, simulate_motion
 from ..simulation.output import write_frames
 from ..simulation.simulator import simulate
-from .camera_options import add_camera, camera_of
-from .scene_options import add_options, given_options
+from .options.camera_options import add_camera, camera_of
+from .options.scene_options import add_options, given_options
 
 _FIRST_LABEL = 2  # 1 is the floor's by default
 
@@ -86,6 +87,9 @@ def _targets(args: argparse.Namespace) -> tuple[Target, ...]:
     labels = args.label or range(_FIRST_LABEL, _FIRST_LABEL + count)
     if len(labels) != count:
         raise ConfigError(f"--label: {len(labels)} given for {count} object file(s)")
+    for label in labels:
+        if not 1 <= label <= GREATEST_LABEL:
+            raise ConfigError(f"--label: {label} is not within 1 .. {GREATEST_LABEL}")
     models = [load_object(path, {}) for path in args.object_files]
     names = [model.name for model in models]
     if len(set(names)) != count:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from artrec_ros.core.objects import Component, Marker, ObjectModel
-from artrec_ros.core.transforms import apply_similarity
+from artrec_ros.core.geometry.transforms import apply_similarity
+from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from artrec_ros.core.datatypes import Camera, Target
-from artrec_ros.core.kinematics import Kinematics
-from artrec_ros.core.objects import Box, Component, Joint, Marker, ObjectModel
-from artrec_ros.core.spatial import Poses
-from artrec_ros.core.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.model.kinematics import Kinematics
+from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.verdict.acceptance import Verdict
+from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import PlacedObject, Scene
 from artrec_ros.simulation.sensor import majority_labels
@@ -142,6 +147,18 @@ def jolted(rng: np.random.Generator, poses: Poses, n: int, shift: float, turn: f
     return Poses(R, t, poses.q[0] + rng.normal(0, bend, (n, poses.q.shape[1])))
 
 
+@dataclass(frozen=True)
+class StubJudge(Judge):
+    """Trusts claims of votes enough by what a test gives, whatever the labels confirm of them."""
+
+    min_votes: float = 100.0
+    min_probability: float = 0.0
+    given: Callable[[Verdict], float] = lambda verdict: 1.0
+
+    def trust(self, verdict: Verdict) -> float:
+        return self.given(verdict)
+
+
 def turn_between(A, B) -> float:
     """Angle between two rotations, radians."""
     return float(np.arccos(np.clip((np.trace(np.asarray(A).T @ B) - 1) / 2, -1, 1)))
@@ -149,3 +166,18 @@ def turn_between(A, B) -> float:
 
 def frames_of(surface, poses):
     return surface.kinematics.forward(poses.R, poses.t, poses.q)
+
+
+def facing(surface, frames, patches):
+    """(H, P) cosine of the angle under which each patch is seen."""
+    c = surface.component[patches]
+    normal = np.einsum("hpij,pj->hpi", frames.R[:, c], surface.normal[patches])
+    centre = np.einsum("hpij,pj->hpi", frames.R[:, c], surface.centre[patches]) + frames.t[:, c]
+    return -np.sum(normal * centre, axis=-1) / np.linalg.norm(centre, axis=-1)
+
+
+def contour_pixels(surface, camera, poses):
+    """(H, M, m, 2) where the contours of all markers land."""
+    frames, c = frames_of(surface, poses), surface.component[surface.markers]
+    X = np.einsum("hmij,mkj->hmki", frames.R[:, c], surface.contour) + frames.t[:, c, None]
+    return project(camera, X)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import colorsys
+
+import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Camera, Detection, FrameResult, ImagePose, Instance, Rejection
-from artrec_ros.core.drawing import draw_error, draw_result, label_picture, object_colour
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.drawing import class_picture, draw_error, draw_result, object_colour
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance, Rejection
 
 SQUARE = np.array([[80.0, 60], [120, 60], [120, 100], [80, 100]])
 CAMERA = Camera(np.array([[200.0, 0, 100], [0, 200, 80], [0, 0, 1]]), np.zeros(5), (200, 160))
@@ -79,13 +83,79 @@ def test_rejected_candidates_are_marked_once_a_place_and_never_on_an_object():
     assert not changed(FrameResult((200, 160), rejected=(Rejection("arm", "no place"),))).any()
 
 
-def test_a_long_reason_of_the_best_candidate_stands_whole_along_the_bottom():
-    short, long = ("too small", " ".join(["why"] * 60))
+def texts(monkeypatch, image, result, names=("arm",)):
+    """What is written in the overlay, and the boxes (left, top, right, bottom) in which it stands."""
+    found = []
+
+    def note(picture, text, corner, font, size, colour, thick, line):
+        (width, height), below = cv2.getTextSize(text, font, size, thick)
+        found.append((text, (corner[0], corner[1] - height, corner[0] + width, corner[1] + below), height))
+
+    monkeypatch.setattr(cv2, "putText", note)
+    draw_result(image, result, names)
+    return found
+
+
+def test_reasons_are_told_whole(monkeypatch):
+    long = "component 'forearm' is wanted: its angle to 'base' is 1.93 rad, " * 3
+    rejected = (Rejection("arm", "too small", 0.9, 150, 60), Rejection("arm", long, 0.5, 30, 60))
+    told = " ".join(text for text, _, _ in texts(monkeypatch, LABELS, FrameResult((200, 160), rejected=rejected)))
+    assert " ".join(long.split()) in told and "..." not in told
+
+
+def test_the_best_candidates_reason_stands_along_the_bottom_where_there_is_no_room_beside_it():
+    long = " ".join(["why"] * 400)
     bottom = changed(FrameResult((200, 160), rejected=(Rejection("arm", long, 0.5, 30, 60),)))[130:]
     assert bottom[:, :20].any() and bottom[:, -40:].any() and not bottom[:, -1].any()
-    assert not changed(FrameResult((200, 160), rejected=(Rejection("arm", short, 0.5, 30, 60),)))[130:].any()
-    behind = (Rejection("arm", short, 0.9, 30, 60), Rejection("arm", long, 0.5, 150, 60))
-    assert not changed(FrameResult((200, 160), rejected=behind))[130:].any(), "the best one's only"
+
+
+def small_robots(count, spread, side=7.0):
+    """A frame of small square objects close together."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * side
+    places = np.random.default_rng(4).uniform(-spread, spread, (count, 2)) + (320, 240)
+    parts = [(Instance("base", "m", 0.9, x, y, 0.0, 100, corners + (x, y)),) for x, y in places]
+    made = (Detection("arm", n, 0.9, ImagePose(*p, 0, 100), parts[n]) for n, p in enumerate(places))
+    return FrameResult((640, 480), tuple(made))
+
+
+@pytest.mark.parametrize(("spread", "least"), [(200, 10), (60, 8), (20, 5)])
+def test_names_lie_beside_objects_and_cover_neither_them_nor_each_other(monkeypatch, spread, least):
+    result = small_robots(10, spread)
+    boxes = [box for _, box, _ in texts(monkeypatch, np.zeros((480, 640), np.uint8), result)]
+    objects = [(*d.components[0].contour.min(axis=0), *d.components[0].contour.max(axis=0)) for d in result.detections]
+    assert len(boxes) >= least
+    for n, (left, top, right, bottom) in enumerate(boxes):
+        for other in [*boxes[n + 1 :], *objects]:
+            assert right < other[0] or other[2] < left or bottom < other[1] or other[3] < top
+
+
+def test_a_name_that_lies_apart_is_tied_to_its_object():
+    crowd = small_robots(10, 40)
+    image = np.zeros((480, 640), np.uint8)
+    lines = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cv2, "line", lambda picture, start, end, *_: lines.append((start, end)))
+        draw_result(image, crowd, ["arm"])
+    contours = [np.float32(d.components[0].contour) for d in crowd.detections]
+    assert lines and all(any(cv2.pointPolygonTest(c, np.float32(e), True) > -15 for c in contours) for _, e in lines)
+
+
+def test_texts_grow_with_the_picture(monkeypatch):
+    heights = [texts(monkeypatch, np.zeros((h, w, 3), np.uint8), found())[0][2] for h, w in ((480, 640), (1000, 1280))]
+    assert heights[1] == pytest.approx(2 * heights[0], abs=2)
+
+
+def hue(colour) -> float:
+    return colorsys.rgb_to_hsv(*(c / 255 for c in reversed(colour)))[0] * 360
+
+
+def test_objects_named_after_a_colour_are_drawn_in_it():
+    names = ["red", "blue", "team_Green", "yellow_2", "infrared", "big-red"]
+    red, blue, green, yellow, other, second = (object_colour(names, n) for n in names)
+    for colour, degrees in ((red, 0), (blue, 215), (green, 120), (yellow, 55), (second, 0)):
+        assert abs((hue(colour) - degrees + 180) % 360 - 180) < 15
+    assert len({red, second, other}) == 3
+    assert object_colour(["blue", "red"], "red") == red, "whatever the order"
 
 
 def test_names_stay_within_the_picture():
@@ -96,10 +166,10 @@ def test_names_stay_within_the_picture():
 
 
 def test_every_label_has_one_colour_and_low_ones_differ():
-    picture = label_picture(np.arange(256, dtype=np.uint16)[None] * 1)
+    picture = class_picture(np.arange(256, dtype=np.uint16)[None] * 1)
     assert picture.shape == (1, 256, 3)
     assert len({tuple(c) for c in picture[0, :8]}) == 8
-    assert np.array_equal(label_picture(np.array([[300]], np.uint16))[0, 0], picture[0, 255])
+    assert np.array_equal(class_picture(np.array([[300]], np.uint16))[0, 0], picture[0, 255])
 
 
 def test_an_error_is_written_out():

@@ -4,34 +4,24 @@ import dataclasses
 
 import numpy as np
 import pytest
+from cranes import BLUE, CRANE, RED
 from scene import Placed, capsule, crane, crane_placed, disc, draw, flag, polygon, rectangle, render
+from settings import settings
 
-from artrec_ros.core.config import ImageConfig, RecognizerConfig
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.errors import ConfigError, ImageError
-from artrec_ros.core.learning import learn
-from artrec_ros.core.objects import Component, ObjectModel
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.base.errors import ConfigError, ImageError
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.learning.pair_learning import learn
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.segmentation import Segmenter
 
 SIZE = (420, 240)
-RED, BLUE = 3, 2
-
-
-def crane_examples(count=60):
-    rng = np.random.default_rng(7)
-    return [
-        crane_placed(0, 0, rng.uniform(-3, 3), rng.uniform(30, 80), tuple(rng.uniform(-0.5, 0.5, 2)), bool(n % 2))
-        for n in range(count)
-    ]
-
-
-CRANE = learn(crane(), crane_examples())
 
 
 def recognizer(*targets, **options):
     targets = targets or (Target("crane", crane(), RED, CRANE),)
-    return Recognizer(targets, RecognizerConfig(**options), Segmenter(ImageConfig()))
+    return Recognizer(targets, settings(**options), Segmenter(ImageConfig()))
 
 
 def agrees(detection, placed, place_px=2.0, angle=0.08):
@@ -328,7 +318,7 @@ def test_what_does_not_fit_is_refused():
 )
 def test_parameters_that_make_no_sense_are_refused(options, named):
     with pytest.raises(ConfigError, match=named):
-        RecognizerConfig(**options)
+        settings(**options)
 
 
 def test_paper_profile_finds_what_is_plain_and_much_besides():

@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
-from solids import RED, camera_of, pose, render, truck
+from solids import RED, StubJudge, camera_of, pose, render, truck
 
-from artrec_ros.core.blobs import find_blobs
-from artrec_ros.core.config import RecognizerConfig
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.deadline import Deadline
-from artrec_ros.core.evidence import LabelField
+from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.spatial_search import SpatialSearch
-from artrec_ros.core.whole_object import WholeObjectFinder
 
 CAMERA = camera_of()
 TRUCK = truck()
@@ -26,13 +27,13 @@ def finder():
 @pytest.fixture
 def looks(monkeypatch):
     """Areas of the blobs that a long look is taken at."""
-    areas, find = [], WholeObjectFinder.find
+    areas, guesses = [], WholeObjectFinder.guesses
 
-    def counted(self, field, camera, blob, deadline, is_sure):
+    def counted(self, frame, blob):
         areas.append(blob.area_px)
-        return find(self, field, camera, blob, deadline, is_sure)
+        return guesses(self, frame, blob)
 
-    monkeypatch.setattr(WholeObjectFinder, "find", counted)
+    monkeypatch.setattr(WholeObjectFinder, "guesses", counted)
     return areas
 
 
@@ -40,8 +41,8 @@ def search(finder, trust, budget_s=float("inf")):
     """Candidates for two trucks side by side, and the number of blobs they make."""
     labels = render(CAMERA, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)])
     blobs = find_blobs(labels, {RED}, RecognizerConfig())
-    run = SpatialSearch(LabelField(labels), CAMERA, Deadline(budget_s), lambda claim: trust, 100.0).run
-    return run([finder], blobs), blobs
+    frame = ImageFrame(LabelField(labels), CAMERA, Deadline(budget_s))
+    return SpatialSearch(frame, StubJudge(given=lambda verdict: trust)).run([finder], blobs), blobs
 
 
 def nearest(poses, truth):

@@ -22,11 +22,12 @@ from solids import (
     turn_between,
 )
 
-from artrec_ros.core.config import ImageConfig, RecognizerConfig
-from artrec_ros.core.datatypes import Camera, Target
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.segmentation import Segmenter
-from artrec_ros.io.objects import load_object
+from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.simulator import pinhole_camera, simulate
 

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionMode
 
-from artrec_ros.core.errors import ImageError, SourceError
-from artrec_ros.io.bags import Bag, bag_files
+from artrec_ros.core.base.errors import ImageError, SourceError
+from artrec_ros.io.bags.reader import Bag, bag_files
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -156,6 +156,79 @@ def test_a_damaged_chunk_in_the_middle_is_told(tmp_path, ros2, pictures, write_r
         found = images(bag)
         assert 100 < len(found) < 900
         assert len(bag.problems) == 1
+
+
+def test_counts_of_metadata_are_held_against_what_was_read(tmp_path, ros2, pictures, write_rosbag2):
+    folder = write_rosbag2(tmp_path / "bag", script(ros2, pictures(3)), "sqlite3")
+    with sqlite3.connect(folder / "bag.db3") as database:
+        database.execute("DELETE FROM messages WHERE id = 2")
+    with Bag(folder) as bag:
+        assert len(images(bag)) == 2
+        (problem,) = bag.problems
+    assert problem == f"{folder}: '/image': 2 messages were read, but metadata.yaml tells of 3: 1 is lost"
+
+
+def test_a_file_that_metadata_does_not_list_is_told(tmp_path, ros2, pictures, write_rosbag2):
+    folder = write_rosbag2(tmp_path / "bag", script(ros2, pictures(3)))
+    shutil.copy(folder / "bag.mcap", folder / "bag_1.mcap")
+    with Bag(folder) as bag:
+        assert bag.problems == [f"{folder}: metadata.yaml does not list bag_1.mcap, which is not read"]
+
+
+def test_a_file_written_over_by_another_is_told(tmp_path, ros2, pictures, write_rosbag2):
+    file = write_rosbag2(tmp_path / "bag", script(ros2, pictures(3))) / "bag.mcap"
+    (tmp_path / "split").mkdir()
+    for name in ("a.mcap", "b.mcap"):
+        shutil.copy(file, tmp_path / "split" / name)
+    with Bag(tmp_path / "split") as bag:
+        (problem,) = bag.problems
+    assert "b.mcap: holds the same messages as a.mcap" in problem
+
+
+def test_a_length_beyond_all_memory_ends_in_one_line(tmp_path, ros2, pictures, write_rosbag2):
+    file = write_rosbag2(tmp_path / "bag", script(ros2, pictures(3))) / "bag.mcap"
+    data = bytearray(file.read_bytes())
+    data[9:17] = b"\xff" * 8  # of the first record
+    file.write_bytes(data)
+    with pytest.raises(SourceError, match="truncated"):
+        Bag(file)
+
+
+def test_a_ros1_bag_without_index_is_read_and_told(tmp_path, ros1, pictures, write_rosbag1):
+    pixels = pictures(3)
+    file = write_rosbag1(tmp_path / "a.bag", script(ros1, pixels))
+    data = bytearray(file.read_bytes())
+    place = data.find(b"index_pos=") + 10
+    data[place : place + 8] = bytes(8)
+    file = tmp_path / "a.bag.active"  # what rosbag calls it until it is closed
+    file.write_bytes(data)
+    with Bag(file) as bag:
+        assert np.array_equal(images(bag), pixels)
+        (problem,) = bag.problems
+    assert "it has no index" in problem and "rosbag reindex" in problem
+
+
+def test_types_of_2018_are_read(tmp_path, ros2, pictures, write_rosbag2):
+    pixels = pictures(3)
+    folder = write_rosbag2(tmp_path / "bag", script(ros2, pixels), "sqlite3")
+    with sqlite3.connect(folder / "bag.db3") as database:
+        database.execute("UPDATE topics SET type = 'sensor_msgs/Image'")
+    with Bag(folder) as bag:
+        assert bag.topics["/image"].msgtype == "sensor_msgs/msg/Image"
+        assert np.array_equal(images(bag), pixels) and not bag.problems
+
+
+@pytest.mark.parametrize("name", ["a.mcap", "a.db3", "a.bag"])
+def test_a_pointer_of_git_lfs_says_what_it_is(tmp_path, name):
+    (tmp_path / name).write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n")
+    with pytest.raises(SourceError, match="is a pointer of Git LFS.*'git lfs pull'"):
+        Bag(tmp_path / name)
+
+
+def test_a_pipe_is_no_bag(tmp_path):
+    os.mkfifo(tmp_path / "a.mcap")
+    with pytest.raises(SourceError, match="a pipe or device"):
+        Bag(tmp_path / "a.mcap")
 
 
 @pytest.mark.parametrize("name", ["a.mcap", "a.db3", "a.bag", "a.mcap.zstd"])

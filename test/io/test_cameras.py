@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.io.cameras import camera_from_info, load_camera
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.images.cameras import camera_from_info, load_camera
 
 K = [500.0, 0, 320, 0, 510, 240, 0, 0, 1]
 
@@ -26,8 +26,26 @@ def test_a_ray_hits_the_same_place_of_a_binned_part_of_the_image():
     part = camera_from_info(640, 480, K, [], "plumb_bob", binning=(2, 2), roi=(100, 40, 400, 300))
     ray = np.array([0.1, -0.05, 1.0])
     u, v, _ = whole.matrix @ ray
-    assert np.allclose((part.matrix @ ray)[:2], [(u - 100) / 2, (v - 40) / 2])
+    assert np.allclose((part.matrix @ ray)[:2], [(u - 100.5) / 2, (v - 40.5) / 2])
     assert whole.size == (640, 480) and part.size == (200, 150)
+
+
+@pytest.mark.parametrize("binning", [(1, 1), (2, 2), (4, 2), (3, 5)])
+def test_what_a_binned_image_shows_lies_where_its_camera_says(binning):
+    """A bright patch whose middle is a point's place in the full image; pixels are combined by rectangles."""
+    bx, by = binning
+    x0, y0 = 17, 30  # of the region of interest
+    ray = np.array([(140.25 - 100) / 300, (95.5 - 80) / 310, 1.0])
+    matrix = [300.0, 0, 100, 0, 310, 80, 0, 0, 1]
+    u, v, _ = camera_from_info(240, 180, matrix, [], "").matrix @ ray
+    y, x = np.mgrid[:180, :240]
+    full = np.exp(-((x - u) ** 2 + (y - v) ** 2) / (2 * 8.0**2))
+    part = full[y0 : y0 + 150, x0 : x0 + 180].reshape(150 // by, by, 180 // bx, bx).mean(axis=(1, 3))
+    camera = camera_from_info(240, 180, matrix, [], "", binning=binning, roi=(x0, y0, 180, 150))
+    assert camera.size == part.shape[::-1]
+    y, x = np.mgrid[: part.shape[0], : part.shape[1]]
+    seen = [(part * x).sum() / part.sum(), (part * y).sum() / part.sum()]
+    np.testing.assert_allclose((camera.matrix @ ray)[:2], seen, atol=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +93,7 @@ P = [450.0, 0, 310, -45, 0, 450, 235, 0, 0, 0, 1, 0]
 
 def test_of_rectified_images_p_holds_without_distortion_whatever_the_lens():
     camera = camera_from_info(640, 480, K, [0.1] * 4, "equidistant", binning=(2, 2), projection=P)
-    assert np.array_equal(camera.matrix, [[225, 0, 155], [0, 225, 117.5], [0, 0, 1]])
+    assert np.array_equal(camera.matrix, [[225, 0, 154.75], [0, 225, 117.25], [0, 0, 1]])
     assert camera.distortion.size == 0 and camera.size == (320, 240)
     with pytest.raises(ConfigError, match="not calibrated .P"):
         camera_from_info(640, 480, K, [], "", projection=[0.0] * 12)

@@ -12,16 +12,16 @@ import pytest
 import yaml
 from changes import changed
 
-from artrec_ros.core.axis_offsets import AxisOffset
-from artrec_ros.core.classes import ConfigurationClass, JointRange
-from artrec_ros.core.constraints import ConstraintSet
-from artrec_ros.core.datatypes import Instance
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.core.intervals import Interval
-from artrec_ros.core.learning import learn
-from artrec_ros.core.objects import Component, Joint, Marker, ObjectModel
-from artrec_ros.core.transforms import Pose
-from artrec_ros.io.constraints import load_constraints, save_constraints
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.constraints.axis_offsets import AxisOffset
+from artrec_ros.core.constraints.classes import ConfigurationClass, JointRange
+from artrec_ros.core.constraints.constraint_set import ConstraintSet
+from artrec_ros.core.constraints.intervals import Interval
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.learning.pair_learning import learn
+from artrec_ros.core.model.found import Instance
+from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.io.learned.constraints import load_constraints, save_constraints
 
 FLAG = Marker("flag", np.array([[0, 0], [0.4, 0], [0.3, 0.1], [0.4, 0.2], [0, 0.2]]), [0, 0.1], [0.3, 0.1])
 MODEL = ObjectModel("toy", (Component("base", (FLAG,), required=True), Component("arm", (FLAG,))))

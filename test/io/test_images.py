@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import zlib
 
@@ -11,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from artrec_ros.core.errors import ImageError
-from artrec_ros.io.images import decode_compressed, decode_encoded, decode_image, read_image
+from artrec_ros.core.base.errors import ImageError
+from artrec_ros.io.images.decoding import decode_compressed, decode_encoded, decode_image, read_image
 
 RNG = np.random.default_rng(3)
 GREY = RNG.integers(0, 256, (5, 7), np.uint8)
@@ -179,5 +180,14 @@ def test_noise_is_an_image_error(start, noise):
 
 
 def test_a_missing_file_is_an_image_error(tmp_path):
-    with pytest.raises(ImageError, match="cannot be read"):
+    with pytest.raises(ImageError, match="no such file"):
         read_image(tmp_path / "nothing.png")
+
+
+def test_files_that_are_none_are_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe.png")
+    (tmp_path / "endless.png").symlink_to("/dev/zero")
+    (tmp_path / "pointer.png").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n")
+    for name, said in (("pipe", "a pipe or device"), ("endless", "a pipe or device"), ("pointer", "git lfs pull")):
+        with pytest.raises(ImageError, match=said):
+            read_image(tmp_path / f"{name}.png")

@@ -4,10 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.io.marker_images import image_marker
-from artrec_ros.io.marker_shapes import object_of, safe_name, simplified, with_sharp_corners
-from artrec_ros.io.svg import svg_markers
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.objects.marker_images import image_marker
+from artrec_ros.io.objects.marker_shapes import object_of, safe_name, simplified, with_sharp_corners
+from artrec_ros.io.objects.svg import svg_markers
 
 CAB = np.array([[100, 150], [600, 150], [700, 300], [600, 450], [300, 450], [250, 320], [100, 320]])
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
@@ -19,7 +19,7 @@ DRAWING = f"""{HEAD} width="200mm" height="100mm" viewBox="0 0 200 100">
   <g inkscape:label="arm" id="g12" transform="translate(100 0) rotate(90)">
     <rect x="0" y="10" width="50" height="10" id="ribbon"/>
     <circle id="tip" cx="30" cy="50" r="8"/>
-    <path id="ring" d="M 0 0 h 20 v 20 h -20 z M 5 5 h 2 v 2 h -2 z"/>
+    <path id="plate" d="M 0 0 h 20 v 20 h -20 z M 5 5 h 2 v 2 h -2 z"/>
   </g>
   <rect id="hidden" width="9" height="9" fill="none"/>
   <text id="words" x="1" y="1">words</text>
@@ -49,23 +49,58 @@ def assert_same_corners(outline, corners, atol):
 
 def test_a_drawing_gives_its_filled_shapes_in_metres(drawing):
     found = {(m.component, m.marker.name): m.marker for m in svg_markers(drawing(DRAWING))}
-    assert list(found) == [("base", "side"), ("arm", "ribbon"), ("arm", "tip"), ("arm", "ring")]
+    assert list(found) == [("base", "side"), ("arm", "ribbon"), ("arm", "tip"), ("arm", "plate")]
     side = found["base", "side"]
     expected = centred(np.array([[10, 10], [70, 10], [80, 30], [10, 30]]) * [1e-3, -1e-3])
     assert_same_corners(side.outline, expected, 2e-5)
     np.testing.assert_allclose([side.tail, side.head], [[-0.035, 0], [0.025, 0]], atol=2e-5)
     assert np.ptp(found["arm", "ribbon"].outline, axis=0) == pytest.approx([0.01, 0.05], abs=2e-5)  # it is turned
     assert found["arm", "tip"].disc_radius == pytest.approx(0.008, rel=1e-4)
-    assert found["arm", "ring"].area == pytest.approx(4e-4, rel=1e-3)  # the hole is filled
+    assert found["arm", "plate"].area == pytest.approx(4e-4, rel=1e-3)  # both parts turn one way: it has no hole
 
 
 def test_layers_are_no_components_and_hidden_shapes_no_markers(drawing):
     text = DRAWING.replace('<g id="base">', '<g id="base" inkscape:groupmode="layer" inkscape:label="Layer 1">')
     text = text.replace('id="tip"', 'id="tip" style="display:none"').replace(
-        'id="ring"', 'id="ring" visibility="hidden"'
+        'id="plate"', 'id="plate" visibility="hidden"'
     )
     found = [(m.component, m.marker.name) for m in svg_markers(drawing(text))]
     assert found == [("side", "side"), ("arm", "ribbon")]
+
+
+LAYERS = f"""{HEAD} xmlns:xlink="http://www.w3.org/1999/xlink" width="200mm" height="100mm" viewBox="0 0 200 100">
+  <defs><path id="tri" d="M 0 0 h 10 v 10 z"/><g id="pair"><path id="one" d="M 0 0 h 9 v 9 z"/>
+    <path id="two" d="M 20 0 h 9 v 9 z"/></g></defs>
+  <g inkscape:groupmode="layer" inkscape:label="Ebene 1" id="layer9">
+    <g inkscape:groupmode="layer" inkscape:label="claw" id="layer1"><g id="g33"><path id="path7" d="M 0 0 h 30 v 9 z"/>
+      <use id="copy" xlink:href="#tri" x="50" y="20" fill="red"/></g></g>
+    <g id="g34"><path id="loose" d="M 0 50 h 30 v 9 z"/></g>
+    <use id="right" href="#pair" transform="translate(100 0) rotate(90)"/>
+    <use id="lone" href="#tri" x="7"/>
+  </g></svg>"""
+
+
+def test_layers_and_copies_are_named_as_the_user_named_them(drawing):
+    found = {(m.component, m.marker.name): m.marker for m in svg_markers(drawing(LAYERS))}
+    assert list(found) == [
+        ("claw", "path7"), ("claw", "copy"), ("g34", "loose"), ("right", "one"), ("right", "two"), ("lone", "lone"),
+    ]  # fmt: skip
+    assert np.ptp(found["claw", "copy"].outline, axis=0) == pytest.approx([0.01, 0.01], abs=2e-5)
+    turned = centred(np.array([[0, 0], [0, 9], [-9, 9]]) * [1e-3, -1e-3])
+    assert_same_corners(found["right", "two"].outline, turned, 2e-5)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        'd="M 0 0 h 20 v 20 h -20 z M 5 5 v 9 h 9 v -9 z"',
+        'fill-rule="evenodd" d="M 0 0 h 20 v 20 h -20 z M 5 5 h 9 v 9 h -9 z"',
+        'style="fill-rule:evenodd" d="M 5 5 h 9 v 9 h -9 z M 0 0 h 20 v 20 h -20 z"',
+    ],
+)
+def test_a_shape_with_a_hole_is_refused(drawing, path):
+    with pytest.raises(ConfigError, match=r"d\.svg: shape 'ring' has a hole; .* fill it"):
+        svg_markers(drawing(f'{HEAD} width="20mm" viewBox="0 0 20 20"><path id="ring" {path}/></svg>'))
 
 
 def test_a_drawings_size_can_be_given(drawing):
@@ -85,6 +120,7 @@ def test_a_drawings_size_can_be_given(drawing):
         ("<html/>", "root is 'html'"),
         (f'{HEAD} width="20mm"/>', "no filled shape"),
         (f'{HEAD} width="20mm"><path id="a" d="M 0 0 L 10 10 L 10 0 L 0 5 Z"/></svg>', "'a'.*crosses itself"),
+        (f'{HEAD} width="20mm"><path id="a" d="M 0 0 h 9 v 9 z M 20 0 h 9 v 9 z"/></svg>', "'a' has several parts"),
         (DRAWING.replace("</g>\n  <g ", '<path id="side.axis" d="M 0 0 h 5 v 5"/></g><g '), "one straight line"),
     ],
 )
@@ -133,7 +169,7 @@ def test_pictures_without_a_whole_shape_are_refused(tmp_path):
         with pytest.raises(ConfigError, match=message):
             image_marker(tmp_path / f"{name}.png", 0.1)
     (tmp_path / "text.png").write_text("no image")
-    with pytest.raises(ConfigError, match="neither PNG nor JPEG"):
+    with pytest.raises(ConfigError, match="neither PNG, JPEG, BMP nor GIF"):
         image_marker(tmp_path / "text.png", 0.1)
     with pytest.raises(ConfigError, match="no such file"):
         image_marker(tmp_path / "none.png", 0.1)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import struct
+import time
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +15,10 @@ import pytest
 import yaml
 from changes import changed
 
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.io.objects import load_object
+from artrec_ros.core.alignment.shapes import Shape
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.objects.object_writer import object_yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD: dict[str, Any] = {
@@ -83,6 +88,19 @@ BOW = [[0, 0], [1, 1], [1, 0], [0, 1]]
     [
         ("nam", "x", ("nam: unknown key", "'name'")),
         ("name", None, ("name", "missing")),
+        ("name", "../../x", ("object '../../x'", "a name has 1 to 80 letters")),
+        ("name", "<script>alert(1)</script>", ("a name has", "digits, '_' and '-'")),
+        ("name", "two\nlines", (r"object 'two\nlines'", "a name has")),
+        ("markers/..", {"disc": {"radius": 1}}, ("markers...", "marker '..'", "a name has")),
+        ("components/", {"markers": {"flag": {}}}, ("components.", "component ''", "a name has")),
+        ("components/a\nb", {"markers": {"flag": {}}}, (r"components.'a\nb'", "component", "a name has")),
+        ("components/" + "x" * 81, {"markers": {"flag": {}}}, ("component", "a name has")),
+        ("components/base/markers/<b>", {"marker": "flag"}, ("markers.<b>", "marker '<b>'", "a name has")),
+        ("markers/flag/outline", [[0, 0], [1e200, 0], [0, 1]], ("outline[1][0]", "greatest value 1000")),
+        ("markers/flag/outline", [[0, 0], [1, 0], [-1e308, 1]], ("outline[2][0]", "least value -1000")),
+        ("markers/dot/disc/radius", 1e200, ("disc.radius", "greatest value 1000")),
+        ("components/arm/joint/axis", [1e308, 0, 0], ("joint.axis[0]", "greatest value")),
+        ("components/arm/joint/limits", [-1e308, 1e308], ("joint.limits[0]", "least value")),
         ("markers", None, ("markers", "missing")),
         ("components", {}, ("components", "exactly one")),
         ("markers/flag/outline", BOW, ("markers.flag.outline", "crosses itself", "point 0", "point 2")),
@@ -108,7 +126,8 @@ BOW = [[0, 0], [1, 1], [1, 0], [0, 1]]
         ("components/arm/markers/far/pose/y_axis", [0, 1, 0.1], ("far.pose.y_axis", "right angle")),
         ("components/arm/markers/far/pose/y_axis", [0, 0, 0], ("far.pose.y_axis", "length is zero")),
         ("components/arm/label", 0, ("components.arm.label", "least value 1")),
-        ("components/arm/label", 256, ("components.arm.label", "greatest value 255")),
+        ("components/arm/label", 254, ("components.arm.label", "greatest value 253")),
+        ("classes", {"paper": 255}, ("classes.paper", "greatest value 253")),
         ("components/arm/label", "gren", ("components.arm.label", "'gren'", "'green'")),
         ("components/arm/joint/parent", "bas", ("components", "'bas'")),
         ("components/arm/joint/limits", [1, -1], ("components.arm.joint.limits", "below")),
@@ -149,7 +168,8 @@ def test_class_names_may_stay_open_where_labels_do_not_matter(tmp_path: Path) ->
 URDF = """<robot name="r"><link name="body">
 <collision><origin xyz="0 0 0.1" rpy="0 0 1.5707963"/><geometry><box size="0.4 0.2 0.1"/></geometry></collision>
 <visual><geometry><mesh filename="x.dae"/></geometry></visual></link>
-<link name="round"><visual><geometry><sphere radius="1"/></geometry></visual></link><link name="bare"/></robot>"""
+<link name="meshed"><visual><geometry><mesh filename="x.dae"/></geometry></visual></link><link name="bare"/>
+<link name="cone"><visual><geometry><cone radius="1"/></geometry></visual></link></robot>"""
 
 
 def test_body_from_urdf(tmp_path: Path) -> None:
@@ -164,7 +184,8 @@ def test_body_from_urdf(tmp_path: Path) -> None:
     ("urdf", "reason"),
     [
         ({"file": "r.urdf", "link": "bdy"}, "'body'"),
-        ({"file": "r.urdf", "link": "round"}, "boxes only"),
+        ({"file": "r.urdf", "link": "meshed"}, "'x.dae' is not found; list the body's boxes"),
+        ({"file": "r.urdf", "link": "cone"}, "'cone' is no body"),
         ({"file": "r.urdf", "link": "bare"}, "no geometry"),
         ({"file": "none.urdf", "link": "body"}, "no such file"),
         ({"file": "toy.yaml", "link": "body"}, "URDF"),
@@ -175,6 +196,14 @@ def test_bad_urdf_is_refused(tmp_path: Path, urdf: dict[str, str], reason: str) 
     path = _write(tmp_path, changed(GOOD, "components/base/body", {"urdf": urdf}))
     with pytest.raises(ConfigError, match=reason):
         load_object(path)
+
+
+def test_a_joint_can_have_a_name_of_its_own_and_has_its_components_else(tmp_path: Path) -> None:
+    assert load_object(_write(tmp_path, GOOD)).joint_names == ("arm",)
+    named = load_object(_write(tmp_path, changed(GOOD, "components/arm/joint/name", "shoulder")))
+    assert named.joint_names == ("shoulder",) and named.component("arm").joint.name == "shoulder"
+    (tmp_path / "again.yaml").write_text(object_yaml(named))
+    assert load_object(tmp_path / "again.yaml").joint_names == ("shoulder",)
 
 
 def test_silhouette_is_found_beside_the_file(tmp_path: Path) -> None:
@@ -204,3 +233,27 @@ def test_the_documented_example_loads(tmp_path: Path) -> None:
     (tmp_path / "crane.yaml").write_text(text[1])
     model = load_object(tmp_path / "crane.yaml", {})
     assert model.is_spatial and model.component("base").body_label == 5
+
+
+def test_a_silhouette_of_an_implausible_size_is_not_decoded(tmp_path: Path) -> None:
+    head = struct.pack(">IIBBBBB", 30000, 30000, 8, 0, 0, 0, 0)
+    chunks = [(b"IHDR", head), (b"IDAT", zlib.compress(bytes(100))), (b"IEND", b"")]
+    packed = [struct.pack(">I", len(d)) + k + d + struct.pack(">I", zlib.crc32(k + d)) for k, d in chunks]
+    (tmp_path / "huge.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(packed))
+    content = changed(GOOD, "markers/flag", {"silhouette": {"image": "huge.png", "width": 0.1}})
+    with pytest.raises(ConfigError, match="silhouette.image.*30000x30000 pixels is implausible"):
+        load_object(_write(tmp_path, content))
+
+
+def test_a_fine_outline_is_read_at_once_and_one_too_fine_is_refused(tmp_path: Path) -> None:
+    angle = np.linspace(0, 2 * np.pi, 4000, endpoint=False)
+    radius = 0.1 + 0.01 * np.cos(7 * angle)
+    outline = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).tolist()
+    content = changed(GOOD, "markers/flag/outline", outline)
+    begun = time.process_time()
+    model = load_object(_write(tmp_path, content))
+    shape = Shape.from_marker(model.components[0].markers[0])
+    assert time.process_time() - begun < 5  # it took 44 s
+    assert shape.area_m2 == pytest.approx(np.pi * (0.1**2 + 0.01**2 / 2), rel=1e-3)
+    with pytest.raises(ConfigError, match=r"markers.flag.outline: has 8001 points, more than 5000"):
+        load_object(_write(tmp_path, changed(GOOD, "markers/flag/outline", [[float(x), 0.0] for x in range(8001)])))

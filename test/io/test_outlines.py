@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.io.outlines import crossing_edges, disc_outline, folded_corner, silhouette_outline
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.objects.outlines import crossing_edges, disc_outline, folded_corner, silhouette_outline
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
 
@@ -116,6 +116,11 @@ def test_bad_silhouettes_are_refused(tmp_path: Path) -> None:
     speck = np.zeros((40, 40), np.uint8)
     speck[10:13, 10:13] = 255
     cv2.imwrite(str(tmp_path / "speck.png"), speck)
-    for name, reason in (("none", "image"), ("text", "image"), ("plain", "one colour"), ("speck", "larger image")):
+    for name, reason in (
+        ("none", "no such file"),
+        ("text", "image"),
+        ("plain", "one colour"),
+        ("speck", "larger image"),
+    ):
         with pytest.raises(ConfigError, match=f"{name}.png.*{reason}"):
             silhouette_outline(tmp_path / f"{name}.png", 0.1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,10 @@ import numpy as np
 import pytest
 import yaml
 
-from artrec_ros.core.config import RecognizerConfig
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.io.parameters import load_parameters, read_flat, setup_from_flat
-from artrec_ros.io.specs import all_specs, specs_of
+from artrec_ros.core.base.config import AlignmentConfig, RecognizerConfig, rooms_of
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.parameters.parameter_file import load_parameters, read_flat, setup_from_flat
+from artrec_ros.io.parameters.specs import all_specs, expert_rooms, specs_of
 
 ROOT = Path(__file__).resolve().parents[2]
 OBJECT = """
@@ -142,6 +143,10 @@ def test_bad_sections_are_refused(folder: Path, text: str, parts: tuple[str, ...
         ({"objects": "red"}, ("objects", "list")),
         ({"objects": ["red", "red"]}, ("objects[1]", "twice")),
         ({"objects": ["image"]}, ("objects[0]", "choose another")),
+        ({"objects": ["expert"]}, ("objects[0]", "choose another")),
+        ({"expert.alignment.coarse_kep": 3}, ("expert.alignment.coarse_kep", "'expert.alignment.coarse_keep'")),
+        ({"expert.alignment.coarse_keep": 0}, ("node.yaml: expert.alignment.coarse_keep", "least value 1")),
+        ({"recognizer.min_range_m": 3, "recognizer.max_range_m": 2}, ("node.yaml: recognizer.max_range_m", "below")),
         ({"objects": ["tracking"]}, ("objects[0]", "choose another")),
         ({"tracking.max_gap": 2.0}, ("tracking.max_gap", "'tracking.max_gap_s'")),
         ({"tracking.steady_s": 0.0}, ("tracking.steady_s", "least value 0.001")),
@@ -153,7 +158,7 @@ def test_bad_sections_are_refused(folder: Path, text: str, parts: tuple[str, ...
         ({"recognizer.time_budget_ms": "50"}, ("recognizer.time_budget_ms", "number")),
         ({"recognizer.time_budget_ms": 0}, ("recognizer.time_budget_ms", "least value 1")),
         ({"recognizer.min_blob_px": 2.5}, ("recognizer.min_blob_px", "whole number")),
-        ({"recognizer.anchor_tolerances_px": []}, ("recognizer.anchor_tolerances_px", "empty")),
+        ({"expert.blobs.anchor_tolerances_px": []}, ("expert.blobs.anchor_tolerances_px", "empty")),
         ({"image.kind": "labels", "image.blank": [1, 2, 3]}, ("image.blank", "whole rectangles")),
         ({"image.kind": "color"}, ("image.kind", "'colour'")),
         ({"image.kind": "colour"}, ("image.classes",)),
@@ -191,7 +196,51 @@ def test_specs_carry_types_and_bounds() -> None:
     assert specs["recognizer.time_budget_ms"].type is float and specs["recognizer.time_budget_ms"].unit == "ms"
     assert specs["image.blank"].is_list and specs["image.blank"].type is int
     assert {"red.label", "image.pale.hue", "objects", "image.classes", "image_transport"} <= set(specs)
-    assert len(specs_of(RecognizerConfig)) == len(vars(RecognizerConfig()))
+    assert len(specs_of(RecognizerConfig)) + len(rooms_of(RecognizerConfig)) == len(vars(RecognizerConfig()))
+
+
+def test_every_value_of_a_room_is_described_and_says_where_it_comes_from() -> None:
+    experts = [s for s in all_specs([], []).values() if s.is_expert]
+    assert len(experts) == sum(len(dataclasses.fields(room)) for room in expert_rooms().values())
+    for spec in experts:
+        assert spec.description and spec.origin and spec.paths, spec.name
+        assert isinstance(spec.default, tuple) or spec.low is not None or spec.type in (bool, str), spec.name
+
+
+def test_rooms_are_called_in_messages_as_in_files() -> None:
+    for name, room in expert_rooms().items():
+        for spec in specs_of(room, f"expert.{name}."):
+            if spec.low is not None and not spec.is_list:
+                with pytest.raises(ConfigError, match=f"^{spec.name}: "):
+                    room(**{spec.name.rpartition(".")[2]: spec.low - 1})
+
+
+def test_values_for_experts_are_read_and_only_those_given_are_resolved(folder: Path) -> None:
+    given = {"expert.alignment.coarse_keep": 100, "expert.blobs.anchor_tolerances_px": [1, 3]}
+    setup = setup_from_flat({**FLAT, **given}, folder)
+    assert setup.recognizer.alignment == AlignmentConfig(coarse_keep=100)
+    assert setup.recognizer.blobs.anchor_tolerances_px == (1.0, 3.0)
+    assert {k for k in setup.resolved if k.startswith("expert.")} == set(given)
+    assert not [k for k in setup_from_flat(FLAT, folder).resolved if k.startswith("expert.")]
+    saved = folder / "saved.yaml"
+    saved.write_text(setup.to_yaml())
+    assert load_parameters(saved).recognizer == setup.recognizer
+    assert setup.changed({"expert.paper.match": 0.5}).recognizer.paper.match == 0.5
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("recognizer.coarse_keep", "expert.alignment.coarse_keep"),
+        ("recognizer.tolerance_px", "expert.alignment.tolerance_px"),
+        ("recognizer.paper_tolerance_px", "expert.paper.tolerance_px"),
+        ("recognizer.min_votes", "expert.verdict.min_votes"),
+    ],
+)
+def test_a_name_that_was_public_leads_to_where_it_is_now(folder: Path, old: str, new: str) -> None:
+    for warn in (None, [].append):  # the node, too: it would be dropped there
+        with pytest.raises(ConfigError, match=f"node.yaml: {old}: .* {new}$"):
+            setup_from_flat({**FLAT, old: 1}, folder, "node.yaml", warn=warn)
 
 
 def test_a_setup_builds_its_recognizer(folder: Path) -> None:

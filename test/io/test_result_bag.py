@@ -1,17 +1,23 @@
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import cv2
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance, Target
-from artrec_ros.core.transforms import Pose
-from artrec_ros.io.cameras import load_camera
-from artrec_ros.io.journal import Recognised
-from artrec_ros.io.objects import load_object
-from artrec_ros.io.result_bag import ResultBag
-from artrec_ros.io.sources import SourceOptions, open_sources
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.model.target import Target
+from artrec_ros.io.bags.topics import decode_message
+from artrec_ros.io.images.cameras import load_camera
+from artrec_ros.io.images.decoding import read_image
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.results.journal import Recognised
+from artrec_ros.io.results.result_bag import ResultBag
+from artrec_ros.io.sources.opening import SourceOptions, open_sources
 
 TOY = """
 format: artrec_object/1
@@ -42,9 +48,12 @@ def recognised(stamp_ns: int, found: bool) -> Recognised:
     return Recognised(stamp_ns, "x", FrameResult((8, 6), (detection,) if found else ()), "optical")
 
 
-def write(path, source_path, targets, frames, options=None, storage="mcap"):
+def write(path, source_path, targets, frames, options=None, storage="mcap", publish_tf=False):
     overlay = np.full((12, 16, 3), 90, np.uint8)
-    with open_sources([source_path], options) as sources, ResultBag(path, storage, sources.parts[0], targets) as bag:
+    with (
+        open_sources([source_path], options) as sources,
+        ResultBag(path, storage, sources.parts[0], targets, publish_tf) as bag,
+    ):
         for frame in frames:
             bag.add(frame, overlay)
     with AnyReader([path]) as reader:
@@ -97,7 +106,53 @@ def test_images_of_a_folder_go_to_the_nodes_topics(tmp_path, targets, pictures):
     options = SourceOptions(camera=load_camera(tmp_path / "camera.yaml"), rate_hz=10)
     frames = [recognised(0, True), Recognised(10**8, "1.png", error="unreadable")]
     messages = write(tmp_path / "out", folder, targets, frames, options)
-    (copied,) = of_topic(messages, "/image")
-    assert copied.encoding == "mono16" and np.array_equal(copied.data.view(np.uint16).reshape(6, 8), image)
+    (copied,) = of_topic(messages, "/image/compressed")
+    assert copied.format == "mono16; png compressed mono16" and not of_topic(messages, "/image")
+    assert copied.data.tobytes() == (folder / "0.png").read_bytes()
+    assert np.array_equal(decode_message(copied), image)
     assert of_topic(messages, "/camera_info")[0].k[0] == 100
     assert len(of_topic(messages, "/toy/poses")) == 1
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".png", ".bmp"])
+@pytest.mark.parametrize("shape", [(60, 80), (60, 80, 3), (60, 80, 4)])
+def test_encoded_images_of_a_folder_stay_as_they_are(tmp_path, targets, suffix, shape):
+    folder = tmp_path / "images"
+    folder.mkdir()
+    smooth = np.broadcast_to(np.linspace(0, 200, 80, dtype=np.uint8).reshape(1, 80, *[1] * (len(shape) - 2)), shape)
+    cv2.imwrite(str(folder / f"0{suffix}"), np.ascontiguousarray(smooth))
+    messages = write(tmp_path / "out", folder, targets, [recognised(0, True)])
+    raw, packed = of_topic(messages, "/image"), of_topic(messages, "/image/compressed")
+    if suffix == ".bmp":
+        assert len(raw) == 1 and not packed  # image_transport knows no such format
+        return
+    assert not raw and packed[0].data.tobytes() == (folder / f"0{suffix}").read_bytes()
+    channels = shape[2] if len(shape) == 3 else 1
+    expected = {1: "mono8", 3: "bgr8", 4: "bgra8" if suffix == ".png" else "bgr8"}[channels]
+    assert packed[0].format.startswith(f"{expected}; {'jpeg' if suffix == '.jpg' else 'png'} compressed")
+    assert np.array_equal(decode_message(packed[0]), read_image(folder / f"0{suffix}"))
+
+
+def test_the_objects_frames_go_to_tf_where_the_node_would_send_them(tmp_path, targets, ros2, write_rosbag2, pictures):
+    script = [("/cam/image", 10 * i + 12, ros2.image(10 * i + 10, p)) for i, p in enumerate(pictures(2))]
+    source = write_rosbag2(tmp_path / "source", script)
+    frames = [recognised(10, True), recognised(20, False)]
+    assert not of_topic(write(tmp_path / "without", source, targets, frames), "/tf")
+    (sent,) = of_topic(write(tmp_path / "with", source, targets, frames, publish_tf=True), "/tf")
+    (transform,) = sent.transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ("optical", "toy_4")
+    assert transform.header.stamp.nanosec == 10
+    t, q = transform.transform.translation, transform.transform.rotation
+    assert (t.x, t.y, t.z, q.w) == (0.25, -0.5, 2, 1)
+
+
+def test_a_bag_of_labels_is_packed_and_other_tools_read_it(tmp_path, targets, ros2, write_rosbag2):
+    labels = np.zeros((480, 640), np.uint8)
+    script = [("/cam/image", 10 * i + 12, ros2.image(10 * i + 10, labels)) for i in range(5)]
+    source = write_rosbag2(tmp_path / "source", script)
+    write(tmp_path / "out", source, targets, [recognised(10 * i + 10, True) for i in range(5)], publish_tf=True)
+    assert sum(f.stat().st_size for f in (tmp_path / "out").iterdir()) < 0.1 * 5 * labels.size
+    convert = [sys.executable, "-m", "rosbags.convert", "--src", tmp_path / "out", "--dst", tmp_path / "c.bag"]
+    subprocess.run([*map(str, convert)], check=True, capture_output=True, timeout=120)
+    with AnyReader([tmp_path / "c.bag"]) as reader:
+        assert {c.topic: c.msgcount for c in reader.connections}["/tf"] == 5

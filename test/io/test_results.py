@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import (
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import (
     ClassFit,
     ConstraintFailure,
     Detection,
@@ -17,9 +19,7 @@ from artrec_ros.core.datatypes import (
     Instance,
     Rejection,
 )
-from artrec_ros.core.errors import SourceError
-from artrec_ros.core.transforms import Pose
-from artrec_ros.io.results import FrameRecord, read_results
+from artrec_ros.io.results.results import FrameRecord, read_results
 
 DETECTION = Detection(
     object="arm",
@@ -78,7 +78,7 @@ def test_a_broken_line_is_named(tmp_path):
     assert next(records).stamp_ns == 7
     with pytest.raises(SourceError, match="line 2"):
         next(records)
-    with pytest.raises(SourceError, match="cannot be read"):
+    with pytest.raises(SourceError, match="no such file"):
         next(read_results(tmp_path / "nothing"))
 
 

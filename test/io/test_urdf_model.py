@@ -1,10 +1,12 @@
+import itertools
+
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.core.objects import Component, Marker, ObjectModel
-from artrec_ros.core.transforms import Pose
-from artrec_ros.io.urdf_model import object_from_urdf
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.io.objects.urdf_model import object_from_urdf
 
 URDF = """<robot name="truck">
   <link name="world"/>
@@ -85,8 +87,83 @@ def test_bodies_are_all_boxes_fixed_to_a_part(urdf):
     assert made.model.name == "lorry" and base.body_label == 5
     np.testing.assert_allclose([b.T_component_box.position for b in base.bodies], [[0, 0, 0], [0, 0, 0.1]], atol=1e-12)
     assert not made.model.component("sticker").bodies
-    assert any("'mast'" in n and "no body" in n for n in made.notes)
+    assert any("'mast'" in n and "mesh 'a.stl' is not found: it gets no body" in n for n in made.notes)
     assert any("wheel" in n for n in made.notes) and any("'lift' mimics" in n for n in made.notes)
+
+
+def test_joints_keep_their_names(urdf):
+    model = object_from_urdf(urdf(), stickers("base", "sticker", "fork")).model
+    assert model.joint_names == ("tilt", "lift")
+
+
+def with_geometry(shape):
+    return f"""<robot name="r"><link name="base"><collision><origin xyz="0.1 0 0.2" rpy="0.3 0.2 0.1"/>
+    <geometry>{shape}</geometry></collision></link></robot>"""
+
+
+def reach(boxes, directions):
+    """(n,) how far the boxes reach from their common middle, in each direction."""
+    middle = boxes[0].T_component_box.position
+    signs = np.array(list(itertools.product((-1, 1), repeat=3)))
+    corners = np.concatenate([b.T_component_box.apply(signs * b.size / 2) for b in boxes]) - middle
+    return (directions @ corners.T).max(axis=1)
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+def test_round_bodies_are_approximated_by_boxes_of_their_size(urdf, shape):
+    text = with_geometry(f'<{shape} radius="0.05" length="0.3"/>')
+    made = object_from_urdf(urdf(text), stickers("base"))
+    boxes = made.model.components[0].bodies
+    T = Pose.from_xyz_rpy([0.1, 0, 0.2], [0.3, 0.2, 0.1])
+    np.testing.assert_allclose([b.T_component_box.position for b in boxes], [T.position] * len(boxes), atol=1e-12)
+    rng = np.random.default_rng(0)
+    around = rng.normal(size=(500, 3)) * (1, 1, shape == "sphere")
+    around = around / np.linalg.norm(around, axis=1, keepdims=True) @ T.rotation.T
+    found = reach(boxes, around)
+    assert found.min() > 0.875 * 0.05 and found.max() < 1.125 * 0.05
+    if shape == "cylinder":
+        assert reach(boxes, T.rotation[:, 2][None])[0] == pytest.approx(0.15)
+    assert any(f"its {shape} is approximated by" in n for n in made.notes)
+
+
+TRIANGLES = np.array([[[0, 0, 0], [0.2, 0, 0], [0, 0.1, 0.4]], [[0, 0, 0], [0.2, 0, 0], [0.1, -0.1, 0.1]]])
+
+
+def binary_stl(triangles):
+    rows = [np.zeros(3, "<f4").tobytes() + t.astype("<f4").tobytes() + b"\0\0" for t in triangles]
+    return b"solid x".ljust(80) + len(rows).to_bytes(4, "little") + b"".join(rows)
+
+
+def text_stl(triangles):
+    corners = "".join(f"vertex {x:g} {y:g} {z:g}\n" for t in triangles for x, y, z in t)
+    return f"solid x\n{corners}endsolid".encode()
+
+
+@pytest.mark.parametrize("write", [binary_stl, text_stl])
+@pytest.mark.parametrize("name", ["meshes/a.stl", "package://truck_description/meshes/a.STL"])
+def test_a_mesh_is_approximated_by_its_bounding_box(tmp_path, write, name):
+    package = tmp_path / "truck_description"
+    (package / "urdf").mkdir(parents=True)
+    path = (package if "://" in name else package / "urdf") / "meshes" / name.rpartition("/")[2]
+    path.parent.mkdir()
+    path.write_bytes(write(TRIANGLES))
+    (package / "urdf" / "r.urdf").write_text(with_geometry(f'<mesh filename="{name}" scale="1 -1 0.5"/>'))
+    (box,) = object_from_urdf(package / "urdf" / "r.urdf", stickers("base")).model.components[0].bodies
+    np.testing.assert_allclose(box.size, [0.2, 0.2, 0.2], atol=1e-7)
+    T = Pose.from_xyz_rpy([0.1, 0, 0.2], [0.3, 0.2, 0.1])
+    np.testing.assert_allclose(box.T_component_box.position, T.apply([[0.1, 0, 0.1]])[0], atol=1e-7)
+    np.testing.assert_allclose(box.T_component_box.rotation, T.rotation, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [(b"", "no STL mesh"), (b"solid x\nvertex 1 2\n", "three coordinates"), (b"solid\nvertex 0 nan 0", "no STL mesh")],
+)
+def test_a_mesh_that_cannot_be_read_is_told_and_left_out(tmp_path, urdf, content, reason):
+    (tmp_path / "a.stl").write_bytes(content)
+    made = object_from_urdf(urdf(), stickers("base", "sticker", "fork"))
+    assert any(reason in n and "it gets no body" in n for n in made.notes)
+    assert not made.model.component("sticker").bodies
 
 
 def test_the_frame_of_the_object_is_the_first_marked_links(urdf):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.io.files import Value, load_value, load_yaml, nearest
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.base.yaml_files import Value, load_value, load_yaml, nearest
 
 
 def _refusal(call, *parts: str) -> str:
@@ -28,7 +29,10 @@ def _refusal(call, *parts: str) -> str:
         ("a: &x 1\nb: *x\n", ("line 2", "aliases")),
         ("", ("empty",)),
         ("a: !!python/object:os.system 1\n", ("line 1",)),
-        ("[" * 5000, ()),
+        ("[" * 500_000, ("line 1", "nested more than 100 deep")),
+        ("\n".join(" " * i + "a:" for i in range(1200)), ("nested more than 100 deep",)),
+        ("a: 1 # " + "x" * 2**20, ("bytes, more than",)),
+        ("version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 3\n", ("git lfs pull",)),
     ],
 )
 def test_bad_yaml_names_the_file_and_line(tmp_path: Path, text: str, parts: tuple[str, ...]) -> None:
@@ -42,7 +46,14 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
     binary.write_bytes(b"\xff\xfe\x00\x80")
     _refusal(lambda: load_value(tmp_path / "none.yaml"), "none.yaml", "no such file")
     _refusal(lambda: load_value(binary), "binary.yaml", "UTF-8")
-    _refusal(lambda: load_value(tmp_path), str(tmp_path), "cannot be read")
+    _refusal(lambda: load_value(tmp_path), str(tmp_path), "a folder")
+
+
+def test_what_is_no_regular_file_is_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.yaml")
+    (tmp_path / "endless.yaml").symlink_to("/dev/zero")
+    _refusal(lambda: load_value(tmp_path / "pipe.yaml"), "pipe.yaml", "a pipe or device")
+    _refusal(lambda: load_value(tmp_path / "endless.yaml"), "endless.yaml", "a pipe or device")
 
 
 def test_exponents_without_a_dot_are_numbers(tmp_path: Path) -> None:

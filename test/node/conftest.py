@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from artrec_ros.io.parameters import Setup, load_parameters
+from artrec_ros.io.parameters.parameter_file import Setup, load_parameters
 
 settings.register_profile("nightly", max_examples=20_000)
 

@@ -12,9 +12,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
-from artrec_ros.core.datatypes import ClassFit, Detection, ImagePose
-from artrec_ros.core.errors import ConfigError, ImageError
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.base.errors import ConfigError, ImageError
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import ClassFit, Detection, ImagePose
 from artrec_ros.node.conversions import (
     best_pose,
     camera_from_msg,

@@ -23,7 +23,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from visualization_msgs.msg import Marker, MarkerArray
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.node.node import RecognizerNode
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
@@ -165,3 +165,17 @@ def test_a_lifecycle_manager_starts_and_stops_it(parameter_file: Path, picture: 
         assert change(Transition.TRANSITION_DEACTIVATE)
         assert peer.diagnose("input", "not active")
         assert process.running and "Traceback" not in process.output
+
+
+def test_what_cannot_be_found_for_want_of_constraints_is_warned_of(
+    make: Callable[..., RecognizerNode], parameter_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parameter_file.write_text(parameter_file.read_text().replace("constraint_file: constraints/toy.yaml, ", ""))
+    model = parameter_file.parent / "objects" / "toy.yaml"
+    model.write_text(model.read_text().replace("lever: {pose: {xyz: [0.02, 0, 0]}}", "lever: {}"))
+    node, warned = make("-p", "autostart:=false"), []
+    logger = types.SimpleNamespace(info=lambda _: None, error=lambda _: None, warning=warned.append)
+    monkeypatch.setattr(node, "get_logger", lambda: logger)
+    assert node.trigger_configure() == SUCCESS
+    (line,) = warned
+    assert line.startswith("toy: will not be found: it has no constraint_file") and "toy.constraint_file" in line

@@ -10,11 +10,11 @@ import numpy as np
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from artrec_ros.core.config import TrackingConfig
-from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance
-from artrec_ros.core.tracking import Tracker
-from artrec_ros.core.transforms import Pose
-from artrec_ros.io.parameters import Setup
+from artrec_ros.core.base.config import TrackingConfig
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.tracking.tracker import Tracker
+from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.node.markers import MarkerScene
 
 HEADER = Header(frame_id="eye")

@@ -19,7 +19,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.parameters import Setup
+from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.node import pipeline, worker
 from artrec_ros.node.node import RecognizerNode
 
@@ -138,7 +138,7 @@ def test_pictures_are_made_for_those_who_look(
     node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[str] = []
-    for name in ("draw_result", "label_picture"):
+    for name in ("draw_result", "class_picture"):
         monkeypatch.setattr(pipeline, name, lambda *_, name=name: made.append(name))
     node.take_image(label_image(picture), time.time_ns())
     assert node.counters.processed == 1 and made == []

@@ -19,9 +19,9 @@ from peer import ROOT, STARTED, WAIT_S, NodeProcess, Peer, label_image, ros
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, MultiDOFJointState
 
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.parameters import Setup
-from artrec_ros.io.results import FrameRecord, read_results
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.parameters.parameter_file import Setup
+from artrec_ros.io.results.results import FrameRecord, read_results
 from artrec_ros.tools.main import main as artrec
 
 PLACES = ((0.05, 0.02, 0.6, 0.2), (0.04, 0.0, 0.5, -0.3), None, (-0.05, 0.03, 0.7, 0.5), (0.0, 0.0, 0.45, 0.0))

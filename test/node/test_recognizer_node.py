@@ -21,8 +21,8 @@ from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from sensor_msgs.msg import Image, JointState, MultiDOFJointState
 from visualization_msgs.msg import MarkerArray
 
-from artrec_ros.core.drawing import label_picture
-from artrec_ros.io.parameters import Setup
+from artrec_ros.core.drawing import class_picture
+from artrec_ros.io.parameters.parameter_file import Setup
 
 NO_CALIBRATION = np.zeros(9)
 
@@ -135,7 +135,7 @@ def test_what_the_recognizer_saw_is_shown_in_colours(peer: Peer, picture: np.nda
     seen = look(peer, "debug/labels", picture)
     assert seen.encoding == "bgr8" and seen.header.frame_id == "eye"
     pixels = np.frombuffer(seen.data, np.uint8).reshape(seen.height, seen.width, 3)
-    np.testing.assert_array_equal(pixels, label_picture(picture))
+    np.testing.assert_array_equal(pixels, class_picture(picture))
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) == 2, "the toy and the rest"
 
 
@@ -152,11 +152,11 @@ def test_all_parameters_are_read_at_once(peer: Peer) -> None:
 
 
 def test_a_bad_change_is_refused_whole_with_its_reason(peer: Peer) -> None:
-    before = peer.get_parameter("recognizer.refine_steps")
-    result = peer.set_parameters(recognizer__refine_steps=before + 1, recognizer__profile="papr")
+    before = peer.get_parameter("recognizer.min_components")
+    result = peer.set_parameters(recognizer__min_components=before + 1, recognizer__profile="papr")
     assert not result.successful
     assert "recognizer.profile" in result.reason and "papr" in result.reason and "paper" in result.reason
-    assert peer.get_parameter("recognizer.refine_steps") == before
+    assert peer.get_parameter("recognizer.min_components") == before
 
 
 def test_a_good_change_is_taken_and_works(peer: Peer, picture: np.ndarray) -> None:
@@ -172,11 +172,20 @@ def test_out_of_range_read_only_and_unknown_changes_are_refused(peer: Peer) -> N
     assert not peer.set_parameters(recognizer__min_match=1.5).successful
     assert "read" in peer.set_parameters(toy__label=3).reason
     assert not peer.set_parameters(objects=["toy", "more"]).successful
-    before = peer.get_parameter("recognizer.refine_steps")
-    unknown = peer.set_parameters(recognizer__refine_steps=before + 1, recognizer__profil="paper")
+    before = peer.get_parameter("recognizer.min_components")
+    unknown = peer.set_parameters(recognizer__min_components=before + 1, recognizer__profil="paper")
     assert not unknown.successful and "did you mean 'recognizer.profile'?" in unknown.reason
-    assert peer.get_parameter("recognizer.refine_steps") == before
-    assert peer.set_parameters(recognizer__refine_steps=before).successful
+    assert peer.get_parameter("recognizer.min_components") == before
+    assert peer.set_parameters(recognizer__min_components=before).successful
+
+
+def test_experts_parameters_are_there_where_they_were_given(peer: Peer) -> None:
+    assert peer.get_parameter("expert.alignment.refine_steps") == 6
+    assert peer.set_parameters(expert__alignment__refine_steps=7).successful
+    assert peer.get_parameter("expert.alignment.refine_steps") == 7
+    assert peer.set_parameters(expert__alignment__refine_steps=6).successful
+    assert "at the start" in peer.set_parameters(expert__alignment__refine_keep=9).reason
+    assert "expert.alignment.refine_keep" in peer.set_parameters(recognizer__refine_keep=9).reason
 
 
 def test_a_request_that_is_none_is_survived(peer: Peer, node: NodeProcess, picture: np.ndarray) -> None:

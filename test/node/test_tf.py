@@ -13,8 +13,8 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Header
 
-from artrec_ros.core.datatypes import Detection, ImagePose
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, ImagePose
 from artrec_ros.node.tf import transform_sender
 
 

@@ -8,11 +8,12 @@ from typing import Any
 import cv2
 import numpy as np
 
-from artrec_ros.core.datatypes import Camera, Instance
-from artrec_ros.core.learning import learn
-from artrec_ros.core.objects import Marker, ObjectModel
-from artrec_ros.io.constraints import save_constraints
-from artrec_ros.io.objects import load_object
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.learning.pair_learning import learn
+from artrec_ros.core.model.found import Instance
+from artrec_ros.core.model.objects import Marker, ObjectModel
+from artrec_ros.io.learned.constraints import save_constraints
+from artrec_ros.io.objects.object_reader import load_object
 
 SIZE = (320, 240)
 CAMERA = Camera([[300.0, 0.0, 160.0], [0.0, 300.0, 120.0], [0.0, 0.0, 1.0]], [], SIZE, "camera")
@@ -44,6 +45,7 @@ PARAMETERS = f"""
     toy: {{object_file: objects/toy.yaml, constraint_file: constraints/toy.yaml, label: {LABEL}}}
     image: {{kind: labels, blank: []}}
     recognizer: {{time_budget_ms: 2000.0}}
+    expert: {{alignment: {{refine_steps: 6}}}}
 """
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.objects import Box, Component, Joint, Marker, ObjectModel
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.simulator import pinhole_camera
 
 FORWARD = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]], float)  # marker frame on a face that looks along +x

@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.motion import MotionConfig, moving_scenes, simulate_motion
 from artrec_ros.simulation.scene import sample_scene

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import SourceError
-from artrec_ros.core.transforms import Pose
-from artrec_ros.io.bags import Bag
-from artrec_ros.io.cameras import load_camera
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.io.bags.reader import Bag
+from artrec_ros.io.images.cameras import load_camera
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.output import write_frames
 from artrec_ros.simulation.records import is_annotated, keypoint_names, truth_record
@@ -82,6 +82,33 @@ def test_a_folder_that_holds_files_is_refused(tmp_path, frames, target):
     with pytest.raises(SourceError, match="holds files already"):
         write_frames(frames, [target], tmp_path)
     assert contents(tmp_path) == {"notes.txt": b"mine"}
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError])
+def test_what_was_interrupted_is_begun_anew_and_is_the_same(tmp_path, frames, target, error):
+    def breaking_off():
+        yield from frames[:3]
+        raise error
+
+    with pytest.raises(error):
+        write_frames(breaking_off(), [target], tmp_path / "out")
+    (tmp_path / "out" / "notes.txt").write_text("mine")
+    write_frames(frames, [target], tmp_path / "out")
+    write_frames(frames, [target], tmp_path / "whole")
+    assert contents(tmp_path / "out") == {**contents(tmp_path / "whole"), "notes.txt": b"mine"}
+    with pytest.raises(SourceError, match="holds files already"):
+        write_frames(frames, [target], tmp_path / "whole")
+
+
+def test_two_runs_do_not_write_into_one_folder(tmp_path, frames, target):
+    def another_at_the_same_time():
+        yield frames[0]
+        with pytest.raises(SourceError, match="another run is writing there"):
+            write_frames(frames, [target], tmp_path / "out")
+        yield frames[1]
+
+    write_frames(another_at_the_same_time(), [target], tmp_path / "out")
+    assert len((tmp_path / "out" / "truth.jsonl").read_text().splitlines()) == 2
 
 
 def test_other_markers_of_a_component_are_named_with_it():

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from artrec_ros.core.datatypes import Camera
-from artrec_ros.core.projection import project
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.projection import project
 from artrec_ros.simulation.render import FLOOR, NOTHING, SUPERSAMPLING, Renderer, polygon_mask, to_pixel
 from artrec_ros.simulation.scene import Floor, Scene
 from artrec_ros.simulation.surfaces import Surface

@@ -1,15 +1,17 @@
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.core.objects import Component, ObjectModel
-from artrec_ros.core.projection import project
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
-from artrec_ros.simulation.scene import depth_range, require_places, sample_scene
+from artrec_ros.simulation.motion import MotionConfig, moving_scenes
+from artrec_ros.simulation.scene import depth_range, joints_at, require_places, sample_scene
 
 from .conftest import square
 
@@ -62,6 +64,58 @@ def test_apparent_size_is_as_asked(target, camera):
     assert camera.matrix[0, 0] * 0.2 / far == pytest.approx(0.2 * camera.size[0])
 
 
+def moved_origin(model, by):
+    """The same object with its frame's origin elsewhere."""
+    base, arm = model.components
+    shift = Pose(np.eye(3), -np.asarray(by, float))
+    marker = base.markers[0]
+    body = base.bodies[0]
+    base = dataclasses.replace(
+        base,
+        markers=(dataclasses.replace(marker, T_component_marker=shift @ marker.T_component_marker),),
+        bodies=(dataclasses.replace(body, T_component_box=shift @ body.T_component_box),),
+    )
+    joint = dataclasses.replace(arm.joint, T_parent_joint=shift @ arm.joint.T_parent_joint)
+    return ObjectModel("moved", (base, dataclasses.replace(arm, joint=joint)))
+
+
+def test_where_the_origin_lies_on_an_object_makes_no_difference_to_its_apparent_size(target, camera):
+    elsewhere = dataclasses.replace(target, model=moved_origin(target.model, [0.4, -0.1, 0.2]))
+    widths = []
+    for seen in (target, elsewhere):
+        corners = [
+            np.concatenate([s.corners for s in scene.objects[0].surfaces()])
+            for scene in scenes(seen, camera, 30, size=(0.5, 0.5), tilt_rad=0.0, elevation_deg=(5.0, 15.0))
+        ]
+        pixels = [project(camera, c) for c in corners]
+        assert all((p > -2).all() and (p < np.array(camera.size) + 1).all() for p in pixels)
+        widths.append([np.linalg.norm(p[:, None] - p, axis=2).max() / camera.size[0] for p in pixels])
+    assert np.median(widths[1]) == pytest.approx(np.median(widths[0]), rel=0.1)
+    assert 0.35 < np.median(widths[1]) < 0.6, "the apparent diameter that was asked for, seen from some side"
+
+
+@pytest.mark.parametrize(
+    ("kind", "limits", "span"),
+    [
+        ("revolute", (2.24, 4.04), (2.24, 4.04)),
+        ("revolute", (-5.0, -3.5), (-5.0, -3.5)),
+        ("prismatic", (4.0, 9.0), (4.0, 9.0)),
+        ("revolute", (-np.pi, np.pi), (-np.pi, np.pi)),
+        ("revolute", (-20.0, 20.0), (-20.0, 2 * np.pi - 20.0)),
+    ],
+)
+def test_limits_are_kept_wherever_they_lie(target, camera, kind, limits, span):
+    """A joint that turns round and round is seen all round once, at the angles that are recognised."""
+    base, arm = target.model.components
+    joint = dataclasses.replace(arm.joint, kind=kind, lower=limits[0], upper=limits[1])
+    model = ObjectModel("pump", (base, dataclasses.replace(arm, joint=joint)))
+    assert [joints_at(model, end)["arm"] for end in (-1.0, 1.0)] == pytest.approx(span)
+    still = sample_scene([Target("pump", model, 3)], camera, SceneConfig(), np.random.default_rng(0))
+    moving = itertools.islice(moving_scenes(still, MotionConfig(swing_hz=1.0), np.random.default_rng(1)), 30)
+    seen = [placed.joints["arm"] for scene in moving for placed in scene.objects]
+    assert span[0] - 1e-9 <= min(seen) and max(seen) <= span[1] + 1e-9 and np.ptp(seen) > 0.9 * (span[1] - span[0])
+
+
 def test_upright_objects_are_seen_from_the_side_and_flat_ones_from_above(target, camera):
     flat = ObjectModel("flat", (Component("base", (square(0.1, "top", Pose.identity()),), required=True),))
     for seen, low, high in ((target, -0.05, 0.5), (Target("flat", flat, 2), 0.85, 1.01)):
@@ -105,3 +159,20 @@ def test_the_sensor_scales_to_ideal():
     assert SensorConfig().scaled(1) == dataclasses.replace(SensorConfig())
     with pytest.raises(ConfigError, match="sensor."):
         SensorConfig().scaled(-1)
+
+
+def test_joints_go_by_their_own_names_wherever_they_are_told(target, camera, tmp_path):
+    base, arm = target.model.components
+    arm = dataclasses.replace(arm, joint=dataclasses.replace(arm.joint, name="shoulder"))
+    named = Target("pump", ObjectModel("pump", (base, arm)), 3)
+    rng = np.random.default_rng(0)
+    scene = sample_scene([named], camera, SceneConfig(), rng)
+    assert set(scene.objects[0].joints) == {"shoulder"}
+    first, later = (next(itertools.islice(moving_scenes(scene, MotionConfig(), rng), n, None)) for n in (0, 20))
+    at_rest = sample_scene([target], camera, SceneConfig(), np.random.default_rng(0))
+    assert first.objects[0].joints["shoulder"] == pytest.approx(at_rest.objects[0].joints["arm"])
+    assert set(later.objects[0].joints) == {"shoulder"} and later.objects[0].joints != first.objects[0].joints
+    for a, b in zip(scene.objects[0].surfaces(), at_rest.objects[0].surfaces(), strict=True):
+        np.testing.assert_allclose(a.corners, b.corners)
+    with pytest.raises(ConfigError, match="two joints have the same name"):
+        ObjectModel("pump", (base, arm, dataclasses.replace(arm, name="other")))

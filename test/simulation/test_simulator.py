@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.core.objects import Component, ObjectModel
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.simulator import PERIOD_NS, pinhole_camera, simulate
 

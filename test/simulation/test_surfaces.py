@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from artrec_ros.core.objects import Box
-from artrec_ros.core.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.model.objects import Box
 from artrec_ros.simulation.surfaces import box_faces, component_poses, object_surfaces
 
 

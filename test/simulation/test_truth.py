@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from artrec_ros.core.projection import project
-from artrec_ros.core.transforms import Pose
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import PlacedObject, Scene
 from artrec_ros.simulation.truth import measure

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from evaluation.makers import CAMERA, found_thing, pixel, pose_at, record, true_thing, write_run, write_truth
 
-from artrec_ros.core.datatypes import Detection, FrameResult, ImagePose, Instance
-from artrec_ros.core.transforms import Pose
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.results import FrameRecord
-from artrec_ros.io.truth import load_truth
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.results.results import FrameRecord
+from artrec_ros.io.truth.records import load_truth
 from artrec_ros.tools import evaluate as command
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.main import main
@@ -165,7 +165,7 @@ def test_wrong_options(truth, found, capsys, arguments, code, said):
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
-        ("nothing.jsonl", None, "cannot be read"),
+        ("nothing.jsonl", None, "there is no such file"),
         ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{}\n', "line 2 is no line of truth"),
         ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{"stamp_ns": 1, "objects": []}\n', "the stamp 1 is there twice"),
         ("t.jsonl", "", "holds no frame"),

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import yaml
 
-from artrec_ros.core.datatypes import Camera
-from artrec_ros.io.bag_writer import BagWriter
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.simulation.simulator import pinhole_camera
 from artrec_ros.tools.main import main
 
@@ -196,7 +196,7 @@ def test_folders_are_looked_into(tmp_path, capsys):
         ("a.json", "{", "no valid JSON"),
         ("a.jsonl", "{}", "line 1 is no line of truth"),
         ("a.mcap", "no bag", "nothing could be read"),
-        ("a.png", "no picture", "neither PNG nor JPEG"),
+        ("a.png", "no picture", "neither PNG, JPEG, BMP nor GIF"),
     ],
 )
 def test_what_cannot_be_read_is_one_line(tmp_path, capsys, name, text, message):
@@ -220,3 +220,64 @@ def test_parameters_without_objects_go_with_those_that_have_some(tmp_path, confi
     assert (code, problems) == (0, []), printed
     assert "image.kind 'colour'" in printed and "without objects, to be read after others: image.kind" in printed
     assert inspect(capsys, tmp_path / "more.yaml")[0] == 0
+
+
+def test_reports_of_artrec_are_told(tmp_path, config, capsys):
+    bag = write_bag(tmp_path / "bag")
+    truth = write_truth(tmp_path / "truth.jsonl")
+    for name in ("a", "b"):
+        command = ["replay", bag, "--params-file", config / "excavator.yaml", "-o", tmp_path / name, "--no-video"]
+        assert main([*map(str, command), "--images", "none"]) == 0
+    evaluate = ["evaluate", tmp_path / "a", tmp_path / "b", "--truth", truth, "--no-page"]
+    assert main(list(map(str, evaluate))) == 0
+    capsys.readouterr()
+    told = {
+        "summary.json": ("the summary of a replay", "3 frames, 0 of them unusable; objects found: none"),
+        "replay.json": ("the plan of a replay", "objects: excavator", str(bag)),
+        "metrics.json": ("the metrics of an evaluation", "1 frames, 0 objects, 0 found"),
+        "comparison.json": ("the comparison of an evaluation", f"run: {tmp_path / 'b'}; truth: {truth}"),
+    }
+    for name, expected in told.items():
+        code, printed, problems = inspect(capsys, tmp_path / "a" / name)
+        assert (code, problems) == (0, [])
+        for part in expected:
+            assert part in printed
+    (tmp_path / "summary.json").write_text('{"looked_for": {}, "frames_with_error": 1}')
+    assert "is the summary of a replay, but damaged" in inspect(capsys, tmp_path / "summary.json")[2][0]
+    code, printed, _ = inspect(capsys, tmp_path / "a")  # the folder, with all that lies in it
+    assert all(what in printed for what, *_ in told.values())
+
+
+def test_drawings_and_urdfs_are_told(tmp_path, capsys):
+    (tmp_path / "a.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="100mm" viewBox="0 0 100 100">'
+        '<g id="base"><rect id="plate" x="10" y="10" width="40" height="20"/></g></svg>'
+    )
+    (tmp_path / "a.urdf").write_text(
+        '<robot name="arm"><link name="base"/><link name="boom"/><joint name="lift" type="revolute">'
+        '<parent link="base"/><child link="boom"/></joint></robot>'
+    )
+    code, printed, _ = inspect(capsys, tmp_path / "a.svg")
+    assert code == 0 and "base: plate (40.0 x 20.0 mm)" in printed
+    code, printed, _ = inspect(capsys, tmp_path / "a.urdf")
+    assert code == 0 and "the URDF of 'arm'" in printed and "2 links: base, boom" in printed
+    assert "1 joints, 1 of them moving: lift revolute" in printed
+
+
+def test_objects_that_cannot_be_found_are_told(tmp_path, config, capsys):
+    params = yaml.safe_load((config / "excavator.yaml").read_text())
+    del params["/**"]["ros__parameters"]["excavator"]["constraint_file"]
+    (config / "excavator.yaml").write_text(yaml.safe_dump(params))
+    assert inspect(capsys, config / "excavator.yaml")[0] == 0  # in space
+    code, _, problems = inspect(capsys, config / "excavator.yaml", write_bag(tmp_path / "bag", camera=None))
+    assert code == 1 and any("excavator: will not be found: it has no constraint_file" in p for p in problems)
+
+
+def test_a_bag_that_lost_messages_is_told(tmp_path, capsys):
+    bag = write_bag(tmp_path / "bag")
+    text = (bag / "metadata.yaml").read_text()
+    (bag / "metadata.yaml").write_text(text.replace("message_count: 3", "message_count: 5"))
+    code, _, problems = inspect(capsys, bag)
+    assert code == 1
+    told = f"{bag}: '/camera/segmentation': 3 messages were read, but metadata.yaml tells of 5: 2 are lost"
+    assert any(told in problem for problem in problems)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
+from importlib.metadata import version
+from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.tools import main as command_line
 from artrec_ros.tools import train
-from artrec_ros.tools.main import COMMANDS, main
+from artrec_ros.tools.main import COMMANDS, INTERRUPTED, main
 
 TRAIN = ["train", "--object", "none.yaml", "--annotations", "none.json", "-o", "out.yaml"]
 
@@ -72,6 +77,41 @@ def test_what_a_command_raises_becomes_a_code(
     assert text in captured and captured.count("\n") == 1
 
 
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"artrec {version('artrec_ros')}\n"
+
+
+_PROGRAM = "import sys, time; from artrec_ros.tools import main; {}; sys.exit(main.main())"
+_SLEEPS = "print('ready', flush=True); time.sleep(60)"
+_SLOW_IMPORT = f"main._parse = lambda _: [{_SLEEPS.replace('; ', ', ')}]"
+_SLOW_WORK = (
+    "import types; main._parse = lambda _: types.SimpleNamespace(debug=False, run=lambda _: "
+    f"[{_SLEEPS.replace('; ', ', ')}])"
+)
+
+
+@pytest.mark.parametrize("change", [_SLOW_IMPORT, _SLOW_WORK], ids=["importing", "working"])
+def test_ctrl_c_is_one_line_and_130_at_any_time(change: str) -> None:
+    command = [sys.executable, "-c", _PROGRAM.format(change), "inspect", "."]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None and process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGINT)
+        _, told = process.communicate(timeout=60)
+    assert told == "artrec: interrupted\n" and process.returncode == INTERRUPTED
+
+
+def test_little_is_imported_before_ctrl_c_is_answered() -> None:
+    code = "import sys; before = set(sys.modules); import artrec_ros.tools.main; print(*set(sys.modules) - before)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert not {"argparse", "importlib.metadata", "numpy"} & set(done.stdout.split())
+
+
+def test_a_call_from_another_program_leaves_its_signals_alone() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    assert main(["--help"]) == 0 and signal.getsignal(signal.SIGINT) is before
+
+
 def test_a_missing_piece_breaks_only_its_command(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -79,3 +119,35 @@ def test_a_missing_piece_breaks_only_its_command(
     assert main(["ghost"]) == 1
     assert "ghost" in capsys.readouterr().err
     assert main(["--help"]) == 0
+
+
+def test_stderr_is_for_our_own_lines_alone(tmp_path: Path) -> None:
+    """What libraries write there from C, and warnings, are not seen; our error is; --debug shows all."""
+    code = """
+import os, sys, warnings
+from artrec_ros.core.errors import ConfigError
+from artrec_ros.tools import inspect, main
+def run(args):
+    os.write(2, b"libpng error: bad adaptive filter value\\n")
+    warnings.warn("overflow encountered in multiply", RuntimeWarning)
+    raise ConfigError("our own line")
+inspect.run = run
+sys.argv = ["artrec", "inspect", "x", *sys.argv[1:]]
+code = main.main()
+os.write(2, b"afterwards\\n")
+sys.exit(code)
+"""
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (1, "artrec: our own line\nafterwards\n")
+    loud = subprocess.run([*command, "--debug"], capture_output=True, text=True, timeout=60, check=False)
+    assert "libpng error" in loud.stderr and "overflow" in loud.stderr
+
+
+def test_a_damaged_picture_ends_in_our_words_alone(tmp_path: Path) -> None:
+    data = bytearray(cv2.imencode(".png", np.random.default_rng(1).integers(0, 9, (64, 64), np.uint8))[1].tobytes())
+    data[60:200] = bytes(140)
+    (tmp_path / "0.png").write_bytes(data)
+    command = [sys.executable, "-m", "artrec_ros.tools.main", "inspect", str(tmp_path / "0.png")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1 and "damaged image" in done.stdout and done.stderr == ""

@@ -6,14 +6,14 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.ambiguity import find_ambiguities
-from artrec_ros.core.datatypes import Target
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.io.objects import load_object
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.design.ambiguity import find_ambiguities
+from artrec_ros.core.model.target import Target
+from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.simulation.sheet import MarkerCell, model_sheet
 from artrec_ros.simulation.simulator import pinhole_camera
 from artrec_ros.tools import model
-from artrec_ros.tools.model_report import advice, shape_rows
+from artrec_ros.tools.inspecting.model_report import advice, shape_rows
 
 OBJECTS = Path(__file__).parents[2] / "config" / "objects"
 QUADRUPED = OBJECTS / "quadruped.yaml"
@@ -95,13 +95,15 @@ def test_a_drawing_becomes_an_object_file(tmp_path, capsys):
     assert run(tmp_path / "d.svg", "-o", tmp_path / "my-toy.yaml", "--overwrite") == 0
 
 
-def test_pictures_become_components(tmp_path):
+def test_pictures_become_components(tmp_path, capsys):
     for name in ("foot", "arm"):
         image = np.zeros((60, 80), np.uint8)
         cv2.rectangle(image, (20, 20), (50, 35), 2, -1)
         cv2.imwrite(str(tmp_path / f"{name}.png"), image)
     pictures = [tmp_path / "foot.png", tmp_path / "arm.png"]
     assert run(*pictures, "--width", 0.1, 0.2, "--name", "lamp", "-o", tmp_path / "lamp.yaml") == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if "straight from in front is assumed" in line]
+    assert len(told) == 2 and told[0].startswith("note: foot.png: with its width of 0.1 m as given it is 0.05")
     made = load_object(tmp_path / "lamp.yaml")
     assert (made.name, [c.name for c in made.components]) == ("lamp", ["foot", "arm"])
     assert [np.ptp(c.markers[0].outline[:, 0]) for c in made.components] == pytest.approx([0.1, 0.2], abs=1e-3)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from artrec_ros.core.config import ImageConfig, NodeConfig, RecognizerConfig
-from artrec_ros.io.node_topics import INPUTS, OUTPUTS
-from artrec_ros.io.parameters import load_parameters
-from artrec_ros.io.specs import LIVE, all_specs
-from artrec_ros.tools.reference import parameters_page, parameters_yaml, topics_page
+from artrec_ros.core.base.config import ImageConfig, NodeConfig, RecognizerConfig
+from artrec_ros.io.messages.node_topics import INPUTS, OUTPUTS
+from artrec_ros.io.parameters.parameter_file import load_parameters
+from artrec_ros.io.parameters.specs import LIVE, all_specs
+from artrec_ros.tools.reference import expert_page, parameters_page, parameters_yaml, topics_page
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -20,6 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
     ("path", "page", "name"),
     [
         ("docs/parameters.md", parameters_page, "parameters"),
+        ("docs/expert_parameters.md", expert_page, "expert"),
         ("docs/topics.md", topics_page, "topics"),
         ("config/all_parameters.yaml", parameters_yaml, "yaml"),
     ],
@@ -29,10 +30,11 @@ def test_the_pages_are_up_to_date(path: str, page: Callable[[], str], name: str)
 
 
 def test_every_parameter_is_told() -> None:
-    page, file = parameters_page(), parameters_yaml()
-    for name in all_specs(["red"], ["pale"]):
+    page, experts, file = parameters_page(), expert_page(), parameters_yaml()
+    for name, spec in all_specs(["red"], ["pale"]).items():
         last = name.rpartition(".")[2]
-        assert f"`{last}`" in page or f"`{name}`" in page
+        told = experts if spec.is_expert else page
+        assert f"`{last}`" in told or f"`{name}`" in told
         assert f" {last}:" in file
     assert all(f"`{name}`" in page for name in LIVE)
 
@@ -40,6 +42,16 @@ def test_every_parameter_is_told() -> None:
 def test_the_file_of_all_parameters_gives_the_defaults() -> None:
     setup = load_parameters(ROOT / "config" / "all_parameters.yaml")
     assert (setup.image, setup.recognizer, setup.node) == (ImageConfig(), RecognizerConfig(), NodeConfig())
+
+
+def test_the_experts_section_can_be_made_to_count(tmp_path: Path) -> None:
+    head, _, experts = parameters_yaml().partition("    # expert:")
+    text = head + "    expert:" + experts.replace("    #   ", "      ")
+    for folder in ("objects", "constraints"):
+        text = text.replace(f'"{folder}/', f'"{ROOT}/config/{folder}/')
+    file = tmp_path / "all.yaml"
+    file.write_text(text)
+    assert load_parameters(file).recognizer == RecognizerConfig()
 
 
 def test_every_topic_is_told() -> None:

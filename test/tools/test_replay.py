@@ -12,13 +12,16 @@ import numpy as np
 import pytest
 import yaml
 
-from artrec_ros.core.datatypes import Camera, Detection, FrameResult, ImagePose, Instance
-from artrec_ros.core.errors import ImageError
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.parameters import Setup
-from artrec_ros.io.results import read_results
+from artrec_ros.core.base.errors import ImageError
+from artrec_ros.core.drawing import class_picture
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.parameters.parameter_file import Setup
+from artrec_ros.io.results.results import read_results
 from artrec_ros.tools.main import main
 
+CONFIG = Path(__file__).parents[2] / "config"
 OBJECT = """
 format: artrec_object/1
 name: arm
@@ -89,9 +92,35 @@ def test_everything_promised_is_written(tmp_path, params, recogniser, capsys):
     summary = json.loads((out / "summary.json").read_text())
     assert summary["frames"] == 3 and summary["objects"] == {"arm": 2} and summary["frames_without_objects"] == 1
     assert summary["looked_for"] == {"arm": {"label": 3, "required": "base"}} and not summary["interrupted"]
-    assert [p.name for p in sorted((out / "frames").iterdir())] == ["000000.png", "000001.png", "000002.png"]
+    assert [p.name for p in sorted((out / "frames").iterdir())] == [
+        "000000_1.png", "000001_100000001.png", "000002_200000001.png",
+    ]  # fmt: skip
     assert cv2.VideoCapture(str(out / "video.mp4")).get(cv2.CAP_PROP_FRAME_COUNT) == 3
     assert "3" in capsys.readouterr().out
+
+
+def test_overlays_are_named_after_their_frames_in_order_and_each_once(tmp_path, params, recogniser):
+    folders = [tmp_path / "a", tmp_path / "b"]
+    names = ["x_2.png", "x_10.jpg", "x_10.png", f"{'y' * 240}.png"]
+    for folder in folders:
+        folder.mkdir()
+        for name in names:
+            cv2.imwrite(str(folder / name), np.ones((24, 32), np.uint8))
+    assert main(["replay", *map(str, folders), "--params-file", str(params), "-o", str(tmp_path / "out")]) == 0
+    written = [p.stem for p in sorted((tmp_path / "out" / "frames").iterdir())]
+    records = list(read_results(tmp_path / "out" / "detections.jsonl"))
+    assert [r.frame for r in records] == names * 2
+    assert written == [f"{i:06d}_{Path(r.frame).stem[:200]}" for i, r in enumerate(records)]
+
+
+def test_overlays_can_stand_beside_the_class_images(tmp_path, params, recogniser):
+    source = bag(tmp_path / "bag", [1, 0, 2])
+    assert run(params, source, tmp_path / "out", "--labels") == 0
+    for path in sorted((tmp_path / "out" / "frames").iterdir()):
+        overlay, classes = np.hsplit(cv2.imread(str(path)), 2)
+        assert (classes == classes[0, 0]).all() and classes.shape == overlay.shape
+    assert (classes[0, 0] == class_picture(np.array([[2]]))[0, 0]).all(), "the last image is all of class 2"
+    assert run(params, source, tmp_path / "out") == 1, "other pictures are other results"
 
 
 def test_the_saved_parameters_give_the_same_replay(tmp_path, params, recogniser):
@@ -105,10 +134,10 @@ def ids(folder):
     return [[d.id for d in r.detections] for r in read_results(folder / "detections.jsonl")]
 
 
-def test_objects_keep_their_ids_and_none_is_given_twice(tmp_path, params, recogniser):
+def test_objects_keep_their_ids(tmp_path, params, recogniser):
     source = bag(tmp_path / "bag", [4, 5, 0, 6])
     assert main(["replay", str(source), str(source), "--params-file", str(params), "-o", str(tmp_path / "out")]) == 0
-    assert ids(tmp_path / "out") == [[0], [0], [], [0], [1], [1], [], [1]]  # the clock goes back in between
+    assert ids(tmp_path / "out") == [[0], [0], [], [0]] * 2  # never two at once
 
 
 def test_tracking_can_be_switched_off(tmp_path, params, recogniser):
@@ -131,12 +160,14 @@ def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogni
     assert [r.error is None for r in records] == [True, False, False, True]
     assert records[1].detections == () and records[2].error == "a nine"
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["frames_with_error"] == 2
-    assert "1 frame(s) could not be used: a nine" in capsys.readouterr().out
+    assert "1 frame(s) could not be used: a nine" in capsys.readouterr().err
     assert len(list((tmp_path / "out" / "frames").iterdir())) == 4
 
 
-def test_no_usable_frame_at_all_is_a_failure(tmp_path, params, recogniser):
+def test_no_usable_frame_at_all_is_a_failure(tmp_path, params, recogniser, capsys):
     assert run(params, bag(tmp_path / "bag", [9, 9]), tmp_path / "out") == 1
+    said = capsys.readouterr().err
+    assert "2 frame(s) could not be used: a nine\n" in said and "artrec: none of 2 frames could be used\n" in said
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -283,7 +314,7 @@ def test_a_truncated_bag_is_replayed_as_far_as_it_goes(tmp_path, params, recogni
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
     assert run(params, file, tmp_path / "out", "--no-video") == 0
     assert 0 < recogniser.seen < 40
-    assert f"{file}: it ends in the middle" in capsys.readouterr().out
+    assert f"{file}: it ends in the middle" in capsys.readouterr().err
 
 
 def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
@@ -294,3 +325,14 @@ def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
         assert run(params, source, tmp_path / name) == 0
     assert run(params, source, tmp_path / "b", "--overwrite") == 0
     assert len(built) == 3
+
+
+def test_what_cannot_be_found_for_want_of_constraints_is_told_once(tmp_path, params, recogniser, capsys):
+    content = yaml.safe_load((CONFIG / "objects" / "pendulum.yaml").read_text())
+    (tmp_path / "flat.yaml").write_text(yaml.safe_dump(content))
+    section = {"objects": ["bob"], "bob": {"object_file": "flat.yaml", "label": 3}}
+    (tmp_path / "flat_params.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": section}}))
+    assert run(tmp_path / "flat_params.yaml", bag(tmp_path / "bag", [1, 1]), tmp_path / "out") == 0
+    said = capsys.readouterr().err
+    assert said.count("bob: will not be found: it has no constraint_file") == 1
+    assert "learn constraints with artrec train and name their file in bob.constraint_file" in said

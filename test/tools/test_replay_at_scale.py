@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 import yaml
 
-from artrec_ros.core.datatypes import Camera
-from artrec_ros.core.errors import ArtrecError
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.results import read_results
+from artrec_ros.core.base.errors import ArtrecError
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.results.results import read_results
 from artrec_ros.tools.main import main
 from artrec_ros.tools.replaying.engines import Engine, InlineEngine, Job
 from artrec_ros.tools.replaying.processes import ProcessEngine
@@ -136,6 +136,18 @@ def test_a_replay_that_was_killed_or_interrupted_goes_on(world, whole, tmp_path,
     assert noted > 3 and written.endswith(b"\n") and whole["detections.jsonl"].startswith(written)
     assert main(arguments) == 0
     assert contents(out) == whole
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to find the workers")
+@pytest.mark.parametrize("workers", [1, 2], ids=["while workers start", "when all have started"])
+def test_ctrl_c_which_reaches_all_processes_of_a_terminal_leaves_no_traceback(world, tmp_path, workers):
+    process = artrec(command(world, tmp_path / "out", "--jobs", "2"), start_new_session=True)
+    wait_until(lambda: len(children_of(process.pid)) >= workers, process)
+    time.sleep(0.2 * (workers - 1))  # the workers import
+    os.killpg(process.pid, signal.SIGINT)
+    told = process.communicate(timeout=100)[1]
+    assert process.returncode in (1, 130)
+    assert told in ("artrec: interrupted\n", "finishing the frames at hand; once more ends at once\n")
 
 
 def test_a_full_disk_is_told_and_leaves_whole_results(world, whole, tmp_path):

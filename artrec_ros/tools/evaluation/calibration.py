@@ -1,4 +1,7 @@
-"""Do scores mean what they say? Of the detections with score 0.8, eight of ten should lie on an object."""
+"""Do scores mean what they say? Of the detections with score 0.8, eight of ten should lie on an object.
+
+Judged is that an object is there and at its place, which is what a score promises; not its components.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.transforms import Array
+from ...core.geometry.transforms import Array
 from . import intervals
 from .intervals import Estimate
 
@@ -16,7 +19,10 @@ _BINS = 10
 
 @dataclass(frozen=True)
 class ScoreBin:
-    """Detections with scores in [low, high). :param score: their mean. :param precision: the share that is right."""
+    """Detections with scores in [low, high).
+
+    :param score: their mean. :param precision: the share that lies on an object.
+    """
 
     low: float
     high: float

@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...core.datatypes import Camera
-from ...core.errors import SourceError
-from ...core.objects import Component, Marker, ObjectModel
-from ...core.projection import project
-from ...core.transforms import Array, Pose, readonly
-from ...io.annotations import instance_from_axis
-from ...io.files import nearest
-from ...io.truth import TrueComponent, TrueObject
+from ...core.base.errors import SourceError
+from ...core.geometry.camera import Camera
+from ...core.geometry.projection import project
+from ...core.geometry.transforms import Array, Pose, readonly
+from ...core.model.objects import Component, Marker, ObjectModel
+from ...io.base.yaml_files import nearest
+from ...io.learned.annotations import instance_from_axis
+from ...io.truth.records import TrueComponent, TrueObject
 from ...simulation.render import polygon_mask, project_outline
 
 _LEAST_DEPTH_M = 1e-3

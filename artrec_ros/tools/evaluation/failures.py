@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.datatypes import Detection, Instance
-from ...core.transforms import Array
-from ..metrics import extent_px, is_on, places_of
-from ..outcomes import Outcome
+from ...core.geometry.transforms import Array
+from ...core.model.found import Detection, Instance
+from ...io.truth.records import TrueObject
+from .metrics import extent_px, is_on, places_of
+from .outcomes import Outcome
 from .runs import LookedFor
 from .scoring import Evaluation, ScoredFrame
 
@@ -78,19 +79,25 @@ def _why_missed(outcome: Outcome, name: str, root: str, frame: ScoredFrame) -> s
         return "the replay has no result for this frame"
     if record.error is not None:
         return f"the frame could not be used: {record.error}"
-    places, reach = places_of(truth, root), _NEAR * extent_px(truth)
-
-    def is_near(x: float, y: float) -> bool:
-        return any(np.hypot(x - p[0], y - p[1]) <= reach for p in places)
-
-    others = sorted({d.object for d in record.detections if d.object != name and is_near(d.image.x, d.image.y)})
-    if others:
+    if others := taken_for(outcome, name, root, frame):
         return f"taken for '{others[0]}'"
-    rejected = [r for r in record.rejected if r.object == name and is_near(r.x, r.y)]
+    rejected = [r for r in record.rejected if r.object == name and _is_near(r.x, r.y, truth, root)]
     if rejected:
         best = max(rejected, key=lambda r: r.score)
         return f"turned down: {best.reason}"
     return "no candidate near it" + ("" if record.complete else "; the time budget ended the search")
+
+
+def taken_for(outcome: Outcome, name: str, root: str, frame: ScoredFrame) -> list[str]:
+    """Names of the other objects that were found where this one is."""
+    detections = frame.record.detections if frame.record else ()
+    others = (d for d in detections if d.object != name)
+    return sorted({d.object for d in others if _is_near(d.image.x, d.image.y, outcome.truth, root)})
+
+
+def _is_near(x: float, y: float, truth: TrueObject, root: str) -> bool:
+    reach = _NEAR * extent_px(truth)
+    return any(np.hypot(x - p[0], y - p[1]) <= reach for p in places_of(truth, root))
 
 
 def _why_false(d: Detection, name: str, frame: ScoredFrame, objects: Mapping[str, LookedFor]) -> str:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..metrics import Counts
 from . import intervals
 from .intervals import Estimate
+from .metrics import Counts
 from .scoring import Evaluation
 
 Figures = dict[str, Estimate]
@@ -50,10 +50,18 @@ SHOWN = {
     "rotation_error_deg_median": Shown("rotation error", "deg", 2, -1, "median", short="rotation deg"),
     "joint_error_deg_median": Shown("joint error", "deg", 2, -1, "median, revolute joints", short="joint deg"),
     "joint_error_m_median": Shown("joint error", "mm", 1, -1, "median, prismatic joints"),
+    "image_error_px_median": Shown("place in the image", "px", 1, -1, "median, of markers that were annotated"),
+    "direction_error_deg_median": Shown(
+        "direction", "deg", 2, -1, "median, of the axes of markers that were annotated"
+    ),
     "latency_ms_median": Shown("latency, median", "ms", 1, -1, "time a frame took"),
     "latency_ms_p95": Shown("latency, 95 %", "ms", 1, -1, "95 of 100 frames took less"),
-    "brier_score": Shown("Brier score", "", 3, -1, "mean squared difference of score and truth"),
-    "calibration_error": Shown("calibration error", "", 3, -1, "mean distance of score and precision, over bins"),
+    "brier_score": Shown(
+        "Brier score", "", 3, -1, "mean squared difference of score and whether it lies on an object (1 or 0)"
+    ),
+    "calibration_error": Shown(
+        "calibration error", "", 3, -1, "mean distance of score and the share that lies on an object, over bins"
+    ),
 }
 FACTORS = {"position_error_median": 100.0, "position_error_m_median": 1000.0, "joint_error_m_median": 1000.0}
 OF_PARTS = ("recognition_rate", "precision", "right_rate", "position_error_median", "rotation_error_deg_median",
@@ -79,6 +87,8 @@ def figures_of(counts: Counts) -> Figures:
         "rotation_error_deg_median": intervals.median(np.degrees(c.rotation_errors_rad)),
         "joint_error_deg_median": intervals.median(np.degrees(c.joint_errors_rad)),
         "joint_error_m_median": intervals.median(c.joint_errors_m),
+        "image_error_px_median": intervals.median(c.image_errors_px),
+        "direction_error_deg_median": intervals.median(np.degrees(c.direction_errors_rad)),
     }
 
 

@@ -15,8 +15,8 @@ from .failures import FALSE, MISSED, FailedFrame, Failure
 from .scoring import Evaluation
 
 MOST_CARDS = 500
-_WIDTH_PX = 480
-_WEBP_QUALITY = 50
+_WIDEST_PX = 1280  # narrower overlays stay as they are: enlarged, they are sharp
+_WEBP_QUALITY = 55
 _COLOURS = {MISSED: (60, 60, 255), FALSE: (255, 80, 255)}  # BGR
 _OTHER = (0, 190, 255)
 
@@ -34,18 +34,24 @@ class Card:
 
 
 def cards(evaluations: Sequence[Evaluation], failed: Sequence[Sequence[FailedFrame]], most: int) -> list[Card]:
-    """Failed frames in the truth's order, runs beside each other: those of each in which most failed, up to a limit.
+    """Failed frames, those with a picture first, in the truth's order, runs beside each other: those of each in which
+    most failed, up to a limit.
 
     :param most: how many pictures of each run, again where most failed.
     """
     found = []
     for number, (evaluation, frames) in enumerate(zip(evaluations, failed, strict=True)):
         ranked = sorted(frames, key=lambda f: -len(f.failures))
-        found += [
-            Card(number, f, picture(evaluation, f) if i < most else "") for i, f in enumerate(ranked[:MOST_CARDS])
-        ]
+        drawn: dict[int, str] = {}
+        for i, f in enumerate(ranked):
+            if len(drawn) == most:
+                break
+            if shown := picture(evaluation, f):  # frames without an overlay use up none of the pictures
+                drawn[i] = shown
+        first = [*drawn, *(i for i in range(len(ranked)) if i not in drawn)][:MOST_CARDS]
+        found += [Card(number, ranked[i], drawn.get(i, "")) for i in first]
     order = {frame.key: i for i, frame in enumerate(evaluations[0].frames)}
-    return sorted(found, key=lambda card: (order[card.failed.frame.key], card.run))
+    return sorted(found, key=lambda card: (not card.picture, order[card.failed.frame.key], card.run))
 
 
 def picture(evaluation: Evaluation, failed: FailedFrame) -> str:
@@ -56,11 +62,10 @@ def picture(evaluation: Evaluation, failed: FailedFrame) -> str:
     overlay = _read(evaluation.run.picture(failed.frame.index))
     if overlay is None:
         return ""
-    scale = _WIDTH_PX / overlay.shape[1]
-    interpolation = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
-    small = cv2.resize(overlay, None, fx=scale, fy=scale, interpolation=interpolation)
+    scale = min(1.0, _WIDEST_PX / overlay.shape[1])
+    small = cv2.resize(overlay, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     for failure in failed.failures if record.size else ():
-        _mark(small, failure, small.shape[1] / record.size[0] if record.size else 1.0)
+        _mark(small, failure, small.shape[0] / record.size[1] if record.size else 1.0)
     encoded = cv2.imencode(".webp", small, [cv2.IMWRITE_WEBP_QUALITY, _WEBP_QUALITY])[1]
     return "data:image/webp;base64," + base64.b64encode(encoded.tobytes()).decode("ascii")
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
 
-from ...core.transforms import Array
+from ...core.geometry.transforms import Array
 
 CONFIDENCE = 0.95
 _RESAMPLES = 2000

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import SourceError
-from ...io import whole_files
+from ...core.base.errors import SourceError
+from ...io.base import whole_files
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:

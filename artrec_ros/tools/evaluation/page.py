@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from ..summary import versions
+from ..replaying.summary import versions
 from . import figures as f
 from . import table
+from .breakdown import NOTHING, component_counts, confusion
 from .comparison import Change
 from .failures import FALSE, MISSED, NOT_RIGHT, failed_frames
 from .gallery import MOST_CARDS, cards
@@ -18,6 +20,7 @@ from .plots import COLOURS, distribution_plots, reliability_plots, strata_plots
 from .result import Result
 
 _TEMPLATE = "page.html.j2"
+_MOST_LISTED = 50  # failed frames without a picture
 
 
 def render(results: Sequence[Result], changes: Sequence[Mapping[str, Change]] = (), pictures: int = 60) -> str:
@@ -31,13 +34,20 @@ def render(results: Sequence[Result], changes: Sequence[Mapping[str, Change]] = 
     )  # fmt: skip
     evaluations = [r.evaluation for r in results]
     failed = [failed_frames(e) for e in evaluations]
+    found = cards(evaluations, failed, pictures)
     return environment.get_template(_TEMPLATE).render(
         results=results,
         colours=[COLOURS[i % len(COLOURS)] for i in range(len(results))],
         headings=_headings(results),
         changes=[(r.name, _changed(change)) for r, change in zip(results[1:], changes, strict=False)],
         plots=[*distribution_plots(results), *reliability_plots(results), *strata_plots(results)],
-        cards=cards(evaluations, failed, pictures),
+        pictured=[c for c in found if c.picture],
+        listed=[c for c in found if not c.picture],
+        components=[component_counts(e) for e in evaluations],
+        confusions=[confusion(e) for e in evaluations],
+        nothing=NOTHING,
+        most_listed=_MOST_LISTED,
+        rate=partial(f.written, "precision"),
         left_out=sum(max(0, len(f) - MOST_CARDS) for f in failed),
         frames=len(evaluations[0].frames),
         kinds=[MISSED, NOT_RIGHT, FALSE],

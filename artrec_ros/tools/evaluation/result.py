@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..summary import versions
+from ..replaying.summary import versions
 from . import figures as f
+from .breakdown import ComponentCounts, component_counts, confusion
 from .calibration import Calibration, calibrate
 from .comparison import Change
 from .failures import FailedFrame, failed_frames
@@ -46,6 +48,8 @@ class Result:
             "all": {"counts": f.counted(e.counts()), **f.to_dict(self.overall)},
             "objects": {n: {"counts": f.counted(e.counts(n)), **f.to_dict(own)} for n, own in self.figures.items()},
             "latency": f.to_dict(self.latency),
+            "components": [_component_to_dict(c) for c in component_counts(e)],
+            "confusion": {true: dict(found) for true, found in confusion(e).items()},
             "calibration": _calibration_to_dict(self.calibration),
             **{f"by_{s.key}": [_bin_to_dict(b) for b in s.bins] for s in self.strata},
             "failed_frames": [_failed_to_dict(frame) for frame in failed_frames(e)],
@@ -81,6 +85,10 @@ def _result(evaluation: Evaluation, strata: tuple[Stratum, ...]) -> Result:
 def _failed_to_dict(failed: FailedFrame) -> dict[str, Any]:
     failures = [{"kind": x.kind, "object": x.name, "reason": x.reason} for x in failed.failures]
     return {"frame": failed.frame.key, "index": failed.frame.index, "failures": failures}
+
+
+def _component_to_dict(c: ComponentCounts) -> dict[str, Any]:
+    return {**dataclasses.asdict(c), "precision": c.precision.to_dict()}
 
 
 def _bin_to_dict(part: Any) -> dict[str, Any]:

@@ -9,14 +9,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import ArtrecError, SourceError
-from ...core.objects import ObjectModel
-from ...io.objects import load_object
-from ...io.parameters import read_flat
-from ...io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
-from ...io.shared_files import resolve_path
+from ...core.base.errors import ArtrecError, SourceError
+from ...core.model.objects import ObjectModel
+from ...io.base.shared_files import resolve_path
+from ...io.objects.object_reader import load_object
+from ...io.parameters.parameter_file import read_flat
+from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
+from ..replaying.names import FRAMES_FOLDER, overlay_name
 
-PARAMETERS_FILE, FRAMES_FOLDER = "parameters.yaml", "frames"
+PARAMETERS_FILE = "parameters.yaml"
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,8 @@ class Run:
 
     def picture(self, index: int) -> Path:
         """The overlay of a frame, by its place among the records."""
-        return self.folder / FRAMES_FOLDER / f"{index:06d}.png"
+        record = self.records[index]
+        return self.folder / FRAMES_FOLDER / overlay_name(index, record.frame, record.stamp_ns)
 
 
 def load_runs(folders: Sequence[Path]) -> list[Run]:

@@ -6,15 +6,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from ...core.datatypes import Camera, Detection
-from ...core.errors import SourceError
-from ...core.objects import ObjectModel
-from ...io.results import FrameRecord
-from ...io.truth import FrameKey, Told, TrueObject, Truth
-from ..metrics import Counts, judge_frame
-from ..outcomes import FrameOutcome, Outcome
+from ...core.base.errors import SourceError
+from ...core.geometry.camera import Camera
+from ...core.model.found import Detection
+from ...core.model.objects import ObjectModel
+from ...io.results.results import FrameRecord
+from ...io.truth.records import FrameKey, Told, TrueObject, Truth
 from .assignment import Choice, choose_objects, match_frames, repeated_frames, strangers
 from .completion import with_components
+from .metrics import Counts, judge_frame
+from .outcomes import FrameOutcome, Outcome
 from .runs import Run
 
 
@@ -162,7 +163,8 @@ def _completer(run: Run, name: str, truth: Truth, camera: Camera | None) -> Call
 
 
 def _sliding(model: ObjectModel) -> frozenset[str]:
-    return frozenset(c.name for c in model.components if c.joint is not None and c.joint.kind == "prismatic")
+    joints = zip(model.joint_names, model.joint_components, strict=True)
+    return frozenset(name for name, c in joints if c.joint is not None and c.joint.kind == "prismatic")
 
 
 def _notes(run: Run, truth: Truth, found: Mapping[FrameKey, int], choices: Mapping[str, Choice]) -> Iterable[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from ...core.errors import ArtrecError
+from ...core.base.errors import ArtrecError
 from .engines import MOST_DEATHS, QUEUED, Done, Engine, Job
 
 _CONNECT_S = 20

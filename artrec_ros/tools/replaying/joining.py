@@ -7,9 +7,9 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from ...core.tracking import Tracker
-from ...io.frames import Part
-from ...io.journal import Recognised
+from ...core.tracking.tracker import Tracker
+from ...io.results.journal import Recognised
+from ...io.sources.frames import Part
 
 
 @dataclass(eq=False)

@@ -11,16 +11,17 @@ from pathlib import Path
 
 import cv2
 
-from ...core.datatypes import Target
-from ...core.errors import SourceError
-from ...io.frames import Source
-from ...io.journal import Recognised
-from ...io.result_bag import ResultBag
-from ...io.video import VideoWriter
-from ...io.whole_files import write_whole
+from ...core.base.errors import SourceError
+from ...core.model.target import Target
+from ...io.base.whole_files import write_whole
+from ...io.images.video import VideoWriter
+from ...io.results.journal import Recognised
+from ...io.results.result_bag import ResultBag
+from ...io.sources.frames import Source
+from .names import FRAMES_FOLDER, overlay_name
 from .work import Drawn, Wanted
 
-FRAMES_FOLDER, VIDEO_FILE, UNFINISHED = "frames", "video.mp4", "unfinished"
+VIDEO_FILE, UNFINISHED = "video.mp4", "unfinished"
 
 
 @dataclass(frozen=True)
@@ -28,12 +29,13 @@ class PictureOptions:
     """What is wanted.
 
     :param images: overlay files of so many frames, from the first one on; None: of all.
-    :param bag_storage: mcap or sqlite3: a bag for each source; None: no bags.
+    :param bag_storage: mcap or sqlite3: a bag for each source; None: no bags. :param tf: with the objects' frames.
     """
 
     images: int | None = None
     video: bool = True
     bag_storage: str | None = None
+    tf: bool = False
 
     @property
     def in_order(self) -> bool:
@@ -85,14 +87,14 @@ class Pictures:
         :param number: of the frame in the replay. :param place: in its part.
         """
         png = self._options.images is None or number < self._options.images
-        png = png and not self._path(number).exists()
+        png = png and not self._path(number, frame).exists()
         plain = self._options.in_order
         return Wanted(place, frame, png, plain) if png or plain else None
 
     def add(self, number: int, source: int, frame: Recognised, drawn: Drawn | None) -> None:
         """The frames in their order. :raises OSError, SourceError: something cannot be written."""
         if drawn is not None and drawn.png is not None:
-            write_whole(self._path(number), drawn.png)
+            write_whole(self._path(number, frame), drawn.png)
         if drawn is None or drawn.picture is None:
             return
         if self._video is not None:
@@ -103,13 +105,13 @@ class Pictures:
             assert self._bag is not None
             self._bag.add(frame, drawn.picture)
 
-    def _path(self, number: int) -> Path:
-        return self._folder / FRAMES_FOLDER / f"{number:06d}.png"
+    def _path(self, number: int, frame: Recognised) -> Path:
+        return self._folder / FRAMES_FOLDER / overlay_name(number, frame.frame, frame.stamp_ns)
 
     def _next_bag(self, source: int, storage: str) -> None:
         self._close_bag()
         path = self._unfinished / f"bag_{source}"
-        self._bag = ResultBag(path, storage, self._sources[source], self._targets).__enter__()
+        self._bag = ResultBag(path, storage, self._sources[source], self._targets, self._options.tf).__enter__()
         self._bag_number = source
 
     def _close_bag(self) -> None:

@@ -12,16 +12,29 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
 import cv2
 
-from ...core.errors import ArtrecError
+from ...core.base.errors import ArtrecError
 from .engines import MOST_DEATHS, QUEUED, Done, Engine, Job
 
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Ctrl-C reaches all processes of a terminal, but it is the parent that decides: it is blocked in workers that are
+    started here. The parent learns of it at the end."""
+    resource_tracker.ensure_running()  # started with the first worker, it would unblock the signal for it
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class _Worker:
@@ -35,12 +48,8 @@ class _Worker:
     def __init__(self, context: Any, stopping: Any) -> None:
         self.connection, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs, stopping), daemon=True)
-        # Ctrl-C reaches all processes of a terminal, but it is the parent that decides: it is blocked in workers
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
+        with _uninterrupted():
             self._process.start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         theirs.close()  # the worker has the only one: without it there is an end of what can be read
         self.jobs: deque[Job] = deque()
 
@@ -129,8 +138,9 @@ class ProcessEngine(Engine):
         self._deaths: dict[Job, int] = {}
         self._workers: list[_Worker] = []
         try:
-            self._workers += (_Worker(self._context, self._stopping) for _ in range(workers))
-        except OSError:  # no more processes, or files
+            with _uninterrupted():
+                self._workers += (_Worker(self._context, self._stopping) for _ in range(workers))
+        except BaseException:  # no more processes, or files; or Ctrl-C
             self.close()
             raise
 

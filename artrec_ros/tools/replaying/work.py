@@ -15,23 +15,28 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.drawing import draw_error, draw_result
-from ...core.errors import ImageError, SourceError
-from ...io.frames import Frame, Part, Source, SourceOptions
-from ...io.journal import Recognised
-from ...io.parameters import Setup
-from ...io.sources import open_sources
+from ...core.base.errors import ImageError, SourceError
+from ...core.drawing import class_picture, draw_error, draw_result
+from ...core.image.segmentation import Segmenter
+from ...io.parameters.parameter_file import Setup
+from ...io.results.journal import Recognised
+from ...io.sources.frames import Frame, Part, Source, SourceOptions
+from ...io.sources.opening import open_sources
 
 _ERROR_SIZE_PX = (640, 480)
 
 
 @dataclass(frozen=True)
 class Order:
-    """What all workers of a replay are told: they read the sources themselves."""
+    """What all workers of a replay are told: they read the sources themselves.
+
+    :param options: of each source, its topic chosen. :param with_classes: overlays stand beside the class images.
+    """
 
     setup: Setup
     sources: tuple[Path, ...]
-    options: tuple[SourceOptions, ...]  # of each source, its topic chosen
+    options: tuple[SourceOptions, ...]
+    with_classes: bool = False
 
     def packed(self) -> bytes:
         """For `work`; no two are the same: each run has workers of its own."""
@@ -72,6 +77,7 @@ class Worker:
     def __init__(self, order: Order) -> None:
         self._order = order
         self._recognizer = order.setup.build()
+        self._segmenter = Segmenter(order.setup.image)
         self._names = [target.name for target in order.setup.targets]
         self._stack = ExitStack()
         self._open: tuple[int, Source] | None = None
@@ -106,6 +112,10 @@ class Worker:
             picture = draw_error(_ERROR_SIZE_PX, f"{frame.name}: {seen.error}")
         else:
             picture = draw_result(frame.image, seen.result, self._names, frame.camera)
+            if self._order.with_classes:
+                classes = class_picture(self._segmenter.labels(frame.image))
+                size = (picture.shape[1], picture.shape[0])
+                picture = np.hstack([picture, cv2.resize(classes, size, interpolation=cv2.INTER_NEAREST)])
         png = None
         if wanted.png:
             png = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 3])[1].tobytes()

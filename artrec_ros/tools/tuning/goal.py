@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.errors import ConfigError
+from ...core.base.errors import ConfigError
 from ..evaluation.figures import SHOWN
 from ..evaluation.scoring import Evaluation
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...io.parameters import Setup
-from ...io.whole_files import write_whole
+from ...io.base.whole_files import write_whole
+from ...io.parameters.parameter_file import Setup
 from ..evaluation import table
 from ..evaluation.comparison import compare
 from ..evaluation.result import Result, changes_to_dict, results_of
 from ..evaluation.scoring import Evaluation
-from ..summary import versions
+from ..replaying.summary import versions
 from .goal import Goal, measures
 from .material import Split
 from .parameter_text import tuned_text
@@ -43,7 +43,7 @@ class Outcome:
     def changes(self) -> dict[str, Any]:
         """Flat parameters that are not as they were."""
         new = self.setup.resolved
-        return {key: value for key, value in new.items() if self.old.resolved.get(key) != value}
+        return {key: value for key, value in new.items() if self.old.value(key) != value}
 
     def write(self, folder: Path, files: Sequence[Path]) -> list[Path]:
         """:param files: the given parameter files. :raises OSError: a file cannot be written."""
@@ -53,7 +53,7 @@ class Outcome:
         return [parameters, report]
 
     def _note(self) -> str:
-        values = [f"{key}: {value}, was {self.old.resolved.get(key)}" for key, value in self.changes.items()]
+        values = [f"{key}: {value}, was {self.old.value(key)}" for key, value in self.changes.items()]
         return "\n".join([f"Found by artrec tune, for {self.goal}.", *values])
 
     def _results(self) -> list[Result]:
@@ -91,7 +91,7 @@ class Outcome:
         if not self.changes:
             yield "nothing better was found than the parameters that were given"
         for key, value in self.changes.items():
-            yield f"{key}: {self.old.resolved.get(key)} -> {value}"
+            yield f"{key}: {self.old.value(key)} -> {value}"
         yield from self._importance_lines()
         if not self.goal.keeps_limits(self.best.measured):
             yield "no trial kept the limits; this one comes nearest"

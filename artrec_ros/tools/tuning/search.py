@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import ArtrecError, ConfigError
+from ...core.base.errors import ArtrecError, ConfigError
 from .goal import Goal
 from .space import Dimension, distributions, suggested_of, values_of
 

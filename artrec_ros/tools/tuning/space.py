@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import ConfigError
-from ...io.files import Value, load_yaml
-from ...io.parameters import Setup, hint
-from ...io.specs import Spec, all_specs
+from ...core.base.errors import ConfigError
+from ...io.base.yaml_files import Value, load_yaml
+from ...io.parameters.parameter_file import Setup, hint
+from ...io.parameters.specs import EXPERT, Spec, all_specs, moved
 
 FORMAT = "artrec_search/1"
 _DIGITS = 4  # significant ones of a value: more would only look exact
 _ELEMENT = re.compile(r"(.+)\[(\d+)\]")
-_SEARCHED = ("image.", "recognizer.")
+_SEARCHED = ("image.", "recognizer.", EXPERT)
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,12 @@ def _dimension(name: str, value: Value, specs: Mapping[str, Spec], setup: Setup)
     base, element = (match[1], int(match[2])) if match else (name, None)
     searched = {n: s for n, s in specs.items() if n.startswith(_SEARCHED) and not n.endswith((".classes", ".label"))}
     if base not in specs:
+        new_name = moved(base, specs)
+        if new_name is not None:
+            raise value.error(f"this parameter is one for experts now: give it as {new_name}")
         raise value.error(f"unknown parameter{hint(base, searched)}")
     if base not in searched:
-        raise value.error("does not change what is found in a frame; parameters of image and recognizer do")
+        raise value.error("does not change what is found in a frame; parameters of image, recognizer and expert do")
     spec = searched[base]
     fields = value.fields(optional=("low", "high", "log", "step", "choices"))
     dimension = Dimension(name, spec, element)
@@ -157,12 +160,11 @@ def suggested_of(space: tuple[Dimension, ...], parameters: Mapping[str, Any]) ->
 
 def changed(setup: Setup, space: tuple[Dimension, ...], values: Mapping[str, Any]) -> Setup:
     """The set-up with these values. :raises ConfigError: they do not go together."""
-    flat = dict(setup.resolved)
+    before = {**setup.resolved, **{d.spec.name: setup.value(d.spec.name) for d in space}}
+    flat = dict(before)
     for d in space:
-        if d.spec.is_list:
-            flat.setdefault(d.spec.name, list(d.spec.default))
         flat.update(d.changes(values[d.name], flat))
-    changes = {key: value for key, value in flat.items() if setup.resolved.get(key) != value}
+    changes = {key: value for key, value in flat.items() if before[key] != value}
     try:
         return setup.changed(changes)
     except ConfigError as error:

@@ -54,6 +54,11 @@ class Browser:
         metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self._send("POST", "/goog/cdp/execute", {"cmd": "Emulation.setDeviceMetricsOverride", "params": metrics})
 
+    def prefer(self, scheme: str) -> None:
+        """What the user prefers: 'light' or 'dark'."""
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        self._send("POST", "/goog/cdp/execute", {"cmd": "Emulation.setEmulatedMedia", "params": {"features": features}})
+
     def open(self, page: Path) -> None:
         self._send("POST", "/url", {"url": page.resolve().as_uri()})
 

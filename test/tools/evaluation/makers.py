@@ -10,10 +10,12 @@ import cv2
 import numpy as np
 import yaml
 
-from artrec_ros.core.datatypes import Camera, Detection, FrameResult, ImagePose, Instance, Rejection
-from artrec_ros.core.transforms import Pose
-from artrec_ros.io.results import FrameRecord
-from artrec_ros.io.truth import TrueComponent, TrueObject
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance, Rejection
+from artrec_ros.io.results.results import FrameRecord
+from artrec_ros.io.truth.records import TrueComponent, TrueObject
+from artrec_ros.tools.replaying.names import overlay_name
 
 CAMERA = Camera(np.array([[200.0, 0, 79.5], [0, 200, 59.5], [0, 0, 1]]), np.zeros(0), (160, 120), "camera")
 FACING = Pose.from_xyz_rpy([0, 0, 0], [np.pi, 0, 0]).rotation  # an object whose z looks at the camera
@@ -77,10 +79,10 @@ def write_run(folder: Path, records: list[FrameRecord], pictures: bool = False, 
     parameters = {"objects": ["thing"], "thing": {"object_file": str(folder / "thing.yaml"), "label": 2},
                   "recognizer": {"min_probability": score}}  # fmt: skip
     (folder / "parameters.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
-    for i in range(len(records) if pictures else 0):
+    for i, r in enumerate(records if pictures else ()):
         picture = np.full((480, 640, 3), 90, np.uint8)
         cv2.putText(picture, f"{i}", (20, 60), cv2.FONT_HERSHEY_SIMPLEX, 2, (255, 255, 255), 3)
-        cv2.imwrite(str(folder / "frames" / f"{i:06d}.png"), picture)
+        cv2.imwrite(str(folder / "frames" / overlay_name(i, r.frame, r.stamp_ns)), picture)
     return folder
 
 

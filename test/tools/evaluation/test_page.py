@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html.parser
+import json
 import re
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.datatypes import Rejection
+from artrec_ros.core.model.found import Rejection
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.evaluation import gallery
 from artrec_ros.tools.evaluation.failures import failed_frames
@@ -115,7 +116,7 @@ def test_very_many_failed_frames_are_listed_in_metrics_and_a_part_on_the_page(tm
     truth = write_truth(tmp_path / "t.jsonl", {1: two, 2: two[:1], 3: two})
     ((result,), _) = evaluate([run], truth)
     text = page.render([result])
-    assert re.findall(r'data-frame="(\d)"', text) == ["1", "3"] and "Left out here: 1 failed" in text
+    assert re.findall(r'<tr class="row".* data-frame="(\d)"', text) == ["1", "3"] and "Left out here: 1 failed" in text
     listed = result.to_dict()["failed_frames"]
     assert [len(f["failures"]) for f in listed] == [2, 1, 2] and listed[1]["failures"][0]["kind"] == "missed"
 
@@ -124,7 +125,8 @@ def test_without_overlays_the_gallery_says_so(tmp_path):
     folder = write_run(tmp_path / "r", [record(1)])
     assert main(["evaluate", str(folder), "--truth", str(write_truth(tmp_path / "t.jsonl", {1: [true_thing()]}))]) == 0
     text = (folder / "report.html").read_text()
-    assert "no picture" in text and "--images all" in text and "data:image" not in text
+    assert "1 failed frames without a picture" in text and "--images all" in text and "data:image" not in text
+    assert '<article class="card"' not in text
 
 
 @pytest.mark.parametrize("objects", [[], [true_thing()]])
@@ -134,6 +136,37 @@ def test_nothing_to_show(tmp_path, objects):
     folder = write_run(tmp_path / "r", [record(1, *found)])
     assert main(["evaluate", str(folder), "--truth", str(write_truth(tmp_path / "t.jsonl", {1: objects}))]) == 0
     assert "None: every object in view was found" in (folder / "report.html").read_text()
+
+
+def test_frames_without_an_overlay_take_no_picture_from_others(tmp_path):
+    """The frames in which most failed have no result at all, as where a replay was interrupted."""
+    truth = {t: [true_thing(), true_thing(0.3)] if t > 2 else [true_thing()] for t in range(1, 6)}
+    run = write_run(tmp_path / "r", [record(1), record(2)], pictures=True)
+    ((result,), _) = evaluate([run], write_truth(tmp_path / "t.jsonl", truth))
+    found = cards([result.evaluation], [failed_frames(result.evaluation)], 2)
+    assert [(c.failed.frame.key, bool(c.picture)) for c in found] == [
+        (1, True), (2, True), (3, False), (4, False), (5, False),
+    ]  # fmt: skip
+
+
+def test_components_and_names_are_told_apart(tmp_path):
+    """Of four objects: one found, its arm elsewhere; one without its arm; one taken for a thing of another name."""
+    truth = {t: [true_thing()] for t in (1, 2, 3, 4)}
+    astray = found_thing()
+    astray = replace(astray, components=(astray.components[0], replace(astray.components[1], x=10.0)))
+    other = replace(found_thing(), object="bling")
+    records = [record(1, astray), record(2, found_thing(arm=False)), record(3, other), record(4, found_thing(-0.9))]
+    run = write_run(tmp_path / "r", records)
+    summary = {"looked_for": {n: {"label": k, "required": "base"} for k, n in enumerate(("thing", "bling"), 2)}}
+    (run / "summary.json").write_text(json.dumps(summary))
+    ((result,), _) = evaluate([run], write_truth(tmp_path / "t.jsonl", truth))
+    content = result.to_dict()
+    rows = {(c["object"], c["component"]): [c[k] for k in ("found", "wrong", "missed")] for c in content["components"]}
+    assert rows == {("thing", "base"): [2, 1, 2], ("thing", "arm"): [0, 1, 1], ("bling", "base"): [0, 1, 0]}
+    assert content["confusion"] == {"thing": {"thing": 2, "bling": 1, "nothing": 1}, "bling": {},
+                                    "nothing": {"thing": 1}}  # fmt: skip
+    text = page.render([result])
+    assert "found as bling" in text and "by component" in text
 
 
 def test_pictures_mark_the_place_of_the_failure(tmp_path):
@@ -147,9 +180,22 @@ def test_pictures_mark_the_place_of_the_failure(tmp_path):
     picture = cv2.imdecode(data, cv2.IMREAD_COLOR).astype(int)
     red = (picture[..., 2] > 170) & (picture[..., 0] < 130)
     rows, columns = np.nonzero(red)
-    assert columns.mean() == pytest.approx((79.5 + 20 + 0.5) * 3, abs=6) and rows.mean() == pytest.approx(180, abs=6)
+    assert columns.mean() == pytest.approx((79.5 + 20 + 0.5) * 4, abs=6) and rows.mean() == pytest.approx(240, abs=6)
 
 
+# of every element with a text of its own: contrast by WCAG 2, and the text; plots, pictures and tags apart
+_CONTRASTS = """
+const rgb = c => c.match(/[\\d.]+/g).map(Number);
+const light = c => rgb(c).slice(0, 3).map(v => v / 255).map(v => v <= .03928 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4)
+  .reduce((sum, v, i) => sum + v * [.2126, .7152, .0722][i], 0);
+const ground = e => { for (; e; e = e.parentElement) { const c = getComputedStyle(e).backgroundColor;
+  if (rgb(c)[3] !== 0) { return c; } } return 'rgb(255, 255, 255)'; };
+return [...document.querySelectorAll('body *')]
+  .filter(e => e.offsetParent && !e.closest('svg, script, option, button:disabled'))
+  .filter(e => [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim()))
+  .map(e => { const pair = [light(getComputedStyle(e).color), light(ground(e))].sort((a, b) => b - a);
+    return [(pair[0] + .05) / (pair[1] + .05), e.textContent.slice(0, 40)]; });
+"""
 browsing = pytest.mark.skipif(not (BROWSER and DRIVER), reason="no chromium with its driver on this machine")
 
 
@@ -181,22 +227,63 @@ class TestInABrowser:
         assert self.shown(browser) == ["2", "3", "4", "5"]
         self.choose(browser, kind="missed")
         assert self.shown(browser) == ["3", "4"]
-        assert browser.run("return document.getElementById('count').textContent") == "2 of 4 shown"
+        assert browser.run("return document.getElementById('count').textContent") == "2 of 4 failed frames"
         self.choose(browser, text="VOTES < 3")
         assert self.shown(browser) == ["3"]
         self.choose(browser, kind="", text="")
         self.choose(browser, kind="false")
         assert self.shown(browser) == ["5"]
 
-    def test_a_picture_grows_with_a_click(self, browser, pages):
+    def test_a_picture_opens_at_its_own_size_and_keys_go_on(self, browser, pages):
+        browser.resize(1280, 900)
         browser.open(pages[0])
-        width = "return document.querySelector('.card img').getBoundingClientRect().width"
-        small = browser.run(width)
-        assert browser.run("return document.querySelector('.card img').naturalWidth") == 480
+        place, is_open = "return document.getElementById('place').textContent", "return viewer.open"
+        large = "const i = document.getElementById('large'); return [i.getBoundingClientRect().width, i.naturalWidth]"
+        press = "document.activeElement.dispatchEvent(new KeyboardEvent('keydown', {key: arguments[0], bubbles: true}))"
+        assert not browser.run(is_open)
         browser.run("document.querySelector('.card button').click()")
-        assert browser.run(width) > 1.5 * small
-        browser.run("document.querySelector('.card button').click()")
-        assert browser.run(width) == small
+        browser.run("return document.getElementById('large').decode()")
+        assert browser.run(is_open) and browser.run(large) == [640, 640], "as wide as the replay drew it"
+        assert "frame 1, 2 (1 of 4)" in browser.run(place)
+        browser.run(press, "ArrowRight")
+        assert "frame 2, 3 (2 of 4)" in browser.run(place)
+        browser.run(press, "ArrowLeft")
+        browser.run(press, "ArrowLeft")
+        assert "frame 1, 2 (1 of 4)" in browser.run(place)
+        browser.run("document.getElementById('shut').click()")
+        assert not browser.run(is_open)
+
+    def test_a_long_gallery_is_paged(self, browser, tmp_path):
+        frames = {t: [true_thing()] for t in range(1, 41)}
+        run = write_run(tmp_path / "r", [record(t) for t in frames], pictures=True)
+        assert main(["evaluate", str(run), "--truth", str(write_truth(tmp_path / "t.jsonl", frames))]) == 0
+        browser.resize(1280, 900)
+        browser.open(run / "report.html")
+        assert self.shown(browser) == [str(t) for t in range(1, 25)]
+        assert browser.run("return document.documentElement.scrollHeight") < 9000
+        browser.run("document.getElementById('later').click()")
+        assert self.shown(browser) == [str(t) for t in range(25, 41)]
+        assert browser.run("return document.getElementById('page').textContent") == "25 to 40 of 40 pictures"
+
+    @pytest.mark.parametrize("number", [0, 1])
+    def test_what_a_screen_reader_needs_is_there(self, browser, pages, number):
+        browser.open(pages[number])
+        assert browser.run("return document.querySelectorAll('main').length") == 1
+        assert browser.run("return [...document.querySelectorAll('th')].every(h => h.scope && h.textContent.trim())")
+        names = browser.run(
+            "return [...document.querySelectorAll('button')].map(b => b.getAttribute('aria-label') || b.textContent)"
+        )
+        assert all(names) and len(names) == len(set(names))
+        regions = browser.run("return [...document.querySelectorAll('[role=region]')].map(r => r.ariaLabel)")
+        assert all(regions) and len(regions) == len(set(regions))
+
+    @pytest.mark.parametrize("scheme", ["light", "dark"])
+    def test_text_stands_out_in_light_and_dark(self, browser, pages, scheme):
+        browser.prefer(scheme)
+        browser.open(pages[1])
+        contrasts = browser.run(_CONTRASTS)
+        browser.prefer("light")
+        assert len(contrasts) > 50 and min(c for c, _ in contrasts) >= 4.5, sorted(contrasts)[:3]
 
     def test_runs_are_filtered_in_a_comparison(self, browser, pages):
         browser.open(pages[1])

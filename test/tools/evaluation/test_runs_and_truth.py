@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from artrec_ros.core.errors import SourceError
-from artrec_ros.core.transforms import Pose
-from artrec_ros.io.objects import load_object
-from artrec_ros.io.truth import Told, TrueObject, Truth
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.truth.records import Told, TrueObject, Truth
 from artrec_ros.tools.evaluation.assignment import Choice, choose_objects, match_frames, strangers
 from artrec_ros.tools.evaluation.completion import slant_rad, with_components
 from artrec_ros.tools.evaluation.runs import LookedFor, Run, load_run, load_runs, run_names
@@ -113,7 +113,7 @@ class TestRuns:
         assert "interrupted" in run.notes[0] and "thing.yaml: there is no such file" in run.notes[1] and not run.models
 
     def test_no_run(self, tmp_path):
-        with pytest.raises(SourceError, match="detections.jsonl: cannot be read"):
+        with pytest.raises(SourceError, match="detections.jsonl: there is no such file"):
             load_run(tmp_path)
         (tmp_path / "detections.jsonl").write_text("")
         with pytest.raises(SourceError, match="summary.json: cannot be read.*folder of `artrec replay`"):

@@ -4,7 +4,7 @@ import argparse
 
 import pytest
 
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.tools.tuning.goal import FIGURES, Goal, goal_of, limit
 
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from artrec_ros.core.errors import SourceError
+from artrec_ros.core.base.errors import SourceError
 from artrec_ros.tools.tuning.material import split
 
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.io.parameters import Setup, load_parameters
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.parameters.parameter_file import Setup, load_parameters
 from artrec_ros.tools.tuning.space import changed, distributions, load_space, suggested_of, values_of
 
 from .lamp import write_lamp
@@ -39,12 +39,12 @@ NUMBERS = {"low": 0.4, "high": 0.8}
         ({"recognizer.min_match": {"choices": [0.5]}}, "two choices or more"),
         ({"recognizer.min_match": {"choices": [0.5, 3.0]}}, "choices"),
         ({"recognizer.min_match": {"choices": [0.5, 0.6], "low": 0.1}}, "has choices, so"),
-        ({"recognizer.refine_keep": {"low": 4.5, "high": 9}}, "whole number"),
-        ({"recognizer.refine_keep": {"low": 4, "high": 9, "step": 0.5}}, "whole number"),
+        ({"expert.alignment.refine_keep": {"low": 4.5, "high": 9}}, "whole number"),
+        ({"expert.alignment.refine_keep": {"low": 4, "high": 9, "step": 0.5}}, "whole number"),
         ({"recognizer.profile": NUMBERS}, "needs choices"),
         ({"recognizer.profile": {"choices": ["default", "papre"]}}, "papre"),
-        ({"recognizer.couple_spans": {"low": 1, "high": 3}}, "recognizer.couple_spans[0]"),
-        ({"recognizer.couple_spans[2]": {"low": 1, "high": 3}}, "has no element 2"),
+        ({"expert.alignment.couple_spans": {"low": 1, "high": 3}}, "expert.alignment.couple_spans[0]"),
+        ({"expert.alignment.couple_spans[2]": {"low": 1, "high": 3}}, "has no element 2"),
         ({"recognizer.min_match[0]": NUMBERS}, "has no element 0"),
         ({}, "names no parameter"),
     ],
@@ -57,24 +57,26 @@ def test_what_is_no_search_space_is_refused(tmp_path, setup, parameters, told):
 
 PARAMETERS = {
     "recognizer.min_match": NUMBERS,
-    "recognizer.tolerance_px": {"low": 0.5, "high": 8.0, "log": True},
-    "recognizer.refine_keep": {"low": 4, "high": 40, "step": 4},
-    "recognizer.couple_spans": {"choices": [[1], [1, 2]]},
+    "expert.alignment.tolerance_px": {"low": 0.5, "high": 8.0, "log": True},
+    "expert.alignment.refine_keep": {"low": 4, "high": 40, "step": 4},
+    "expert.alignment.couple_spans": {"choices": [[1], [1, 2]]},
     "recognizer.profile": {"choices": ["default", "paper"]},
-    "recognizer.anchor_tolerances_px[1]": {"low": 1.0, "high": 4.0},
+    "expert.blobs.anchor_tolerances_px[1]": {"low": 1.0, "high": 4.0},
 }
 
 
 def test_values_become_a_set_up(tmp_path, setup):
     dimensions = space(tmp_path, setup, PARAMETERS)
     suggested = {
-        "recognizer.min_match": 0.512345, "recognizer.tolerance_px": 3.0, "recognizer.refine_keep": 8,
-        "recognizer.couple_spans": "[1]", "recognizer.profile": '"paper"', "recognizer.anchor_tolerances_px[1]": 2.5,
+        "recognizer.min_match": 0.512345, "expert.alignment.tolerance_px": 3.0, "expert.alignment.refine_keep": 8,
+        "expert.alignment.couple_spans": "[1]", "recognizer.profile": '"paper"',
+        "expert.blobs.anchor_tolerances_px[1]": 2.5,
     }  # fmt: skip
     values = values_of(dimensions, suggested)
     config = changed(setup, dimensions, values).recognizer
-    assert (config.min_match, config.tolerance_px, config.refine_keep) == (0.5123, 3.0, 8)
-    assert (config.couple_spans, config.profile, config.anchor_tolerances_px) == ((1,), "paper", (1.0, 2.5))
+    assert (config.min_match, config.alignment.tolerance_px, config.alignment.refine_keep) == (0.5123, 3.0, 8)
+    assert (config.alignment.couple_spans, config.profile) == ((1,), "paper")
+    assert config.blobs.anchor_tolerances_px == (1.0, 2.5)
 
 
 def test_rounding_keeps_to_the_limits(tmp_path, setup):
@@ -83,12 +85,12 @@ def test_rounding_keeps_to_the_limits(tmp_path, setup):
 
 
 def test_the_given_values_are_found_in_the_space_or_not(tmp_path, setup):
-    inside = space(tmp_path, setup, {k: v for k, v in PARAMETERS.items() if k != "recognizer.refine_keep"})
+    inside = space(tmp_path, setup, {k: v for k, v in PARAMETERS.items() if k != "expert.alignment.refine_keep"})
     suggested = suggested_of(inside, setup.resolved)
-    assert suggested is not None and suggested["recognizer.couple_spans"] == "[1, 2]"
+    assert suggested is not None and suggested["expert.alignment.couple_spans"] == "[1, 2]"
     assert changed(setup, inside, values_of(inside, suggested)).resolved == setup.resolved
     outside = space(tmp_path, setup, {"recognizer.min_match": {"low": 0.1, "high": 0.2}})
-    off_grid = space(tmp_path, setup, {"recognizer.refine_keep": {"low": 5, "high": 40, "step": 4}})
+    off_grid = space(tmp_path, setup, {"expert.alignment.refine_keep": {"low": 5, "high": 40, "step": 4}})
     assert suggested_of(outside, setup.resolved) is None and suggested_of(off_grid, setup.resolved) is None
 
 

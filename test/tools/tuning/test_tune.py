@@ -16,8 +16,8 @@ import yaml
 
 pytest.importorskip("optuna", reason="Optuna is not installed (the extra `tune`)")
 
-from artrec_ros.core.errors import ConfigError
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.tools.main import main
 from artrec_ros.tools.tuning.goal import FIGURES, Goal
 from artrec_ros.tools.tuning.search import Search
@@ -27,11 +27,11 @@ from .lamp import write_lamp
 
 SPACE = {
     "recognizer.min_match": {"low": 0.4, "high": 0.9},
-    "recognizer.refine_keep": {"low": 4, "high": 40},
-    "recognizer.couple_spans": {"choices": [[1], [1, 2]]},
+    "expert.alignment.refine_keep": {"low": 4, "high": 40},
+    "expert.alignment.couple_spans": {"choices": [[1], [1, 2]]},
     "recognizer.max_slant_deg": {"low": 0.0, "high": 50.0},
-    "recognizer.min_alone_match": {"low": 0.4, "high": 0.9},
-    "recognizer.min_group_match": {"low": 0.4, "high": 0.9},
+    "expert.grouping.min_alone_match": {"low": 0.4, "high": 0.9},
+    "expert.grouping.min_group_match": {"low": 0.4, "high": 0.9},
 }
 TRIALS = 12
 
@@ -85,7 +85,7 @@ def test_it_finds_better_parameters_and_says_so(world, tuned, capsys):
 
 def test_the_first_trial_is_what_was_given(tuned):
     values, measured = trials_of(tuned)[0]
-    assert values["recognizer.min_match"] == 0.8 and values["recognizer.couple_spans"] == [1, 2]
+    assert values["recognizer.min_match"] == 0.8 and values["expert.alignment.couple_spans"] == [1, 2]
     assert 0 < measured["f1"] < 0.9
 
 
@@ -195,7 +195,7 @@ def test_the_search_learns_and_tells_which_parameter_mattered(world, tmp_path):
     space = load_space(world / "space.yaml", load_parameters(world / "params.yaml"))
 
     def measure(values):
-        if values["recognizer.refine_keep"] == 7:
+        if values["expert.alignment.refine_keep"] == 7:
             raise ConfigError("seven")
         return dict.fromkeys(FIGURES) | {"f1": 1 - abs(values["recognizer.min_match"] - 0.6)}
 
@@ -205,7 +205,7 @@ def test_the_search_learns_and_tells_which_parameter_mattered(world, tmp_path):
     assert search.best.values["recognizer.min_match"] == pytest.approx(0.6, abs=0.02)
     importance = search.importance()
     assert max(importance, key=importance.get) == "recognizer.min_match" and importance["recognizer.min_match"] > 0.6
-    assert all("seven" in t.problem for t in search.tried if t.values["recognizer.refine_keep"] == 7)
+    assert all("seven" in t.problem for t in search.tried if t.values["expert.alignment.refine_keep"] == 7)
 
 
 def test_an_interrupted_trial_does_not_count(world, tmp_path):

@@ -1,0 +1,1 @@
+"""Markers' outlines on blobs' contours (paper, steps 3 to 5)."""

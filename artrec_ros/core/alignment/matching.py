@@ -1,0 +1,146 @@
+"""Instances of every shape in a frame: propose, score, suppress, refine, accept (paper, steps 4 and 5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import RecognizerConfig
+from ..base.deadline import Deadline
+from ..image.blobs import Blob
+from .contour_map import ContourMap
+from .overlap import overlap_matrix
+from .placements import Array1, Evidence, Placements, evidence
+from .refinement import refine, refine_slanted, suppress
+from .shapes import Shape
+from .starts import find_starts
+
+_SLANT_GAIN = 0.05
+_LOOKING = 0.5  # of the time may go into the first pass, the rest is for what it found
+
+
+@dataclass(frozen=True)
+class Matches:
+    """Accepted placements of shapes in one frame, best first within a shape and class.
+
+    :param labels: (K,) class label of each.
+    :param evidence: per placement; `placed.score` is `evidence.score`.
+    """
+
+    shapes: list[Shape]
+    placed: Placements
+    labels: np.ndarray
+    evidence: Evidence
+    cmap: ContourMap | None = None
+
+    def __len__(self) -> int:
+        return len(self.placed)
+
+    @cached_property
+    def overlap(self) -> Array1:
+        """(K, K) share of the smaller one's area that two placements of one class have in common."""
+        return overlap_matrix(self.shapes, self.placed, self.labels)
+
+    @cached_property
+    def packed(self) -> Found:
+        """As compiled code takes them."""
+        p, e = self.placed, self.evidence
+        return Found(p.t, p.z, p.w, p.shape, self.labels, e.share, p.score, self.perimeter_px)
+
+    @cached_property
+    def perimeter_px(self) -> Array1:
+        return np.array([s.perimeter_m for s in self.shapes])[self.placed.shape] * np.abs(self.placed.z)
+
+    def axis_direction(self, n: int, axis_angle: float) -> float:
+        """Direction in the image, radians, of an axis that has `axis_angle` in the shape."""
+        axis = np.exp(1j * axis_angle)
+        return float(np.angle(self.placed.z[n] * axis + self.placed.w[n] * np.conj(axis)))
+
+    def explained(self, n: int) -> NDArray[np.int32]:
+        """Contour points that an instance explains: those it matches, and those that lie between two such."""
+        if self.cmap is None:
+            raise ValueError("matches of several contour maps explain no points of one")
+        between_px = float(self.perimeter_px[n]) / self.evidence.matched.shape[1]
+        return self.cmap.stretches(self.evidence.matched[n], int(np.ceil(1.5 * between_px)) + 1)
+
+    def take(self, index: np.ndarray) -> Matches:
+        return Matches(self.shapes, self.placed.take(index), self.labels[index], self.evidence.take(index), self.cmap)
+
+    @classmethod
+    def none(cls, shapes: list[Shape]) -> Matches:
+        return cls(shapes, Placements.concatenate([]), np.zeros(0, int), Evidence.none())
+
+
+def concatenate_matches(shapes: list[Shape], parts: list[Matches]) -> Matches:
+    """Matches of several blobs as one list."""
+    if not parts:
+        return Matches.none(shapes)
+    found = Evidence.concatenate([p.evidence for p in parts])
+    placed = Placements.concatenate([p.placed for p in parts])
+    return Matches(shapes, placed, np.concatenate([p.labels for p in parts]), found)
+
+
+def find_matches(
+    blobs: tuple[Blob, ...],
+    cmap: ContourMap,
+    shapes: list[Shape],
+    wanted: set[tuple[int, int]],
+    config: RecognizerConfig,
+    deadline: Deadline,
+    blank: tuple[int, ...] = (),
+) -> Matches:
+    """Best of several hypotheses for every place, shape and class: the default profile.
+
+    :param wanted: (shape, label) pairs.
+    """
+    placed = find_starts(blobs, cmap, shapes, wanted, config, deadline.part(_LOOKING))
+    placed = refine(cmap, shapes, placed, config, deadline)
+    if config.max_slant_deg > 0:
+        slanted = refine_slanted(cmap, shapes, placed, config, deadline)
+        flat_share, share = (evidence(cmap, shapes, p, config, blank).share for p in (placed, slanted))
+        # Two more unknowns fit anything a little better: they have to earn it.
+        better = share > flat_share + _SLANT_GAIN
+        placed = placed.replace(
+            **{f: np.where(better, getattr(slanted, f), getattr(placed, f)) for f in ("t", "z", "w")}
+        )
+    return accept(cmap, shapes, placed, config, blank)
+
+
+def accept(
+    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, blank: tuple[int, ...]
+) -> Matches:
+    """Those that match well enough, the best of each place, at most `max_instances` a shape and class."""
+    found = evidence(cmap, shapes, placed, config, blank)
+    good = (
+        (found.share >= config.min_match)
+        & (found.visible >= config.alignment.min_visible)
+        & (placed.area_px(shapes) >= config.min_blob_px)
+    )
+    if config.max_scale > 0:
+        good &= placed.scale <= config.max_scale
+    good &= placed.scale >= config.min_scale
+    passed = np.flatnonzero(good)
+    placed = placed.replace(score=found.score).take(passed)
+    everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape
+    quota = np.full(len(placed), config.alignment.max_instances)
+    kept = suppress(placed, everywhere, shapes, quota, config, config.alignment.same_place)
+    placed = placed.take(kept)
+    label_of_slot = np.array(list(cmap.slots))
+    return Matches(shapes, placed, label_of_slot[placed.slot], found.take(passed[kept]), cmap)
+
+
+class Found(NamedTuple):
+    """Instances: (K,) arrays of `Placements` and `Evidence`; :param perimeter: of the placed outline, px."""
+
+    t: np.ndarray
+    z: np.ndarray
+    w: np.ndarray
+    shape: np.ndarray
+    label: np.ndarray
+    share: np.ndarray
+    score: np.ndarray
+    perimeter: np.ndarray

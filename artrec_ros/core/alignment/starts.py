@@ -1,0 +1,125 @@
+"""Where to start refinement: hypotheses of every blob and shape, counted and thinned out (paper, step 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence, Sized
+from itertools import accumulate
+from statistics import median
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import RecognizerConfig
+from ..base.deadline import Deadline
+from ..image.blobs import Blob, blob_anchors
+from . import start_kernels as compiled
+from .contour_map import ContourMap
+from .counting_kernels import Limits, Tolerance
+from .hypotheses import WHOLE_BLOB_TURNS, centroid, circles, is_round, pack_couples
+from .placements import LEAST_TOLERANCE_PX, Placements
+from .shapes import Shape, pack_shapes
+
+_CHUNK = 60_000  # hypotheses between looks at the clock: a few milliseconds of compiled work
+
+
+def find_starts(
+    blobs: tuple[Blob, ...],
+    cmap: ContourMap,
+    shapes: list[Shape],
+    wanted: set[tuple[int, int]],
+    config: RecognizerConfig,
+    deadline: Deadline,
+) -> Placements:
+    """The best hypotheses of every place, at most `refine_keep` a blob and shape.
+
+    :param wanted: (shape, label) pairs.
+    :param deadline: blobs that it leaves are not looked at.
+    """
+    packed = pack_shapes(tuple(shapes))
+    couples = pack_couples(tuple(shapes), config.alignment.couple_spans)
+    mine = _pack_blobs(blobs, cmap, shapes, wanted, config)
+    limits = _limits(config)
+    spans = np.array(config.alignment.couple_spans)
+    parts = []
+    for b_from, b_to in _chunks(mine, len(couples.q1) * len(spans)):
+        if deadline.expired:
+            break
+        t, z, shape, blob, score = compiled.find_starts(mine, b_from, b_to, packed, couples, cmap.field, spans, limits)
+        slot = mine.slot[blob]
+        parts.append(Placements(t, z, shape, blob, slot, score, np.zeros(len(t), complex)))
+    return parts[0] if len(parts) == 1 else Placements.concatenate(parts)
+
+
+def _quota(blob: Blob, config: RecognizerConfig) -> int:
+    """A small blob has room for few instances."""
+    return min(max(len(blob.pixels) // 8, 4), config.alignment.refine_keep)
+
+
+def _chunks(blobs: compiled.BlobArrays, an_anchor: int) -> Iterator[tuple[int, int]]:
+    """:param an_anchor: hypotheses that come of an anchor."""
+    start, count = 0, len(blobs.area)
+    if len(blobs.anchors) * an_anchor <= _CHUNK:
+        yield start, count
+        return
+    work = np.cumsum(np.diff(blobs.polygon_first[blobs.polygons]) * an_anchor)
+    while start < count:
+        done = work[start - 1] if start else 0
+        end = max(start + 1, int(np.searchsorted(work, done + _CHUNK, side="right")))
+        yield start, end
+        start = end
+
+
+def _limits(config: RecognizerConfig) -> Limits:
+    most_px = max(LEAST_TOLERANCE_PX, config.alignment.tolerance_px)
+    return Limits(
+        config.alignment.coarse_step,
+        config.alignment.coarse_match,
+        config.alignment.coarse_keep,
+        config.alignment.min_area_ratio,
+        config.alignment.max_area_ratio,
+        float(config.min_blob_px),
+        config.min_scale,
+        config.max_scale if config.max_scale > 0 else np.inf,
+        Tolerance(config.alignment.tolerance_share, LEAST_TOLERANCE_PX, most_px),
+        config.alignment.symmetry_px,
+        config.alignment.same_start,
+    )
+
+
+def _pack_blobs(
+    blobs: tuple[Blob, ...],
+    cmap: ContourMap,
+    shapes: list[Shape],
+    wanted: set[tuple[int, int]],
+    config: RecognizerConfig,
+) -> compiled.BlobArrays:
+    polygons = [polygon for b in blobs for polygon in blob_anchors(b, config)]
+    shapes_of = {label: sorted(s for s, wanted_label in wanted if wanted_label == label) for label in cmap.slots}
+    area = np.array([b.area_px for b in blobs])
+    typical = {n: median([b.area_px for b in blobs if b.label == n]) for n in cmap.slots}
+    round_ = {(s, n): is_round(shapes[s], typical[n], config) for n, mine in shapes_of.items() for s in mine}
+    rows = [(b, s) for b in blobs for s in shapes_of[b.label]]
+    is_disc = np.array([round_[s, b.label] for b, s in rows], bool)
+    none = np.zeros(0, complex)
+    extra = [circles(b, shapes[s]) if disc else (none, none) for (b, s), disc in zip(rows, is_disc, strict=True)]
+    return compiled.BlobArrays(
+        np.concatenate(polygons).view(complex)[:, 0],
+        _starts_of(polygons),
+        np.arange(len(blobs) + 1) * len(config.blobs.anchor_tolerances_px),
+        area,
+        np.array([centroid(b) for b in blobs]),
+        np.array([cmap.slots[b.label] for b in blobs], np.int32),
+        np.array([_quota(b, config) for b in blobs]),
+        np.array([s for _, s in rows], np.int32),
+        _starts_of([shapes_of[b.label] for b in blobs]),
+        np.where(is_disc, 1, WHOLE_BLOB_TURNS),
+        ~is_disc,
+        np.concatenate([t for t, _ in extra] or [none]),
+        np.concatenate([z for _, z in extra] or [none]),
+        _starts_of([t for t, _ in extra]),
+    )
+
+
+def _starts_of(parts: Sequence[Sized]) -> NDArray[np.int64]:
+    """(n + 1,) where each of n parts starts when they are put one after another, and where the last one ends."""
+    return np.array([0, *accumulate(map(len, parts))])

@@ -1,0 +1,108 @@
+"""What to look for, and how."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..errors import ConfigError
+from .alignment import AlignmentConfig
+from .blobs import BlobsConfig
+from .constraints import ConstraintsConfig
+from .covariance import CovarianceConfig
+from .fit import FitConfig
+from .grouping import GroupingConfig
+from .guesses import GuessesConfig
+from .image import GREATEST_LABEL
+from .paper import PaperConfig
+from .params import param, room, validate
+from .search import SearchConfig
+from .verdict import VerdictConfig
+from .votes import VotesConfig
+
+
+@dataclass(frozen=True)
+class ObjectConfig:
+    """One object to look for."""
+
+    object_file: str = param("", "what the object is; a path relative to the parameter file, or package://PACKAGE/PATH")
+    constraint_file: str = param("", "what was learned about it by artrec train; empty: nothing, poses in space only")
+    label: int = param(
+        0, "class number of its pixels, where its components have none of their own", low=1, high=GREATEST_LABEL
+    )
+
+
+@dataclass(frozen=True)
+class RecognizerConfig:
+    """The recogniser's parameters: what users understand, then each room's own, which only experts change."""
+
+    profile: str = param(
+        "default", "default, or paper: the published method with its values", choices=("default", "paper")
+    )
+    whole_object: bool = param(
+        True,
+        "fit whole objects in space where markers have places and the camera is calibrated",
+        paths=("plane", "space"),
+    )
+    time_budget_ms: float = param(
+        5000.0, "a frame's search ends here with what was found by then", unit="ms", low=1, high=600000
+    )
+    min_blob_px: int = param(8, "blobs with fewer pixels are specks", unit="px^2", low=1, high=1000000)
+    min_components: int = param(2, "least components found (no more than the object has)", low=1, high=100)
+    min_scale: float = param(0.0, "least scale to look for", unit="px/m", low=0, paths=("plane", "space"))
+    max_scale: float = param(0.0, "greatest scale to look for; 0: any", unit="px/m", low=0, paths=("plane", "space"))
+    min_range_m: float = param(
+        0.0,
+        "least distance from the camera; calibrated images only",
+        unit="m",
+        low=0,
+        paths=("plane", "space"),
+        calibrated=True,
+    )
+    max_range_m: float = param(
+        0.0,
+        "greatest distance from the camera; 0: any; calibrated images only",
+        unit="m",
+        low=0,
+        paths=("plane", "space"),
+        calibrated=True,
+    )
+    max_slant_deg: float = param(
+        0.0,
+        "markers may be turned out of the image plane by so much and be seen squeezed; 0: none is",
+        unit="deg",
+        low=0,
+        high=75,
+        paths=("plane",),
+    )
+    min_match: float = param(
+        0.55, "least share of a shape's visible outline that must match", low=0, high=1, paths=("plane",)
+    )
+    min_probability: float = param(0.25, "least probability of a whole object", low=0, high=1, paths=("space",))
+    min_class_seen: float = param(
+        0.7,
+        "least share of a class's components, or joints, that an object must show to be of it",
+        low=0,
+        high=1,
+        paths=("plane", "space"),
+    )
+    min_class_confidence: float = param(
+        0.5, "least confidence of a class; below it there is none", low=0, high=1, paths=("plane", "space")
+    )
+    blobs: BlobsConfig = room(BlobsConfig)
+    alignment: AlignmentConfig = room(AlignmentConfig)
+    constraints: ConstraintsConfig = room(ConstraintsConfig)
+    grouping: GroupingConfig = room(GroupingConfig)
+    guesses: GuessesConfig = room(GuessesConfig)
+    votes: VotesConfig = room(VotesConfig)
+    search: SearchConfig = room(SearchConfig)
+    fit: FitConfig = room(FitConfig)
+    covariance: CovarianceConfig = room(CovarianceConfig)
+    verdict: VerdictConfig = room(VerdictConfig)
+    paper: PaperConfig = room(PaperConfig)
+
+    def __post_init__(self) -> None:
+        validate(self, "recognizer.")
+        for least, most, unit in (("min_scale", "max_scale", "px/m"), ("min_range_m", "max_range_m", "m")):
+            low, high = getattr(self, least), getattr(self, most)
+            if 0 < high < low:
+                raise ConfigError(f"recognizer.{most}: {high} {unit} is below {least} {low}; 0 means any")

@@ -1,0 +1,1 @@
+"""What was learned of pairs of markers, and checked (paper, step 6)."""

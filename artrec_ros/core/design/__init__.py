@@ -1,0 +1,1 @@
+"""Offline: what can be told of an object before anything is printed."""

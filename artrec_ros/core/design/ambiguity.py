@@ -1,0 +1,157 @@
+"""What a camera will be able to tell of an object's markers, from their outlines alone, before anything is printed.
+
+Scales are pixels per metre of a marker that is seen straight on: focal length (px) over distance (m).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import cv2
+import numpy as np
+
+from ..alignment.shapes import Shape
+from ..alignment.symmetry import ANY_ANGLE, distance_to_outline
+from ..base.config import RecognizerConfig
+from ..model.objects import Component, Marker, ObjectModel
+
+_LEAST_LONG_PX = 12.0  # a marker's longer side: below, it has no anchors worth a hypothesis
+_LEAST_AREA_PX = 40.0  # square pixels of a marker that others support ...
+_LEAST_SEED_PX = 150.0  # ... and of one from which a group grows (measured: 97 % are found above it)
+_SAME_SHARE = 0.03  # outlines that differ by less than this share of their radius are the same by design
+_TURNS = 144
+_LIKE_SIZE = 1.15  # factor between sizes that is not told: an object's distance is not known exactly
+_SIGMAS = 2.0  # outlines are told where they differ by so many standard deviations of a contour's place
+_MUCH_LARGER = 2.0  # ratio of sizes beyond which two markers are not confused
+
+
+@dataclass(frozen=True)
+class MarkerLimits:
+    """From which scale (px/m) on a marker can be used.
+
+    :param found: it is large enough to be found.
+    :param turn: its direction is told from all its other turns; inf: never, by its design.
+    :param order: order of the symmetry of its design: 1 none, `ANY_ANGLE` a disc.
+    """
+
+    component: str
+    marker: str
+    size_m: tuple[float, float]
+    found: float
+    turn: float
+    order: int
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """Two markers of one class of pixels that differ little.
+
+    :param told: scale (px/m) from which their outlines differ by more than a contour's noise; inf: they are the same.
+    :param turn_rad: turn of the second at which it is most like the first.
+    :param mirrored: each is the other's mirror image.
+    """
+
+    first: tuple[str, str]
+    second: tuple[str, str]
+    told: float
+    turn_rad: float
+    mirrored: bool = False
+
+    @property
+    def same(self) -> bool:
+        return np.isinf(self.told)
+
+
+@dataclass(frozen=True)
+class Ambiguities:
+    """What is known of an object's markers at any distance."""
+
+    model: ObjectModel
+    limits: tuple[MarkerLimits, ...]
+    alike: tuple[Likeness, ...]
+
+    @cached_property
+    def told(self) -> dict[tuple[str, str], float]:
+        """(component, marker) -> scale from which it is found and is told from all that is not the same by design."""
+        scales = {(m.component, m.marker): m.found for m in self.limits}
+        for m in self.limits:
+            if np.isfinite(m.turn):
+                scales[m.component, m.marker] = max(scales[m.component, m.marker], m.turn)
+        for pair in self.alike:
+            for key in (pair.first, pair.second):
+                if np.isfinite(pair.told):
+                    scales[key] = max(scales[key], pair.told)
+        return scales
+
+
+def find_ambiguities(model: ObjectModel, config: RecognizerConfig | None = None) -> Ambiguities:
+    """Limits of every marker, and every pair of one class that can be taken for one another.
+
+    :param config: what the recogniser tells apart: `symmetry_px`, `contour_noise_px`.
+    """
+    config = config or RecognizerConfig()
+    shown = [(c, m, Shape.from_marker(m)) for c in model.components for m in c.markers]
+    limits = tuple(_limits(c, m, s, config) for c, m, s in shown)
+    alike = [
+        pair
+        for (c1, m1, s1), (c2, m2, s2) in combinations(shown, 2)
+        if c1.label == c2.label and (pair := _compare(((c1, m1), (c2, m2)), s1, s2, config)) is not None
+    ]
+    return Ambiguities(model, limits, tuple(alike))
+
+
+def _limits(component: Component, marker: Marker, shape: Shape, config: RecognizerConfig) -> MarkerLimits:
+    _, sides, _ = cv2.minAreaRect((shape.outline * 1e3).astype(np.float32))
+    long, short = max(sides) / 1e3, min(sides) / 1e3
+    least_px = _LEAST_SEED_PX if component.required else _LEAST_AREA_PX
+    found = max(_LEAST_LONG_PX / long, float(np.sqrt(least_px / shape.area_m2)))
+    residual = shape.symmetry.residual_m
+    order = shape.symmetry.order(1.0, _SAME_SHARE * shape.rms_radius_m)
+    by_design = {n for n in range(2, len(residual)) if order and order % n == 0}
+    others = [r for n, r in enumerate(residual) if n >= 2 and n not in by_design]
+    least = 0.0 if order == ANY_ANGLE else min(others)
+    turn = np.inf if order != 1 or least == 0 else config.alignment.symmetry_px / least
+    return MarkerLimits(component.name, marker.name, (long, short), found, float(turn), order)
+
+
+def _compare(
+    pair: tuple[tuple[Component, Marker], tuple[Component, Marker]], a: Shape, b: Shape, config: RecognizerConfig
+) -> Likeness | None:
+    """None where the two differ so much that they are told as soon as they are found."""
+    radius = min(a.rms_radius_m, b.rms_radius_m)
+    if max(a.rms_radius_m, b.rms_radius_m) > _MUCH_LARGER * radius:
+        return None
+    distance, turn = unlikeness(a, b)
+    keys = [(c.name, m.name) for c, m in pair]
+    told = np.inf if distance < _SAME_SHARE * radius else _SIGMAS * config.constraints.contour_noise_px / distance
+    found = max(_limits(c, m, s, config).found for (c, m), s in zip(pair, (a, b), strict=True))
+    mirrored = unlikeness(_mirror(a), b)[0] < _SAME_SHARE * radius
+    return Likeness(keys[0], keys[1], float(told), turn, mirrored) if told > found else None
+
+
+def _mirror(a: Shape) -> Shape:
+    return replace(a, points=-a.points.conj(), outline=a.outline * (-1, 1))
+
+
+def unlikeness(a: Shape, b: Shape) -> tuple[float, float]:
+    """How far two outlines differ where they are most alike: rms distance (m), and the turn of `b` there (rad).
+
+    Their centroids coincide; `b` may be a little larger or smaller, as at a distance that is not known exactly.
+    """
+    size = float(np.clip(np.sqrt(a.area_m2 / b.area_m2), 1 / _LIKE_SIZE, _LIKE_SIZE)) ** 0.5
+    turns = 2 * np.pi * np.arange(_TURNS) / _TURNS
+    turn = np.exp(1j * turns)[:, None]
+    there = _rms(turn * (size * b.points), a.outline / size)  # (turns,)
+    back = _rms(a.points / size / turn, size * b.outline)
+    distance = np.maximum(there, back)
+    best = int(np.argmin(distance))
+    return float(distance[best]), float(turns[best])
+
+
+def _rms(points: np.ndarray, outline: np.ndarray) -> np.ndarray:
+    """(h,) rms distance of (h, m) complex points to a polygon."""
+    flat = np.column_stack([points.real.ravel(), points.imag.ravel()])
+    d = distance_to_outline(flat, outline).reshape(points.shape)
+    return np.asarray(np.sqrt(np.mean(d**2, axis=1)))

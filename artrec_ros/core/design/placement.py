@@ -1,0 +1,36 @@
+"""Whether the markers of an object can be seen at all where its file puts them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..alignment.shapes import Shape
+from ..geometry.transforms import Array
+from ..model.objects import Box, ObjectModel
+
+_LIFT_M = 5e-4  # a sticker lies on its body, or this much within it
+_MUCH = 0.5  # share of a marker
+
+
+def buried_markers(model: ObjectModel) -> list[tuple[str, str]]:
+    """(component, marker) of the markers that lie within their own component's body, or look into it."""
+    found = []
+    for component in model.components:
+        for marker in component.markers:
+            T = marker.T_component_marker
+            if T is None:
+                continue
+            inside = Shape.from_marker(marker).inside  # x right, y down, about the centroid
+            flat = np.column_stack([inside.real, -inside.imag]) + marker.centroid
+            points = T.apply(np.column_stack([flat, np.full(len(flat), 2 * _LIFT_M)]))
+            covered = np.zeros(len(points), bool)
+            for box in component.bodies:
+                covered |= _inside(box, points)
+            if covered.mean() > _MUCH:
+                found.append((component.name, marker.name))
+    return found
+
+
+def _inside(box: Box, points: Array) -> np.ndarray:
+    local = box.T_component_box.inverse().apply(points)
+    return np.asarray(np.all(np.abs(local) < box.size / 2 - _LIFT_M, axis=1))

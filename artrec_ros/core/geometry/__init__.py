@@ -1,0 +1,1 @@
+"""Similarities of the image plane, rigid motions of space, the camera."""

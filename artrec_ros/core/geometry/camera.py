@@ -1,0 +1,57 @@
+"""A pinhole camera with lens distortion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .transforms import Array, readonly
+
+_MAX_RADIUS = 3.0  # normalised: 72 degrees from the axis
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera with lens distortion, in the units of the image that is given.
+
+    :param matrix: (3, 3) K, pixels; a pixel's centre has integer coordinates.
+    :param distortion: coefficients as OpenCV orders them (plumb_bob, rational_polynomial); empty: none.
+    :param size: (width, height) pixels.
+    :param frame_id: the optical frame, as the image's header names it.
+    """
+
+    matrix: Array
+    distortion: Array
+    size: tuple[int, int]
+    frame_id: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "matrix", readonly(self.matrix).reshape(3, 3))
+        object.__setattr__(self, "distortion", readonly(self.distortion).reshape(-1))
+
+    @cached_property
+    def rational(self) -> Array:
+        """(8,) coefficients k1 k2 p1 p2 k3 k4 k5 k6 of OpenCV's rational model; those that are not given are 0."""
+        return readonly(np.pad(self.distortion, (0, max(0, 8 - len(self.distortion))))[:8])
+
+    @cached_property
+    def focal_px(self) -> float:
+        """The geometric mean of both focal lengths: a length of 1 m across the view, 1 m away, has so many pixels."""
+        return float(np.sqrt(self.matrix[0, 0] * self.matrix[1, 1]))
+
+    @cached_property
+    def bent(self) -> bool:
+        """Whether the lens distorts at all."""
+        return bool(self.distortion.any())
+
+    @cached_property
+    def fold(self) -> float:
+        """Squared normalised radius up to which the lens' radial factor grows; points behind it would fold back."""
+        k1, k2, _, _, k3, k4, k5, k6 = self.rational
+        r = np.linspace(0, _MAX_RADIUS, 3001)
+        r2 = r * r
+        seen = r * (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+        falls = np.flatnonzero(~(np.diff(seen) > 0))
+        return float(r2[falls[0]]) if len(falls) else float(r2[-1])

@@ -1,0 +1,135 @@
+"""Angles, similarities of the image plane and rigid motions of space.
+
+Conventions. Image: a pixel's centre has integer coordinates, x to the right, y down; an angle goes
+from +x towards +y. Space: right-handed, metres; the camera's optical frame looks along +z (REP-103).
+`T_target_source` maps source coordinates to target coordinates.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def wrap_angle(angle: ArrayLike, period: float = 2 * np.pi) -> Array:
+    """Angle modulo `period`, in [-period/2, period/2)."""
+    return (np.asarray(angle, float) + period / 2) % period - period / 2
+
+
+def readonly(values: ArrayLike) -> Array:
+    """A float64 copy of `values` that cannot be written to."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def apply_similarity(T: Array, points: Array) -> Array:
+    """Points under a batch of similarities.
+
+    :param T: (H, 4) rows (tx, ty, theta, k): p -> t + k R(theta) p.
+    :param points: (m, 2).
+    :return: (H, m, 2).
+    """
+    a, b = T[:, 3] * np.cos(T[:, 2]), T[:, 3] * np.sin(T[:, 2])  # (H,)
+    x = a[:, None] * points[:, 0] - b[:, None] * points[:, 1] + T[:, 0:1]  # (H, m)
+    y = b[:, None] * points[:, 0] + a[:, None] * points[:, 1] + T[:, 1:2]  # (H, m)
+    return np.stack([x, y], axis=-1)
+
+
+def rotation_from_rotvec(rotvec: ArrayLike) -> Array:
+    """Rodrigues' formula on a batch: (..., 3) rotation vectors to (..., 3, 3) matrices."""
+    v = np.asarray(rotvec, float)
+    angle = np.linalg.norm(v, axis=-1)[..., None, None]
+    safe = np.where(angle < 1e-12, 1.0, angle)
+    K = skew(v)
+    # Taylor values of sin(a)/a and (1-cos a)/a^2 near zero
+    s = np.where(angle < 1e-6, 1.0 - angle**2 / 6, np.sin(angle) / safe)
+    c = np.where(angle < 1e-6, 0.5 - angle**2 / 24, (1 - np.cos(angle)) / safe**2)
+    return np.eye(3) + s * K + c * (K @ K)
+
+
+def skew(v: Array) -> Array:
+    """Cross-product matrices: (..., 3) to (..., 3, 3)."""
+    zero = np.zeros_like(v[..., 0])
+    rows = [zero, -v[..., 2], v[..., 1], v[..., 2], zero, -v[..., 0], -v[..., 1], v[..., 0], zero]
+    return np.stack(rows, axis=-1).reshape(*v.shape[:-1], 3, 3)
+
+
+def rotation_from_rpy(rpy: ArrayLike) -> Array:
+    """Fixed-axis roll, pitch, yaw as in URDF: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    r, p, y = np.asarray(rpy, float)
+    cr, sr, cp, sp, cy, sy = np.cos(r), np.sin(r), np.cos(p), np.sin(p), np.cos(y), np.sin(y)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def quaternion_from_rotation(R: ArrayLike) -> Array:
+    """Unit quaternion (x, y, z, w), w >= 0, of a (3, 3) rotation matrix."""
+    m = np.asarray(R, float)
+    # The eigenvector of the largest eigenvalue is stable for every rotation (Bar-Itzhack 2000).
+    K = np.array(
+        [
+            [m[0, 0] - m[1, 1] - m[2, 2], 0, 0, 0],
+            [m[1, 0] + m[0, 1], m[1, 1] - m[0, 0] - m[2, 2], 0, 0],
+            [m[2, 0] + m[0, 2], m[2, 1] + m[1, 2], m[2, 2] - m[0, 0] - m[1, 1], 0],
+            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], m[0, 0] + m[1, 1] + m[2, 2]],
+        ]
+    )
+    q = np.linalg.eigh(K)[1][:, -1]
+    return -q if q[3] < 0 else q
+
+
+def rotation_from_quaternion(q: ArrayLike) -> Array:
+    """(3, 3) rotation matrix of a quaternion (x, y, z, w) of any length but zero."""
+    x, y, z, w = np.asarray(q, float) / np.linalg.norm(q)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A rigid motion T_target_source: x_target = rotation @ x_source + position (metres)."""
+
+    rotation: Array
+    position: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rotation", readonly(self.rotation).reshape(3, 3))
+        object.__setattr__(self, "position", readonly(self.position).reshape(3))
+
+    @classmethod
+    def identity(cls) -> Pose:
+        return cls(np.eye(3), np.zeros(3))
+
+    @classmethod
+    def from_xyz_rpy(cls, xyz: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Pose:
+        """URDF's `origin`: translation in metres, fixed-axis roll, pitch, yaw in radians."""
+        return cls(rotation_from_rpy(rpy), np.asarray(xyz, float))
+
+    def __matmul__(self, other: Pose) -> Pose:
+        return Pose(self.rotation @ other.rotation, self.rotation @ other.position + self.position)
+
+    def inverse(self) -> Pose:
+        return Pose(self.rotation.T, -self.rotation.T @ self.position)
+
+    def apply(self, points: ArrayLike) -> Array:
+        """(n, 3) source points to (n, 3) target points."""
+        return np.asarray(points, float) @ self.rotation.T + self.position
+
+    @property
+    def quaternion(self) -> Array:
+        return quaternion_from_rotation(self.rotation)

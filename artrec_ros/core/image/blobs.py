@@ -1,0 +1,143 @@
+"""Blobs of a label image, their external contours and anchor points (paper, steps 1 and 2)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import RecognizerConfig
+from ..base.deadline import Deadline
+from ..geometry.transforms import Array
+from .contour_kernels import outlines
+
+_CROWD_ROWS = 8  # every so many-th is looked at
+_CROWDED = 0.05  # changes between neighbours in a row, as a share of its pixels
+
+
+@dataclass(frozen=True)
+class Blob:
+    """A connected set of pixels of one class, seen through its external contour; holes are ignored.
+
+    :param pixels: (n, 2) int, the outermost pixels' centres, ordered so that the inside lies on the same
+        side as in `Shape` (positive shoelace sum in x right, y down).
+    :param contour: (n, 2) the same, moved out to where the edge is (half a pixel, see `compiled.outlining`).
+    :param normals: (n, 2) unit outward normals; zero where the contour doubles back on itself.
+    :param cut: (n,) bool, points where not the blob but the image or an ignored rectangle ends: no evidence.
+    :param area_px: pixels enclosed, holes included.
+    """
+
+    label: int
+    pixels: NDArray[np.int32]
+    contour: Array
+    normals: Array
+    cut: NDArray[np.bool_]
+    area_px: float
+
+    @cached_property
+    def polygon(self) -> NDArray[np.float32]:
+        """(n, 1, 2) the contour as OpenCV takes it."""
+        return self.contour.astype(np.float32)[:, None]
+
+
+def find_blobs(
+    labels: NDArray[np.uint8],
+    wanted: Iterable[int],
+    config: RecognizerConfig,
+    blank: tuple[int, ...] = (),
+    deadline: Deadline | None = None,
+) -> tuple[Blob, ...]:
+    """Blobs of the wanted classes, the largest `max_blobs` of them, by label and then from large to small.
+
+    :param labels: (H, W) class number per pixel.
+    :param blank: ignored rectangles x,y,width,height,...: a contour along them is no evidence.
+    :param deadline: classes that it leaves are not looked at.
+    """
+    found: list[tuple[float, int, NDArray[np.int32]]] = []  # pixels enclosed, label, chain
+    for label in sorted(set(wanted)):
+        if deadline is not None and deadline.expired:
+            break
+        mask = (labels == label).view(np.uint8)
+        if _is_crowded(mask):
+            mask = _without_specks(mask, config.min_blob_px)
+        chains = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+        found += [(area, label, chain) for area, chain in _large_enough(chains, config)]
+    if len(found) > config.blobs.max_blobs:
+        found = sorted(found, key=lambda f: -f[0])[: config.blobs.max_blobs]
+    found.sort(key=lambda f: (f[1], -f[0]))
+    return _outlined(found, labels.shape, np.array(blank, np.int64).reshape(-1, 4)) if found else ()
+
+
+def _is_crowded(mask: NDArray[np.uint8]) -> bool:
+    """Whether a mask (H, W) changes so often along its rows that most of its blobs must be specks."""
+    rows = mask[::_CROWD_ROWS]
+    return cv2.countNonZero(rows[:, 1:] ^ rows[:, :-1]) > _CROWDED * rows.size
+
+
+def _without_specks(mask: NDArray[np.uint8], least_px: float) -> NDArray[np.uint8]:
+    """A mask (H, W) without the blobs whose bounding box is too small to enclose so many pixels.
+
+    The contours of very many of them would take longer than this; of few, it is the other way round.
+    """
+    _, blob, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    large = stats[:, cv2.CC_STAT_WIDTH] * stats[:, cv2.CC_STAT_HEIGHT] >= least_px
+    large[0] = False  # the background
+    return large.view(np.uint8)[blob]
+
+
+def _large_enough(
+    chains: Sequence[NDArray[np.int32]], config: RecognizerConfig
+) -> list[tuple[float, NDArray[np.int32]]]:
+    # n pixels of a contour enclose most as a diamond, n^2 / 8 + n / 2 + 1: most specks are sorted out by their length.
+    least = max(4, int(math.sqrt(8 * max(config.min_blob_px, 1) - 4)) - 2)
+    measured = [(_pixels_enclosed(c), c) for c in chains if len(c) >= least]
+    return [m for m in measured if m[0] >= config.min_blob_px]
+
+
+def _pixels_enclosed(chain: NDArray[np.int32]) -> float:
+    """Pick's theorem: a lattice polygon of area A with n boundary points holds A + n/2 + 1 points."""
+    return cv2.contourArea(chain) + len(chain) / 2 + 1
+
+
+def _outlined(
+    found: list[tuple[float, int, NDArray[np.int32]]], shape: tuple[int, ...], blank: NDArray[np.int64]
+) -> tuple[Blob, ...]:
+    first = [0, *accumulate(len(chain) for _, _, chain in found)]
+    chains = np.concatenate([chain for _, _, chain in found])[:, 0]
+    pixels, contour, normals, cut = outlines(chains, np.array(first), shape[1], shape[0], blank)
+    return tuple(
+        Blob(label, pixels[i:j], contour[i:j], normals[i:j], cut[i:j], area)
+        for (area, label, _), i, j in zip(found, first, first[1:], strict=False)
+    )
+
+
+def anchor_points(contour: Array, tolerance: float) -> Array:
+    """(a, 2) anchors: split-based polygonal approximation of a closed contour (Pavlidis; Ramer-Douglas-Peucker)."""
+    return _approximated(contour.astype(np.float32)[:, None], tolerance)
+
+
+def _approximated(polygon: NDArray[np.float32], tolerance: float) -> Array:
+    return cv2.approxPolyDP(polygon, tolerance, True)[:, 0].astype(np.float64)
+
+
+def blob_anchors(blob: Blob, config: RecognizerConfig) -> list[Array]:
+    """Anchors of a blob at each configured tolerance, at most `max_anchors` each.
+
+    Small patches need two tolerances at once, large silhouettes one that grows with the root of their area.
+    """
+    polygons = []
+    grown = config.blobs.anchor_tolerance_share * math.sqrt(blob.area_px)
+    for base in config.blobs.anchor_tolerances_px:
+        tolerance = max(base, base * grown)
+        anchors = _approximated(blob.polygon, tolerance)
+        while len(anchors) > config.blobs.max_anchors:
+            tolerance *= 1.5
+            anchors = _approximated(blob.polygon, tolerance)
+        polygons.append(anchors)
+    return polygons

@@ -1,0 +1,60 @@
+"""What one frame is to the search: its labels, the camera that took them, and the time that is left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from dataclasses import field as of
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.deadline import Deadline
+from ..geometry.camera import Camera
+from ..geometry.pixel_kernels import LabelView
+from .label_field import LabelField
+
+
+@dataclass(frozen=True, eq=False)
+class ImageFrame:
+    """One frame.
+
+    :param field: the label image.
+    :param calibration: of the camera that took it; None: not known, and nothing is sought in space.
+    :param deadline: when the search ends with what it has.
+    """
+
+    field: LabelField
+    calibration: Camera | None = None
+    deadline: Deadline = of(default_factory=Deadline)
+
+    @property
+    def camera(self) -> Camera:
+        """The calibration, of a frame that has one."""
+        assert self.calibration is not None  # the stages in space are not asked without
+        return self.calibration
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) pixels."""
+        height, width = self.field.labels.shape
+        return int(width), int(height)
+
+    @cached_property
+    def view(self) -> LabelView:
+        """What compiled code needs of the labels and the camera."""
+        camera = self.camera
+        return LabelView(self.field.padded, *self.size, camera.matrix, camera.rational, camera.bent, camera.fold)
+
+    def without(self, solids: Sequence[NDArray[np.float32]]) -> ImageFrame:
+        """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody."""
+        return replace(self, field=self.field.without(solids))
+
+    def unhurried(self) -> ImageFrame:
+        """The same frame with all the time it takes."""
+        return replace(self, deadline=Deadline())
+
+    def hurried(self, share: float) -> ImageFrame:
+        """The same frame with a share of the time that is left, so that later stages get theirs."""
+        return replace(self, deadline=self.deadline.part(share))

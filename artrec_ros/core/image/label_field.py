@@ -1,0 +1,110 @@
+"""A label image that answers for any pixel, and the seams that its segmenter leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from functools import cached_property
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.transforms import Array
+from .seam_kernels import gaps_px
+
+OUTSIDE = 255  # the label of what lies beyond the image: says nothing
+
+
+OWNED = 254  # the label of pixels that an accepted object explains: says next to nothing
+
+
+UNKNOWN = 0
+
+
+_SUBPIXEL_BITS = 4
+
+
+SEAM_REACH_PX = 4.0
+
+
+SEAM_PIXELS = 6000  # of a class that are looked at
+
+
+SEAM_SHARE = 0.2  # of a class' border must have another known class in reach
+
+
+_GOLDEN = (np.sqrt(5) - 1) / 2
+
+
+_REACH = int(np.ceil(SEAM_REACH_PX))
+
+
+_AROUND = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1].reshape(2, -1)
+
+
+_ROWS, _COLUMNS = _AROUND[:, np.argsort(np.hypot(*_AROUND), kind="stable")]  # around a pixel, nearest first
+
+
+_GAPS_PX = np.hypot(_ROWS, _COLUMNS) - 1.0  # between the pixel and one so far off
+
+
+class LabelField:
+    """A label image that answers for any pixel, the ones beyond its border included.
+
+    :param labels: (H, W) class numbers.
+    """
+
+    def __init__(self, labels: NDArray[np.uint8]) -> None:
+        self.labels = labels
+        self._seams: dict[int, float] = {}
+
+    @cached_property
+    def padded(self) -> NDArray[np.uint8]:
+        """The labels with a border of one pixel, row by row."""
+        return cv2.copyMakeBorder(self.labels, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
+
+    def at(self, pixels: Array) -> NDArray[np.uint8]:
+        """Labels (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
+        height, width = self.labels.shape
+        place = np.clip(np.floor(pixels + 0.5), -1, (width, height)).astype(np.int32)
+        return self.padded[(place[..., 1] + 1) * (width + 2) + place[..., 0] + 1]
+
+    def owned_share(self, contour: Array) -> float:
+        """Share of a blob's contour (n, 2) that lies on pixels which somebody owns."""
+        return float(np.mean(self.at(contour) == OWNED))
+
+    def seam_px(self, label: int) -> float:
+        """Half the width of the seam of unknown pixels that the segmenter leaves around a class; 0 without one.
+
+        Measured where another known class follows within SEAM_REACH_PX of the class' border.
+        """
+        if label not in self._seams:
+            gap = self._gaps_px(label)
+            near = gap[gap < SEAM_REACH_PX]
+            enough = len(near) > SEAM_SHARE * len(gap)
+            self._seams[label] = float(np.median(near)) / 2 if enough else 0.0
+        return self._seams[label]
+
+    def _gaps_px(self, label: int) -> Array:
+        """From border pixels of a class, but for those within SEAM_REACH_PX of the image's border, to the next pixel
+        of another known class, itself not counted; inf: far."""
+        silent = np.zeros(256, bool)
+        silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
+        (height, width), mine = self.labels.shape, np.flatnonzero(self.labels == label)
+        if len(mine) > SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
+            mine = mine[(np.arange(SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
+        gaps, looks = np.empty(len(mine)), (_ROWS, _COLUMNS, _GAPS_PX)
+        return gaps[: gaps_px(self.padded, width, height, _REACH, mine, label, silent, *looks, gaps)]
+
+    def without(self, solids: Sequence[NDArray[np.float32]]) -> LabelField:
+        """The same image with the pixels in convex hulls of points (n, 2) owned by somebody."""
+        height, width = self.labels.shape
+        bordered, far = self.padded.reshape(height + 2, width + 2).copy(), 4 * max(height, width)
+        labels = bordered[1:-1, 1:-1]
+        for corners in solids:
+            fine = np.rint(np.clip(corners, -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+            cv2.fillConvexPoly(labels, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
+        rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
+        rest.labels, rest.padded = labels, bordered.ravel()
+        return rest

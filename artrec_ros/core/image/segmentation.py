@@ -1,0 +1,157 @@
+"""From an image to class labels (paper, step 1): each pixel one class number, 0 for background or unknown.
+
+Colour costs next to nothing: OpenCV packs a pixel into 16 bits (5 of blue, 6 of green, 5 of red), and those
+index a table that was filled once from the classes' ranges or reference colours (core/colour_table.py). A frame's gain
+is applied before, so that the table never changes.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import GREATEST_LABEL, ImageConfig
+from ..base.errors import ImageError
+from .colour_table import colour_table
+
+Image = NDArray[np.uint8]
+
+
+class Segmenter:
+    """Reads images as an `ImageConfig` says. Holds no state between frames."""
+
+    def __init__(self, config: ImageConfig) -> None:
+        self._config = config
+        self._classify = {"labels": self._from_labels, "palette": self._from_palette, "colour": self._from_colour}[
+            config.kind
+        ]
+        self._table = colour_table(config) if config.kind == "colour" else np.zeros(0, np.uint8)
+
+    @property
+    def blank(self) -> tuple[int, ...]:
+        """Ignored rectangles x,y,width,height,..., pixels: what ends there was not seen to end."""
+        return self._config.blank
+
+    def labels(self, image: NDArray) -> Image:
+        """Class numbers of an image's pixels.
+
+        :param image: kind `labels`: (H, W) uint8 or uint16, numbers above GREATEST_LABEL are unknown;
+            `palette` and `colour`: (H, W, 3) uint8, channels blue, green, red.
+        :return: (H, W) uint8, 0 is background or unknown; may be `image` itself.
+        :raises ImageError: the image does not fit the kind.
+        """
+        if image.size == 0:
+            raise ImageError(f"the image is empty (shape {image.shape})")
+        labels = self._classify(image)
+        if self._config.blank:
+            labels = np.array(labels)
+            for rectangle in _rectangles(self._config.blank):
+                labels[rectangle] = 0
+        return labels
+
+    def _from_labels(self, image: NDArray) -> Image:
+        if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
+            raise ImageError(
+                f"image.kind 'labels' needs one channel (mono8, 8UC1, mono16, 16UC1), got {_kind(image)};"
+                " set image.kind to palette or colour for colour images"
+            )
+        if image.max() > GREATEST_LABEL:
+            image = cv2.threshold(image, GREATEST_LABEL, 0, cv2.THRESH_TOZERO_INV)[1]
+        return image.astype(np.uint8, copy=False)
+
+    def _from_palette(self, image: NDArray) -> Image:
+        _require_colour(image, self._config.kind)
+        labels = np.zeros(image.shape[:2], np.uint8)
+        for cls in reversed(self._config.classes.values()):  # the first listed is written last
+            for rgb in np.reshape(cls.rgb, (-1, 3)).astype(int):
+                low, high = (
+                    np.clip(rgb[::-1] + d, 0, 255).tolist() for d in (-self._config.tolerance, self._config.tolerance)
+                )
+                labels[cv2.inRange(image, np.array(low, np.uint8), np.array(high, np.uint8)) > 0] = cls.label
+        return labels
+
+    def _from_colour(self, image: NDArray) -> Image:
+        _require_colour(image, self._config.kind)
+        gain = self._gain(image)
+        if gain != 1.0:
+            image = cv2.convertScaleAbs(image, alpha=gain)
+        if self._config.smoothing_px > 0:
+            image = cv2.GaussianBlur(image, (0, 0), self._config.smoothing_px)
+        if self._config.sharpen_px > 0:
+            image = unblur(image, self._config.sharpen_px, self._config.sharpen_amount)
+            image = sharpen(image, self._config.sharpen_px, self._config.sharpen_step)
+        packed = cv2.cvtColor(image, cv2.COLOR_BGR2BGR565).view(np.uint16)[..., 0]
+        return np.take(self._table, packed)
+
+    def _gain(self, image: Image) -> float:
+        """Factor that brings the frame's percentile of brightness (largest channel) to `gain_level`."""
+        if self._config.gain_percentile == 0:
+            return 1.0
+        step = max(1, min(image.shape[:2]) // 120)  # some 120 rows tell the percentile well enough
+        sample = np.ascontiguousarray(image[::step, ::step])
+        keep = np.full(sample.shape[:2], 255, np.uint8)
+        for rectangle in _rectangles(self._config.blank, step):
+            keep[rectangle] = 0
+        brightness = cv2.max(cv2.max(sample[..., 0], sample[..., 1]), sample[..., 2])
+        share = np.cumsum(cv2.calcHist([brightness], [0], keep, [256], [0, 256]))
+        level = int(np.searchsorted(share, self._config.gain_percentile / 100 * share[-1]))
+        limit = self._config.gain_limit
+        return float(np.clip(255 * self._config.gain_level / max(level, 1), 1 / limit, limit))
+
+
+def unblur(image: Image, radius_px: int, amount: float) -> Image:
+    """Adds the image's difference from its surroundings: a ribbon too narrow to reach its colour comes nearer to it.
+
+    :param image: (H, W, 3) uint8.
+    :param radius_px: half the standard deviation of the Gaussian that tells the surroundings.
+    :param amount: share of the difference that is added; more brings out more noise.
+    """
+    if amount == 0:
+        return image
+    size = 8 * radius_px + 1  # to two standard deviations: the rest costs more than it tells
+    surroundings = cv2.GaussianBlur(image, (size, size), 2.0 * radius_px)
+    return np.asarray(cv2.addWeighted(image, 1 + amount, surroundings, -amount, 0), np.uint8)
+
+
+def sharpen(image: Image, radius_px: int, step: float) -> Image:
+    """Each channel of a pixel on a step moved to the nearer of the step's two ends.
+
+    Lenses, demosaicing and JPEG blend a marker's colour with its neighbour's, and a blend can be a third class'
+    colour (blue on white: sky blue). Between two colours all channels change sides at the same place, half way,
+    so the outline stays.
+
+    :param image: (H, W, 3) uint8.
+    :param radius_px: the ends are the least and the greatest value in a square of 2 radius + 1 pixels.
+    :param step: least difference of the ends, 0..1; smaller ones are texture and noise and are left alone.
+    """
+    square = np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8)
+    flat = np.ascontiguousarray(image).reshape(len(image), -1)  # channels side by side: one mask serves all
+    high = cv2.dilate(image, square).reshape(flat.shape)
+    low = cv2.erode(image, square).reshape(flat.shape)
+    below, above = cv2.subtract(high, flat), cv2.subtract(flat, low)
+    is_step = cv2.compare(cv2.subtract(high, low), round(255 * step), cv2.CMP_GT)
+    nearer = cv2.copyTo(high, cv2.compare(below, above, cv2.CMP_LT), low)
+    return np.asarray(cv2.copyTo(nearer, is_step, flat.copy()), np.uint8).reshape(image.shape)
+
+
+def _rectangles(blank: tuple[int, ...], step: int = 1) -> list[tuple[slice, slice]]:
+    """Rows and columns of the rectangles x,y,width,height,... in an image of which every `step`-th pixel was kept."""
+    rectangles = []
+    for x, y, width, height in np.reshape(blank, (-1, 4)).astype(int).tolist():
+        left, top, right, bottom = (-(-edge // step) for edge in (x, y, x + width, y + height))  # rounded up
+        rectangles.append((slice(top, bottom), slice(left, right)))
+    return rectangles
+
+
+def _require_colour(image: NDArray, kind: str) -> None:
+    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+        raise ImageError(
+            f"image.kind '{kind}' needs a colour image (bgr8, rgb8, bgra8, rgba8), got {_kind(image)}; "
+            "set image.kind to labels for images of class numbers"
+        )
+
+
+def _kind(image: NDArray) -> str:
+    channels = 1 if image.ndim == 2 else image.shape[-1]
+    return f"{channels} channel{'s' if channels != 1 else ''} of {image.dtype}"

@@ -1,0 +1,1 @@
+"""Offline: constraints, classes, colours and poses learned from examples (paper, step 7)."""

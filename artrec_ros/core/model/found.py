@@ -1,0 +1,131 @@
+"""What is found, as users get it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.transforms import Array, Pose
+
+
+@dataclass(frozen=True)
+class Instance:
+    """A marker found in the image: paper, step 5.
+
+    :param x, y: centroid of the marker's outline, pixels.
+    :param theta: direction of its axis (tail to head), radians from +x towards +y.
+    :param scale: pixels per metre.
+    :param score: 0..1, share of evidence that agrees.
+    :param contour: (n, 2) the marker's outline in the image, pixels, for drawing.
+    """
+
+    component: str
+    marker: str
+    score: float
+    x: float
+    y: float
+    theta: float
+    scale: float
+    contour: Array = field(default_factory=lambda: np.zeros((0, 2)), repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class ImagePose:
+    """Where an object's required component lies in the image; units as in `Instance`."""
+
+    x: float
+    y: float
+    theta: float
+    scale: float
+
+
+@dataclass(frozen=True)
+class ClassFit:
+    """The class of configurations that an object shows.
+
+    :param name: None: it lies outside every class, or could be of more than one.
+    :param confidence: 0..1, of the class, or that there is none.
+    :param runner_up: the class that fits next best, with its confidence; None: there is one class only.
+    :param reason: why it is of no class: which dimension of the best fitting one fails, by how much.
+    """
+
+    name: str | None
+    confidence: float
+    runner_up: str | None = None
+    runner_up_confidence: float = 0.0
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Detection:
+    """One recognised object. `pose` is the object's frame in the camera's optical frame, None without calibration.
+
+    :param joints: component name -> joint angle in radians (metres for prismatic joints).
+    :param margin: how much lighter the best choice of objects without this one is, as a share of what this one explains
+        (1: nothing else explains it, 0: another choice is as good); None where that is not known.
+    :param class_fit: None where the object has no classes of configurations.
+    :param pose_covariance: (6, 6) of (x, y, z, rotation about x, y, z fixed axes), m^2 and rad^2; None without pose.
+    """
+
+    object: str
+    id: int
+    score: float
+    image: ImagePose
+    components: tuple[Instance, ...]
+    pose: Pose | None = None
+    joints: dict[str, float] = field(default_factory=dict)
+    pose_covariance: Array | None = field(default=None, repr=False, compare=False)
+    class_fit: ClassFit | None = None
+    margin: float | None = None
+
+
+@dataclass(frozen=True)
+class ConstraintFailure:
+    """The dimension in which a learned constraint fails most.
+
+    :param first, second: COMPONENT/MARKER. :param dimension: as in constraint files; its name ends in its unit.
+    :param low, high: what is allowed; outside: how far beyond it the value lies, its noise allowed for.
+    """
+
+    first: str
+    second: str
+    dimension: str
+    value: float
+    low: float
+    high: float
+    outside: float
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """A candidate that became no object, or no part of one, and why.
+
+    :param failed: the constraint that fails by the least, where one does.
+    """
+
+    object: str
+    reason: str
+    score: float = 0.0
+    x: float = 0.0
+    y: float = 0.0
+    failed: ConstraintFailure | None = None
+
+
+@dataclass(frozen=True)
+class FrameResult:
+    """All that was recognised in one image.
+
+    :param rejected: worked out when it is first looked at.
+    :param complete: False where the time budget ended the search early.
+    :param timing_ms: milliseconds per stage: segmentation, blobs, alignment, grouping, pose, total.
+    """
+
+    size: tuple[int, int]
+    detections: tuple[Detection, ...] = ()
+    rejected: Sequence[Rejection] = ()
+    timing_ms: dict[str, float] = field(default_factory=dict)
+    complete: bool = True
+    labels: NDArray[np.uint8] | None = field(default=None, repr=False, compare=False)

@@ -1,0 +1,116 @@
+"""Forward kinematics of articulated objects, batched over hypotheses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..geometry.transforms import Array
+from .chain_kernels import Chain, forward
+from .objects import Component, ObjectModel
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Component frames of H hypotheses in the camera's optical frame, and where their joints are.
+
+    :param R, t: (H, C, 3, 3), (H, C, 3): X_camera = R X_component + t.
+    :param axis, origin: (H, J, 3) joint axes and origins in the camera's frame.
+    """
+
+    R: Array
+    t: Array
+    axis: Array
+    origin: Array
+
+
+class Kinematics:
+    """A model's joints as arrays. The joint vector's order is `ObjectModel.joint_components`."""
+
+    def __init__(self, model: ObjectModel) -> None:
+        self.model = model
+        self._grids: dict[float, Array] = {}
+        index = {c.name: i for i, c in enumerate(model.components)}
+        self.parent = [-1 if c.joint is None else index[c.joint.parent] for c in model.components]
+        joints = [c.name for c in model.joint_components]
+        self.joint_of = [joints.index(c.name) if c.name in joints else -1 for c in model.components]
+        self.lower = np.array([c.joint.lower for c in model.joint_components if c.joint], float)
+        self.upper = np.array([c.joint.upper for c in model.joint_components if c.joint], float)
+        self.revolute = np.array([c.joint.kind == "revolute" for c in model.joint_components if c.joint], bool)
+
+        # what a joint's step is measured in: a radian, or the size of what slides
+        self.unit = np.array(
+            [1.0 if c.joint.kind == "revolute" else _size(c) for c in model.joint_components if c.joint]
+        )
+
+    def bound(self, q: Array) -> Array:
+        """Joints (..., J) within their limits; one that turns without limit goes round."""
+        turned = self.lower + (q - self.lower) % (2 * np.pi)
+        return np.where(self.endless, turned, np.clip(q, self.lower, self.upper))
+
+    def grid(self, j: int, step: float) -> Array:
+        """Values of joint `j` from limit to limit, at most `step` units apart."""
+        n = max(3, int(np.ceil((self.upper[j] - self.lower[j]) / (step * self.unit[j]))) + 1)
+        return np.linspace(self.lower[j], self.upper[j], n)
+
+    def grids(self, step: float) -> Array:
+        """(J, n) such values of all joints; NaN fills up the rows of those with fewer."""
+        if step not in self._grids:
+            rows = [self.grid(j, step) for j in range(self.n_joints)]
+            grids = np.full((len(rows), max(map(len, rows), default=0)), np.nan)
+            for row, values in zip(grids, rows, strict=True):
+                row[: len(values)] = values
+            self._grids[step] = grids
+        return self._grids[step]
+
+    @cached_property
+    def endless(self) -> np.ndarray:
+        """(J,) bool: joints that turn without limit."""
+        return np.asarray(self.revolute & (self.upper - self.lower >= 2 * np.pi - 1e-6))
+
+    @property
+    def n_joints(self) -> int:
+        return len(self.lower)
+
+    @cached_property
+    def moves(self) -> np.ndarray:
+        """(C, J) bool: does joint j move component c."""
+        out = np.zeros((len(self.parent), self.n_joints), bool)
+        for c, (parent, j) in enumerate(zip(self.parent, self.joint_of, strict=True)):
+            if parent >= 0:
+                out[c] = out[parent]
+            if j >= 0:
+                out[c, j] = True
+        return out
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The same for compiled code."""
+        joints = [c.joint for c in self.model.components]
+        none = (np.eye(3), np.zeros(3), np.zeros(3), False)
+        rows = [
+            none if j is None else (j.T_parent_joint.rotation, j.T_parent_joint.position, j.axis, j.kind == "revolute")
+            for j in joints
+        ]
+        R, t, axis, revolute = (np.array(values) for values in zip(*rows, strict=True))
+        return Chain(np.array(self.parent), np.array(self.joint_of), R, t, axis, revolute)
+
+    def forward(self, R: Array, t: Array, q: Array) -> Frames:
+        """Component frames for object poses R (H, 3, 3), t (H, 3) in the camera and joints q (H, J)."""
+        n_h, n_c = len(R), len(self.parent)
+        out = Frames(
+            np.empty((n_h, n_c, 3, 3)),
+            np.empty((n_h, n_c, 3)),
+            np.empty((n_h, self.n_joints, 3)),
+            np.empty((n_h, self.n_joints, 3)),
+        )
+        # copies: each kind of array, as a broadcast or a constant one, would be compiled for anew
+        forward(self.chain, R.copy(), t.copy(), q.copy(), out.R, out.t, out.axis, out.origin)
+        return out
+
+
+def _size(component: Component) -> float:
+    """Metres across the largest of a component's markers."""
+    return max(float(np.linalg.norm(np.ptp(m.outline, axis=0))) for m in component.markers)

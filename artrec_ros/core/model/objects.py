@@ -1,0 +1,193 @@
+"""What an articulated object is: markers, components, joints, bodies. All of it is data.
+
+Marker frame: x to the right, y up as a camera that faces the marker sees it, z out of the marker
+towards that camera; metres. Component frame: the object's frame, or, where a joint carries the
+component, the joint's frame turned by the joint angle (URDF's link frame).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..base.config import GREATEST_LABEL
+from ..base.errors import ConfigError
+from ..geometry.transforms import Array, Pose, readonly
+from .names import check_name
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A rigid flat marker. Its name, as those of components and objects, is one that `names.check_name` passes.
+
+    :param outline: (n, 2) polygon in metres, marker frame (x right, y up), not closed, any sense.
+    :param tail, head: (2,) ends of the marker's axis in the marker frame.
+    :param disc_radius: radius in metres where the marker is a disc (its outline is then a regular polygon).
+    :param T_component_marker: the marker's place on its component, where known.
+    """
+
+    name: str
+    outline: Array
+    tail: Array
+    head: Array
+    disc_radius: float | None = None
+    T_component_marker: Pose | None = None
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "marker")
+        for name in ("outline", "tail", "head"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+        if self.outline.ndim != 2 or self.outline.shape[1] != 2 or len(self.outline) < 3:
+            raise ConfigError(f"marker '{self.name}': the outline needs three points (x, y) or more")
+        if abs(self._signed_area) < 1e-12:
+            raise ConfigError(f"marker '{self.name}': the outline encloses no area")
+        if np.linalg.norm(self.head - self.tail) < 1e-9:
+            raise ConfigError(f"marker '{self.name}': the axis' tail and head are the same point")
+
+    @cached_property
+    def _signed_area(self) -> float:
+        x, y = self.outline.T
+        return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
+
+    @cached_property
+    def area(self) -> float:
+        """Square metres."""
+        return abs(self._signed_area)
+
+    @cached_property
+    def perimeter(self) -> float:
+        """Metres."""
+        return float(np.linalg.norm(np.roll(self.outline, -1, axis=0) - self.outline, axis=1).sum())
+
+    @cached_property
+    def centroid(self) -> Array:
+        """(2,) centroid of the outline's area, marker frame."""
+        x, y = self.outline.T
+        cross = x * np.roll(y, -1) - np.roll(x, -1) * y
+        sums = [np.sum((v + np.roll(v, -1)) * cross) for v in (x, y)]
+        return readonly(np.array(sums) / (6 * self._signed_area))
+
+    @cached_property
+    def centre(self) -> Array:
+        """(3,) the centroid in the component's frame; for a marker whose place there is known."""
+        assert self.T_component_marker is not None
+        return readonly(self.T_component_marker.apply(np.append(self.centroid, 0.0)[None])[0])
+
+    @cached_property
+    def image_outline(self) -> Array:
+        """(n, 2) outline about the centroid with y DOWN, so that T(outline) is a plain similarity."""
+        return readonly((self.outline - self.centroid) * (1, -1))
+
+    @cached_property
+    def axis_angle(self) -> float:
+        """Direction of the axis tail -> head in `image_outline` coordinates, radians."""
+        d = (self.head - self.tail) * (1, -1)
+        return float(np.arctan2(d[1], d[0]))
+
+
+@dataclass(frozen=True)
+class Box:
+    """A body's box in its component's frame: centre pose and full size, metres."""
+
+    T_component_box: Pose
+    size: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "size", readonly(self.size))
+
+
+@dataclass(frozen=True)
+class Joint:
+    """What carries a component: URDF's joint. Revolute about `axis` (unit, joint frame), limits in radians.
+
+    :param kind: 'revolute', 'prismatic' (limits in metres) or 'fixed'. :param name: '': that of its component.
+    """
+
+    parent: str
+    T_parent_joint: Pose
+    axis: Array
+    lower: float
+    upper: float
+    kind: str = "revolute"
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axis", readonly(self.axis))
+
+
+@dataclass(frozen=True)
+class Component:
+    """A rigid part of an object.
+
+    :param markers: the markers that can show it; each may be seen alone.
+    :param label: class label of its markers; None: the object's own.
+    :param bodies: boxes that hide what is behind them, coloured `body_label` (None: colour unknown).
+    """
+
+    name: str
+    markers: tuple[Marker, ...]
+    required: bool = False
+    label: int | None = None
+    joint: Joint | None = None
+    bodies: tuple[Box, ...] = ()
+    body_label: int | None = None
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "component")
+        for label in (self.label, self.body_label):
+            if label is not None and not 1 <= label <= GREATEST_LABEL:
+                raise ConfigError(f"component '{self.name}': the label {label} is not within 1 .. {GREATEST_LABEL}")
+
+    def marker(self, name: str) -> Marker:
+        return next(m for m in self.markers if m.name == name)
+
+
+@dataclass(frozen=True)
+class ObjectModel:
+    """An articulated object. Components are ordered parents first where joints are declared."""
+
+    name: str
+    components: tuple[Component, ...]
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "object")
+        names = [c.name for c in self.components]
+        if len(set(names)) != len(names):
+            raise ConfigError(f"object '{self.name}': two components have the same name")
+        if sum(c.required for c in self.components) != 1:
+            raise ConfigError(f"object '{self.name}': exactly one component must be required (the group grows from it)")
+        seen: set[str] = set()
+        for c in self.components:
+            if c.joint is not None and c.joint.parent not in seen:
+                raise ConfigError(
+                    f"object '{self.name}': component '{c.name}' hangs on '{c.joint.parent}', which is no "
+                    "component listed before it"
+                )
+            seen.add(c.name)
+        for name in (n for n in self.joint_names if self.joint_names.count(n) > 1):
+            raise ConfigError(f"object '{self.name}': two joints have the same name '{name}'")
+
+    @property
+    def required(self) -> Component:
+        """The component from which groups grow (the paper's torso)."""
+        return next(c for c in self.components if c.required)
+
+    def component(self, name: str) -> Component:
+        return next(c for c in self.components if c.name == name)
+
+    @cached_property
+    def joint_components(self) -> tuple[Component, ...]:
+        """Components that a moving joint carries, in order: the joint vector's order."""
+        return tuple(c for c in self.components if c.joint is not None and c.joint.kind != "fixed")
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """What these joints are called in results and messages: by their own names, else by their components'."""
+        return tuple((c.joint and c.joint.name) or c.name for c in self.joint_components)
+
+    @cached_property
+    def is_spatial(self) -> bool:
+        """Whether every marker has a place in space and every component a fixed or jointed frame."""
+        return all(m.T_component_marker is not None for c in self.components for m in c.markers)

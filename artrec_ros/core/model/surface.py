@@ -1,0 +1,142 @@
+"""What a camera sees of a spatial object: sample points of its markers and body faces.
+
+Each patch (a marker or one face of a box) carries points in its component's frame, an outward
+normal, its area, and a role that says which labels support it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.transforms import Array
+from .objects import Component, Marker, ObjectModel
+
+INSIDE_POINTS = 36  # per marker: about the pixels of the smallest useful one
+CONTOUR_POINTS = 32  # per marker
+FACE_POINTS = 20  # per box face
+COVER_DEPTH_M = 0.02  # a marker this close in front of a face hides it
+
+
+@dataclass(frozen=True)
+class Patch:
+    """One flat piece of surface.
+
+    :param component: index into the model's components.
+    :param marker: the marker shown, None for a box face.
+    :param label: class label expected on it, 0 where unknown.
+    :param inside: (n, 3) points on it, component frame; each stands for area / n.
+    :param drawn: (3 + k, 3) a marker's centroid, its axis' tail and head, and its outline's corners.
+    :param contour, contour_along: (m, 3) points of a marker's outline and its unit directions there, counter-clockwise
+        as seen from the front.
+    :param normal: (3,) outward.
+    :param area: square metres.
+    """
+
+    component: int
+    marker: Marker | None
+    label: int
+    inside: Array
+    drawn: Array
+    contour: Array
+    contour_along: Array
+    normal: Array
+    area: float
+
+
+def patches_of(model: ObjectModel, label: int) -> list[Patch]:
+    """Every marker and every box face of a spatial model; `label` is the object's class."""
+    out: list[Patch] = []
+    for c, component in enumerate(model.components):
+        marker_label = label if component.label is None else component.label
+        out += [_marker_patch(c, m, marker_label) for m in component.markers]
+        out += _face_patches(c, component)
+    return out
+
+
+def sample_polygon(outline: Array, n: int) -> Array:
+    """(n, 2) evenly spread points inside a polygon (m, 2).
+
+    A low-discrepancy sequence, not a lattice: a lattice keeps off the border by half its step, and so would not
+    notice that a model outgrows its blob.
+    """
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    found = np.zeros((0, 2))
+    draw = 4 * n
+    while len(found) < n:
+        # Roberts' R2 sequence: steps of the plastic number's inverse powers
+        unit = (0.5 + np.arange(1, draw + 1)[:, None] * (0.7548776662466927, 0.5698402909980532)) % 1
+        points = low + unit * (high - low)
+        found = points[contains(outline, points)]
+        draw *= 2
+    return found[:n]
+
+
+def contains(outline: Array, points: Array) -> np.ndarray:
+    """(k,) bool: which points (k, 2) lie inside the polygon (n, 2); even-odd rule."""
+    a, b = outline, np.roll(outline, -1, axis=0)
+    x, y = points[:, None, 0], points[:, None, 1]
+    crosses = (a[:, 1] > y) != (b[:, 1] > y)  # (k, n)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = a[:, 0] + (y - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
+    return (np.sum(crosses & (x < at), axis=1) % 2).astype(bool)
+
+
+def sample_contour(outline: Array, n: int) -> tuple[Array, Array]:
+    """`n` points at equal arc length along a polygon, and their outward unit normals, both (n, 2)."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    lengths = np.linalg.norm(edges, axis=1)
+    ends = np.cumsum(lengths)
+    s = (np.arange(n) + 0.5) * ends[-1] / n
+    i = np.searchsorted(ends, s)
+    along = (s - (ends[i] - lengths[i])) / lengths[i]
+    points = outline[i] + along[:, None] * edges[i]
+    x, y = outline.T
+    sense = np.sign(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    normals = sense * np.stack([edges[i, 1], -edges[i, 0]], axis=-1) / lengths[i, None]
+    return points, normals
+
+
+def _marker_patch(c: int, marker: Marker, label: int) -> Patch:
+    T = marker.T_component_marker
+    assert T is not None  # ObjectModel.is_spatial is the caller's condition
+    lift = lambda p: T.apply(np.pad(p, ((0, 0), (0, 1))))  # noqa: E731
+    contour, normals = sample_contour(marker.outline, CONTOUR_POINTS)
+    inside = sample_polygon(marker.outline, INSIDE_POINTS)
+    along = np.cross(T.rotation[:, 2], np.pad(normals, ((0, 0), (0, 1))) @ T.rotation.T)
+    drawn = np.vstack([marker.centroid, marker.tail, marker.head, marker.outline])
+    return Patch(c, marker, label, lift(inside), lift(drawn), lift(contour), along, T.rotation[:, 2], marker.area)
+
+
+def _face_patches(c: int, component: Component) -> list[Patch]:
+    out = []
+    for box in component.bodies:
+        for axis in range(3):
+            u, v = (axis + 1) % 3, (axis + 2) % 3
+            rectangle = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * box.size[[u, v]] / 2
+            grid = sample_polygon(rectangle, FACE_POINTS)
+            for sign in (-1.0, 1.0):
+                local = np.zeros((len(grid), 3))
+                local[:, u], local[:, v], local[:, axis] = grid[:, 0], grid[:, 1], sign * box.size[axis] / 2
+                points = box.T_component_box.apply(local)
+                normal = sign * box.T_component_box.rotation[:, axis]
+                free = ~_covered(component, points, normal)
+                if free.any():
+                    area = float(box.size[u] * box.size[v] * free.mean())
+                    none = np.zeros((0, 3))
+                    out.append(Patch(c, None, component.body_label or 0, points[free], none, none, none, normal, area))
+    return out
+
+
+def _covered(component: Component, points: Array, normal: Array) -> np.ndarray:
+    """(n,) bool: which points of a face lie under a marker of the same component."""
+    hidden = np.zeros(len(points), bool)
+    for marker in component.markers:
+        T = marker.T_component_marker
+        if T is None or T.rotation[:, 2] @ normal < 0.9:
+            continue
+        local = T.inverse().apply(points)
+        close = (local[:, 2] <= 1e-6) & (local[:, 2] > -COVER_DEPTH_M)
+        hidden |= close & contains(marker.outline, local[:, :2])
+    return hidden

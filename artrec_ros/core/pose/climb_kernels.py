@@ -1,0 +1,191 @@
+"""Local search of a pose and joints on the votes themselves, which see bodies and what hides what."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.jit import jit, lean
+from ..geometry.pixel_kernels import LabelView
+from ..model.chain_kernels import Chain, copy_frame, copy_rotation, place_all, turn_by
+from .surface_kernels import Room, Surface, SurfaceLimits, room_of
+from .vote_kernels import score_hypothesis
+
+STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT = 1.5, 0.03, 0.12, 0.15  # what a parameter's steps are measured in
+LENGTHEN, TURN = 1.6, -0.7  # of a parameter's step after it helped, and after it did not
+LEAST_STEP = 0.01  # a shorter one is not taken: a fit to the contours goes there in one step
+
+
+class Value(NamedTuple):
+    """How patches' votes add up to a whole object's."""
+
+    n_components: int
+    root: int
+    hidden_cost: float
+    occlusion: bool  # whether bodies hide what is behind them
+
+
+class Moves(NamedTuple):
+    """What a step needs to know of the camera and of the joints."""
+
+    focal: float
+    lower: Any  # (J,)
+    upper: Any
+    unit: Any
+    endless: Any  # (J,) bool
+
+
+class Body(NamedTuple):
+    """One hypothesis placed: frames of its components, and what its patches are worth."""
+
+    R: Any  # (C, 3, 3)
+    t: Any  # (C, 3)
+    joints: Any  # (2, J, 3) axes and origins
+    votes: Any  # (P,)
+    area_px: Any
+    agree: Any
+    sums: Any  # (2, C)
+    scratch: Any  # (3, 3, 3)
+
+
+class Tried(NamedTuple):
+    """A hypothesis a step away from another."""
+
+    R: Any  # (3, 3)
+    t: Any  # (3,)
+    q: Any  # (J,)
+    scratch: Any  # (3, 3, 3)
+
+
+@lean
+def total(s: Surface, value: Value, votes: Any, area_px: Any, sums: Any) -> float:
+    """Votes of a whole object from those of its patches (P,); a component that speaks against itself counts as hidden,
+    at a price.
+
+    :param sums: (2, C) scratch.
+    """
+    sums[:] = 0.0
+    for p in range(len(votes)):
+        c = s.component[p]
+        sums[0, c] += votes[p]
+        if s.marker_of[p] >= 0:
+            sums[1, c] += area_px[p]
+    whole = 0.0
+    for c in range(value.n_components):
+        whole += sums[0, c] if c == value.root else max(sums[0, c], -value.hidden_cost * sums[1, c])
+    return whole
+
+
+@jit
+def totals(s: Surface, value: Value, votes: Any, area_px: Any, out: Any) -> None:
+    """Fill out (H,) with the votes of whole objects from those of their patches (H, P)."""
+    sums = np.empty((2, value.n_components))
+    for h in range(len(out)):
+        out[h] = total(s, value, votes[h], area_px[h], sums)
+
+
+@lean
+def whole_votes(
+    s: Surface, patches: Any, chain: Chain, R: Any, t: Any, q: Any, view: LabelView, limits: SurfaceLimits,
+    value: Value, body: Body, room: Room,
+) -> float:  # fmt: skip
+    """Votes of a whole object under one hypothesis (3, 3), (3,), (J,)."""
+    place_all(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
+    score_hypothesis(
+        s, body.R, body.t, patches, view, limits, value.occlusion, room, body.votes, body.area_px, body.agree
+    )
+    return total(s, value, body.votes, body.area_px, body.sums)
+
+
+@lean
+def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
+    """Step by z (6 + J,), in units of STEP_PX and the like: across the ray and along it, turned, bent."""
+    t_new, q_new = tried.t, tried.q
+    near = 1 + STEP_DEPTH * z[2]
+    across = STEP_PX / m.focal * t[2]
+    t_new[0], t_new[1], t_new[2] = t[0] * near + across * z[0], t[1] * near + across * z[1], t[2] * near
+    copy_rotation(R, tried.R)
+    turn_by(STEP_RAD * z[3], STEP_RAD * z[4], STEP_RAD * z[5], tried.R, tried.scratch)
+    for j in range(len(q)):
+        value = q[j] + STEP_JOINT * m.unit[j] * z[6 + j]
+        if m.endless[j]:
+            value = m.lower[j] + (value - m.lower[j]) % (2 * math.pi)
+        else:
+            value = min(max(value, m.lower[j]), m.upper[j])
+        q_new[j] = value
+
+
+@jit
+def body_of(s: Surface, value: Value, n_joints: int) -> Body:
+    """Room for one hypothesis of a surface."""
+    n_c, n_p = value.n_components, len(s.area)
+    return Body(
+        np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, n_joints, 3)),
+        np.empty(n_p), np.empty(n_p), np.empty(n_p), np.empty((2, n_c)), np.empty((3, 3, 3)),
+    )  # fmt: skip
+
+
+@jit
+def votes_of(
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, R: Any, t: Any, q: Any, out: Any
+) -> None:
+    """Fill out (H,) with the votes of hypotheses R (H, 3, 3), t (H, 3), q (H, J)."""
+    patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
+    for h in range(len(R)):
+        out[h] = whole_votes(s, patches, chain, R[h], t[h], q[h], view, limits, value, body, room)
+
+
+@jit
+def sweep(
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, j: int, grid: Any, R: Any, t: Any,
+    q: Any, votes: Any,
+) -> None:  # fmt: skip
+    """Move joint `j` of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,) to the best of the values in
+    `grid`, where one is better; NaN ends them."""
+    patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
+    for h in range(len(R)):
+        best = q[h, j]
+        for at in grid:
+            if math.isnan(at):
+                break
+            q[h, j] = at
+            found = whole_votes(s, patches, chain, R[h], t[h], q[h], view, limits, value, body, room)
+            if found > votes[h]:
+                votes[h], best = found, at
+        q[h, j] = best
+
+
+@jit
+def climb(
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, m: Moves, steps: Any, R: Any,
+    t: Any, q: Any, votes: Any,
+) -> bool:  # fmt: skip
+    """One round of steps of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one parameter after the
+    other; whether any step was long enough to be taken.
+
+    A step that helps is kept, and the parameter's next one is longer; one that does not is turned round and shortened
+    (Rosenbrock 1960, along the parameters' own axes throughout).
+
+    :param steps: (H, 6 + J) the next one of each parameter, in units of STEP_PX and the like.
+    """
+    patches, room, body, n_joints = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1]), q.shape[1]
+    tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(n_joints), np.empty((3, 3, 3)))
+    step, any_taken = np.zeros(6 + n_joints), False
+    for h in range(len(R)):
+        for k in range(6 + n_joints):
+            if abs(steps[h, k]) < LEAST_STEP:
+                continue
+            any_taken = True
+            step[k] = steps[h, k]
+            move(m, step, R[h], t[h], q[h], tried)
+            step[k] = 0.0
+            found = whole_votes(s, patches, chain, tried.R, tried.t, tried.q, view, limits, value, body, room)
+            steps[h, k] *= LENGTHEN if found > votes[h] else TURN
+            if found > votes[h]:
+                votes[h] = found
+                copy_frame(tried.R, tried.t, R[h], t[h])
+                for j in range(n_joints):
+                    q[h, j] = tried.q[j]
+    return any_taken

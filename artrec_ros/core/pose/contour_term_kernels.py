@@ -1,0 +1,126 @@
+"""The term of a fit that pulls markers' contours to the edges of their classes.
+
+A contour point's residual is its distance along its normal to the edge of its class there (point to line); a point with
+no edge in reach, hidden or merged, has no say.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.jit import inlined, jit, lean
+from ..geometry.pixel_kernels import LabelView, outline_pixels
+from .edge_kernels import EdgeRoom, EdgeTerms, edge_room, find_edges
+from .placed_kernels import Equations, Placed, moving
+from .surface_kernels import Surface, aspect
+
+
+class ContourTerm(NamedTuple):
+    """Markers of a surface in one view."""
+
+    surface: Surface
+    markers: Any  # (M,) their patches
+    use: Any  # (H, M) bool: which markers have a say under each hypothesis
+    edges: EdgeTerms
+    seen: LabelView
+    least_cosine: float  # a marker seen flatter has no say
+
+
+@inlined
+def fill_rows(
+    s: Surface, k: int, P: Any, q: Any, placed: Placed, columns: Any, n: int, view: LabelView, outline: Any, rows: Any
+) -> None:
+    """Derivatives rows[:n] (n, m) of the residuals of marker `k`'s points by the parameters `columns[:n]`.
+
+    :param P, q: the component's frame; outline: normals in the image in its last two rows.
+    """
+    on, nus, nvs, K = s.contour[k], outline[2], outline[3], view.K
+    gxs, gys, gzs, r3, r4, r5 = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    xs, ys, zs = rows[n], rows[n + 1], rows[n + 2]
+    for i in range(len(nus)):
+        x = P[0, 0] * on[0, i] + P[0, 1] * on[1, i] + P[0, 2] * on[2, i] + q[0]
+        y = P[1, 0] * on[0, i] + P[1, 1] * on[1, i] + P[1, 2] * on[2, i] + q[1]
+        z = P[2, 0] * on[0, i] + P[2, 1] * on[1, i] + P[2, 2] * on[2, i] + q[2]
+        near = 1.0 / max(z, 1e-3)
+        gx, gy = nus[i] * K[0, 0] * near, nvs[i] * K[1, 1] * near
+        gz = -(gx * x + gy * y) * near
+        ax, ay, az = x - placed.t[0], y - placed.t[1], z - placed.t[2]
+        gxs[i], gys[i], gzs[i] = gx, gy, gz
+        r3[i], r4[i], r5[i] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
+        xs[i], ys[i], zs[i] = x, y, z
+    for c in range(6, n):
+        j, row = columns[c] - 6, rows[c]
+        dx, dy, dz = placed.axis[j, 0], placed.axis[j, 1], placed.axis[j, 2]
+        ox, oy, oz = placed.origin[j, 0], placed.origin[j, 1], placed.origin[j, 2]
+        if placed.joints.revolute[j]:
+            for i in range(len(nus)):
+                rx, ry, rz = xs[i] - ox, ys[i] - oy, zs[i] - oz
+                row[i] = gxs[i] * (dy * rz - dz * ry) + gys[i] * (dz * rx - dx * rz) + gzs[i] * (dx * ry - dy * rx)
+        else:
+            for i in range(len(nus)):
+                row[i] = gxs[i] * dx + gys[i] * dy + gzs[i] * dz
+
+
+@lean
+def add_contours(
+    term: ContourTerm, h: int, step: int, placed: Placed, to: Equations, columns: Any, room: EdgeRoom
+) -> None:
+    """Add the equations of hypothesis `h`, whose edges are looked for within the reach of step `step`.
+
+    :param columns: int64 scratch, (6 + J,).
+    """
+    s, markers, e, view = term.surface, term.markers, term.edges, term.seen
+    A, b, weighed, weight, edge = to.A, to.b, room.sums[5], room.weight, room.edge
+    for k in range(len(markers)):
+        if not term.use[h, k]:
+            continue
+        p = markers[k]
+        P, q = placed.R[s.component[p]], placed.frame_t[s.component[p]]
+        cosine, _, _, _ = aspect(s, p, P, q)
+        if not cosine > term.least_cosine:  # nor is it where the pose is no number: sums below take all points
+            continue
+        n = moving(s.component[p], placed, columns)
+        outline_pixels(P, q, s.contour[k], s.contour_along[k], view, room.outline)
+        find_edges(k, e, step, view, room)
+        fill_rows(s, k, P, q, placed, columns, n, view, room.outline, room.rows)
+        for a in range(n):
+            row, into, pull = room.rows[a], columns[a], 0.0
+            for i in range(len(weight)):
+                weighed[i] = weight[i] * row[i]
+                pull += weighed[i] * edge[i]
+            b[into] -= pull
+            for g in range(a + 1):
+                other, total = room.rows[g], 0.0
+                for i in range(len(weight)):
+                    total += weighed[i] * other[i]
+                A[into, columns[g]] += total
+
+
+@jit
+def contour_rows(
+    term: ContourTerm, h: int, placed: Placed, normal: Any, spacing_px: Any, residual: Any, weight: Any, jacobian: Any
+) -> None:
+    """Fill what the term says of hypothesis `h` point by point: the fields of `pose_fit.ContourFit`."""
+    s, n_par, m = term.surface, jacobian.shape[2], term.surface.contour.shape[2]
+    room, columns = edge_room(m, term.edges.reach[0], n_par), np.empty(n_par, np.int64)
+    outline = room.outline
+    jacobian[:] = 0.0
+    for k in range(len(term.markers)):
+        p = term.markers[k]
+        P, q = placed.R[s.component[p]], placed.frame_t[s.component[p]]
+        n = moving(s.component[p], placed, columns)
+        cosine, _, _, _ = aspect(s, p, P, q)
+        outline_pixels(P, q, s.contour[k], s.contour_along[k], term.seen, outline)
+        find_edges(k, term.edges, 0, term.seen, room)
+        fill_rows(s, k, P, q, placed, columns, n, term.seen, outline, room.rows)
+        spacing_px[k] = 0.0
+        for i in range(m):
+            spacing_px[k] += math.hypot(outline[0, i - 1] - outline[0, i], outline[1, i - 1] - outline[1, i]) / m
+            for a in range(n):
+                jacobian[k, i, columns[a]] = room.rows[a, i]
+            normal[k, i, 0], normal[k, i, 1] = outline[2, i], outline[3, i]
+            residual[k, i] = -room.edge[i]
+            weight[k, i] = room.weight[i] if term.use[h, k] and cosine > term.least_cosine else 0.0

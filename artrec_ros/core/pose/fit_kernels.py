@@ -1,0 +1,106 @@
+"""A whole fit: Gauss-Newton steps of a pose and joints on what its terms add up to, a hypothesis at a time.
+
+A term is a tuple of what it knows, and a function that adds its part of the normal equations. A further one is a file
+like joint_prior_kernels.py, a field of `Terms` and a line of `add_all`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.jit import inlined, jit, lean
+from ..model.chain_kernels import Chain, forward, turn_by
+from .contour_term_kernels import ContourTerm, add_contours
+from .damping_kernels import Damping, add_damping, shorten
+from .edge_kernels import EdgeRoom, edge_room
+from .joint_prior_kernels import JointPrior, add_joint_prior
+from .placed_kernels import Equations, Joints, Placed, no_equations
+
+
+class Terms(NamedTuple):
+    """What a fit balances."""
+
+    contours: ContourTerm
+    joints: JointPrior
+    damping: Damping
+
+
+@inlined
+def add_all(terms: Terms, h: int, step: int, placed: Placed, to: Equations, columns: Any, room: EdgeRoom) -> None:
+    """Fill the equations of hypothesis `h` in step `step`: the lower half of A, and b."""
+    to.A[:], to.b[:] = 0.0, 0.0
+    add_contours(terms.contours, h, step, placed, to, columns, room)
+    add_joint_prior(terms.joints, h, placed, to)
+    add_damping(terms.damping, placed, to)
+
+
+@lean
+def solve(A: Any, b: Any, x: Any, first: Any) -> None:
+    """x of A x = b, A symmetric and positive definite (Cholesky). A's lower half is overwritten, its diagonal by what
+    is multiplied with in place of a division.
+
+    :param first: int64 scratch (n,), each row's first column that is not zero: a joint that moves no marker in use has
+        nothing before its diagonal.
+    """
+    n = len(b)
+    for i in range(n):
+        first[i] = 0
+        while A[i, first[i]] == 0.0 and first[i] < i:
+            first[i] += 1
+        for j in range(first[i], i):
+            value = A[i, j]
+            for k in range(max(first[i], first[j]), j):
+                value -= A[i, k] * A[j, k]
+            A[i, j] = value * A[j, j]
+        value, pull = A[i, i], b[i]
+        for k in range(first[i], i):
+            value -= A[i, k] * A[i, k]
+            pull -= A[i, k] * x[k]
+        A[i, i] = 1.0 / math.sqrt(max(value, 1e-300))  # only ever divided by
+        x[i] = pull * A[i, i]
+    for i in range(n - 1, -1, -1):
+        x[i] *= A[i, i]
+        for k in range(first[i], i):
+            x[k] -= A[i, k] * x[i]
+
+
+@lean
+def move(x: Any, placed: Placed, R: Any, t: Any, q: Any, scratch: Any) -> None:
+    """Take a step x (6 + J,) of one hypothesis R (3, 3), t (3,), q (J,), in place."""
+    joints = placed.joints
+    turn_by(x[3], x[4], x[5], R, scratch)
+    for i in range(3):
+        t[i] += x[i]
+    for j in range(len(q)):
+        value = q[j] + x[6 + j]
+        if joints.endless[j]:
+            q[j] = joints.lower[j] + (value - joints.lower[j]) % (2 * math.pi)
+        else:
+            q[j] = min(max(value, joints.lower[j]), joints.upper[j])
+
+
+@jit
+def fit_each(terms: Terms, chain: Chain, joints: Joints, R: Any, t: Any, q: Any) -> None:
+    """Fit hypotheses R (H, 3, 3), t (H, 3), q (H, J) in place; one that uses no marker stays."""
+    contours, n_c, n_joints = terms.contours, len(chain.parent), q.shape[1]
+    frames_R, frames_t = np.empty((1, n_c, 3, 3)), np.empty((1, n_c, 3))
+    axis, origin = np.empty((1, n_joints, 3)), np.empty((1, n_joints, 3))
+    equations, x = no_equations(n_joints), np.empty(6 + n_joints)
+    columns, first = np.empty(6 + n_joints, np.int64), np.empty(6 + n_joints, np.int64)
+    scratch = np.empty((3, 3, 3))
+    room = edge_room(contours.surface.contour.shape[2], contours.edges.reach.max(), 6 + n_joints)
+    for h in range(len(R)):
+        if not contours.use[h].any():
+            continue
+        for step in range(len(contours.edges.reach)):
+            forward(chain, R[h : h + 1], t[h : h + 1], q[h : h + 1], frames_R, frames_t, axis, origin)
+            placed = Placed(t[h], q[h], frames_R[0], frames_t[0], axis[0], origin[0], joints)
+            add_all(terms, h, step, placed, equations, columns, room)
+            solve(equations.A, equations.b, x, first)
+            shorten(terms.damping, placed, x)
+            for i in range(len(x)):
+                x[i] = -x[i]
+            move(x, placed, R[h], t[h], q[h], scratch)

@@ -1,0 +1,116 @@
+"""Search of joints' values, one after the other, a hypothesis at a time, with what cannot win left out."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..base.jit import inlined, jit, lean
+from ..geometry.pixel_kernels import LabelView, locate
+from ..model.chain_kernels import Chain, copy_frame, place
+from .surface_kernels import Room, Surface, SurfaceLimits, aspect, points_of, room_of
+from .vote_kernels import ring_px2, ring_votes
+
+
+@inlined
+def patch_bound(
+    s: Surface, p: int, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, wanted: float, room: Room
+) -> float:
+    """Votes of a patch that nothing hides; where these stay below `wanted`, any value below it."""
+    cosine, _, _, mz = aspect(s, p, A, b)
+    if not (cosine > limits.least_cosine and mz > 0.02):
+        return 0.0
+    f2 = view.K[0, 0] * view.K[1, 1]
+    size, total, k = s.area[p] * f2 / mz**2 * cosine, 0.0, s.marker_of[p]
+    on, count = points_of(s, p), s.count[p]
+    ring = ring_px2(s, k, cosine, mz, f2, limits) if k >= 0 else 0.0
+    most = ring * (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) if k >= 0 else 0.0
+    share = size / count
+    role, best = s.table[s.role[p]], s.best[s.role[p]]
+    if size * best + most < wanted:
+        return size * best + most
+    locate(A, b, on, view, room.at[0])
+    for i in range(count):
+        total += role[view.padded[room.at[0, i]]]
+    if total * share + most < wanted or k < 0:
+        return total * share + most
+    return total * share + ring_votes(s, k, A, b, view, limits, room) * ring
+
+
+@lean
+def best_joint(
+    s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: LabelView, limits: SurfaceLimits,
+    most: Any, scratch: Any, room: Room,
+) -> float:  # fmt: skip
+    """Joint value of component `c` that the labels like best; R, t (C, ...) of one hypothesis get its frame there.
+
+    :param grid: values to try; NaN ends them.
+    :param most: (P,) upper bounds of each patch's votes, filled here.
+    :param scratch: (4, 3, 3).
+    """
+    f2 = view.K[0, 0] * view.K[1, 1]
+    best_value, best_votes = grid[0], -np.inf
+    for value in grid:
+        if math.isnan(value):
+            break
+        place(chain, c, R, t, value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+        rest = 0.0
+        for p in patches:  # what the labels could say at most
+            cosine, _, _, mz = aspect(s, p, R[c], t[c])
+            most[p], k = 0.0, s.marker_of[p]
+            if cosine > limits.least_cosine and mz > 0.02:
+                most[p] = max(s.area[p] * f2 / mz**2 * cosine * s.best[s.role[p]], 0.0)
+                if k >= 0:
+                    up = s.best[s.ring_role[k]] + s.best[s.rim_role[k]]
+                    most[p] += ring_px2(s, k, cosine, mz, f2, limits) * up
+            rest += most[p]
+        total = 0.0
+        for p in patches:
+            rest -= most[p]
+            total += patch_bound(s, p, R[c], t[c], view, limits, best_votes - total - rest, room)
+            if total + rest < best_votes:
+                break
+        else:
+            if total > best_votes:
+                best_value, best_votes = value, total
+    place(chain, c, R, t, best_value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+    return best_value
+
+
+@lean
+def search_one(
+    s: Surface, chain: Chain, order: Any, starts: Any, R_object: Any, t_object: Any, q: Any, grids: Any,
+    view: LabelView, limits: SurfaceLimits, R: Any, t: Any, most: Any, scratch: Any, room: Room,
+) -> None:  # fmt: skip
+    """Fill the joints q (J,) and the frames R (C, 3, 3), t (C, 3) of one hypothesis (3, 3), (3,).
+
+    :param order: (P,) patches by component, those of `c` from starts[c] to starts[c + 1].
+    """
+    for c in range(len(chain.parent)):
+        j = chain.joint_of[c]
+        if chain.parent[c] < 0:
+            copy_frame(R_object, t_object, R[c], t[c])
+        elif j >= 0:
+            mine = order[starts[c] : starts[c + 1]]
+            q[j] = best_joint(s, chain, c, mine, R, t, grids[j], view, limits, most, scratch, room)
+        else:
+            place(chain, c, R, t, 0.0, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+
+
+@jit
+def search_joints(
+    s: Surface, chain: Chain, R: Any, t: Any, q: Any, grids: Any, view: LabelView, limits: SurfaceLimits
+) -> None:
+    """Fill q (H, J) of hypotheses R (H, 3, 3), t (H, 3) with the values in `grids` (J, n; NaN ends a row) at which the
+    labels like each component best, parents first."""
+    n_c = len(chain.parent)
+    order = np.argsort(s.component, kind="mergesort")
+    starts = np.searchsorted(s.component[order], np.arange(n_c + 1))
+    frames_R, frames_t = np.empty((n_c, 3, 3)), np.empty((n_c, 3))
+    most, scratch, room = np.empty(len(s.area)), np.empty((4, 3, 3)), room_of(s)
+    for h in range(len(R)):
+        search_one(
+            s, chain, order, starts, R[h], t[h], q[h], grids, view, limits, frames_R, frames_t, most, scratch, room
+        )

@@ -1,0 +1,62 @@
+"""The boxes of bodies that may hide what is behind them, and an object's outline by its solids."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry.transforms import Array
+from ..model.objects import ObjectModel
+from ..model.surface import Patch
+
+BEHIND = 1 - 1e-4  # share of the way to a point beyond which a box no longer hides it
+SUNK_M = 2e-3  # a marker may be declared this much below the face that it sticks on
+_CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
+
+
+class BodyBoxes:
+    """The B boxes of all components' bodies."""
+
+    def __init__(self, model: ObjectModel) -> None:
+        boxes = [(c, box) for c, component in enumerate(model.components) for box in component.bodies]
+        self.component = np.array([c for c, _ in boxes], int)
+        self.R = np.array([b.T_component_box.rotation for _, b in boxes]).reshape(-1, 3, 3)
+        self.t = np.array([b.T_component_box.position for _, b in boxes]).reshape(-1, 3)
+        self.half = np.array([b.size / 2 for _, b in boxes]).reshape(-1, 3)
+
+    def __len__(self) -> int:
+        return len(self.half)
+
+    def behind_patches(self, patches: Sequence[Patch]) -> np.ndarray:
+        """(P, B) bool: boxes wholly behind a patch of the same component; seen from its front they cannot hide it."""
+        out = np.zeros((len(patches), len(self)), bool)
+        for b, (component, R, t, half) in enumerate(zip(self.component, self.R, self.t, self.half, strict=True)):
+            corners = (_CORNERS * half) @ R.T + t
+            for p, patch in enumerate(patches):
+                above = (corners - patch.inside[0]) @ patch.normal
+                out[p, b] = patch.component == component and above.max() < SUNK_M
+        return out
+
+
+class Hulls(NamedTuple):
+    """Solids whose hulls cover an object: solid k has corners[starts[k]:starts[k + 1]]."""
+
+    corners: Array  # (n, 3) in their components' frames
+    component: np.ndarray  # (n,)
+    starts: list[int]  # and the end of the last
+
+
+def hulls_of(model: ObjectModel) -> Hulls:
+    """All boxes and markers of a spatial model."""
+    solids = []
+    for c, component in enumerate(model.components):
+        solids += [(c, box.T_component_box.apply(_CORNERS * (np.array(box.size) / 2))) for box in component.bodies]
+        for marker in component.markers:
+            assert marker.T_component_marker is not None  # the model is spatial
+            solids.append((c, marker.T_component_marker.apply(np.pad(marker.outline, ((0, 0), (0, 1))))))
+    sizes = [len(corners) for _, corners in solids]
+    component_of = np.repeat([c for c, _ in solids], sizes)
+    return Hulls(np.concatenate([corners for _, corners in solids]), component_of, [0, *accumulate(sizes)])

@@ -1,0 +1,96 @@
+"""Least squares of a whole object's pose and joints: the contours of its markers, what is known of joints, short steps.
+
+Gauss-Newton with Levenberg damping; each term is a file of its own, fit_kernels.py puts them together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.transforms import Array
+from ..image.image_frame import ImageFrame
+from ..model.kinematics import Kinematics
+from .contour_term_kernels import ContourTerm, contour_rows
+from .damping_kernels import Damping
+from .edges import edge_terms
+from .fit_kernels import Terms, fit_each
+from .joint_prior_kernels import JointPrior
+from .placed_kernels import Joints, Placed
+from .surface_model import LEAST_COSINE, Poses, SpatialModel
+
+JOINT_SIGMA = 1.5  # a weak pull to the middle of a joint's range keeps unseen joints determined
+POINT_SIGMA_PX = 0.7  # labels place a boundary this well
+PIN = 1e9  # weight that holds a joint
+_DAMPING = Damping(POINT_SIGMA_PX, deviation=np.array([0.05, 0.15]), limit=np.array([0.15, 0.3]))
+_AT_ONCE = 64  # hypotheses between two looks at the clock
+
+
+def fit_poses(
+    model: SpatialModel,
+    frame: ImageFrame,
+    poses: Poses,
+    use: np.ndarray,
+    reach_px: tuple[int, ...],
+    free_joints: np.ndarray | None = None,
+) -> Poses:
+    """Fit poses to the labels' boundaries; a hypothesis that uses no marker stays, as do those left at the deadline.
+
+    :param use: (H, M) bool: which markers of `model.markers` to use under each hypothesis.
+    :param reach_px: how far each step looks for edges.
+    :param free_joints: (H, J) bool; None: all.
+    """
+    kin = model.kinematics
+    free = np.ones(poses.q.shape, bool) if free_joints is None else free_joints
+    R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
+    contours, prior, joints = _contour_term(model, frame, use, reach_px), _joint_prior(kin, free), _joints(kin)
+    for part in frame.deadline.parts(len(poses), _AT_ONCE):
+        terms = Terms(contours._replace(use=contours.use[part]), prior._replace(free=free[part]), _DAMPING)
+        fit_each(terms, kin.chain, joints, R[part], t[part], q[part])
+    return Poses(R, t, q)
+
+
+@dataclass(frozen=True)
+class ContourFit:
+    """The contours of M markers of one or more hypotheses against the labels' edges, m points each.
+
+    :param normal: (H, M, m, 2) outward unit normals in the image. :param spacing_px: (H, M) of neighbouring points.
+    :param residual: (H, M, m) signed distance of each point from its edge along its normal, pixels.
+    :param weight: (H, M, m), 0 where there is no edge, and the residual says nothing.
+    :param jacobian: (H, M, m, 6+J) of the residuals.
+    """
+
+    normal: Array
+    spacing_px: Array
+    residual: Array
+    weight: Array
+    jacobian: Array
+
+
+def contour_fit(model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, reach: int) -> ContourFit:
+    """How poses fit as they are; the markers that some hypothesis uses."""
+    kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
+    chain, which = kin.forward(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
+    normal, spacing_px, residual = np.empty((*size, 2)), np.empty(size[:2]), np.empty(size)
+    weight, jacobian = np.empty(size), np.empty((*size, 6 + kin.n_joints))
+    term, joints = _contour_term(model, frame, use, (reach,)), _joints(kin)
+    for h in range(len(poses)):
+        placed = Placed(poses.t[h], poses.q[h], chain.R[h], chain.t[h], chain.axis[h], chain.origin[h], joints)
+        contour_rows(term, h, placed, normal[h], spacing_px[h], residual[h], weight[h], jacobian[h])
+    kept = (values[:, which] for values in (normal, spacing_px, residual, weight, jacobian))
+    return ContourFit(*kept)
+
+
+def _contour_term(model: SpatialModel, frame: ImageFrame, use: np.ndarray, reach_px: tuple[int, ...]) -> ContourTerm:
+    edges, used = edge_terms(model, frame.field, reach_px), np.ascontiguousarray(use)
+    return ContourTerm(model.compiled, model.markers, used, edges, frame.view, LEAST_COSINE)
+
+
+def _joint_prior(kin: Kinematics, free: np.ndarray) -> JointPrior:
+    weight = (POINT_SIGMA_PX / (JOINT_SIGMA * kin.unit)) ** 2
+    return JointPrior((kin.lower + kin.upper) / 2, weight, free, PIN)
+
+
+def _joints(kin: Kinematics) -> Joints:
+    return Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves)

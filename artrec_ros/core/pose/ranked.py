@@ -1,0 +1,43 @@
+"""Hypotheses of one object with their votes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.transforms import Array
+from .distinct import best_distinct
+from .surface_model import Poses
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """H hypotheses and their votes (H,)."""
+
+    poses: Poses
+    votes: Array
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    def __getitem__(self, index: NDArray | list[int] | slice) -> Ranked:
+        return Ranked(self.poses[index], self.votes[index])
+
+    def __add__(self, other: Ranked) -> Ranked:
+        return Ranked(Poses.concatenate([self.poses, other.poses]), np.concatenate([self.votes, other.votes]))
+
+    def best(self, n: int) -> Ranked:
+        """The best `n` that differ from each other, best first."""
+        return self[best_distinct(self.poses, self.votes, n)]
+
+    def copied(self) -> Ranked:
+        """The same in arrays of its own, to be moved in place."""
+        poses = self.poses
+        return Ranked(Poses(poses.R.copy(), poses.t.copy(), poses.q.copy()), self.votes.copy())
+
+    @property
+    def arrays(self) -> tuple[Array, Array, Array, Array]:
+        """R, t, q and votes, as compiled code takes them."""
+        return self.poses.R, self.poses.t, self.poses.q, self.votes

@@ -1,0 +1,94 @@
+"""A spatial model's surface as arrays, and scratch arrays that fit it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.jit import inlined, jit
+from ..geometry.pixel_kernels import turned
+
+
+class Surface(NamedTuple):
+    """P patches and B boxes of a spatial model as arrays.
+
+    Patch p owns the points from starts[p] to starts[p + 1], of which the first count[p] count; the others fill up a
+    vector instruction.
+    """
+
+    component: Any  # (P,)
+    normal: Any  # (P, 3)
+    centre: Any  # (P, 3)
+    area: Any  # (P,)
+    radius: Any  # (P,) of a ball about the centre that holds the patch
+    label: Any  # (P,)
+    marker_of: Any  # (P,) index into the markers' contours, -1: a face
+    ignored: Any  # (P, B) bool: boxes that the patch lies on
+    starts: Any  # (P + 1,) multiples of LANES
+    count: Any  # (P,)
+    points: Any  # (3, n)
+    role: Any  # (P,)
+    contour: Any  # (M, 3, m)
+    contour_along: Any  # (M, 3, m) unit directions of the contour, counter-clockwise as seen from the front
+    perimeter: Any  # (M,)
+    ring_role: Any  # (M,)
+    rim_role: Any  # (M,)
+    table: Any  # (roles, 256) votes
+    best: Any  # (roles,) the greatest vote of each
+    box_component: Any  # (B,)
+    box_rotation: Any  # (B, 3, 3)
+    box_t: Any  # (B, 3)
+    half: Any  # (B, 3)
+    box_radius: Any  # (B,) of a ball that holds the box
+
+
+class SurfaceLimits(NamedTuple):
+    """The constants of `spatial.py`, so that they stand in one place."""
+
+    least_cosine: float
+    ring_px: float
+    ring_width_px: float
+    behind: float  # share of the way to a point beyond which nothing hides it
+    outside: int  # the label beyond the image
+
+
+@inlined
+def points_of(s: Surface, p: int) -> tuple[Any, Any, Any]:
+    """x, y and z of a patch's points, LANES or a multiple: slices of their own, over which loops become vector
+    instructions."""
+    first, last = s.starts[p], s.starts[p + 1]
+    return s.points[0, first:last], s.points[1, first:last], s.points[2, first:last]
+
+
+class Room(NamedTuple):
+    """Scratch arrays of one hypothesis."""
+
+    at: Any  # (2, n) pixels of a patch
+    outline: Any  # (4, m), see `outline_pixels`
+    hidden: Any  # (n,)
+    near: Any  # (B,)
+    box_rotation: Any  # (B, 3, 3)
+    eye: Any  # (B, 3)
+    middle: Any  # (B, 3)
+
+
+@jit
+def room_of(s: Surface) -> Room:
+    """Scratch arrays that fit a surface."""
+    n, m, most = len(s.half), s.contour.shape[2], np.diff(s.starts).max()
+    return Room(
+        np.empty((2, max(m, most)), np.int32), np.empty((4, m)), np.empty(most, np.bool_), np.empty(n, np.int64),
+        np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
+    )  # fmt: skip
+
+
+@inlined
+def aspect(s: Surface, p: int, A: Any, b: Any) -> tuple[float, float, float, float]:
+    """Cosine of the viewing angle of a patch, and its centre in the camera."""
+    nx, ny, nz = turned(A, s.normal[p])
+    mx, my, mz = turned(A, s.centre[p])
+    mx, my, mz = mx + b[0], my + b[1], mz + b[2]
+    cosine = -(nx * mx + ny * my + nz * mz) / max(math.sqrt(mx * mx + my * my + mz * mz), 1e-9)
+    return cosine, mx, my, mz

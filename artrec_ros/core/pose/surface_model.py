@@ -1,0 +1,183 @@
+"""A spatial object's hypotheses, batched: where its surface lands in the image and what the labels say of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.jit import LANES
+from ..geometry.transforms import Array
+from ..image.image_frame import ImageFrame
+from ..image.label_field import OUTSIDE
+from ..model.chain_kernels import place_points
+from ..model.kinematics import Frames, Kinematics
+from ..model.objects import ObjectModel
+from ..model.surface import Patch, patches_of
+from .hiding_kernels import shown_points
+from .joint_kernels import search_joints
+from .occlusion import BEHIND, BodyBoxes, hulls_of
+from .surface_kernels import Surface, SurfaceLimits
+from .vote_kernels import score_patches
+from .votes import VoteRoles
+
+RING_PX = 1.25  # outside and inside of the seam that a segmenter leaves between two colours
+RING_WIDTH_PX = 1.5  # what a ring point stands for across the contour
+LEAST_COSINE = 0.12  # a patch seen flatter than this shows nothing
+_AT_ONCE = 32  # hypotheses whose joints are searched between two looks at the clock
+LIMITS = SurfaceLimits(LEAST_COSINE, RING_PX, RING_WIDTH_PX, BEHIND, OUTSIDE)
+
+
+@dataclass(frozen=True)
+class Poses:
+    """H hypotheses: the object's pose in the camera R (H, 3, 3), t (H, 3), and its joints q (H, J)."""
+
+    R: Array
+    t: Array
+    q: Array
+
+    def __len__(self) -> int:
+        return len(self.R)
+
+    def __getitem__(self, index: NDArray | list[int] | slice) -> Poses:
+        return Poses(self.R[index], self.t[index], self.q[index])
+
+    @classmethod
+    def concatenate(cls, parts: list[Poses]) -> Poses:
+        return cls(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("R", "t", "q")))
+
+
+@dataclass(frozen=True)
+class PatchScores:
+    """Per hypothesis and patch (H, P): summed votes, pixels seen, and the share of them with the patch's label."""
+
+    votes: Array
+    area_px: Array
+    agree: Array
+
+    @property
+    def arrays(self) -> tuple[Array, Array, Array]:
+        return self.votes, self.area_px, self.agree
+
+    def __getitem__(self, index: NDArray | list[int] | slice) -> PatchScores:
+        return PatchScores(self.votes[index], self.area_px[index], self.agree[index])
+
+
+class SpatialModel:
+    """One target's surface as arrays."""
+
+    def __init__(self, model: ObjectModel, label: int) -> None:
+        self.model = model
+        self.kinematics = Kinematics(model)
+        self.patches: list[Patch] = patches_of(model, label)
+        self.roles = VoteRoles()
+        bodies = [c.body_label or 0 for c in model.components]
+        self.root = model.components.index(model.required)
+        self.labels = [label if c.label is None else c.label for c in model.components]  # of each component's markers
+        self.component = np.array([p.component for p in self.patches])
+        self.is_marker = np.array([p.marker is not None for p in self.patches])
+        self.normal = np.array([p.normal for p in self.patches])
+        self.centre = np.array([p.inside.mean(axis=0) for p in self.patches])
+        self.area = np.array([p.area for p in self.patches])
+        self.label = np.array([p.label for p in self.patches])
+        self.count = np.array([len(p.inside) for p in self.patches])
+        self.points = np.concatenate([p.inside for p in self.patches])
+        self.point_patch = np.repeat(np.arange(len(self.patches)), self.count)
+        self.point_role = np.repeat(
+            [
+                self.roles.inside(p.label)
+                if p.marker is not None
+                else self.roles.body(p.label, self.labels[p.component])
+                for p in self.patches
+            ],
+            self.count,
+        )
+        self.markers = np.flatnonzero(self.is_marker)
+        self.faces = np.flatnonzero(~self.is_marker)
+        self.marker_labels: tuple[int, ...] = tuple(self.label[self.markers].tolist())
+        self.markers_of = [self.markers[self.component[self.markers] == c].tolist() for c in range(len(bodies))]
+        self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
+        self.contour_along = np.array([self.patches[i].contour_along for i in self.markers])  # (M, m, 3)
+        self.perimeter = np.array([p.marker.perimeter for p in self.patches if p.marker is not None])
+        self.ring_role = np.array(
+            [self.roles.ring(self.patches[i].label, bodies[self.component[i]]) for i in self.markers]
+        )
+        self.rim_role = np.array([self.roles.rim(self.patches[i].label) for i in self.markers])
+        self.table = self.roles.table
+        self.boxes = BodyBoxes(model)
+        self.hulls = hulls_of(model)
+        self.ignored = self.boxes.behind_patches(self.patches)
+        mine = self.points[(self.component == self.root)[self.point_patch] & self.is_marker[self.point_patch]]
+        self.anchor = mine.mean(axis=0)  # amid the required component's markers, in its frame
+        whole = self.points[(self.component == self.root)[self.point_patch]]
+        self.extent = float(np.linalg.norm(whole - self.anchor, axis=1).max())  # of the required component, metres
+
+    @cached_property
+    def compiled(self) -> Surface:
+        """The same for compiled code."""
+        marker_of = np.full(len(self.patches), -1)
+        marker_of[self.markers] = np.arange(len(self.markers))
+        filled = [np.pad(p.inside, ((0, -len(p.inside) % LANES), (0, 0)), mode="edge") for p in self.patches]
+        return Surface(
+            component=self.component,
+            normal=self.normal,
+            centre=self.centre,
+            area=self.area,
+            radius=np.array(
+                [np.linalg.norm(p.inside - m, axis=1).max() for p, m in zip(self.patches, self.centre, strict=True)]
+            ),
+            label=self.label,
+            marker_of=marker_of,
+            ignored=self.ignored,
+            starts=np.concatenate([[0], np.cumsum([len(points) for points in filled])]),
+            count=self.count,
+            points=np.ascontiguousarray(np.concatenate(filled).T),
+            role=self.point_role[np.cumsum(self.count) - 1],
+            contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),
+            contour_along=np.ascontiguousarray(self.contour_along.transpose(0, 2, 1)),
+            perimeter=self.perimeter,
+            ring_role=self.ring_role,
+            rim_role=self.rim_role,
+            table=self.table,
+            best=self.table.max(axis=1),
+            box_component=self.boxes.component,
+            box_rotation=self.boxes.R,
+            box_t=self.boxes.t,
+            half=self.boxes.half,
+            box_radius=np.linalg.norm(self.boxes.half, axis=1),
+        )
+
+    @property
+    def no_poses(self) -> Poses:
+        """None of this model's."""
+        return Poses(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, self.kinematics.n_joints)))
+
+    def place(self, frames: Frames, points: Array, component: np.ndarray) -> Array:
+        """(H, n, 3) camera coordinates of (n, 3) points given on components (n,)."""
+        out = np.empty((len(frames.R), len(points), 3))
+        place_points(frames.R, frames.t, points, component, out)
+        return out
+
+    def shown(self, frames: Frames, patches: np.ndarray, points: int) -> np.ndarray:
+        """(H, P, n) bool: which of the first `points` points of patches no box hides from the camera; said of patches
+        that face it."""
+        out = np.empty((len(frames.R), len(patches), points), bool)
+        shown_points(self.compiled, frames.R, frames.t, patches, BEHIND, out)
+        return out
+
+    def score(self, frame: ImageFrame, poses: Poses, patches: np.ndarray, *, occlusion: bool) -> PatchScores:
+        """What the labels say of each of `patches` (ascending indices) under each hypothesis."""
+        R, t, q = poses.R, poses.t, poses.q
+        out, view = PatchScores(*np.empty((3, len(R), len(patches)))), frame.view
+        score_patches(self.compiled, self.kinematics.chain, R, t, q, patches, view, LIMITS, occlusion, *out.arrays)
+        return out
+
+    def search_joints(self, frame: ImageFrame, poses: Poses, step: float) -> Poses:
+        """Each joint in its parents' order at the value, of its grid of `step`, at which the labels like its component
+        best; occlusion apart. At the deadline the rest stay as they are."""
+        kin, R, t, q, view = self.kinematics, poses.R, poses.t, poses.q.copy(), frame.view
+        for part in frame.deadline.parts(len(poses), _AT_ONCE):
+            search_joints(self.compiled, kin.chain, R[part], t[part], q[part], kin.grids(step), view, LIMITS)
+        return Poses(R, t, q)

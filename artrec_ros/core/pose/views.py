@@ -1,0 +1,131 @@
+"""First guesses of a spatial marker's pose: rigid alignment of its foreshortened outlines with blobs.
+
+A flat marker turned out of the image plane looks, to first order, like its outline squeezed along one
+direction. A bank of such views turns the paper's step 4 (couples of consecutive anchors) into 6-DoF guesses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..geometry.camera import Camera
+from ..geometry.projection import normalise
+from ..geometry.transforms import Array, rotation_from_rotvec
+from ..model.objects import Marker
+from ..model.surface import sample_contour, sample_polygon
+from . import lifting_kernels as lifting
+
+TURNS_RAD = (0.4, 0.7, 0.95, 1.15, 1.32)  # cosines .92 .76 .58 .41 .25: neighbours look alike enough to refine from
+N_DIRECTIONS = 6
+SCORE_POINTS = 24
+FACING = np.diag([1.0, -1.0, -1.0])  # marker frame (x right, y up, z out) to the camera's (x right, y down, z ahead)
+
+
+@dataclass(frozen=True)
+class MarkerView:
+    """A marker's outline as seen from one direction: turned by `turn` about the image axis across `direction`."""
+
+    turn: float
+    direction: float
+    outline: Array  # (n, 2) metres, y down, about the marker's centroid
+    inside: Array  # (SCORE_POINTS, 2)
+    contour: Array  # (SCORE_POINTS, 2)
+    contour_normal: Array  # (SCORE_POINTS, 2)
+    area: float
+    perimeter: float
+    anchors: Array  # (a, 2)
+    moments: tuple[Array, float]  # of the outline
+
+
+def view_bank(marker: Marker) -> list[MarkerView]:
+    """The marker face on, and turned by TURNS_RAD across N_DIRECTIONS image directions."""
+    turns = [(0.0, 0.0)]
+    if marker.disc_radius is not None:  # a disc squeezed in any direction is the same ellipse turned
+        turns += [(turn, 0.0) for turn in TURNS_RAD]
+    else:
+        turns += [(turn, np.pi * i / N_DIRECTIONS) for turn in TURNS_RAD for i in range(N_DIRECTIONS)]
+    return [_view(marker, turn, direction) for turn, direction in turns]
+
+
+def _view(marker: Marker, turn: float, direction: float) -> MarkerView:
+    axis = np.array([np.cos(direction), np.sin(direction)])
+    squeeze = np.eye(2) + (np.cos(turn) - 1) * np.outer(axis, axis)
+    outline = marker.image_outline @ squeeze
+    x, y = outline.T
+    if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:  # run round as blobs' contours do
+        outline = outline[::-1]
+    inside = sample_polygon(outline, SCORE_POINTS)
+    contour, normal = sample_contour(outline, SCORE_POINTS)
+    perimeter = float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())
+    centroid, principal = moments_of(outline * 1e3)  # in mm: cv2 takes a tiny area for none
+    return MarkerView(
+        turn,
+        direction,
+        outline,
+        inside,
+        contour,
+        normal,
+        marker.area * np.cos(turn),
+        perimeter,
+        anchors_of(outline),
+        (centroid / 1e3, principal),
+    )
+
+
+def anchors_of(outline: Array) -> Array:
+    """Anchor points of a model outline; a round one is thinned to about a dozen."""
+    extent = float(np.ptp(outline, axis=0).max())
+    scaled = (outline / extent * 1e4).astype(np.int32)
+    return cv2.approxPolyDP(scaled, 200, True).reshape(-1, 2) * (extent / 1e4)
+
+
+def blob_couples(contour: Array, tolerances_px: tuple[float, ...]) -> tuple[Array, Array]:
+    """Couples of consecutive anchors, and of every second one, at several approximation tolerances; each once."""
+    couples: dict[tuple[float, ...], None] = {}
+    for tolerance in tolerances_px:
+        A = cv2.approxPolyDP(contour.astype(np.float32), tolerance, True)[:, 0].tolist()
+        for step in (1, 2):
+            if len(A) > step:
+                couples |= dict.fromkeys((*a, *b) for a, b in zip(A, A[step:] + A[:step], strict=True))
+    both = np.array(list(couples), float).reshape(-1, 4)
+    return both[:, :2].copy(), both[:, 2:].copy()
+
+
+def scale_range(area: ArrayLike, area_px: float, min_area_px: float) -> Array:
+    """(..., 2) scales at which views of an area are large enough to be told, and not much larger than their blob."""
+    return np.sqrt(np.stack([min_area_px / np.asarray(area), (1.6 * area_px + 12) / np.asarray(area)], axis=-1))
+
+
+def moments_of(outline: Array) -> tuple[Array, float]:
+    """Centroid (2,) and principal axis' direction of an outline (n, 2)."""
+    m = cv2.moments(outline.astype(np.float32).reshape(-1, 1, 2))
+    if m["m00"] <= 0:
+        return outline.mean(axis=0), 0.0
+    return np.array([m["m10"], m["m01"]]) / m["m00"], 0.5 * float(np.arctan2(2 * m["mu11"], m["mu20"] - m["mu02"]))
+
+
+def flips_of(turn: Array, direction: Array) -> Array:
+    """(2, V, 3, 3) both rotations of a marker that look, to first order, like a view, on the optical axis.
+
+    :param turn, direction: (V,) of the views.
+    """
+    across = np.column_stack([-np.sin(direction), np.cos(direction), np.zeros(len(turn))])
+    return np.stack([rotation_from_rotvec(sign * turn[:, None] * across) @ FACING for sign in (1, -1)])
+
+
+def lift(flips: Array, view: np.ndarray, T: Array, camera: Camera, origin: Array) -> tuple[Array, Array]:
+    """Both 6-DoF poses of similarities of views.
+
+    :param flips: (2, V, 3, 3) on the optical axis, of the marker or of a frame that is fixed to it.
+    :param view: (H,) of each similarity; T: (H, 4).
+    :param origin: (3,) that frame's, from the marker's centroid and along the frame's axes.
+    :return: rotations (2H, 3, 3) and origins (2H, 3) of the frame, first all of one flip.
+    """
+    rays, focal = normalise(camera, T[:, :2]), camera.focal_px
+    out = np.empty((2, len(T), 3, 3)), np.empty((2, len(T), 3))
+    lifting.lift(flips, view, T, rays, focal, origin, *out)
+    return out[0].reshape(-1, 3, 3), out[1].reshape(-1, 3)

@@ -1,0 +1,1 @@
+"""Names that stay from frame to frame."""

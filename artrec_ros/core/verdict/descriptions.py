@@ -1,0 +1,99 @@
+"""What is told of accepted spatial objects: fitted poses and how sure they are, joints, components in the image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..geometry.projection import project
+from ..geometry.transforms import Array, Pose
+from ..image.image_frame import ImageFrame
+from ..model.found import Detection, ImagePose, Instance
+from ..model.kinematics import Frames
+from ..model.surface import INSIDE_POINTS
+from ..pose.covariance import pose_covariances
+from ..pose.finder import WholeObjectFinder
+from ..pose.surface_model import Poses
+from .acceptance import Verdict
+
+
+class Describer:
+    """Describes all of one target's objects in a frame together."""
+
+    def __init__(self, finder: WholeObjectFinder) -> None:
+        self._finder = finder
+        surface = finder.surface
+        patches = [surface.patches[p] for p in surface.markers]
+        self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
+        # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
+        self._inside = len(patches), INSIDE_POINTS
+        self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
+        n_drawn = [len(p.drawn) for p in patches]
+        component = surface.component[surface.markers]
+        self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
+        self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
+
+    def describe(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> list[Detection]:
+        """Detections, the most probable first."""
+        if not verdicts:
+            return []
+        finder, surface = self._finder, self._finder.surface
+        verdicts = sorted(verdicts, key=lambda v: -v.probability)
+        used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
+        poses = finder.settled(frame.unhurried(), Poses.concatenate([v.claim.poses for v in verdicts]), used)
+        covariances = pose_covariances(surface, frame, poses, used)
+        parts = self._instances(verdicts, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
+        return [
+            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy())
+            for n, verdict in enumerate(verdicts)
+        ]
+
+    def _detection(
+        self, verdict: Verdict, number: int, pose: Poses, parts: tuple[Instance, ...], covariance: Array
+    ) -> Detection:
+        target, kin = self._finder.target, self._finder.surface.kinematics
+        root = next(p for p in parts if p.component == target.model.required.name)
+        seen = [c for c, patch in enumerate(verdict.shown) if patch >= 0]
+        told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component in view
+        return Detection(
+            target.name,
+            number,
+            verdict.probability,
+            ImagePose(root.x, root.y, root.theta, root.scale),
+            parts,
+            Pose(pose.R[0], pose.t[0]),
+            {name: float(pose.q[0, j]) for j, name in enumerate(target.model.joint_names) if told[j]},
+            covariance,
+        )
+
+    def _instances(self, verdicts: Sequence[Verdict], frames: Frames, frame: ImageFrame) -> list[tuple[Instance, ...]]:
+        """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre."""
+        surface, camera, (width, height) = self._finder.surface, frame.camera, frame.size
+        X = surface.place(frames, self._points, self._on)
+        pixels = project(camera, X)
+        inside = pixels[:, : self._first_drawn[0]].reshape(len(pixels), *self._inside, 2)
+        seen = surface.shown(frames, surface.markers, INSIDE_POINTS)
+        seen &= ((inside > -0.5) & (inside < (width - 0.5, height - 0.5))).all(axis=-1)
+        weight = seen[..., None]
+        count = weight.sum(axis=2)
+        centroid, tail, head = (pixels[:, self._first_drawn[:-1] + i] for i in range(3))  # (H, M, 2)
+        centre = np.where(count, (inside * weight).sum(axis=2) / np.maximum(count, 1), centroid)
+        theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
+        scale = camera.focal_px / np.maximum(X[:, self._first_drawn[:-1], 2], 1e-6)  # at the outline's centroid
+        values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
+        return [
+            tuple(self._instance(v, p, pixels[h], *values[h][self._row[p]]) for p in v.shown if p >= 0)
+            for h, v in enumerate(verdicts)
+        ]
+
+    def _instance(
+        self, verdict: Verdict, patch: int, pixels: Array, x: float, y: float, theta: float, scale: float
+    ) -> Instance:
+        """The component that a patch shows. :param pixels: (n, 2) of all markers' points."""
+        shown, row = self._finder.surface.patches[patch], self._row[patch]
+        assert shown.marker is not None  # what shows a component is a marker
+        agree = min(max(float(verdict.claim.scores.agree[0, patch]), 0.0), 1.0)
+        outline = pixels[self._first_drawn[row] + 3 : self._first_drawn[row + 1]]  # behind centroid, tail and head
+        name = self._finder.target.model.components[shown.component].name
+        return Instance(name, shown.marker.name, agree, x, y, theta, scale, outline.copy())

@@ -1,0 +1,47 @@
+"""What a claim must have to be an object, and how far it is trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..image.image_frame import ImageFrame
+from ..pose.finder import WholeObjectFinder
+from ..pose.surface_model import Poses
+from .acceptance import Verdict, verdict_of
+from .claims import claims_of
+
+
+@dataclass(frozen=True)
+class Judge:
+    """The thresholds of `RecognizerConfig`.
+
+    :param min_votes: least votes of a claim. :param min_probability: least probability of an object.
+    """
+
+    min_votes: float
+    min_probability: float
+
+    def verdicts(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Verdict | None]:
+        """What the labels confirm of each hypothesis; None for those without votes enough."""
+        claims = claims_of(finder, poses, frame)
+        return [verdict_of(claim) if claim.votes > self.min_votes else None for claim in claims]
+
+    def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
+        """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
+        verdict = self.verdicts(finder, poses[:1], frame)[0] if len(poses) else None
+        return self.trust(verdict) if verdict is not None else 0.0
+
+    def trust(self, verdict: Verdict) -> float:
+        """What a claim's votes count, 0 to 1; 0: it is no object."""
+        return verdict.probability if self.reason(verdict) is None else 0.0
+
+    def reason(self, verdict: Verdict) -> str | None:
+        """Why a claim is no object; None where it is one."""
+        if verdict.claim.votes < self.min_votes:
+            return f"{verdict.claim.votes:.0f} votes of the labels, {self.min_votes:.0f} are wanted"
+        if not verdict.confirmed[verdict.claim.finder.root]:
+            required = verdict.claim.finder.surface.model.required.name
+            return f"its required component {required} is not confirmed"
+        if verdict.probability < self.min_probability:
+            return f"probability {verdict.probability:.2f} is below {self.min_probability:g}: {verdict.doubt}"
+        return None

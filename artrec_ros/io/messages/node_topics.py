@@ -1,0 +1,102 @@
+"""The node's topics, once: the node makes its subscriptions and publishers from them, and docs/topics.md its tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class NodeTopic:
+    """One topic.
+
+    :param name: relative to the node's namespace; {object} stands for the name of each object.
+    :param type: such as sensor_msgs/msg/Image.
+    :param meaning: when a message comes and what it holds.
+    :param depth: messages that a publisher keeps for slow subscribers, or that a subscription queues.
+    """
+
+    name: str
+    type: str
+    meaning: str
+    depth: int = 10
+
+    def of(self, name: str) -> str:
+        """The topic's name for one object."""
+        return self.name.format(object=name)
+
+
+IMAGE = NodeTopic(
+    "image",
+    "sensor_msgs/msg/Image",
+    "what is looked at: mono8, mono16, bgr8, rgb8, bgra8, rgba8, or 8UC1, 16UC1, 8UC3",
+    1,
+)
+COMPRESSED = NodeTopic(
+    "image/compressed",
+    "sensor_msgs/msg/CompressedImage",
+    "in place of `image` where `image_transport` is `compressed`: PNG, JPEG or BMP",
+    1,
+)
+CAMERA_INFO = NodeTopic(
+    "camera_info",
+    "sensor_msgs/msg/CameraInfo",
+    "the calibration; the one with an image's stamp, else the newest; without it there are no metric poses",
+)
+INPUTS = (IMAGE, COMPRESSED, CAMERA_INFO)
+
+POSES = NodeTopic(
+    "{object}/poses",
+    "geometry_msgs/msg/PoseArray",
+    "for every image, empty too: all objects of this name whose pose is known",
+)
+ROBOTS = NodeTopic(
+    "{object}/robots",
+    "sensor_msgs/msg/MultiDOFJointState",
+    "for every image: the same poses, with names such as `red_0`, in one message",
+)
+JOINTS = NodeTopic(
+    "{object}/joint_states",
+    "sensor_msgs/msg/JointState",
+    "for every image: the joints in view of all of them, `red_0/front_left`, in radians (metres where prismatic)",
+)
+POSE = NodeTopic(
+    "{object}/pose",
+    "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "only when seen: the pose with the best score, and its covariance",
+)
+CLASSES = NodeTopic(
+    "{object}/classes",
+    "diagnostic_msgs/msg/DiagnosticArray",
+    "for every image: a status for each object that has classes of configurations: its name is `red_0`, its message "
+    "the class, empty where it is of none; values: confidence, runner_up, runner_up_confidence, and why it is of none",
+)
+MARKERS = NodeTopic(
+    "markers",
+    "visualization_msgs/msg/MarkerArray",
+    "for RViz: outlines of the markers found, each object's frame, name, score and class; what vanished is deleted",
+)
+OVERLAY = NodeTopic(
+    "debug/image",
+    "sensor_msgs/msg/Image",
+    "bgr8, made only while somebody subscribes: outlines, axes, frames, names, scores; faint, the best candidates that "
+    "were turned down, and why",
+    1,
+)
+LABELS = NodeTopic(
+    "debug/labels",
+    "sensor_msgs/msg/Image",
+    "bgr8, made only while somebody subscribes: what the recogniser saw, each class of pixels in a colour of its own; "
+    "dark: background, unknown, blanked",
+    1,
+)
+DIAGNOSTICS = NodeTopic(
+    "/diagnostics",
+    "diagnostic_msgs/msg/DiagnosticArray",
+    "every second: rates, latencies, drops, the last error; tells apart no images, QoS mismatch, images that cannot be "
+    "used, no calibration, nothing found",
+)
+TF = NodeTopic(
+    "/tf", "tf2_msgs/msg/TFMessage", "where `publish_tf` is set: each object's frame, a child of its image's"
+)
+OBJECT_OUTPUTS = (POSES, ROBOTS, JOINTS, POSE, CLASSES)
+OUTPUTS = (*OBJECT_OUTPUTS, MARKERS, OVERLAY, LABELS, DIAGNOSTICS)

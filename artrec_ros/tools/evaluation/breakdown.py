@@ -1,0 +1,77 @@
+"""Where the figures come from: component by component, and which name was taken for which."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from . import intervals
+from .failures import taken_for
+from .intervals import Estimate
+from .scoring import Evaluation
+
+NOTHING = "nothing"
+
+
+@dataclass(frozen=True)
+class ComponentCounts:
+    """One component of one object name, of the objects that count.
+
+    :param found: lies on its own marker. :param wrong: does not. :param missed: well visible, and not found.
+    """
+
+    object: str
+    component: str
+    found: int
+    wrong: int
+    missed: int
+
+    @property
+    def precision(self) -> Estimate:
+        return intervals.rate(self.found, self.found + self.wrong)
+
+
+def component_counts(evaluation: Evaluation) -> list[ComponentCounts]:
+    """The required component, for which the object as a whole stands, first; then the others as they come.
+
+    Other components are judged on objects that were found.
+    """
+    rows = []
+    for name in evaluation.names:
+        outcomes = [o for _, o in evaluation.outcomes([name]) if o.counted]
+        root = evaluation.run.objects[name].required
+        found = sum(o.recognised for o in outcomes)
+        rows.append(ComponentCounts(name, root, found, sum(1 for _ in evaluation.false([name])), len(outcomes) - found))
+        hits = Counter(hit for o in outcomes for hit in o.hits)
+        missed = Counter(component for o in outcomes if o.recognised for component in o.missed)
+        for component in dict.fromkeys([*(c for c, _ in hits), *sorted(missed)]):
+            rows.append(
+                ComponentCounts(name, component, hits[component, True], hits[component, False], missed[component])
+            )
+    return rows
+
+
+def confusion(evaluation: Evaluation) -> dict[str, Counter[str]]:
+    """True name -> how often it was found as which name, or as `NOTHING`.
+
+    Under `NOTHING`: detections, by name, that lie on no object of any name.
+    """
+    found: dict[str, Counter[str]] = {name: Counter() for name in [*evaluation.names, NOTHING]}
+    for true, seen in _taken(evaluation):
+        found[true][seen] += 1
+    return found
+
+
+def _taken(evaluation: Evaluation) -> Iterator[tuple[str, str]]:
+    roots = {name: o.required for name, o in evaluation.run.objects.items()}
+    for frame in evaluation.frames:
+        claimed: Counter[str] = Counter()
+        for name, part in frame.by_name.items():
+            for outcome in (o for o in part.outcomes if o.counted):
+                others = [] if outcome.recognised else taken_for(outcome, name, roots[name], frame)
+                claimed.update(others[:1])
+                yield name, name if outcome.recognised else next(iter(others), NOTHING)
+        for name, part in frame.by_name.items():
+            for _ in range(max(0, len(part.false) - claimed[name])):
+                yield NOTHING, name

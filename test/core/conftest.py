@@ -1,0 +1,34 @@
+"""What is found in a small image of a crane, stage by stage."""
+
+from types import SimpleNamespace
+
+import pytest
+from cranes import BLANK, BLUE, CONFIG, CRANE, CRANES, RED, SHAPE_OF, crane_scene
+from scene import crane
+
+from artrec_ros.core.alignment.matching import Matches, find_matches
+from artrec_ros.core.alignment.placements import Placements
+from artrec_ros.core.alignment.starts import find_starts
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.grouping.candidates import Candidates, candidates_of
+from artrec_ros.core.model.target import Target
+
+
+@pytest.fixture(scope="module")
+def scene() -> SimpleNamespace:
+    return crane_scene()
+
+
+@pytest.fixture(scope="module")
+def starts(scene: SimpleNamespace) -> Placements:
+    return find_starts(scene.blobs, scene.cmap, scene.shapes, {*CRANES, (3, BLUE)}, CONFIG, Deadline())
+
+
+@pytest.fixture(scope="module")
+def matches(scene: SimpleNamespace) -> Matches:
+    return find_matches(scene.blobs, scene.cmap, scene.shapes[:3], CRANES, CONFIG, Deadline(), BLANK)
+
+
+@pytest.fixture(scope="module")
+def candidates(matches: Matches) -> Candidates:
+    return candidates_of(Target("crane", crane(), RED, CRANE), SHAPE_OF, matches, CONFIG)

@@ -1,0 +1,160 @@
+"""Classes given by reference colours: laws of light and shade, noise, and what is like no class."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from artrec_ros.core.base.config import ClassConfig, ImageConfig
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.image.colour_table import colour_table
+from artrec_ros.core.image.segmentation import Segmenter, sharpen, unblur
+
+RED, BLUE, GREEN, WHITE, SKY = (200, 40, 45), (40, 65, 170), (50, 140, 45), (215, 215, 215), (75, 180, 230)
+CLASSES = {
+    name: ClassConfig(label=n, rgb=rgb)
+    for n, (name, rgb) in enumerate(
+        {"red": RED, "blue": BLUE, "green": GREEN, "white": WHITE, "sky": SKY}.items(), start=1
+    )
+}
+CHROMATIC = [(RED, 1), (BLUE, 2), (GREEN, 3), (SKY, 5)]
+GREY = (75, 72, 72)
+SEGMENTER = Segmenter(ImageConfig(kind="colour", classes=CLASSES, background=GREY))
+BARE = Segmenter(ImageConfig(kind="colour", classes={k: c for k, c in CLASSES.items() if k != "white"}))
+
+
+def field(rgb: tuple[float, ...], shape: tuple[int, int] = (40, 60)) -> np.ndarray:
+    return np.tile(np.array(rgb[::-1], float), (*shape, 1))
+
+
+def as_image(values: np.ndarray) -> np.ndarray:
+    return np.clip(np.rint(values), 0, 255).astype(np.uint8)
+
+
+@given(st.sampled_from(CHROMATIC), st.floats(0.36, 1.7))
+def test_light_and_shade_leave_a_colour_its_label(reference: tuple[tuple[int, ...], int], light: float) -> None:
+    rgb, label = reference
+    assert (SEGMENTER.labels(as_image(light * field(rgb, (1, 1)))) == label).all()
+
+
+@pytest.mark.parametrize("rgb, label", CHROMATIC)
+def test_a_class_may_be_told_to_bear_deeper_shade(rgb: tuple[int, ...], label: int) -> None:
+    image = as_image(0.25 * field(rgb))
+    for deepest, hit in ((0.2, True), (0.7, False)):
+        cls = ClassConfig(label=label, rgb=rgb, light=(deepest, 1.8))
+        assert (Segmenter(ImageConfig(kind="colour", classes={"c": cls})).labels(image) == label * hit).all()
+
+
+@pytest.mark.parametrize("rgb, label", CHROMATIC)
+@pytest.mark.parametrize("light", [0.45, 1.0])
+def test_a_shaded_colour_keeps_its_label_under_noise(rgb: tuple[int, ...], label: int, light: float) -> None:
+    noise = np.random.default_rng(5).normal(0, 5, (40, 60, 3))
+    labels = SEGMENTER.labels(as_image(light * field(rgb) + noise))
+    assert (labels == label).mean() > 0.96
+
+
+@pytest.mark.parametrize("level", [8, 20, 40, 75, 120, 200])
+def test_grey_noise_gets_no_chromatic_label(level: int) -> None:
+    noise = np.random.default_rng(level).normal(0, 4, (100, 100, 3))
+    assert (BARE.labels(as_image(field((level,) * 3, (100, 100)) + noise)) > 0).mean() < 0.005
+
+
+def test_brightness_alone_tells_white_in_the_shade_from_a_grey_wall() -> None:
+    ramp = np.tile(np.arange(30, 256, dtype=np.uint8)[None, :, None], (1, 1, 3))
+    white = SEGMENTER.labels(ramp)[0] == 4
+    assert np.count_nonzero(np.diff(white.astype(int))) == 1  # dark is grey, bright is white, one border
+    border = 30 + int(np.argmax(white))
+    assert border == pytest.approx(np.sqrt(72 * 215), rel=0.05)  # equally far from both in light
+    without = Segmenter(ImageConfig(kind="colour", classes=CLASSES)).labels(ramp)[0] == 4
+    assert np.argmax(without) < np.argmax(white)
+
+
+def test_a_colour_like_no_class_is_unknown() -> None:
+    assert not SEGMENTER.labels(as_image(field((200, 60, 200)))).any()  # magenta
+
+
+def test_greater_scatter_takes_in_more_colours() -> None:
+    classes = [ClassConfig(label=1, rgb=RED, spread=spread) for spread in (0.02, 0.05, 0.08)]
+    counts = [np.count_nonzero(colour_table(ImageConfig(kind="colour", classes={"c": cls}))) for cls in classes]
+    assert 0 < counts[0] < counts[1] < counts[2]
+
+
+def test_several_references_are_one_class() -> None:
+    accents = Segmenter(ImageConfig(kind="colour", classes={"accent": ClassConfig(label=9, rgb=(*RED, *GREEN))}))
+    for rgb, label in ((RED, 9), (GREEN, 9), (BLUE, 0)):
+        assert (accents.labels(as_image(0.6 * field(rgb))) == label).all()
+
+
+def test_ranges_go_before_references() -> None:
+    hue = ClassConfig(label=8, hue=(220, 235), saturation=(0.5, 1))
+    both = Segmenter(ImageConfig(kind="colour", classes={**CLASSES, "hue": hue}))
+    assert (both.labels(as_image(field(BLUE))) == 8).all()
+    assert (both.labels(as_image(field(RED))) == 1).all()
+
+
+def blurred_square(sigma: float) -> tuple[np.ndarray, np.ndarray]:
+    """A blue square on white through a lens and JPEG, and its true labels."""
+    truth = np.full((60, 80), 4, np.uint8)
+    truth[20:40, 30:50] = 2
+    sharp = np.where((truth == 2)[..., None], field(BLUE, truth.shape), field(WHITE, truth.shape))
+    blurred = as_image(cv2.GaussianBlur(sharp, (0, 0), sigma))
+    encoded = cv2.imencode(".jpg", blurred, [cv2.IMWRITE_JPEG_QUALITY, 90])[1]
+    return cv2.imdecode(encoded, cv2.IMREAD_COLOR), truth
+
+
+def test_sharpening_undoes_blends_that_look_like_a_third_class() -> None:
+    image, truth = blurred_square(0.8)
+    plain = SEGMENTER.labels(image)
+    sharp = Segmenter(ImageConfig(kind="colour", classes=CLASSES, background=GREY, sharpen_px=1)).labels(image)
+    assert (plain == 5).sum() > 40  # sky blue between blue and white
+    assert (sharp == 5).sum() < 0.2 * (plain == 5).sum()
+    assert (sharp == 2).sum() == pytest.approx((truth == 2).sum(), rel=0.06)
+
+
+def test_a_ribbon_too_narrow_for_its_colour_gets_its_label() -> None:
+    truth = np.zeros((40, 60), bool)
+    truth[5:35, 20:22] = truth[18:20, 30:55] = True
+    sharp = np.where(truth[..., None], field(BLUE), field(WHITE))
+    image = as_image(cv2.GaussianBlur(sharp, (0, 0), 1.0))
+    hits = {}
+    for amount in (0.0, 0.5):
+        options = {"classes": CLASSES, "background": GREY, "sharpen_px": 1, "sharpen_amount": amount}
+        hits[amount] = (Segmenter(ImageConfig(kind="colour", **options)).labels(image)[truth] == 2).mean()
+    assert hits[0.5] > 0.9 > hits[0.0]
+
+
+def test_unblurring_keeps_plain_colours() -> None:
+    image = as_image(field(BLUE))
+    assert np.array_equal(unblur(image, 1, 0.5), image)
+
+
+def test_sharpening_keeps_sharp_edges_and_its_input() -> None:
+    image = as_image(np.kron(np.random.default_rng(2).integers(0, 256, (1, 9, 3)), np.ones((20, 6, 1))))
+    before = image.copy()
+    assert np.array_equal(sharpen(image, 1, 0.1), image)
+    assert np.array_equal(image, before)
+
+
+def test_sharpening_leaves_steps_below_its_limit() -> None:
+    ramp = np.repeat(np.arange(0, 200, 4, dtype=np.uint8)[None, :, None], 3, axis=2).repeat(5, axis=0)
+    assert np.array_equal(sharpen(ramp, 1, 0.16), ramp)
+    assert not np.array_equal(sharpen(ramp, 1, 0.02), ramp)
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({"background": (1, 2)}, "image.background: 2 numbers"),
+        ({"classes": {"a": ClassConfig(label=1, rgb=(1, 2))}}, "image.a.rgb"),
+        ({"classes": {"a": ClassConfig(label=1, rgb=RED, light=(1.5, 0.5))}}, "image.a.light"),
+        ({"classes": {"a": ClassConfig(label=1, rgb=RED, hue=(0, 20))}}, "image.a.rgb: give a class either"),
+        ({"classes": {"a": ClassConfig(label=1, rgb=RED, value=(0.1, 1.0))}}, "image.a.rgb: give a class either"),
+        ({"noise": 0.0, "classes": {"a": ClassConfig(label=1, rgb=RED)}}, "image.noise: 0.0 is below"),
+    ],
+)
+def test_values_that_make_no_sense_are_refused_by_name(options: dict, words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        ImageConfig(**{"kind": "colour", **options})

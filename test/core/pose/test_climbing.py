@@ -1,0 +1,184 @@
+"""Climbing and sweeping on the votes: never worse, up the hill, within the joints' limits, and ended by the clock."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solids import RED, camera_of, chain, jolted, pose, render, sign
+
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose import climb_kernels as climbing
+from artrec_ros.core.pose.finder import HIDDEN_COST, JOINT_STEP, Climb, WholeObjectFinder
+from artrec_ros.core.pose.ranked import Ranked
+
+pytestmark = pytest.mark.uncompiled
+CAMERA = camera_of((96, 72), 90.0)
+MODEL = chain()
+TRUTH = pose(0.05, 0.02, 0.6, 0.3, model=MODEL, joints={"arm": 0.2, "rod": 0.05, "finger": 0.5})
+
+
+class Looks(Deadline):
+    """Is over after so many looks at the clock."""
+
+    def __init__(self, looks):
+        super().__init__()
+        self._left = looks
+
+    @property
+    def expired(self):
+        self._left -= 1
+        return self._left < 0
+
+
+@pytest.fixture(scope="module")
+def finder():
+    return WholeObjectFinder(Target("chain", MODEL, RED))
+
+
+@pytest.fixture(scope="module")
+def frame():
+    return ImageFrame(LabelField(render(CAMERA, [(MODEL, TRUTH, RED)])), CAMERA)
+
+
+def start(n=3, seed=0):
+    poses = jolted(np.random.default_rng(seed), TRUTH, n, 0.01, 0.1, 0.05)
+    kin = WholeObjectFinder(Target("chain", MODEL, RED)).surface.kinematics
+    poses.q[:] = np.clip(poses.q, kin.lower, kin.upper)
+    return poses
+
+
+def votes_of(finder, frame, poses):
+    return finder.votes(frame, poses, occlusion=True)
+
+
+def ranked(finder, frame, poses):
+    return Ranked(poses, votes_of(finder, frame, poses))
+
+
+def climbed(finder, frame, poses, rounds, spread=1.0):
+    """Poses and their votes after a climb."""
+    found = finder._climb(frame, ranked(finder, frame, poses), Climb(len(poses), rounds, spread))
+    return found.poses, found.votes
+
+
+def same(one, other):
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("R", "t", "q"))
+
+
+def test_the_search_climbs_and_no_hypothesis_gets_worse(finder, frame):
+    poses = start(n=4)
+    before = votes_of(finder, frame, poses)
+    found, votes = climbed(finder, frame, poses, 4)
+    assert (votes >= before).all() and np.median(votes - before) > 20
+    np.testing.assert_allclose(votes_of(finder, frame, found), votes, rtol=1e-9)
+    np.testing.assert_allclose(found.R @ found.R.transpose(0, 2, 1), np.tile(np.eye(3), (4, 1, 1)), atol=1e-9)
+    kin = finder.surface.kinematics
+    assert (found.q >= kin.lower).all() and (found.q <= kin.upper).all()
+
+
+def test_each_hypothesis_climbs_alone(finder, frame):
+    poses = start()
+    together, _ = climbed(finder, frame, poses, 1)
+    for h in range(len(poses)):
+        assert same(climbed(finder, frame, poses[[h]], 1)[0], together[[h]])
+    assert same(poses, start())  # what was handed in is as it was
+
+
+def test_the_clock_ends_a_climb_between_two_rounds(finder, frame):
+    poses = start(n=2)
+    for rounds in (0, 2):
+        ended, votes = climbed(finder, replace(frame, deadline=Looks(rounds)), poses, 9)
+        assert same(ended, climbed(finder, frame, poses, rounds)[0])
+        np.testing.assert_allclose(votes_of(finder, frame, ended), votes, rtol=1e-9)
+
+
+def test_where_nothing_is_better_nothing_moves(finder):
+    poses, nothing = start(), ImageFrame(LabelField(np.zeros((1, 1), np.uint8)), CAMERA)  # all of it lies outside
+    found, votes = climbed(finder, nothing, poses, 2)
+    assert same(found, poses) and not votes.any()
+
+
+def test_steps_too_short_to_matter_end_a_climb(finder, frame):
+    poses, looks = start(), Looks(10)
+    watched = replace(frame, deadline=looks)
+    assert same(climbed(finder, watched, poses, 9, spread=climbing.LEAST_STEP / 2)[0], poses)
+    assert looks._left == 9
+
+
+def test_nothing_to_climb_and_an_object_without_joints(finder, frame):
+    none = start()[np.zeros(0, int)]
+    found, votes = climbed(finder, frame, none, 3)
+    assert len(found) == len(votes) == 0
+    at = pose(0, 0, 0.5, 0.2, model=sign())
+    lone = WholeObjectFinder(Target("sign", sign(), RED))
+    seen = ImageFrame(LabelField(render(CAMERA, [(sign(), at, RED)])), CAMERA)
+    near = jolted(np.random.default_rng(1), at, 2, 0.02, 0.05, 0.0)
+    found, votes = climbed(lone, seen, near, 3)
+    assert (votes > votes_of(lone, seen, near)).all() and found.q.shape == (2, 0)
+
+
+def moved(z, lower=(-1.0, 0.0), upper=(1.0, 2 * np.pi), endless=(False, True)):
+    """t and q (2,) after a step z (8,) from (.1, .2, 2) and (.9, 6)."""
+    m = climbing.Moves(100.0, np.array(lower), np.array(upper), np.array([1.0, 1.0]), np.array(endless))
+    tried = climbing.Tried(np.empty((3, 3)), np.empty(3), np.empty(2), np.empty((3, 3, 3)))
+    climbing.move(m, np.array(z, float), np.eye(3), np.array([0.1, 0.2, 2.0]), np.array([0.9, 6.0]), tried)
+    return tried
+
+
+def test_a_step_is_measured_in_pixels_in_shares_of_depth_in_radians_and_in_joints_units():
+    aside, near, turned = moved(np.eye(8)[0] * 2), moved(np.eye(8)[2] * -1), moved(np.eye(8)[5] * 0.5)
+    np.testing.assert_allclose(aside.t, (0.1 + 2 * climbing.STEP_PX / 100 * 2.0, 0.2, 2.0))
+    np.testing.assert_allclose(near.t, np.array([0.1, 0.2, 2.0]) * (1 - climbing.STEP_DEPTH))
+    angle = 0.5 * climbing.STEP_RAD
+    np.testing.assert_allclose(turned.R[0], (np.cos(angle), -np.sin(angle), 0.0))
+    np.testing.assert_allclose(moved(np.eye(8)[6] * -2).q, (0.9 - 2 * climbing.STEP_JOINT, 6.0))
+
+
+def test_joints_stop_at_their_limits_or_go_round():
+    np.testing.assert_allclose(moved([0] * 6 + [4, 4]).q, (1.0, (6.0 + 4 * climbing.STEP_JOINT) % (2 * np.pi)))
+    np.testing.assert_allclose(moved([0] * 6 + [-40, 0]).q, (-1.0, 6.0))
+
+
+def test_a_sweep_brings_each_joint_in_turn_to_the_best_of_all_its_values(finder, frame):
+    poses, kin = start(n=2, seed=3), finder.surface.kinematics
+    poses.q[:] = kin.lower
+    found = finder._sweep(frame, ranked(finder, frame, poses))
+    for h in range(len(poses)):
+        best = poses[[h]]
+        for j in range(kin.n_joints):
+            tries = [best.q[0, j], *kin.grid(j, JOINT_STEP)]
+            several = best[np.zeros(len(tries), int)]
+            several.q[:, j] = tries
+            best = several[[int(votes_of(finder, frame, several).argmax())]]
+        np.testing.assert_array_equal(found.poses.q[h], best.q[0])
+        assert found.votes[h] == pytest.approx(votes_of(finder, frame, best)[0])
+    assert (found.poses.q != poses.q).any() and np.array_equal(found.poses.t, poses.t)
+
+
+def test_the_clock_ends_a_sweep_between_two_joints(finder, frame):
+    poses = start(seed=3)
+    poses.q[:] = finder.surface.kinematics.lower
+    begun = ranked(finder, frame, poses)
+    whole = finder._sweep(frame, begun).poses
+    first = finder._sweep(replace(frame, deadline=Looks(1)), begun).poses
+    np.testing.assert_array_equal(first.q[:, 0], whole.q[:, 0])
+    np.testing.assert_array_equal(first.q[:, 1:], poses.q[:, 1:])
+
+
+def test_a_component_that_speaks_against_itself_counts_as_hidden_at_a_price(finder, frame):
+    poses = start(n=8, seed=1)
+    poses.q[4:] = finder.surface.kinematics.lower
+    surface, scores = finder.surface, finder.judge(frame, poses, occlusion=True)
+    expected, dear = np.zeros(8), 0
+    for c in range(len(MODEL.components)):
+        mine = surface.component == c
+        votes = scores.votes[:, mine].sum(axis=1)
+        price = -HIDDEN_COST * scores.area_px[:, mine & surface.is_marker].sum(axis=1)
+        expected += votes if c == surface.root else np.maximum(votes, price)
+        dear += int((votes < price).sum())
+    assert dear
+    np.testing.assert_allclose(finder.total(scores), expected, rtol=1e-9)
+    np.testing.assert_allclose(votes_of(finder, frame, poses), expected, rtol=1e-9)

@@ -1,0 +1,142 @@
+"""What a covariance promises, held against truth: of 90 % regions about 90 % hold it."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+from solids import BACKGROUND, BODY, RED, camera_of, facing, jolted, pose, render, sign, slide, truck
+
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import UNKNOWN, LabelField
+from artrec_ros.core.model.surface import INSIDE_POINTS
+from artrec_ros.core.pose.covariance import MOST_RANGE_SHARE, MOST_TURN_RAD, pose_covariances
+from artrec_ros.core.pose.pose_fit import fit_poses
+from artrec_ros.core.pose.surface_model import SpatialModel
+
+CAMERA = camera_of()
+REACH = (8, 6, 4, 3, 3, 2, 2)
+MODELS = {"truck": truck(), "sign": sign(), "slide": slide()}
+
+
+def scene(model, truth, camera=CAMERA, seam=False, rng=None):
+    """Surface, labels and the markers in view; with `seam`, pixels between two classes are mostly unknown."""
+    surface = SpatialModel(model, RED)
+    labels = render(camera, [(model, truth, RED)])
+    if seam:
+        mixed = np.zeros(labels.shape, bool)
+        for axis in (0, 1):
+            for step in (-1, 1):
+                mixed |= np.roll(labels, step, axis) != labels
+        labels = np.where(mixed & (rng.random(labels.shape) < 0.7), UNKNOWN, labels).astype(np.uint8)
+    frames = surface.kinematics.forward(truth.R, truth.t, truth.q)
+    amid = np.median(surface.shown(frames, surface.markers, INSIDE_POINTS), axis=2) > 0.5
+    return surface, ImageFrame(LabelField(labels), camera), (facing(surface, frames, surface.markers) > 0.2) & amid
+
+
+def rotation_error(R, truth):
+    """Rotation vector that takes `truth` to `R`, along the camera's axes."""
+    D = R @ truth.T
+    axis = np.array([D[2, 1] - D[1, 2], D[0, 2] - D[2, 0], D[1, 0] - D[0, 1]])
+    angle = np.arccos(np.clip((np.trace(D) - 1) / 2, -1, 1))
+    return axis / 2 * (1.0 if angle < 1e-6 else angle / np.sin(angle))
+
+
+def fits(name, count, seam=False, seed=0):
+    """Errors (n, 6) and covariances (n, 6, 6) of fits that begun near the truth."""
+    model, rng = MODELS[name], np.random.default_rng(seed)
+    errors, covariances = [], []
+    while len(errors) < count:
+        names = {c.name: rng.uniform(0.5 * c.joint.lower, 0.5 * c.joint.upper) for c in model.joint_components}
+        truth = pose(*rng.uniform(-0.15, 0.15, 2), rng.uniform(0.6, 1.6), rng.uniform(-0.9, 0.9), 0.1, model, names)
+        surface, frame, use = scene(model, truth, seam=seam, rng=rng)
+        start = jolted(rng, truth, 1, 0.01, 0.05, 0.05)
+        fit = fit_poses(surface, frame, start, use, REACH)
+        error = np.r_[fit.t[0] - truth.t[0], rotation_error(fit.R[0], truth.R[0])]
+        if np.linalg.norm(error[3:]) > 0.4:
+            continue  # the mirrored turn: no covariance tells of that
+        errors.append(error)
+        covariances.append(pose_covariances(surface, frame, fit, use)[0])
+    return np.array(errors), np.array(covariances)
+
+
+def shares(errors, covariances, part):
+    """Shares of truths within 50 % and 90 % regions."""
+    e, C = errors[:, part], covariances[:, part, part]
+    distance = np.sum(e * np.linalg.solve(C, e[..., None])[..., 0], axis=1)
+    return [float((distance < chi2.ppf(p, e.shape[1])).mean()) for p in (0.5, 0.9)]
+
+
+@pytest.mark.parametrize(
+    "name, seam", [("truck", False), ("truck", True), ("sign", True), ("slide", False)], ids=str
+)
+def test_regions_hold_the_truth_as_often_as_they_say(name, seam):
+    """Or somewhat more often: nothing is half hidden here, and nothing merged."""
+    errors, covariances = fits(name, 40, seam)
+    for part in (slice(0, 3), slice(3, 6), slice(0, 6)):
+        half, most = shares(errors, covariances, part)
+        assert half > 0.4 and most > 0.8
+        e, C = errors[:, part], covariances[:, part, part]
+        assert 0.15 < np.mean(e * np.linalg.solve(C, e[..., None])[..., 0]) < 1.3  # 1: exactly as they say
+
+
+@pytest.mark.parametrize("name", sorted(MODELS))
+def test_it_is_a_covariance_even_of_nothing(name):
+    truth = pose(0.05, -0.02, 0.9, 0.4, 0.1, MODELS[name])
+    surface, frame, use = scene(MODELS[name], truth)
+    for used in (use, np.zeros_like(use)):
+        C = pose_covariances(surface, frame, truth, used)[0]
+        assert C.shape == (6, 6)
+        np.testing.assert_array_equal(C, C.T)
+        assert np.linalg.eigvalsh(C).min() > 0
+    # nothing in use: what was known before
+    np.testing.assert_allclose(np.sqrt(np.diag(C)), [MOST_RANGE_SHARE * 0.9] * 3 + [MOST_TURN_RAD] * 3)
+
+
+@pytest.mark.parametrize("label", [UNKNOWN, BACKGROUND, BODY, RED])
+def test_an_image_without_edges_says_nothing(label):
+    truth = pose(0.0, 0.0, 0.9, 0.4, 0.1, MODELS["truck"])
+    surface, _, use = scene(MODELS["truck"], truth)
+    frame = ImageFrame(LabelField(np.full((240, 320), label, np.uint8)), CAMERA)
+    C = pose_covariances(surface, frame, truth, use)[0]
+    np.testing.assert_allclose(np.sqrt(np.diag(C)), [MOST_RANGE_SHARE * 0.9] * 3 + [MOST_TURN_RAD] * 3, rtol=1e-6)
+
+
+def test_more_markers_say_more_and_depth_is_known_least():
+    truth = pose(0.0, 0.0, 1.0, 0.5, 0.1, MODELS["truck"])
+    surface, frame, use = scene(MODELS["truck"], truth)
+    one = use & (surface.component[surface.markers] == 0)
+    assert one.sum() < use.sum()
+    less, more = (pose_covariances(surface, frame, truth, u)[0] for u in (one, use))
+    assert np.trace(more[:3, :3]) < np.trace(less[:3, :3]) and np.trace(more[3:, 3:]) < np.trace(less[3:, 3:])
+    assert more[2, 2] > 2 * max(more[0, 0], more[1, 1])
+
+
+def test_farther_away_less_is_known():
+    near, far = (pose(0.0, 0.0, z, 0.5, 0.1, MODELS["truck"]) for z in (0.7, 1.4))
+    spread = []
+    for truth in (near, far):
+        surface, frame, use = scene(MODELS["truck"], truth)
+        spread.append(np.sqrt(np.diag(pose_covariances(surface, frame, truth, use)[0])))
+    assert np.all(spread[1][:3] > 1.3 * spread[0][:3]) and spread[1][2] > 2 * spread[0][2]
+
+
+def test_a_seam_makes_the_range_less_sure():
+    rng = np.random.default_rng(0)
+    truth = pose(0.0, 0.0, 1.0, 0.5, 0.1, MODELS["truck"])
+    spread = []
+    for seam in (False, True):
+        surface, frame, use = scene(MODELS["truck"], truth, seam=seam, rng=rng)
+        spread.append(pose_covariances(surface, frame, truth, use)[0][2, 2])
+    assert spread[1] > 1.5 * spread[0]
+
+
+@pytest.mark.parametrize("name", sorted(MODELS))
+def test_many_are_told_of_as_each_alone(name):
+    rng, truth = np.random.default_rng(0), pose(0.0, 0.0, 0.9, 0.4, 0.1, MODELS[name])
+    surface, frame, use = scene(MODELS[name], truth)
+    poses = jolted(rng, truth, 3, 0.002, 0.01, 0.02)
+    uses = np.array([use[0], np.zeros_like(use[0]), use[0] & (np.arange(use.shape[1]) == use[0].argmax())])
+    together = pose_covariances(surface, frame, poses, uses)
+    for n in range(3):
+        alone = pose_covariances(surface, frame, poses[n : n + 1], uses[n : n + 1])[0]
+        np.testing.assert_allclose(together[n], alone, rtol=1e-9, atol=1e-15)
+    assert pose_covariances(surface, frame, poses[:0], uses[:0]).shape == (0, 6, 6)

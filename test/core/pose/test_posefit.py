@@ -1,0 +1,198 @@
+"""Poses that least squares brings to the edges."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solids import (
+    BENT,
+    BODY,
+    RED,
+    camera_of,
+    chain,
+    contour_pixels,
+    frames_of,
+    jolted,
+    pose,
+    render,
+    sign,
+    slide,
+    truck,
+    turn_between,
+)
+
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.geometry.transforms import rotation_from_rotvec
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import OWNED, UNKNOWN, LabelField
+from artrec_ros.core.pose.contour_term_kernels import ContourTerm, add_contours
+from artrec_ros.core.pose.edge_kernels import edge_room
+from artrec_ros.core.pose.edges import edge_terms
+from artrec_ros.core.pose.placed_kernels import Joints, Placed, no_equations
+from artrec_ros.core.pose.pose_fit import contour_fit, fit_poses
+from artrec_ros.core.pose.surface_model import LEAST_COSINE, Poses, SpatialModel
+
+CAMERA = camera_of()
+REACH = (8, 6, 4, 3, 3, 2, 2)
+
+
+def scene(model, truth, camera=CAMERA):
+    surface = SpatialModel(model, RED)
+    frame = ImageFrame(LabelField(render(camera, [(model, truth, RED)])), camera)
+    everything = np.arange(len(surface.patches))
+    scores = surface.score(frame, truth, everything, occlusion=True)
+    return surface, frame, scores.agree[:, surface.markers] > 0.5
+
+
+SCENES = {
+    "sign": (sign(), pose(0.02, 0, 0.7, 0.5, 0.2)),
+    "truck": (truck(), pose(0, 0, 0.8, 0.4, 0.1, truck(), {"fore": 0.4, "hind": -0.3})),
+    "bare truck": (truck(bodies=False), pose(0, 0, 0.8, -0.5, 0.1, truck(), {"fore": -0.4, "hind": 0.2})),
+    "slide": (slide(), pose(0.05, 0, 0.7, 0.4, 0.3, slide(), {"bar": 0.06})),
+    "chain": (chain(), pose(-0.1, 0.03, 0.7, 0.2, 0, chain(), {"arm": 0.2, "rod": 0.05, "finger": 0.4})),
+}
+each_scene = pytest.mark.parametrize("name", SCENES)
+
+
+@each_scene
+@pytest.mark.parametrize("lens", [(), BENT], ids=len)
+def test_neighbours_come_to_the_truth(name, lens):
+    model, truth = SCENES[name]
+    camera = camera_of(distortion=lens)
+    surface, frame, use = scene(model, truth, camera)
+    kin = surface.kinematics
+    starts = jolted(np.random.default_rng(0), truth, 24, 0.01, 0.06, 0.04)
+    starts.q[:] = np.clip(starts.q, kin.lower, kin.upper)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (24, 1)), REACH)
+    place = np.linalg.norm(fit.t - truth.t, axis=1) / truth.t[0, 2]
+    turn = np.array([turn_between(R, truth.R[0]) for R in fit.R])
+    assert np.median(place) < 0.02 and np.mean(place < 0.035) > 0.7
+    assert np.median(turn) < 0.08
+    moved = np.linalg.norm(starts.t - truth.t, axis=1) / truth.t[0, 2]
+    assert np.median(place) < 0.75 * np.median(moved)
+    if kin.n_joints:
+        bend = np.abs(fit.q - truth.q)
+        assert np.median(bend, axis=0).max() < 0.15
+    left = contour_fit(surface, frame, fit, np.tile(use, (24, 1)), 2)
+    assert np.average(left.residual**2, weights=left.weight) < 0.8**2
+
+
+def test_the_jacobian_is_the_residuals_derivative():
+    """Where the edge itself stays put: a point's distance from it changes by its own motion along the normal."""
+    model, truth = SCENES["truck"]
+    surface, frame, use = scene(model, truth)
+    fit, rng = contour_fit(surface, frame, truth, use, 3), np.random.default_rng(0)
+    kin, which = surface.kinematics, np.flatnonzero(use[0])
+
+    def pixels(x):
+        R = rotation_from_rotvec(x[3:6]) @ truth.R
+        return contour_pixels(surface, CAMERA, Poses(R, truth.t + x[:3], truth.q + x[6:]))[:, which]
+
+    step = 1e-6 * rng.normal(size=6 + kin.n_joints)
+    moved = np.sum((pixels(step) - pixels(-step)) / 2 * fit.normal, axis=-1)
+    np.testing.assert_allclose(fit.jacobian @ step, moved, rtol=1e-3, atol=1e-8)
+
+
+def test_the_normal_equations_are_sums_over_the_contours_points():
+    for name in ("truck", "chain"):
+        model, truth = SCENES[name]
+        surface, frame, use = scene(model, truth)
+        kin, n = surface.kinematics, 6 + surface.kinematics.n_joints
+        fit, frames = contour_fit(surface, frame, truth, use, 4), frames_of(surface, truth)
+        to, room = no_equations(n - 6), edge_room(surface.contour.shape[1], 4, n)
+        joints = Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves)
+        placed = Placed(truth.t[0], truth.q[0], frames.R[0], frames.t[0], frames.axis[0], frames.origin[0], joints)
+        edges = edge_terms(surface, frame.field, (4,))
+        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, LEAST_COSINE)
+        add_contours(term, 0, 0, placed, to, np.empty(n, np.int64), room)
+        J, w = fit.jacobian.reshape(-1, n), fit.weight.ravel()
+        assert (w > 0).sum() > 20
+        np.testing.assert_allclose(np.tril(to.A), np.tril((J * w[:, None]).T @ J), rtol=1e-9, atol=1e-6)
+        np.testing.assert_allclose(to.b, (J * w[:, None]).T @ fit.residual.ravel(), rtol=1e-9, atol=1e-6)
+
+
+def test_hypotheses_left_at_the_deadline_stay():
+    model, truth = SCENES["sign"]
+    surface, frame, use = scene(model, truth)
+    starts = jolted(np.random.default_rng(7), truth, 100, 0.01, 0.05, 0.0)
+    looks = []
+
+    class Once(Deadline):
+        @property
+        def expired(self):
+            looks.append(True)
+            return len(looks) > 1
+
+    some = fit_poses(surface, replace(frame, deadline=Once()), starts, np.tile(use, (100, 1)), (4,))
+    every = fit_poses(surface, frame, starts, np.tile(use, (100, 1)), (4,))
+    fitted = (some.t != starts.t).any(axis=1)
+    assert 0 < fitted.sum() < 100
+    np.testing.assert_array_equal(some.t[fitted], every.t[fitted])
+
+
+def test_joints_that_are_held_do_not_move():
+    model, truth = SCENES["truck"]
+    surface, frame, use = scene(model, truth)
+    starts = jolted(np.random.default_rng(2), truth, 5, 0.01, 0.05, 0.1)
+    free = np.tile([True, False], (5, 1))
+    fit = fit_poses(surface, frame, starts, np.tile(use, (5, 1)), REACH, free)
+    np.testing.assert_allclose(fit.q[:, 1], starts.q[:, 1], atol=1e-4)
+    assert (np.abs(fit.q[:, 0] - starts.q[:, 0]) > 1e-3).any()
+
+
+def test_joints_stay_within_their_limits():
+    model, _ = SCENES["truck"]
+    truth = pose(0, 0, 0.8, 0.3, 0, model, {"fore": 0.8, "hind": -0.8})
+    surface, frame, use = scene(model, truth)
+    starts = jolted(np.random.default_rng(3), truth, 10, 0.01, 0.05, 0.3)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (10, 1)), REACH)
+    assert (np.abs(fit.q) <= 0.8 + 1e-9).all()
+
+
+def test_an_unseen_joint_stays_determined():
+    model, truth = SCENES["truck"]
+    surface, frame, use = scene(model, truth)
+    torso = use & (surface.component[surface.markers] == 0)
+    fit = fit_poses(surface, frame, truth, torso, REACH)
+    assert np.isfinite(fit.q).all()
+    assert np.linalg.norm(fit.t - truth.t) < 0.03
+
+
+def test_without_markers_in_use_nothing_moves():
+    model, truth = SCENES["truck"]
+    surface, frame, use = scene(model, truth)
+    fit = fit_poses(surface, frame, truth, np.zeros_like(use), REACH)
+    np.testing.assert_array_equal(fit.t, truth.t)
+
+
+def test_one_hypothesis_does_not_depend_on_the_others():
+    model, truth = SCENES["truck"]
+    surface, frame, use = scene(model, truth)
+    starts = jolted(np.random.default_rng(4), truth, 4, 0.01, 0.05, 0.05)
+    together = fit_poses(surface, frame, starts, np.tile(use, (4, 1)), (4, 3))
+    for h in range(4):
+        alone = fit_poses(surface, frame, starts[[h]], use, (4, 3))
+        np.testing.assert_allclose(alone.t[0], together.t[h], atol=1e-9)
+        np.testing.assert_allclose(alone.R[0], together.R[h], atol=1e-9)
+
+
+@pytest.mark.parametrize("value", [UNKNOWN, BODY, RED, OWNED])
+def test_plain_images_leave_poses_finite_and_near(value):
+    model, truth = SCENES["truck"]
+    surface, _, use = scene(model, truth)
+    frame = ImageFrame(LabelField(np.full((240, 320), value, np.uint8)), CAMERA)
+    fit = fit_poses(surface, frame, truth, use, REACH)
+    assert np.isfinite(fit.t).all() and np.isfinite(fit.R).all()
+    np.testing.assert_allclose(fit.t, truth.t, atol=1e-9)
+
+
+def test_noise_and_poses_behind_the_camera_stay_finite():
+    model, truth = SCENES["truck"]
+    surface, _, use = scene(model, truth)
+    labels = np.random.default_rng(5).integers(0, 8, (240, 320), np.uint8)
+    frame = ImageFrame(LabelField(labels), CAMERA)
+    starts = jolted(np.random.default_rng(6), truth, 8, 0.3, 1.0, 0.5)
+    starts.t[0, 2], starts.t[1, 2] = -0.5, 0.0
+    fit = fit_poses(surface, frame, starts, np.tile(np.ones_like(use), (8, 1)), REACH)
+    assert np.isfinite(fit.t).all() and np.isfinite(fit.q).all()
+    np.testing.assert_allclose(fit.R @ fit.R.transpose(0, 2, 1), np.tile(np.eye(3), (8, 1, 1)), atol=1e-6)

@@ -1,0 +1,106 @@
+"""First hypotheses of objects: from the required component's blob, and from the other components'."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solids import BODY, RED, camera_of, chain, pose, random_poses, render, truck, turn_between
+
+from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose import seeds as seeds_module
+from artrec_ros.core.pose.guesses import Guesser
+from artrec_ros.core.pose.seeds import Seeds
+from artrec_ros.core.pose.surface_model import SpatialModel
+
+CAMERA = camera_of()
+TRUCK = truck()
+AT = pose(0.02, 0.0, 0.6, 0.4, model=TRUCK, joints={"fore": 0.5, "hind": -0.3})
+
+
+def seeds_of(labels, which, blob_of, deadline=None):
+    target = Target("truck", TRUCK, RED)
+    seeds = Seeds(target, SpatialModel(TRUCK, RED))
+    blobs = find_blobs(labels, {RED}, RecognizerConfig())
+    frame = ImageFrame(LabelField(labels), CAMERA, deadline or Deadline())
+    return getattr(seeds, which)(frame, blob_of(blobs))
+
+
+def largest(blobs):
+    return max(blobs, key=lambda b: b.area_px)
+
+
+def smallest(blobs):
+    return min(blobs, key=lambda b: b.area_px)
+
+
+def near(poses, truth, place=0.08, turn=0.35):
+    """How many hypotheses are near enough for a search to reach the truth."""
+    close = np.linalg.norm(poses.t - truth.t, axis=1) < place * truth.t[0, 2]
+    return sum(turn_between(R, truth.R[0]) < turn for R in poses.R[close])
+
+
+@pytest.mark.parametrize("which", ["few", "all"])
+def test_the_required_components_blob_tells_where_the_object_is(which):
+    found = seeds_of(render(CAMERA, [(TRUCK, AT, RED)]), which, largest)
+    assert near(found, AT, 0.03, 0.2)
+    if which == "few":
+        assert len(found) <= 10
+
+
+def test_another_components_blob_tells_it_too_but_not_at_first_sight():
+    labels = render(CAMERA, [(TRUCK, AT, RED)])
+    assert not near(seeds_of(labels, "few", smallest), AT)
+    assert near(seeds_of(labels, "all", smallest), AT)
+
+
+@pytest.mark.parametrize("which", ["few", "all"])
+def test_without_time_nothing_is_guessed(which):
+    assert not len(seeds_of(render(CAMERA, [(TRUCK, AT, RED)]), which, largest, Deadline(0.0)))
+
+
+@pytest.mark.parametrize("least", ["PLAIN_PX", "PLAIN_VOTES"])
+def test_a_speck_is_no_object_in_plain_view(monkeypatch, least):
+    """Too small a blob, or too few votes for what it may be: either alone says so."""
+    labels = np.full((240, 320), BODY, np.uint8)
+    labels[100:104, 100:106] = RED
+    monkeypatch.setattr(seeds_module, "PLAIN_PX", 0.0)
+    monkeypatch.setattr(seeds_module, "PLAIN_VOTES", -np.inf)
+    assert len(seeds_of(labels, "few", largest))
+    monkeypatch.setattr(seeds_module, least, {"PLAIN_PX": 30.0, "PLAIN_VOTES": 300.0}[least])
+    assert not len(seeds_of(labels, "few", largest))
+
+
+@pytest.mark.parametrize("label, asked", [(RED, 3), (RED + 1, 1)])
+def test_only_components_of_its_class_are_sought_in_a_blob(monkeypatch, label, asked):
+    parts = tuple(c if c.required else replace(c, label=label) for c in TRUCK.components)
+    model, guess, count = replace(TRUCK, components=parts), Guesser.guess, []
+    monkeypatch.setattr(Guesser, "guess", lambda self, *args: count.append(self.label) or guess(self, *args))
+    labels = render(CAMERA, [(TRUCK, AT, RED)])
+    blobs = find_blobs(labels, {RED}, RecognizerConfig())
+    frame = ImageFrame(LabelField(labels), CAMERA)
+    Seeds(Target("truck", model, RED), SpatialModel(model, RED)).all(frame, smallest(blobs))
+    assert count == [RED] * asked
+
+
+@pytest.mark.parametrize("component", ["base", "arm", "finger"])
+def test_bending_leaves_a_component_where_it_is(component):
+    model = chain()
+    surface = SpatialModel(model, RED)
+    c = [p.name for p in model.components].index(component)
+    guesser, kin = Guesser(model, surface, c), surface.kinematics
+    rest = random_poses(np.random.default_rng(2), model, 4)
+    rest.q[:] = (kin.lower + kin.upper) / 2
+    bent = guesser.bent(rest)
+    n = len(bent) // len(rest)
+    assert (n > 5) == (component != "base")
+    was, now = (kin.forward(p.R, p.t, p.q) for p in (rest, bent))
+    np.testing.assert_allclose(now.R[:, c], np.repeat(was.R[:, c], n, axis=0), atol=1e-9)
+    np.testing.assert_allclose(now.t[:, c], np.repeat(was.t[:, c], n, axis=0), atol=1e-9)
+    assert (bent.q >= kin.lower - 1e-9).all() and (bent.q <= kin.upper + 1e-9).all()
+    moved = bent.q[:n].std(axis=0) > 0.2 * (kin.upper - kin.lower)
+    np.testing.assert_array_equal(moved, kin.moves[c])

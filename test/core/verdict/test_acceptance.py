@@ -1,0 +1,125 @@
+"""Verdicts on claims whose scores are given by hand."""
+
+import numpy as np
+import pytest
+from solids import RED, pose, sign, truck
+
+from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.surface_model import PatchScores
+from artrec_ros.core.verdict.acceptance import verdict_of
+from artrec_ros.core.verdict.claims import Claim
+from artrec_ros.core.verdict.judge import Judge
+
+CONFIG = RecognizerConfig()
+JUDGE = Judge(CONFIG.verdict.min_votes, CONFIG.min_probability)
+STRICT = Judge(CONFIG.verdict.min_votes, 1.0)
+FINDERS = {m.name: WholeObjectFinder(Target(m.name, m, RED)) for m in (truck(), sign())}
+
+
+def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, per_px=3.0):
+    """A claim on which the labels say what `seen` tells: (component, marker) -> pixels that support it."""
+    finder = FINDERS[name]
+    surface = finder.surface
+    n = len(surface.patches)
+    scores = PatchScores(np.zeros((1, n)), np.zeros((1, n)), np.zeros((1, n)))
+    names = [c.name for c in surface.model.components]
+    for i, patch in enumerate(surface.patches):
+        if patch.marker is None:
+            scores.area_px[0, i], scores.votes[0, i] = 100.0, 100.0 * body
+        elif (px := seen.get((names[patch.component], patch.marker.name))) is not None:
+            scores.area_px[0, i], scores.votes[0, i], scores.agree[0, i] = px, per_px * px, agree
+        elif patch.marker.name in ("right", "outer_right"):  # it should be seen and is not
+            scores.area_px[0, i], scores.votes[0, i] = 30.0, against
+    return Claim(finder, pose(model=surface.model), votes, scores)
+
+
+TORSO, FORE, HIND = ("torso", "right"), ("fore", "outer_right"), ("hind", "outer_right")
+WHOLE = {TORSO: 300.0, FORE: 60.0, HIND: 60.0}
+
+
+def shown(verdict):
+    surface = verdict.claim.finder.surface
+    return [surface.patches[i].marker.name if i >= 0 else None for i in verdict.shown]
+
+
+def test_a_whole_object_is_accepted():
+    verdict = verdict_of(claim(WHOLE))
+    assert shown(verdict) == ["right", "outer_right", "outer_right"]
+    assert verdict.others == [1, 2]
+    assert 0.5 < verdict.probability <= 1
+    assert JUDGE.reason(verdict) is None
+    np.testing.assert_allclose(verdict.marker_votes, [900, 180, 180])
+
+
+def test_each_component_is_shown_by_its_largest_supported_marker():
+    verdict = verdict_of(claim({TORSO: 100.0, ("torso", "front"): 300.0, ("fore", "outer_left"): 60.0}))
+    assert shown(verdict) == ["front", "outer_left", None]
+    assert verdict.others == [1]
+
+
+@pytest.mark.parametrize("change", [{"agree": 0.1}, {}])
+def test_a_marker_that_the_labels_do_not_bear_out_shows_nothing(change):
+    seen = {TORSO: 300.0, FORE: 60.0 if change else 3.0}
+    verdict = verdict_of(claim(seen, **change))
+    assert verdict.others == []
+    assert shown(verdict)[0] == "right"  # the required component is always named
+
+
+def test_more_evidence_never_lowers_the_probability():
+    ladder = [
+        claim({TORSO: 300.0}),
+        claim({TORSO: 300.0, FORE: 30.0}),
+        claim({TORSO: 300.0, FORE: 60.0}),
+        claim({TORSO: 300.0, FORE: 60.0, HIND: 30.0}),
+        claim(WHOLE),
+        claim(WHOLE, votes=1600.0),
+        claim(WHOLE, votes=1600.0, body=0.7),
+    ]
+    probability = [verdict_of(c).probability for c in ladder]
+    assert probability == sorted(probability)
+    assert probability[0] < 0.5 < probability[-1]
+    assert all(0 <= p <= 1 for p in probability)
+
+
+def test_a_body_that_is_not_there_speaks_against_an_object():
+    good, bad = (verdict_of(claim(WHOLE, body=b)).probability for b in (0.6, -1.5))
+    assert bad < good
+
+
+def test_too_few_votes_are_named_with_what_is_wanted():
+    reason = Judge(123.0, CONFIG.min_probability).reason(verdict_of(claim(WHOLE, votes=40.0)))
+    assert "40 votes" in reason and "123" in reason and "\n" not in reason
+
+
+def test_without_its_required_component_there_is_no_object():
+    """However plain the others are: what stands for it may be merged with something, but must be there."""
+    verdict = verdict_of(claim({FORE: 200.0, HIND: 200.0}, votes=3000.0))
+    assert Judge(0.0, 0.0).trust(verdict) == 0
+    assert JUDGE.reason(verdict) == "its required component torso is not confirmed"
+    whole = verdict_of(claim(WHOLE, votes=3000.0))
+    assert JUDGE.trust(whole) == whole.probability > CONFIG.min_probability
+
+
+def test_a_low_probability_is_named_with_what_was_confirmed_and_what_came_nearest():
+    verdict = verdict_of(claim({TORSO: 300.0, HIND: 60.0}))
+    reason = STRICT.reason(verdict)
+    assert "hind" in reason and "fore" in reason and "\n" not in reason
+    assert reason.index("hind") < reason.index("fore")
+    alone = STRICT.reason(verdict_of(claim({TORSO: 300.0})))
+    assert "no other component" in alone and ("fore" in alone or "hind" in alone)
+    assert "nearest" not in STRICT.reason(verdict_of(claim(WHOLE)))
+
+
+def test_an_object_of_one_component_needs_no_other():
+    verdict = verdict_of(claim({("plate", "face"): 500.0}, votes=2250.0, name="sign", per_px=4.5))
+    assert JUDGE.reason(verdict) is None
+    blurred = verdict_of(claim({("plate", "face"): 500.0}, votes=1500.0, name="sign"))  # inside right, outline wrong
+    assert "outline" in (JUDGE.reason(blurred) or "")
+    assert "plate" not in (STRICT.reason(verdict) or "")
+
+
+@pytest.mark.parametrize("votes", [-1e6, 0.0, 1e12])
+def test_any_votes_give_a_probability(votes):
+    assert 0 <= verdict_of(claim(WHOLE, votes=votes)).probability <= 1

@@ -1,0 +1,120 @@
+"""What is told of found objects: the same, alone or together, as the image shows it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solids import RED, camera_of, frames_of, pose, render, sign, truck
+
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose import finder as whole_object
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.verdict.acceptance import verdict_of
+from artrec_ros.core.verdict.claims import claims_of
+from artrec_ros.core.verdict.descriptions import Describer
+
+CAMERA = camera_of()
+
+
+def scene(model, *poses):
+    """A describer, the verdicts on true poses, and the image that shows them."""
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, p, RED) for p in poses])), CAMERA)
+    finder = WholeObjectFinder(Target(model.name, model, RED))
+    verdicts = [verdict_of(c) for c in claims_of(finder, Poses.concatenate(list(poses)), frame)]
+    return Describer(finder), verdicts, frame
+
+
+MODELS = {"truck": truck(), "bare": truck(bodies=False), "sign": sign()}
+PLACES = {  # apart; and half out of the image, half behind the other
+    "apart": ((-0.25, 0, 1.0, 0.3), (0.25, 0.02, 1.1, -0.4)),
+    "cut and hidden": ((0.02, 0, 0.8, 0.2), (0.2, 0, 1.2, 0.2), (-0.5, 0, 1.0, 0.1)),
+}
+
+
+@pytest.mark.parametrize("places", PLACES)
+@pytest.mark.parametrize("name", MODELS)
+def test_together_they_are_described_as_one_by_one(name, places):
+    model = MODELS[name]
+    describer, verdicts, frame = scene(model, *(pose(*p, model=model) for p in PLACES[places]))
+    together = describer.describe(verdicts, frame)
+    assert [d.id for d in together] == list(range(len(verdicts)))
+    scores = [d.score for d in together]
+    assert scores == sorted(scores, reverse=True)
+    for verdict in verdicts:
+        (alone,) = describer.describe([verdict], frame)
+        (same,) = (d for d in together if np.allclose(d.pose.position, alone.pose.position, atol=1e-9))
+        np.testing.assert_allclose(same.pose.rotation, alone.pose.rotation, atol=1e-9)
+        np.testing.assert_allclose(same.pose_covariance, alone.pose_covariance, rtol=1e-6, atol=1e-15)
+        assert same.joints == pytest.approx(alone.joints)
+        assert [(p.component, p.marker) for p in same.components] == [(p.component, p.marker) for p in alone.components]
+        for one, other in zip(same.components, alone.components, strict=True):
+            numbers = ((p.x, p.y, p.theta, p.scale, p.score) for p in (one, other))
+            np.testing.assert_allclose(*numbers, atol=1e-9)
+            np.testing.assert_allclose(one.contour, other.contour, atol=1e-9)
+
+
+def pixels_of(points, component, detection, surface):
+    """(n, 2) of points on a component of a described object."""
+    joints = [detection.joints.get(c.name, 0.0) for c in surface.model.joint_components]
+    at = Poses(detection.pose.rotation[None], detection.pose.position[None], np.array([joints]))
+    frames = frames_of(surface, at)
+    return project(CAMERA, points @ frames.R[0, component].T + frames.t[0, component])
+
+
+def test_a_component_lies_amid_what_is_seen_of_its_marker():
+    model = MODELS["truck"]
+    whole, cut = pose(0.1, 0, 0.9, 0.1, model=model), pose(-0.5, 0, 1.0, 0.1, model=model)
+    describer, verdicts, frame = scene(model, whole, cut)
+    surface = verdicts[0].claim.finder.surface
+    names = [c.name for c in model.components]
+    markers = {(names[p.component], p.marker.name): p for p in surface.patches if p.marker is not None}
+    for detection in describer.describe(verdicts, frame):
+        assert detection.components
+        for part in detection.components:
+            patch = markers[part.component, part.marker]
+            inside, drawn = (pixels_of(X, patch.component, detection, surface) for X in (patch.inside, patch.drawn))
+            seen = inside[(inside > -0.5).all(axis=1) & (inside < (319.5, 239.5)).all(axis=1)]
+            expected = seen.mean(axis=0) if len(seen) else drawn[0]
+            np.testing.assert_allclose((part.x, part.y), expected, atol=4.0)  # a leg may hide a little of it
+            np.testing.assert_allclose(part.contour, drawn[3:], atol=1e-6)
+
+
+def test_scale_is_pixels_per_metre_at_the_outlines_centroid():
+    """A front that stands 11 cm before the object's origin, 40 cm away."""
+    model = MODELS["bare"]
+    at = pose(0, 0, 0.4, -np.pi / 2, model=model)
+    describer, verdicts, frame = scene(model, at)
+    (detection,) = describer.describe(verdicts, frame)
+    surface, focal = verdicts[0].claim.finder.surface, np.sqrt(np.prod(np.diag(CAMERA.matrix)[:2]))
+    names, told = [c.name for c in model.components], []
+    for part in detection.components:
+        patch = next(
+            p for p in surface.patches if (names[p.component], p.marker.name) == (part.component, part.marker)
+        )
+        told.append(part.marker)
+        joints = np.array([[detection.joints.get(c.name, 0.0) for c in model.joint_components]])
+        frames = frames_of(surface, Poses(detection.pose.rotation[None], detection.pose.position[None], joints))
+        depth = (frames.R[0, patch.component] @ patch.drawn[0] + frames.t[0, patch.component])[2]
+        assert part.scale == pytest.approx(focal / depth, rel=1e-6)
+        assert abs(part.scale / (focal / 0.4) - 1) > 0.1 or part.marker != "front"
+    assert "front" in told
+
+
+def test_nothing_is_described_by_nothing():
+    describer, _, frame = scene(MODELS["sign"], pose(0, 0, 1.0, model=MODELS["sign"]))
+    assert describer.describe([], frame) == []
+
+
+def test_a_fit_that_loses_its_votes_is_not_taken(monkeypatch):
+    model = MODELS["truck"]
+    poses = Poses.concatenate([pose(x, 0, 1.0, 0.3, model=model) for x in (-0.25, 0.0, 0.25)])
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, poses[[n]], RED) for n in range(3)])), CAMERA)
+    finder = WholeObjectFinder(Target("truck", model, RED))
+    fitted = replace(poses, t=poses.t + [[0.001, 0, 0], [0, 0.5, 0], [0.002, 0, 0]])
+    monkeypatch.setattr(whole_object, "fit_poses", lambda *_: fitted)
+    settled = finder.settled(frame, poses, np.ones((3, len(finder.surface.markers)), bool))
+    np.testing.assert_array_equal(settled.t, [fitted.t[0], poses.t[1], fitted.t[2]])

@@ -1,0 +1,153 @@
+"""Pixels that go to one object only."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solids import BENT, BLUE, RED, StubJudge, camera_of, chain, jolted, pose, render, truck
+
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.verdict.claims import silhouette
+from artrec_ros.core.verdict.ownership import share_out
+
+CAMERA = camera_of()
+TRUCK = truck()
+LEFT = pose(-0.25, 0, 1.0, 0.3, model=TRUCK)
+RIGHT = pose(0.25, 0.02, 1.1, -0.4, model=TRUCK, joints={"hind": 0.3})
+JUDGE = StubJudge()
+
+
+def candidates(finder, frame, poses):
+    votes = finder.votes(frame, poses, occlusion=True)
+    order = np.argsort(-votes, kind="stable")
+    return poses[order]
+
+
+def image_of_two():
+    return ImageFrame(LabelField(render(CAMERA, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)])), CAMERA)
+
+
+def crowd(seed=0, n=6):
+    rng = np.random.default_rng(seed)
+    return Poses.concatenate([LEFT, jolted(rng, LEFT, n, 0.01, 0.1, 0.1), RIGHT, jolted(rng, RIGHT, n, 0.01, 0.1, 0.1)])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
+    frame = image_of_two()
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    found = [(finder, candidates(finder, frame, crowd(seed)))]
+    accepted, _ = share_out(found, frame, JUDGE)
+    assert len(accepted) == 2
+    for truth in (LEFT, RIGHT):
+        assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
+
+
+@pytest.mark.parametrize(
+    "near, far, meet",
+    [
+        (pose(0.05, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK), True),
+        (pose(-0.02, 0, 0.8, 0.2, model=TRUCK), pose(0.2, 0, 1.2, 0.2, model=TRUCK), True),
+        (LEFT, RIGHT, False),
+    ],
+    ids=["half in front", "touching", "apart"],
+)
+def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, meet):
+    frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, near, RED), (TRUCK, far, RED)])), CAMERA)
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    poses = Poses.concatenate([near, far])
+    accepted, _ = share_out([(finder, candidates(finder, frame, poses))], frame, JUDGE)
+    assert len(accepted) == 2
+    before = [v.claim.votes for v in accepted]
+    assert before == sorted(before, reverse=True)
+    left = frame
+    for claim in (v.claim for v in accepted):
+        expected = finder.judge(left, claim.poses, occlusion=True)
+        np.testing.assert_allclose(claim.scores.votes, expected.votes, rtol=1e-6, atol=1e-6)
+        assert claim.votes == pytest.approx(float(finder.votes(left, claim.poses, occlusion=True)[0]))
+        left = left.without(silhouette(finder.surface, CAMERA, claim.poses))
+    alone = finder.votes(frame, accepted[1].claim.poses, occlusion=True)[0]
+    assert (accepted[1].claim.votes < alone) == meet  # what they share went to the first
+
+
+def test_targets_compete_for_pixels():
+    frame = image_of_two()
+    finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
+    found = [(f, candidates(f, frame, crowd())) for f in finders]
+    accepted, _ = share_out(found, frame, JUDGE)
+    assert len(accepted) == 2
+    blue = WholeObjectFinder(Target("blue", TRUCK, BLUE))
+    accepted, _ = share_out([(blue, candidates(blue, frame, crowd()))], frame, JUDGE)
+    assert accepted == []
+
+
+def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
+    frame = image_of_two()
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    found = [(finder, candidates(finder, frame, crowd()))]
+    accepted, others = share_out(found, frame, StubJudge(given=lambda verdict: 0.0))
+    assert accepted == [] and len(others) == 2
+    left_only = StubJudge(given=lambda verdict: float(verdict.claim.poses.t[0, 0] < 0))
+    accepted, others = share_out(found, frame, left_only)
+    assert len(accepted) == 1 and len(others) == 1
+    assert accepted[0].claim.poses.t[0, 0] < 0 < others[0].claim.poses.t[0, 0]
+    whole = finder.votes(frame, others[0].claim.poses, occlusion=True)[0]
+    assert others[0].claim.votes == pytest.approx(float(whole))
+
+
+def test_nothing_found_gives_nothing():
+    frame = image_of_two()
+    finder = WholeObjectFinder(Target("chain", chain(), RED))
+    none = pose(model=chain())[np.zeros(0, int)]
+    for found in ([], [(finder, none)]):
+        accepted, others = share_out(found, frame, JUDGE)
+        assert list(accepted) == list(others) == []
+    far_off = candidates(finder, frame, pose(5.0, model=chain()))
+    accepted, others = share_out([(finder, far_off)], frame, JUDGE)
+    assert list(accepted) == list(others) == []
+
+
+@pytest.mark.parametrize("lens", [(), BENT], ids=len)
+def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
+    camera = camera_of(distortion=lens)
+    frame = ImageFrame(LabelField(render(camera, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)])), camera)
+    finder, judged = WholeObjectFinder(Target("truck", TRUCK, RED)), []
+    judge = finder.judge
+    monkeypatch.setattr(finder, "judge", lambda f, poses, **k: judged.append(len(poses)) or judge(f, poses, **k))
+    poses = Poses.concatenate([LEFT, RIGHT, jolted(np.random.default_rng(1), LEFT, 3, 0.002, 0.02, 0.02)])
+    accepted, _ = share_out([(finder, poses)], frame, JUDGE)
+    assert len(accepted) == 2
+    assert judged == [5, 3]  # all of them; then the left one's rivals
+
+
+def test_claims_keep_their_order_when_some_are_judged_again():
+    """Which of two equal claims goes first does not hang on what was judged before."""
+    frame = image_of_two()
+    finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
+    far = pose(-0.25, -0.02, 2.2, 0.3, model=TRUCK)  # behind the left one: its votes fall when that owns its pixels
+    found = [(finders[0], RIGHT), (finders[1], Poses.concatenate([LEFT, far, RIGHT]))]
+    accepted, _ = share_out(found, frame, JUDGE)
+    assert [v.claim.finder.target.name for v in accepted if v.claim.poses.t[0, 0] > 0] == ["one"]
+
+
+def test_without_time_what_stands_in_an_objects_place_is_dropped_unjudged(monkeypatch):
+    frame = image_of_two()
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    poses = candidates(finder, frame, crowd())
+    late, asked, judge = replace(frame, deadline=Deadline(0.0)), [], WholeObjectFinder.judge
+
+    def counted(self, *args, **options):
+        asked.append(True)
+        return judge(self, *args, **options)
+
+    monkeypatch.setattr(WholeObjectFinder, "judge", counted)
+    accepted, others = share_out([(finder, poses)], late, JUDGE)
+    assert len(asked) == 1 and not others
+    for truth in (LEFT, RIGHT):
+        assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
+    assert not share_out([(finder, poses)], late, StubJudge(given=lambda verdict: 0.0))[1]

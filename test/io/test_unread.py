@@ -1,0 +1,77 @@
+"""Parameters that change nothing are told by name, with the way of recognition that reads them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from artrec_ros.io.parameters.parameter_file import setup_from_flat
+from artrec_ros.io.parameters.unread import unread
+
+FLAT_OBJECT = """
+format: artrec_object/1
+name: toy
+markers: {dot: {disc: {radius: 0.05}}}
+components: {base: {required: true, markers: {dot: {}}}}
+"""
+SPATIAL_OBJECT = FLAT_OBJECT.replace("dot: {}", "dot: {pose: {xyz: [0, 0, 0]}}").replace("toy", "solid")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "flat.yaml").write_text(FLAT_OBJECT)
+    (tmp_path / "spatial.yaml").write_text(SPATIAL_OBJECT)
+    return tmp_path
+
+
+def told(folder: Path, files: list[str], **values: Any) -> list[str]:
+    objects = {f"{f}.object_file": f"{f}.yaml" for f in files} | {f"{f}.label": n + 1 for n, f in enumerate(files)}
+    given = {name.replace("__", "."): value for name, value in values.items()}
+    return unread(setup_from_flat({"objects": files, **objects, **given}, folder))
+
+
+@pytest.mark.parametrize(
+    ("files", "values", "parts"),
+    [
+        (["flat"], {"recognizer__min_probability": 0.5}, ("in space alone", "no object has a place")),
+        (["flat"], {"expert__paper__match": 0.5}, ("by profile paper alone", "recognizer.profile is default")),
+        (["spatial"], {"recognizer__min_match": 0.5}, ("where images are calibrated", "in the image plane alone")),
+        (["spatial"], {"recognizer__min_probability": 0.5}, ("where images are not calibrated",)),
+        (["flat"], {"recognizer__max_range_m": 2.0}, ("where images are not calibrated",)),
+        (["spatial"], {"recognizer__min_range_m": 2.0}, ("where images are not calibrated",)),
+        (["flat", "spatial"], {"recognizer__max_range_m": 2.0}, ("where images are not calibrated",)),
+    ],
+)
+def test_what_is_not_read_is_told(folder: Path, files: list[str], values: dict[str, Any], parts: tuple[str]) -> None:
+    (line,) = told(folder, files, **values)
+    assert "\n" not in line
+    for part in (next(iter(values)).replace("__", "."), *parts):
+        assert part in line
+
+
+def test_profile_paper_reads_its_own_values_and_few_others(folder: Path) -> None:
+    names = {"recognizer__min_match": 0.5, "recognizer__min_scale": 3.0, "recognizer__max_range_m": 1.0}
+    lines = told(folder, ["flat"], recognizer__profile="paper", expert__paper__match=0.5, **names)
+    assert [line.split()[0] for line in lines] == [name.replace("__", ".") for name in names] or len(lines) == 3
+    assert all("recognizer.profile is paper" in line for line in lines)
+
+
+def test_without_whole_objects_nothing_is_read_in_space(folder: Path) -> None:
+    (line,) = told(folder, ["spatial"], recognizer__whole_object=False, recognizer__min_probability=0.5)
+    assert "recognizer.whole_object is false" in line
+
+
+@pytest.mark.parametrize(
+    ("files", "values"),
+    [
+        (["flat"], {"recognizer__min_match": 0.5, "recognizer__min_components": 3, "image__rectified": True}),
+        (["spatial"], {"recognizer__min_scale": 5.0, "recognizer__min_components": 3, "tracking__speed": 2.0}),
+        (["flat", "spatial"], {"recognizer__min_match": 0.5}),
+        (["spatial"], {"recognizer__min_match": 0.55, "expert__paper__match": 0.4}),  # at their defaults
+        (["spatial"], {"recognizer__profile": "paper", "expert__paper__match": 0.5}),
+    ],
+)
+def test_what_is_read_is_not_told(folder: Path, files: list[str], values: dict[str, Any]) -> None:
+    assert told(folder, files, **values) == []

@@ -131,8 +131,9 @@ class RecognizerNode(LifecycleNode):
 
     def destroy_node(self) -> None:
         """Also ends the thread that recognises."""
-        self._stop()
+        self._release()
         super().destroy_node()
+        self._state_machine.destroy_when_not_in_use()  # rclpy 7.1 forgets it, and with it the node stays in the graph
 
     def _stop(self) -> None:
         if self._pipeline is not None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from .alignment.contour_map import ContourMap
 from .alignment.matching import Matches, find_matches
 from .alignment.shapes import Shape
-from .base.config import RecognizerConfig
+from .base.config import AlignmentConfig, RecognizerConfig
 from .base.deferred import Deferred
 from .grouping.candidates import Roles, ShapeOf, candidates_of_roles
 from .grouping.group_search import GroupSearch
@@ -28,7 +28,7 @@ class FlatStage:
         self._targets = targets
         self._config = config
         self._blank = blank
-        self._shapes, self._shape_of = _distinct_shapes(targets)
+        self._shapes, self._shape_of = _distinct_shapes(targets, config.alignment)
         self._roles = [Roles.of(t, shape_of) for t, shape_of in zip(targets, self._shape_of, strict=True)]
         self._wanted = {
             (self._shape_of[n][c.name, m.name], target.label if c.label is None else c.label)
@@ -72,7 +72,7 @@ class FlatStage:
         return detections, reasons, solution.exact
 
 
-def _distinct_shapes(targets: tuple[Target, ...]) -> tuple[list[Shape], list[ShapeOf]]:
+def _distinct_shapes(targets: tuple[Target, ...], config: AlignmentConfig) -> tuple[list[Shape], list[ShapeOf]]:
     """Each outline once, however many components and targets show it, and which one each marker has."""
     shapes: list[Shape] = []
     number: dict[bytes, int] = {}
@@ -81,7 +81,7 @@ def _distinct_shapes(targets: tuple[Target, ...]) -> tuple[list[Shape], list[Sha
         mine: ShapeOf = {}
         for component in target.model.components:
             for marker in component.markers:
-                shape = Shape.from_marker(marker)
+                shape = Shape.from_marker(marker, config)
                 key = shape.key()
                 if key not in number:
                     number[key] = len(shapes)

@@ -25,6 +25,7 @@ from artrec_ros.core.alignment.placements import Placements, evidence, matched_s
 from artrec_ros.core.alignment.refinement import refine, refine_slanted, suppress
 from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.alignment.starts import find_starts
+from artrec_ros.core.base.config import with_values
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.constraints.intervals import Interval
 from artrec_ros.core.constraints.pair_boxes import reach_m
@@ -419,9 +420,8 @@ def test_pairs_are_forbidden_or_checked_as_their_explanation_says(matches, candi
 
 
 @pytest.mark.parametrize("most, fit", [(500, True), (3, True), (500, False)])
-def test_candidates_that_matter_to_a_seed_are_kept(monkeypatch, matches, candidates, most, fit):
+def test_candidates_that_matter_to_a_seed_are_kept(matches, candidates, most, fit):
     """Those that go with one, or miss it by the least."""
-    monkeypatch.setattr(pair_table, "_MAX_PARTNERS", most)
     if not fit:
         pairs = tuple(replace(p, allowed={"distance_m": Interval(2.0, 2.1)}) for p in CRANE.pairs)
         target = Target("crane", crane(), RED, replace(CRANE, pairs=pairs))
@@ -436,7 +436,7 @@ def test_candidates_that_matter_to_a_seed_are_kept(monkeypatch, matches, candida
             miss = np.where(whole.checked[s, mine], whole.violation[s, mine], np.inf)
             partners.add(int(mine[miss.argmin()]))
     kept = sorted(sorted(partners, key=lambda n: (-candidates.weight[n], n))[:most])
-    search = GroupSearch(candidates, matches, CONFIG, Deadline())
+    search = GroupSearch(candidates, matches, with_values(CONFIG, {"grouping.max_partners": most}), Deadline())
     index = np.concatenate([seeds, kept]).astype(int)
     assert search.seeds.tolist() == list(range(len(seeds)))
     np.testing.assert_array_equal(search.candidates.poses.arrays, candidates.take(index).poses.arrays)

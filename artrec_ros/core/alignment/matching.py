@@ -19,8 +19,7 @@ from .refinement import refine, refine_slanted, suppress
 from .shapes import Shape
 from .starts import find_starts
 
-_SLANT_GAIN = 0.05
-_LOOKING = 0.5  # of the time may go into the first pass, the rest is for what it found
+_GAP = 1.5  # spacings of an outline's points that a contour may be longer than between two of them
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ class Matches:
         if self.cmap is None:
             raise ValueError("matches of several contour maps explain no points of one")
         between_px = float(self.perimeter_px[n]) / self.evidence.matched.shape[1]
-        return self.cmap.stretches(self.evidence.matched[n], int(np.ceil(1.5 * between_px)) + 1)
+        return self.cmap.stretches(self.evidence.matched[n], int(np.ceil(_GAP * between_px)) + 1)
 
     def take(self, index: np.ndarray) -> Matches:
         return Matches(self.shapes, self.placed.take(index), self.labels[index], self.evidence.take(index), self.cmap)
@@ -97,13 +96,13 @@ def find_matches(
 
     :param wanted: (shape, label) pairs.
     """
-    placed = find_starts(blobs, cmap, shapes, wanted, config, deadline.part(_LOOKING))
+    placed = find_starts(blobs, cmap, shapes, wanted, config, deadline.part(config.time.first_pass_share))
     placed = refine(cmap, shapes, placed, config, deadline)
     if config.max_slant_deg > 0:
         slanted = refine_slanted(cmap, shapes, placed, config, deadline)
         flat_share, share = (evidence(cmap, shapes, p, config, blank).share for p in (placed, slanted))
         # Two more unknowns fit anything a little better: they have to earn it.
-        better = share > flat_share + _SLANT_GAIN
+        better = share > flat_share + config.alignment.slant_gain
         placed = placed.replace(
             **{f: np.where(better, getattr(slanted, f), getattr(placed, f)) for f in ("t", "z", "w")}
         )

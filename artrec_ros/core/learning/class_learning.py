@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..base.config import LearningConfig
 from ..constraints.classes import ConfigurationClass, JointRange
 from ..constraints.intervals import Interval
 from ..constraints.pairs import PairConstraint, at_one_scale, configuration
@@ -15,7 +16,7 @@ from ..model.objects import ObjectModel
 from .conformal import conformal_margin, left_out_scores, unwrapped, widened
 from .pair_learning import Example, learn, least_widths, widened_pair
 
-_LEAST_RANGE = 0.02  # radians, or shares of a sliding joint's range
+_LEAST_WIDTH = LearningConfig().least_width
 
 
 def learn_class(
@@ -68,7 +69,7 @@ def _joints(model: ObjectModel, rows: Sequence[Mapping[str, float]], coverage: f
         endless = joint.kind == "revolute" and joint.upper - joint.lower >= 2 * np.pi - 1e-6
         span = Interval.around_angles(values) if endless else Interval.around(values)
         bare[component.name] = JointRange(len(values), span, span)
-        least[component.name] = _LEAST_RANGE * (1.0 if joint.kind == "revolute" else joint.upper - joint.lower)
+        least[component.name] = _LEAST_WIDTH * (1.0 if joint.kind == "revolute" else joint.upper - joint.lower)
     if not bare:
         return {}
     offsets = np.array([[unwrapped(np.array(row.get(n, np.nan)), j.seen) for n, j in bare.items()] for row in rows])

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..alignment.shapes import Shape
 from ..alignment.symmetry import ANY_ANGLE
+from ..base.config import AlignmentConfig, LearningConfig
 from ..constraints.constraint_set import ConstraintSet
 from ..constraints.intervals import Interval
 from ..constraints.pairs import ANGLES, DIMENSIONS, Key, PairConstraint, configuration
@@ -19,9 +20,7 @@ from .conformal import conformal_margin, left_out_scores, unwrapped, widened
 
 Example = Mapping[Key, Any]  # values have x, y, theta, scale: `datatypes.Instance` or its like
 
-_AMBIGUOUS_PX = 0.3
-_LEAST_WIDTH = 0.02  # radians, shares of a ratio, shares of the pair's greatest distance
-_NEAR_ZERO = 0.15  # of a marker's size: closer centroids have no direction from one to the other
+_LEARNING, _SYMMETRY_PX = LearningConfig(), AlignmentConfig().symmetry_px
 
 
 def learn(
@@ -55,7 +54,7 @@ def _learn_pair(
     coverage: float,
 ) -> PairConstraint:
     orders = [
-        shapes[key].symmetry.order(float(np.median([pair[n].scale for pair in both])), _AMBIGUOUS_PX)
+        shapes[key].symmetry.order(float(np.median([pair[n].scale for pair in both])), _SYMMETRY_PX)
         for n, key in enumerate((first, second))
     ]
     if orders[0] == ANY_ANGLE and orders[1] != ANY_ANGLE:
@@ -65,7 +64,7 @@ def _learn_pair(
     rows = [configuration(a, b) for a, b in both]
     values = {d: np.array([float(row[d]) for row in rows]) for d in DIMENSIONS}
     size = float(np.sqrt(min(markers[first].area, markers[second].area)))
-    near = bool(values["distance_m"].min() < _NEAR_ZERO * size)
+    near = bool(values["distance_m"].min() < _LEARNING.near_zero * size)
     periods = [2 * np.pi / n if n != ANY_ANGLE else 0.0 for n in orders]
     seen = {d: _span(d, values[d], periods) for d in _meaningful(near, orders)}
     distance_px = Interval.around(values["distance_px"])
@@ -77,7 +76,7 @@ def _learn_pair(
 
 def least_widths(pair: PairConstraint) -> list[float]:
     """Per dimension that is checked, the width below which a box is not resolved by any image."""
-    return [_LEAST_WIDTH * (pair.reach_m if d.endswith("_m") else 1.0) for d in pair.allowed]
+    return [_LEARNING.least_width * (pair.reach_m if d.endswith("_m") else 1.0) for d in pair.allowed]
 
 
 def widened_pair(pair: PairConstraint, margin: float) -> PairConstraint:
@@ -107,6 +106,6 @@ def _span(dimension: str, values: Array, periods: list[float]) -> Interval:
     shortest = min(periods) if dimension == "turn_rad" else periods[0]
     if 0 < shortest < full.width:
         folded = Interval.around_angles(values, shortest)
-        if folded.width < 0.8 * shortest:
+        if folded.width < _LEARNING.folded * shortest:
             return folded
     return full

@@ -14,7 +14,9 @@ from .grouping import GroupingConfig
 from .guesses import GuessesConfig
 from .paper import PaperConfig
 from .params import param, room, validate
+from .seams import SeamsConfig
 from .search import SearchConfig
+from .time import TimeConfig
 from .verdict import VerdictConfig
 from .votes import VotesConfig
 
@@ -85,7 +87,9 @@ class RecognizerConfig:
     min_class_confidence: float = param(
         0.5, "least confidence of a class; below it there is none", low=0, high=1, paths=("plane", "space")
     )
+    time: TimeConfig = room(TimeConfig)
     blobs: BlobsConfig = room(BlobsConfig)
+    seams: SeamsConfig = room(SeamsConfig)
     alignment: AlignmentConfig = room(AlignmentConfig)
     constraints: ConstraintsConfig = room(ConstraintsConfig)
     grouping: GroupingConfig = room(GroupingConfig)

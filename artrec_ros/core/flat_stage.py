@@ -9,6 +9,7 @@ from .alignment.matching import Matches, find_matches
 from .alignment.shapes import Shape
 from .base.config import AlignmentConfig, RecognizerConfig
 from .base.deferred import Deferred
+from .geometry.range_limits import scale_limits
 from .grouping.candidates import Roles, ShapeOf, candidates_of_roles
 from .grouping.group_search import GroupSearch
 from .grouping.paper import align_literally, group_literally
@@ -46,7 +47,8 @@ class FlatStage:
         if self._config.profile == "paper":
             return align_literally(blobs, frame.size, self._shapes, self._wanted, self._config, frame.deadline)
         cmap = ContourMap.build(blobs, frame.size)
-        return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, frame.deadline, self._blank)
+        scales = scale_limits(self._config, frame.calibration)
+        return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, frame.deadline, self._blank, scales)
 
     def group(self, frame: ImageFrame, matches: Matches) -> tuple[tuple[Detection, ...], Sequence[Rejection], bool]:
         """Objects, what was turned down and why, and whether the choice is exact (paper, steps 6 to 8)."""

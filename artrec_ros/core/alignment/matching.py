@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..base.deadline import Deadline
+from ..geometry.range_limits import ScaleLimits, scale_limits
 from ..image.blobs import Blob
 from .contour_map import ContourMap
 from .overlap import overlap_matrix
@@ -91,12 +92,14 @@ def find_matches(
     config: RecognizerConfig,
     deadline: Deadline,
     blank: tuple[int, ...] = (),
+    scales: ScaleLimits | None = None,
 ) -> Matches:
     """Best of several hypotheses for every place, shape and class: the default profile.
 
-    :param wanted: (shape, label) pairs.
+    :param wanted: (shape, label) pairs. :param scales: to look for; None: those of `config`.
     """
-    placed = find_starts(blobs, cmap, shapes, wanted, config, deadline.part(config.time.first_pass_share))
+    scales = scales or scale_limits(config, None)
+    placed = find_starts(blobs, cmap, shapes, wanted, config, deadline.part(config.time.first_pass_share), scales)
     placed = refine(cmap, shapes, placed, config, deadline)
     if config.max_slant_deg > 0:
         slanted = refine_slanted(cmap, shapes, placed, config, deadline)
@@ -106,11 +109,16 @@ def find_matches(
         placed = placed.replace(
             **{f: np.where(better, getattr(slanted, f), getattr(placed, f)) for f in ("t", "z", "w")}
         )
-    return accept(cmap, shapes, placed, config, blank)
+    return accept(cmap, shapes, placed, config, blank, scales)
 
 
 def accept(
-    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, blank: tuple[int, ...]
+    cmap: ContourMap,
+    shapes: list[Shape],
+    placed: Placements,
+    config: RecognizerConfig,
+    blank: tuple[int, ...],
+    scales: ScaleLimits,
 ) -> Matches:
     """Those that match well enough, the best of each place, at most `max_instances` a shape and class."""
     found = evidence(cmap, shapes, placed, config, blank)
@@ -119,9 +127,7 @@ def accept(
         & (found.visible >= config.alignment.min_visible)
         & (placed.area_px(shapes) >= config.min_blob_px)
     )
-    if config.max_scale > 0:
-        good &= placed.scale <= config.max_scale
-    good &= placed.scale >= config.min_scale
+    good &= (placed.scale >= scales.least) & (placed.scale <= scales.greatest)
     passed = np.flatnonzero(good)
     placed = placed.replace(score=found.score).take(passed)
     everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..base.deadline import Deadline
+from ..geometry.range_limits import ScaleLimits, scale_limits
 from ..image.blobs import Blob, blob_anchors
 from . import start_kernels as compiled
 from .contour_map import ContourMap
@@ -29,16 +30,18 @@ def find_starts(
     wanted: set[tuple[int, int]],
     config: RecognizerConfig,
     deadline: Deadline,
+    scales: ScaleLimits | None = None,
 ) -> Placements:
     """The best hypotheses of every place, at most `refine_keep` a blob and shape.
 
     :param wanted: (shape, label) pairs.
     :param deadline: blobs that it leaves are not looked at.
+    :param scales: to look for; None: those of `config`.
     """
     packed = pack_shapes(tuple(shapes))
     couples = pack_couples(tuple(shapes), config.alignment.couple_spans)
     mine = _pack_blobs(blobs, cmap, shapes, wanted, config)
-    limits = _limits(config)
+    limits = _limits(config, scales or scale_limits(config, None))
     spans = np.array(config.alignment.couple_spans)
     parts = []
     for b_from, b_to in _chunks(mine, len(couples.q1) * len(spans)):
@@ -70,7 +73,7 @@ def _chunks(blobs: compiled.BlobArrays, an_anchor: int) -> Iterator[tuple[int, i
         start = end
 
 
-def _limits(config: RecognizerConfig) -> Limits:
+def _limits(config: RecognizerConfig, scales: ScaleLimits) -> Limits:
     return Limits(
         config.alignment.coarse_step,
         config.alignment.coarse_match,
@@ -78,8 +81,7 @@ def _limits(config: RecognizerConfig) -> Limits:
         config.alignment.min_area_ratio,
         config.alignment.max_area_ratio,
         float(config.min_blob_px),
-        config.min_scale,
-        config.max_scale if config.max_scale > 0 else np.inf,
+        *scales,
         tolerance_of(config.alignment),
         config.alignment.symmetry_px,
         config.alignment.same_start,

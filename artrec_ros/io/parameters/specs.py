@@ -11,7 +11,9 @@ from typing import Any
 from ...core.base.config import (
     PATHS,
     ClassConfig,
+    DesignConfig,
     ImageConfig,
+    LearningConfig,
     NodeConfig,
     ObjectConfig,
     RecognizerConfig,
@@ -88,6 +90,11 @@ def expert_rooms() -> dict[str, type]:
     """The configs of rooms by their names in files, in the order of the configs that hold them."""
     holders = (RecognizerConfig, ImageConfig, TrackingConfig)
     return {name: room for config in holders for name, room in rooms_of(config).items()}
+
+
+def offline_rooms() -> dict[str, type]:
+    """The configs of rooms that no parameter file reaches."""
+    return {"learning": LearningConfig, "design": DesignConfig}
 
 
 def all_specs(objects: Iterable[str], classes: Iterable[str]) -> dict[str, Spec]:

@@ -1,4 +1,4 @@
-"""Parameters as flat, typed, described names: derived from the dataclasses of core/base/config.py, once for all users."""
+"""Parameters as flat, typed, described names: derived from the dataclasses of core/base/config, once for all."""
 
 from __future__ import annotations
 

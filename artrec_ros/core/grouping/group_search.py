@@ -140,7 +140,7 @@ class GroupSearch:
             _MAX_OPTIONS,
             config.grouping.groups_per_seed,
             config.grouping.search_nodes,
-            config.min_components,
+            config.min_in_plane,
             config.grouping.min_satisfied,
             config.grouping.min_group_match,
             config.grouping.min_alone_match,

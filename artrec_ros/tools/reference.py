@@ -232,7 +232,7 @@ def _valid(spec: Spec) -> str:
         return ", ".join(f"`{c}`" for c in spec.choices)
     low, high = (None if bound is None else f"{bound:g}" for bound in (spec.low, spec.high))
     if low is not None and high is not None:
-        return f"{low} to {high}"
+        return f"{low} to {high}" + (f", {spec.length} of them" if spec.length else "")
     return f"from {low}" if low is not None else f"to {high}" if high is not None else ""
 
 

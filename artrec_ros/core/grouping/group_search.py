@@ -137,7 +137,7 @@ class GroupSearch:
             rules.max_options,
             rules.groups_per_seed,
             rules.search_nodes,
-            config.min_components,
+            config.min_in_plane,
             rules.min_satisfied,
             rules.min_group_match,
             rules.min_alone_match,

@@ -30,7 +30,10 @@ _FIXED = ("image.classes",)  # it decides which other parameters there are
 
 @dataclass(frozen=True)
 class Spec:
-    """One parameter: a scalar, or a list of `type` where `is_list`; low and high bound each item, inclusively."""
+    """One parameter: a scalar, or a list of `type` where `is_list`; low and high bound each item, inclusively.
+
+    :param length: how many items a list has; 0: any number.
+    """
 
     name: str
     type: type
@@ -44,6 +47,7 @@ class Spec:
     paths: tuple[str, ...] = PATHS
     calibrated: bool = False
     origin: str = ""
+    length: int = 0
 
     @property
     def is_expert(self) -> bool:
@@ -62,6 +66,8 @@ class Spec:
         items = tuple(self._item(v) for v in value.items())
         if self.default and not items:
             raise value.error(f"the list is empty; leave it out for its default {list(self.default)}")
+        if self.length and len(items) != self.length:
+            raise value.error(f"{len(items)} numbers are given; it has {self.length}, such as {list(self.default)}")
         return items
 
     def _item(self, value: Value) -> Any:

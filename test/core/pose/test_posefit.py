@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import (
     BENT,
     BODY,
@@ -30,14 +31,14 @@ from artrec_ros.core.pose.edge_kernels import edge_room
 from artrec_ros.core.pose.edges import edge_terms
 from artrec_ros.core.pose.placed_kernels import Joints, Placed, no_equations
 from artrec_ros.core.pose.pose_fit import contour_fit, fit_poses
-from artrec_ros.core.pose.surface_model import LEAST_COSINE, Poses, SpatialModel
+from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 
-CAMERA = camera_of()
+CAMERA, FIT = camera_of(), DEFAULTS.fit
 REACH = (8, 6, 4, 3, 3, 2, 2)
 
 
 def scene(model, truth, camera=CAMERA):
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     frame = ImageFrame(LabelField(render(camera, [(model, truth, RED)])), camera)
     everything = np.arange(len(surface.patches))
     scores = surface.score(frame, truth, everything, occlusion=True)
@@ -73,7 +74,7 @@ def test_neighbours_come_to_the_truth(name, lens):
     if kin.n_joints:
         bend = np.abs(fit.q - truth.q)
         assert np.median(bend, axis=0).max() < 0.15
-    left = contour_fit(surface, frame, fit, np.tile(use, (24, 1)), 2)
+    left = contour_fit(surface, frame, fit, np.tile(use, (24, 1)), 2, FIT)
     assert np.average(left.residual**2, weights=left.weight) < 0.8**2
 
 
@@ -81,7 +82,7 @@ def test_the_jacobian_is_the_residuals_derivative():
     """Where the edge itself stays put: a point's distance from it changes by its own motion along the normal."""
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
-    fit, rng = contour_fit(surface, frame, truth, use, 3), np.random.default_rng(0)
+    fit, rng = contour_fit(surface, frame, truth, use, 3, DEFAULTS.fit), np.random.default_rng(0)
     kin, which = surface.kinematics, np.flatnonzero(use[0])
 
     def pixels(x):
@@ -98,12 +99,12 @@ def test_the_normal_equations_are_sums_over_the_contours_points():
         model, truth = SCENES[name]
         surface, frame, use = scene(model, truth)
         kin, n = surface.kinematics, 6 + surface.kinematics.n_joints
-        fit, frames = contour_fit(surface, frame, truth, use, 4), frames_of(surface, truth)
+        fit, frames = contour_fit(surface, frame, truth, use, 4, DEFAULTS.fit), frames_of(surface, truth)
         to, room = no_equations(n - 6), edge_room(surface.contour.shape[1], 4, n)
         joints = Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves)
         placed = Placed(truth.t[0], truth.q[0], frames.R[0], frames.t[0], frames.axis[0], frames.origin[0], joints)
-        edges = edge_terms(surface, frame.field, (4,))
-        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, LEAST_COSINE)
+        edges = edge_terms(surface, frame.field, (4,), FIT)
+        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, surface.limits.least_cosine)
         add_contours(term, 0, 0, placed, to, np.empty(n, np.int64), room)
         J, w = fit.jacobian.reshape(-1, n), fit.weight.ravel()
         assert (w > 0).sum() > 20
@@ -153,7 +154,7 @@ def test_an_unseen_joint_stays_determined():
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
     torso = use & (surface.component[surface.markers] == 0)
-    fit = fit_poses(surface, frame, truth, torso, REACH)
+    fit = fit_poses(surface, frame, truth, torso, REACH, FIT)
     assert np.isfinite(fit.q).all()
     assert np.linalg.norm(fit.t - truth.t) < 0.03
 
@@ -161,7 +162,7 @@ def test_an_unseen_joint_stays_determined():
 def test_without_markers_in_use_nothing_moves():
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
-    fit = fit_poses(surface, frame, truth, np.zeros_like(use), REACH)
+    fit = fit_poses(surface, frame, truth, np.zeros_like(use), REACH, FIT)
     np.testing.assert_array_equal(fit.t, truth.t)
 
 
@@ -171,7 +172,7 @@ def test_one_hypothesis_does_not_depend_on_the_others():
     starts = jolted(np.random.default_rng(4), truth, 4, 0.01, 0.05, 0.05)
     together = fit_poses(surface, frame, starts, np.tile(use, (4, 1)), (4, 3))
     for h in range(4):
-        alone = fit_poses(surface, frame, starts[[h]], use, (4, 3))
+        alone = fit_poses(surface, frame, starts[[h]], use, (4, 3), FIT)
         np.testing.assert_allclose(alone.t[0], together.t[h], atol=1e-9)
         np.testing.assert_allclose(alone.R[0], together.R[h], atol=1e-9)
 
@@ -181,7 +182,7 @@ def test_plain_images_leave_poses_finite_and_near(value):
     model, truth = SCENES["truck"]
     surface, _, use = scene(model, truth)
     frame = ImageFrame(LabelField(np.full((240, 320), value, np.uint8)), CAMERA)
-    fit = fit_poses(surface, frame, truth, use, REACH)
+    fit = fit_poses(surface, frame, truth, use, REACH, FIT)
     assert np.isfinite(fit.t).all() and np.isfinite(fit.R).all()
     np.testing.assert_allclose(fit.t, truth.t, atol=1e-9)
 

@@ -57,7 +57,7 @@ class SearchConfig(Room):
     )
     niche_range: float = param(
         0.12,
-        "hypotheses of a sure object that are nearer, and turned by less than niche_rad, climb to one; share of the range",
+        "hypotheses of a sure object nearer than this share of the range, turned by less than niche_rad, climb to one",
         low=0,
         high=1,
         paths=_SPACE,

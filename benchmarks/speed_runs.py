@@ -18,7 +18,7 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.model.found import FrameResult
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.parameters import Setup
+from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.simulator import pinhole_camera, simulate
 

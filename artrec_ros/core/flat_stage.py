@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from .alignment.contour_map import ContourMap
 from .alignment.matching import Matches, find_matches
 from .alignment.shapes import Shape
-from .base.config import RecognizerConfig
+from .base.config import AlignmentConfig, RecognizerConfig
 from .base.deferred import Deferred
+from .geometry.range_limits import scale_limits
 from .grouping.candidates import Roles, ShapeOf, candidates_of_roles
 from .grouping.group_search import GroupSearch
 from .grouping.paper import align_literally, group_literally
@@ -28,7 +29,7 @@ class FlatStage:
         self._targets = targets
         self._config = config
         self._blank = blank
-        self._shapes, self._shape_of = _distinct_shapes(targets)
+        self._shapes, self._shape_of = _distinct_shapes(targets, config.alignment)
         self._roles = [Roles.of(t, shape_of) for t, shape_of in zip(targets, self._shape_of, strict=True)]
         self._wanted = {
             (self._shape_of[n][c.name, m.name], target.label if c.label is None else c.label)
@@ -46,7 +47,8 @@ class FlatStage:
         if self._config.profile == "paper":
             return align_literally(blobs, frame.size, self._shapes, self._wanted, self._config, frame.deadline)
         cmap = ContourMap.build(blobs, frame.size)
-        return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, frame.deadline, self._blank)
+        scales = scale_limits(self._config, frame.calibration)
+        return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, frame.deadline, self._blank, scales)
 
     def group(self, frame: ImageFrame, matches: Matches) -> tuple[tuple[Detection, ...], Sequence[Rejection], bool]:
         """Objects, what was turned down and why, and whether `search_nodes` ended the choice (paper, steps 6 to 8)."""
@@ -72,7 +74,7 @@ class FlatStage:
         return detections, reasons, solution.out_of_nodes
 
 
-def _distinct_shapes(targets: tuple[Target, ...]) -> tuple[list[Shape], list[ShapeOf]]:
+def _distinct_shapes(targets: tuple[Target, ...], config: AlignmentConfig) -> tuple[list[Shape], list[ShapeOf]]:
     """Each outline once, however many components and targets show it, and which one each marker has."""
     shapes: list[Shape] = []
     number: dict[bytes, int] = {}
@@ -81,7 +83,7 @@ def _distinct_shapes(targets: tuple[Target, ...]) -> tuple[list[Shape], list[Sha
         mine: ShapeOf = {}
         for component in target.model.components:
             for marker in component.markers:
-                shape = Shape.from_marker(marker)
+                shape = Shape.from_marker(marker, config)
                 key = shape.key()
                 if key not in number:
                     number[key] = len(shapes)

@@ -26,8 +26,6 @@ from .spatial_stage import SpatialStage
 from .verdict.classify import Classifier
 from .warm_up import warm_up_flat_stage
 
-_ALIGNMENT = 0.7  # of the time that is left may go into alignment
-
 
 class Labeller(Protocol):
     """What turns an image into class labels: `segmentation.Segmenter`."""
@@ -95,12 +93,12 @@ class Recognizer:
         deadline = Deadline(self._config.time_budget_ms / 1e3)
         with watch.stage("segmentation"):
             labels = self._segmenter.labels(image)
-        frame = ImageFrame(LabelField(labels), camera, deadline)
+        frame = ImageFrame(LabelField(labels, self._config.seams), camera, deadline)
         flat = self._flat if camera is None else self._flat_rest
         with watch.stage("blobs"):
             blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank, deadline)
         with watch.stage("alignment"):
-            matches = flat.align(frame.hurried(_ALIGNMENT), blobs)
+            matches = flat.align(frame.hurried(self._config.time.alignment_share), blobs)
         with watch.stage("grouping"):
             detections, rejected, out_of_nodes = flat.group(frame, matches)
         if camera is not None:

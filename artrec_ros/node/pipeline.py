@@ -15,7 +15,7 @@ from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
 from ..core.model.found import FrameResult
 from ..core.tracking.tracker import Tracker
-from ..io.parameters import Setup
+from ..io.parameters.parameter_file import Setup
 from . import conversions
 from .calibration import Calibrations
 from .publishers import Publishers

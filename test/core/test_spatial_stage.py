@@ -27,7 +27,7 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.objects import load_object
+from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.simulator import pinhole_camera, simulate
 

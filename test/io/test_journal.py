@@ -17,8 +17,8 @@ from artrec_ros.core.model.found import (
     Instance,
     Rejection,
 )
-from artrec_ros.io.journal import Journal, Recognised
-from artrec_ros.io.whole_files import LineFile, write_whole
+from artrec_ros.io.base.whole_files import LineFile, write_whole
+from artrec_ros.io.results.journal import Journal, Recognised
 
 
 def frame(stamp_ns: int = 10) -> Recognised:
@@ -103,7 +103,8 @@ def test_a_full_disk_leaves_whole_lines(tmp_path, monkeypatch):
 def test_a_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / "f"
     write_whole(path, "before")
-    monkeypatch.setattr("artrec_ros.io.whole_files.os.replace", lambda *_: (_ for _ in ()).throw(OSError(28, "full")))
+    full = OSError(28, "full")
+    monkeypatch.setattr("artrec_ros.io.base.whole_files.os.replace", lambda *_: (_ for _ in ()).throw(full))
     with pytest.raises(OSError, match="full"):
         write_whole(path, "after")
     assert path.read_text() == "before" and [p.name for p in tmp_path.iterdir()] == ["f"]

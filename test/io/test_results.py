@@ -19,7 +19,7 @@ from artrec_ros.core.model.found import (
     Instance,
     Rejection,
 )
-from artrec_ros.io.results import FrameRecord, read_results
+from artrec_ros.io.results.results import FrameRecord, read_results
 
 DETECTION = Detection(
     object="arm",

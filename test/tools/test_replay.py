@@ -16,11 +16,11 @@ from artrec_ros.core.base.errors import ImageError
 from artrec_ros.core.drawing import class_picture
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.parameters import Setup
-from artrec_ros.io.results import FrameRecord, read_results
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.parameters.parameter_file import Setup
+from artrec_ros.io.results.results import FrameRecord, read_results
 from artrec_ros.tools.main import main
-from artrec_ros.tools.summary import Summary
+from artrec_ros.tools.replaying.summary import Summary
 
 CONFIG = Path(__file__).parents[2] / "config"
 OBJECT = """

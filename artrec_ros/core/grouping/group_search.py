@@ -15,11 +15,7 @@ from . import group_kernels as compiled
 from .candidates import Candidates
 from .pair_table import PairTable, pair_table, relevant
 
-_MAX_OPTIONS = 12  # candidates of a component carried for one seed
-_DISAGREEMENT = (0.25, 1.0)  # weight lost by a pair just violated and by one far out, in shares of the lighter member's
-_LEAST_WEIGHT = 0.05  # of an object whose missing components would cost more than it explains
 _SEEDS_BETWEEN_LOOKS = 16  # at the clock
-_FAR_OUT = 0.5  # a violation: radians, or share of the pair's greatest length
 
 
 class Group(NamedTuple):
@@ -133,18 +129,20 @@ class GroupSearch:
 
     @cached_property
     def _rules(self) -> compiled.Rules:
-        config = self._config
+        config, rules = self._config, self._config.grouping
+        slight, gross = rules.violation_cost
         return compiled.Rules(
-            config.grouping.missing_cost * self._perimeter_m,
+            rules.missing_cost * self._perimeter_m,
             self._required,
-            _MAX_OPTIONS,
-            config.grouping.groups_per_seed,
-            config.grouping.search_nodes,
+            rules.max_options,
+            rules.groups_per_seed,
+            rules.search_nodes,
             config.min_components,
-            config.grouping.min_satisfied,
-            config.grouping.min_group_match,
-            config.grouping.min_alone_match,
-            *_DISAGREEMENT,
-            _FAR_OUT,
-            _LEAST_WEIGHT,
+            rules.min_satisfied,
+            rules.min_group_match,
+            rules.min_alone_match,
+            slight,
+            gross,
+            rules.far_out,
+            rules.least_weight,
         )

@@ -9,9 +9,9 @@ import numpy as np
 
 from ...core.geometry.transforms import Array
 from ...core.model.found import Detection, Instance
-from ...io.truth import TrueObject
-from ..metrics import extent_px, is_on, places_of
-from ..outcomes import Outcome
+from ...io.truth.records import TrueObject
+from .metrics import extent_px, is_on, places_of
+from .outcomes import Outcome
 from .runs import LookedFor
 from .scoring import Evaluation, ScoredFrame
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from artrec_ros.core.model.found import ImagePose, Instance, Rejection
-from artrec_ros.io.results import FrameRecord
+from artrec_ros.io.results.results import FrameRecord
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.evaluation.failures import failed_frames
 

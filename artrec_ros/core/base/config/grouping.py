@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..errors import ConfigError
 from .params import Room, param
 
 _PLANE = ("plane",)
@@ -77,6 +78,46 @@ class GroupingConfig(Room):
         paths=_PLANE,
         origin="a quarter is left of a marker that merged with three others",
     )
+    violation_cost: tuple[float, ...] = param(
+        (0.25, 1.0),
+        "what a pair that is just violated costs, and one that is far out, in shares of the lighter member's contour",
+        low=0,
+        high=10,
+        paths=_PLANE,
+        origin="a slight violation costs less than to leave the member out, a gross one as much",
+    )
+    far_out: float = param(
+        0.5,
+        "a violation that is far out: radians, or share of the pair's greatest length",
+        low=0.01,
+        high=10,
+        paths=_PLANE,
+        origin="30 degrees: no noise makes that",
+    )
+    least_weight: float = param(
+        0.05,
+        "weight of an object whose missing components cost more than it explains, as a share of what it explains",
+        low=0.0001,
+        high=1,
+        paths=_PLANE,
+        origin="above 0, so that it is found where nothing else explains its pixels",
+    )
+    max_partners: int = param(
+        500,
+        "at most so many candidates that go with the required component are related with each other, the heaviest",
+        low=1,
+        high=10000,
+        paths=_PLANE,
+        origin="bounds the time: pairs grow with its square",
+    )
+    max_options: int = param(
+        12,
+        "at most so many candidates of a component are tried with an instance of the required one, the heaviest",
+        low=1,
+        high=100,
+        paths=_PLANE,
+        origin="bounds the time: groups grow with it",
+    )
     groups_per_seed: int = param(
         4,
         "groups carried on per instance of the required component",
@@ -92,3 +133,11 @@ class GroupingConfig(Room):
         paths=_PLANE,
         origin="bounds the time; frames of 20 objects need some hundreds",
     )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if len(self.violation_cost) != 2 or self.violation_cost[1] < self.violation_cost[0]:
+            raise ConfigError(
+                f"expert.grouping.violation_cost: {list(self.violation_cost)} must be of one just violated, and a "
+                "greater one of one far out"
+            )

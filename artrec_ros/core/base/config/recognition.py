@@ -15,7 +15,9 @@ from .guesses import GuessesConfig
 from .image import GREATEST_LABEL
 from .paper import PaperConfig
 from .params import param, room, validate
+from .seams import SeamsConfig
 from .search import SearchConfig
+from .time import TimeConfig
 from .verdict import VerdictConfig
 from .votes import VotesConfig
 
@@ -52,7 +54,7 @@ class RecognizerConfig:
     max_scale: float = param(0.0, "greatest scale to look for; 0: any", unit="px/m", low=0, paths=("plane", "space"))
     min_range_m: float = param(
         0.0,
-        "least distance from the camera; calibrated images only",
+        "least distance to look for, along the optical axis; calibrated images only",
         unit="m",
         low=0,
         paths=("plane", "space"),
@@ -60,7 +62,7 @@ class RecognizerConfig:
     )
     max_range_m: float = param(
         0.0,
-        "greatest distance from the camera; 0: any; calibrated images only",
+        "greatest distance to look for, along the optical axis; 0: any; calibrated images only",
         unit="m",
         low=0,
         paths=("plane", "space"),
@@ -88,7 +90,9 @@ class RecognizerConfig:
     min_class_confidence: float = param(
         0.5, "least confidence of a class; below it there is none", low=0, high=1, paths=("plane", "space")
     )
+    time: TimeConfig = room(TimeConfig)
     blobs: BlobsConfig = room(BlobsConfig)
+    seams: SeamsConfig = room(SeamsConfig)
     alignment: AlignmentConfig = room(AlignmentConfig)
     constraints: ConstraintsConfig = room(ConstraintsConfig)
     grouping: GroupingConfig = room(GroupingConfig)

@@ -27,8 +27,6 @@ class SpatialStage:
         self._finders = [WholeObjectFinder(t) for t in targets]
         self._describers = [Describer(f) for f in self._finders]
         self._judge = Judge(config.verdict.min_votes, config.min_probability)
-        for finder in self._finders:
-            finder.warm_up()
 
     def recognize(
         self, frame: ImageFrame, blobs: Sequence[Blob]

@@ -11,18 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base.config import RecognizerConfig
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array
-from ..image.blobs import Blob, find_blobs
+from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
-from ..image.label_field import LabelField
 from ..model.target import Target
 from . import climb_kernels as climbing
 from .climb_kernels import Value
 from .distinct import apart
-from .pose_fit import contour_fit, fit_poses
+from .pose_fit import fit_poses
 from .ranked import Ranked
 from .seeds import Seeds
 from .surface_model import LIMITS, PatchScores, Poses, SpatialModel
@@ -59,22 +57,11 @@ class WholeObjectFinder:
         self._marker_centres = np.array([m.centre for m in markers])
         self._seeds = Seeds(target, self.surface)
 
-    def warm_up(self) -> None:
-        """Have compiled code ready before the first image: search a small one that shows a patch of the class."""
-        labels = np.zeros((48, 64), np.uint8)
-        labels[16:32, 20:44] = self.root_label
-        frame = ImageFrame(LabelField(labels), Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (64, 48)))
-        few = Climb(1, 1, 1.0)
-        for blob in find_blobs(labels, {self.root_label}, RecognizerConfig()):
-            for found in (self.plain_guesses(frame, blob), self.guesses(frame, blob)):
-                poses = found.poses[:1]  # maybe none: what is compiled need not run
-                self._climb(frame, self._sweep(frame, Ranked(poses, self.votes(frame, poses, occlusion=True))), few)
-        kin, every = self.surface.kinematics, np.ones((1, len(self.surface.markers)), bool)
-        ahead = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), (kin.lower + kin.upper)[None] / 2)
-        contour_fit(self.surface, frame, ahead, every, 1)
-        frames, patches = kin.forward(ahead.R, ahead.t, ahead.q), self.surface.markers
-        self.surface.place(frames, self.surface.centre[patches], self.surface.component[patches])
-        self.surface.shown(frames, patches, 1)
+    def warm_up(self, frame: ImageFrame, poses: Poses) -> None:
+        """Have the compiled code that counts votes and climbs on them ready, by a step from some poses."""
+        self.total(self.judge(frame, poses, occlusion=True))
+        found = Ranked(poses, self.votes(frame, poses, occlusion=True))
+        self._climb(frame, self._sweep(frame, found), Climb(1, 1, 1.0))
 
     def plain_guesses(self, frame: ImageFrame, blob: Blob) -> Ranked:
         """A few of an object in plain view whose required component made a blob; none where there can be no such."""

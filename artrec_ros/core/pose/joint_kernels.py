@@ -101,13 +101,12 @@ def search_one(
 
 @jit
 def search_joints(
-    s: Surface, chain: Chain, R: Any, t: Any, q: Any, grids: Any, view: LabelView, limits: SurfaceLimits
-) -> None:
+    s: Surface, chain: Chain, order: Any, starts: Any, R: Any, t: Any, q: Any, grids: Any, view: LabelView,
+    limits: SurfaceLimits,
+) -> None:  # fmt: skip
     """Fill q (H, J) of hypotheses R (H, 3, 3), t (H, 3) with the values in `grids` (J, n; NaN ends a row) at which the
-    labels like each component best, parents first."""
+    labels like each component best, parents first; order and starts as in `search_one`."""
     n_c = len(chain.parent)
-    order = np.argsort(s.component, kind="mergesort")
-    starts = np.searchsorted(s.component[order], np.arange(n_c + 1))
     frames_R, frames_t = np.empty((n_c, 3, 3)), np.empty((n_c, 3))
     most, scratch, room = np.empty(len(s.area)), np.empty((4, 3, 3)), room_of(s)
     for h in range(len(R)):

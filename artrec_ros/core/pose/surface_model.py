@@ -149,6 +149,12 @@ class SpatialModel:
             box_radius=np.linalg.norm(self.boxes.half, axis=1),
         )
 
+    @cached_property
+    def _by_component(self) -> tuple[np.ndarray, np.ndarray]:
+        """(P,) patches by component, and where those of each one begin: (C + 1,)."""
+        order = np.argsort(self.component, kind="stable")
+        return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
+
     @property
     def no_poses(self) -> Poses:
         """None of this model's."""
@@ -179,5 +185,7 @@ class SpatialModel:
         best; occlusion apart. At the deadline the rest stay as they are."""
         kin, R, t, q, view = self.kinematics, poses.R, poses.t, poses.q.copy(), frame.view
         for part in frame.deadline.parts(len(poses), _AT_ONCE):
-            search_joints(self.compiled, kin.chain, R[part], t[part], q[part], kin.grids(step), view, LIMITS)
+            search_joints(
+                self.compiled, kin.chain, *self._by_component, R[part], t[part], q[part], kin.grids(step), view, LIMITS
+            )  # fmt: skip
         return Poses(R, t, q)

@@ -132,7 +132,7 @@ def test_the_cameras_frame_tells_the_hardware(diagnostics: Diagnostics) -> None:
     assert {s.hardware_id for s in report(diagnostics, 101).values()} == {"/image"}
     diagnostics.image_failed(102, "encoding 'x'", "left_eye")
     assert {s.hardware_id for s in report(diagnostics, 102).values()} == {"left_eye"}
-    diagnostics.image_processed(103, FrameReport(1, 1.0, 1.0, True, "", "eye"))
+    diagnostics.image_processed(103, FrameReport(1, 1.0, 1.0, (), "", "eye"))
     diagnostics.image_processed(103, frame(1.0, 1))
     assert {s.hardware_id for s in report(diagnostics, 103).values()} == {"eye"}
 

@@ -495,9 +495,7 @@ def all_groups(pool, rules, banned):
 def test_groups_are_the_heaviest_of_all(seed, least_components, satisfied, nodes):
     rng = np.random.default_rng(seed)
     pool = random_pool(rng, 12, 4, 8)
-    rules = group_search.Rules(
-        rng.uniform(0, 10, 4), 0, 12, 4, nodes, least_components, satisfied, 0.6, 0.7, 0.05
-    )
+    rules = group_search.Rules(rng.uniform(0, 10, 4), 0, 12, 4, nodes, least_components, satisfied, 0.6, 0.7, 0.05)
     banned = rng.random(8) < 0.15
     expected = sorted(all_groups(pool, rules, banned), key=lambda g: -g[0])[:4]
     held, members, weight, score, good, checked, exact = group_search.best_groups(pool, 0, rules, banned)

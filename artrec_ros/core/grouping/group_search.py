@@ -15,6 +15,7 @@ from . import group_kernels as compiled
 from .candidates import Candidates
 from .pair_table import PairTable, pair_table, relevant
 
+_LEAST_WEIGHT = 0.05  # share of what it explains, of an object whose missing components cost more: any above 0 does
 _SEEDS_BETWEEN_LOOKS = 16  # at the clock
 
 
@@ -130,7 +131,6 @@ class GroupSearch:
     @cached_property
     def _rules(self) -> compiled.Rules:
         config, rules = self._config, self._config.grouping
-        slight, gross = rules.violation_cost
         return compiled.Rules(
             rules.missing_cost * self._perimeter_m,
             self._required,
@@ -141,8 +141,5 @@ class GroupSearch:
             rules.min_satisfied,
             rules.min_group_match,
             rules.min_alone_match,
-            slight,
-            gross,
-            rules.far_out,
-            rules.least_weight,
+            _LEAST_WEIGHT,
         )

@@ -57,7 +57,7 @@ class SearchConfig(Room):
     )
     niche_range: float = param(
         0.12,
-        "hypotheses of a sure object that are nearer, and turned by less than niche_rad, climb to one, as a share of the range",
+        "and nearer than this, as a share of the range (see niche_rad)",
         low=0,
         high=1,
         paths=_SPACE,
@@ -142,29 +142,13 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="a later climb begins nearer",
     )
-    plain_climb_hypotheses: int = param(
-        3,
-        "at most so many hypotheses of an object beyond doubt climb",
-        low=1,
-        high=1000,
-        paths=_SPACE,
-        origin="it and its rivals",
-    )
     plain_climb_rounds: int = param(
         13,
-        "rounds of that climb",
+        "rounds of the climb of an object beyond doubt, which is else as the last one",
         low=1,
         high=1000,
         paths=_SPACE,
         origin="by hand, on rendered and recorded scenes",
-    )
-    plain_climb_first_step: float = param(
-        0.7,
-        "first steps of that climb, in units of step_px and the like",
-        low=0.01,
-        high=100,
-        paths=_SPACE,
-        origin="as the last climb of others",
     )
     same_place: float = param(
         0.6,

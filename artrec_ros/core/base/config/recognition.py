@@ -58,7 +58,7 @@ class RecognizerConfig:
     max_scale: float = param(0.0, "greatest scale to look for; 0: any", unit="px/m", low=0, paths=("plane", "space"))
     min_range_m: float = param(
         0.0,
-        "least distance from the camera; calibrated images only",
+        "least distance to look for, along the optical axis; calibrated images only",
         unit="m",
         low=0,
         paths=("plane", "space"),
@@ -66,7 +66,7 @@ class RecognizerConfig:
     )
     max_range_m: float = param(
         0.0,
-        "greatest distance from the camera; 0: any; calibrated images only",
+        "greatest distance to look for, along the optical axis; 0: any; calibrated images only",
         unit="m",
         low=0,
         paths=("plane", "space"),

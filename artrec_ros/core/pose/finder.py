@@ -55,7 +55,14 @@ class WholeObjectFinder:
         self._seeds = Seeds(target, self.surface, config)
 
     def warm_up(self) -> None:
-        """Have compiled code ready before the first image: search a small one that shows a patch of the class."""
+        """Have compiled code ready before the first image: search a small one that shows a patch of the class.
+
+        By the defaults: other values could leave out some of it, and are not compiled for anew.
+        """
+        usual = RecognizerConfig()
+        if self.config != usual:
+            WholeObjectFinder(self.target, usual).warm_up()
+            return
         labels = np.zeros((48, 64), np.uint8)
         labels[16:32, 20:44] = self.root_label
         frame = ImageFrame(LabelField(labels), Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (64, 48)))

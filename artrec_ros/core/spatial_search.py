@@ -21,9 +21,7 @@ class SpatialSearch:
         self._frame, self._judge, self._config = frame, judge, config
         climbs = zip(config.climb_hypotheses, config.climb_rounds, config.climb_first_steps, strict=True)
         self._climbs = [Climb(*climb) for climb in climbs]
-        self._plain_climb = Climb(
-            config.plain_climb_hypotheses, config.plain_climb_rounds, config.plain_climb_first_step
-        )
+        self._plain_climb = self._climbs[-1]._replace(rounds=config.plain_climb_rounds)
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
         # found, and whether sure; its pixels are still in the frames

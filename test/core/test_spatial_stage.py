@@ -116,7 +116,7 @@ def test_what_is_reported_of_a_component_is_what_the_image_shows():
     ids=str,
 )
 def test_of_two_objects_the_one_in_reach_is_found(limits, wanted):
-    """One at 0.93 m, one at 1.13 m; the other is not made up somewhere in reach."""
+    """One at 0.9 m, one at 1.1 m; the other is not made up somewhere in reach."""
     labels = render(CAMERA, [(TRUCK, at, RED) for at in PAIR])
     result = recognizer(Target("truck", TRUCK, RED), **limits).recognize(labels, CAMERA)
     (detection,) = result.detections

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.config import GuessesConfig, RecognizerConfig
+from ..geometry.range_limits import range_limits
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.objects import Marker, ObjectModel
 from .distinct import best_distinct
-from .reach import Reach
 from .surface_model import Poses, SpatialModel
 from .view_bank import BlobShape, ViewBank, blob_shape
 from .views import lift, view_bank
@@ -23,7 +23,7 @@ class Guesser:
     """
 
     def __init__(self, model: ObjectModel, surface: SpatialModel, component: int, config: RecognizerConfig) -> None:
-        self._config, self._search, self._reach = config.guesses, config.search, Reach.of(config)
+        self._all, self._config, self._search = config, config.guesses, config.search
         part, label = model.components[component], surface.labels[component]
         self.label, self._none = label, surface.no_poses
         self._markers = part.markers
@@ -65,9 +65,11 @@ class Guesser:
             T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
         R, t = lift(self._flips[m], view, T, frame.camera, self._origins[m])
         found, votes = Poses(R, t, np.tile(self._q[0], (len(R), 1))), np.tile(votes, 2 * len(grown))
-        if self._reach.is_limited:
-            near = self._reach.near(t, frame.camera.focal_px, self._config.range_slack)
-            found, votes = found[near], votes[near]
+        near_m, far_m = range_limits(self._all, frame.camera)
+        if near_m > 0 or far_m < np.inf:  # else those behind the camera stay, too
+            off = 1 + self._config.range_slack
+            within = (t[:, 2] * off >= near_m) & (t[:, 2] <= far_m * off)
+            found, votes = found[within], votes[within]
         return found[best_distinct(found, votes, keep * len(grown), self._search)]
 
     def _object_in_marker(self, marker: Marker) -> tuple[Array, Array]:

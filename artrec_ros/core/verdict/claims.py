@@ -25,20 +25,19 @@ class Claim:
     poses: Poses  # one hypothesis
     votes: float
     scores: PatchScores
-    scale: float = math.nan  # pixels per metre at the depth of the required component; NaN: not asked for
-
-    @property
-    def range_m(self) -> float:
-        """Distance of the object's place from the camera."""
-        return float(np.linalg.norm(self.poses.t[0]))
+    depth_m: float = math.nan  # of the required component, along the optical axis; NaN: not asked for
+    scale: float = math.nan  # pixels per metre there
 
 
 def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Claim]:
     """A claim for each hypothesis."""
     scores = finder.judge(frame, poses, occlusion=True)
-    scale = frame.camera.focal_px / np.maximum(finder.anchors(poses)[:, 2], 1e-6)
-    numbers = zip(finder.total(scores).tolist(), scale.tolist(), strict=True)
-    return [Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], at) for i, (votes, at) in enumerate(numbers)]
+    depth_m = finder.anchors(poses)[:, 2]
+    scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
+    numbers = zip(finder.total(scores).tolist(), depth_m.tolist(), scale.tolist(), strict=True)
+    return [
+        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], *place) for i, (votes, *place) in enumerate(numbers)
+    ]
 
 
 def corners_of(surface: SpatialModel, camera: Camera, poses: Poses) -> Array:

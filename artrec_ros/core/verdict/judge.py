@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from ..base.config import RecognizerConfig
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
-from ..pose.reach import Reach
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdict_of
 from .claims import claims_of
+from .reach import Reach
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Judge:
         if not verdict.confirmed[verdict.claim.finder.root]:
             required = verdict.claim.finder.surface.model.required.name
             return f"its required component {required} is not confirmed"
-        out_of_reach = self.reach.reason(verdict.claim.range_m, verdict.claim.scale)
+        out_of_reach = self.reach.reason(verdict.claim.depth_m, verdict.claim.scale)
         if out_of_reach is not None:
             return out_of_reach
         confirmed, wanted = sum(verdict.confirmed), min(self.min_components, len(verdict.confirmed))

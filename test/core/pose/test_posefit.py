@@ -64,7 +64,7 @@ def test_neighbours_come_to_the_truth(name, lens):
     kin = surface.kinematics
     starts = jolted(np.random.default_rng(0), truth, 24, 0.01, 0.06, 0.04)
     starts.q[:] = np.clip(starts.q, kin.lower, kin.upper)
-    fit = fit_poses(surface, frame, starts, np.tile(use, (24, 1)), REACH)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (24, 1)), REACH, FIT)
     place = np.linalg.norm(fit.t - truth.t, axis=1) / truth.t[0, 2]
     turn = np.array([turn_between(R, truth.R[0]) for R in fit.R])
     assert np.median(place) < 0.02 and np.mean(place < 0.035) > 0.7
@@ -124,8 +124,8 @@ def test_hypotheses_left_at_the_deadline_stay():
             looks.append(True)
             return len(looks) > 1
 
-    some = fit_poses(surface, replace(frame, deadline=Once()), starts, np.tile(use, (100, 1)), (4,))
-    every = fit_poses(surface, frame, starts, np.tile(use, (100, 1)), (4,))
+    some = fit_poses(surface, replace(frame, deadline=Once()), starts, np.tile(use, (100, 1)), (4,), FIT)
+    every = fit_poses(surface, frame, starts, np.tile(use, (100, 1)), (4,), FIT)
     fitted = (some.t != starts.t).any(axis=1)
     assert 0 < fitted.sum() < 100
     np.testing.assert_array_equal(some.t[fitted], every.t[fitted])
@@ -136,7 +136,7 @@ def test_joints_that_are_held_do_not_move():
     surface, frame, use = scene(model, truth)
     starts = jolted(np.random.default_rng(2), truth, 5, 0.01, 0.05, 0.1)
     free = np.tile([True, False], (5, 1))
-    fit = fit_poses(surface, frame, starts, np.tile(use, (5, 1)), REACH, free)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (5, 1)), REACH, FIT, free)
     np.testing.assert_allclose(fit.q[:, 1], starts.q[:, 1], atol=1e-4)
     assert (np.abs(fit.q[:, 0] - starts.q[:, 0]) > 1e-3).any()
 
@@ -146,7 +146,7 @@ def test_joints_stay_within_their_limits():
     truth = pose(0, 0, 0.8, 0.3, 0, model, {"fore": 0.8, "hind": -0.8})
     surface, frame, use = scene(model, truth)
     starts = jolted(np.random.default_rng(3), truth, 10, 0.01, 0.05, 0.3)
-    fit = fit_poses(surface, frame, starts, np.tile(use, (10, 1)), REACH)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (10, 1)), REACH, FIT)
     assert (np.abs(fit.q) <= 0.8 + 1e-9).all()
 
 
@@ -170,7 +170,7 @@ def test_one_hypothesis_does_not_depend_on_the_others():
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
     starts = jolted(np.random.default_rng(4), truth, 4, 0.01, 0.05, 0.05)
-    together = fit_poses(surface, frame, starts, np.tile(use, (4, 1)), (4, 3))
+    together = fit_poses(surface, frame, starts, np.tile(use, (4, 1)), (4, 3), FIT)
     for h in range(4):
         alone = fit_poses(surface, frame, starts[[h]], use, (4, 3), FIT)
         np.testing.assert_allclose(alone.t[0], together.t[h], atol=1e-9)
@@ -194,6 +194,6 @@ def test_noise_and_poses_behind_the_camera_stay_finite():
     frame = ImageFrame(LabelField(labels), CAMERA)
     starts = jolted(np.random.default_rng(6), truth, 8, 0.3, 1.0, 0.5)
     starts.t[0, 2], starts.t[1, 2] = -0.5, 0.0
-    fit = fit_poses(surface, frame, starts, np.tile(np.ones_like(use), (8, 1)), REACH)
+    fit = fit_poses(surface, frame, starts, np.tile(np.ones_like(use), (8, 1)), REACH, FIT)
     assert np.isfinite(fit.t).all() and np.isfinite(fit.q).all()
     np.testing.assert_allclose(fit.R @ fit.R.transpose(0, 2, 1), np.tile(np.eye(3), (8, 1, 1)), atol=1e-6)

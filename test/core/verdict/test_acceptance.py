@@ -126,9 +126,7 @@ def test_so_many_components_must_be_confirmed_the_required_one_included_and_no_m
     ],
 )
 def test_what_is_out_of_reach_is_no_object_and_says_by_how_much(limits, reason):
-    seen = claim(WHOLE)
-    seen = replace(seen, poses=replace(seen.poses, t=np.array([[0.0, 2.0, 2.1]])), scale=100.0)
-    judge, verdict = Judge.of(settings(**limits)), verdict_of(seen)
+    judge, verdict = Judge.of(settings(**limits)), verdict_of(replace(claim(WHOLE), depth_m=2.9, scale=100.0))
     assert judge.reason(verdict) == reason
     assert judge.trust(verdict) == (0.0 if reason else verdict.probability)
 

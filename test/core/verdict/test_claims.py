@@ -61,7 +61,7 @@ def test_each_hypothesis_has_a_claim_in_its_order():
     assert beyond.votes == 0 < seen.votes
     np.testing.assert_array_equal(seen.poses.t, LEFT.t)
     np.testing.assert_allclose(seen.votes, finder.votes(frame, LEFT, occlusion=True)[0])
-    assert seen.range_m == pytest.approx(np.linalg.norm(LEFT.t))
     anchor = LEFT.R[0] @ finder.surface.anchor + LEFT.t[0]  # no joint carries the required component
+    assert seen.depth_m == pytest.approx(anchor[2])
     assert seen.scale == pytest.approx(CAMERA.focal_px / anchor[2])
     assert claims_of(finder, poses[:0], frame) == []

@@ -220,7 +220,7 @@ class GuessesConfig(Room):
     )
     range_slack: float = param(
         0.25,
-        "where range or scale are limited: a guess may be so much too near or too far, as a share of its range",
+        "where range or scale are limited: a guess may be so much too near or too far, as a share of its depth",
         low=0,
         high=1,
         paths=_SPACE,

@@ -142,29 +142,13 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="a later climb begins nearer",
     )
-    plain_climb_hypotheses: int = param(
-        3,
-        "at most so many hypotheses of an object beyond doubt climb",
-        low=1,
-        high=1000,
-        paths=_SPACE,
-        origin="it and its rivals",
-    )
     plain_climb_rounds: int = param(
         13,
-        "rounds of that climb",
+        "rounds of the climb of an object beyond doubt, which is else as the last one",
         low=1,
         high=1000,
         paths=_SPACE,
         origin="by hand, on rendered and recorded scenes",
-    )
-    plain_climb_first_step: float = param(
-        0.7,
-        "first steps of that climb, in units of step_px and the like",
-        low=0.01,
-        high=100,
-        paths=_SPACE,
-        origin="as the last climb of others",
     )
     same_place: float = param(
         0.6,

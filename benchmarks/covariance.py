@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from artrec_ros.core.geometry.transforms import Array, Pose
 from artrec_ros.core.model.found import Detection
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.simulator import SimulatedFrame, pinhole_camera, simulate
 

@@ -27,8 +27,8 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.found import Detection
 from artrec_ros.core.model.target import Target
-from artrec_ros.io.objects import load_object
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.records import CocoBuilder
 from artrec_ros.simulation.render import Renderer

@@ -20,7 +20,7 @@ from artrec_ros.core.base.config import TrackingConfig
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose
 from artrec_ros.core.tracking.tracker import Tracker
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.motion import MotionConfig, moving_scenes, simulate_motion
 from artrec_ros.simulation.scene import PlacedObject, sample_scene

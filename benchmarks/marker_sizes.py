@@ -31,7 +31,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.found import Detection
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.parameters import Setup, load_parameters
+from artrec_ros.io.parameters.parameter_file import Setup, load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import PlacedObject, Scene, sample_distractors, sample_scene

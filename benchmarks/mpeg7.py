@@ -22,7 +22,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.outlines import silhouette_outline
+from artrec_ros.io.objects.outlines import silhouette_outline
 
 ROTATIONS_DEG = {2: 9.0, 3: 36.0, 4: 45.0, 5: 90.0, 6: 150.0}  # counter-clockwise as one looks at it
 SCALES = {2: 2.0, 3: 0.3, 4: 0.25, 5: 0.2, 6: 0.1}

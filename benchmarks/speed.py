@@ -21,7 +21,7 @@ from speed_runs import Bench, Times, noise, overhead_scenes, scenes
 from speed_table import Row, to_markdown, to_text
 
 from artrec_ros.core.base.config import ImageConfig
-from artrec_ros.io.parameters import Setup, load_parameters
+from artrec_ros.io.parameters.parameter_file import Setup, load_parameters
 
 SIZES = ("208x160", "640x480", "1280x720")
 COUNTS = (1, 2, 4, 8)

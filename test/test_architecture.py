@@ -32,6 +32,10 @@ ROOMS = (
     "base", "geometry", "model", "image", "alignment", "constraints", "grouping", "pose", "verdict", "tracking",
 )  # fmt: skip
 OFFLINE = ("learning", "design")
+IO_ROOMS = (
+    "base", "images", "messages", "bags", "sources", "results", "objects", "learned", "parameters", "truth",
+    "inventory",
+)  # fmt: skip
 TOP = "(top)"  # the recogniser and its stages, warming up, drawing
 ROS = {
     "rclpy", "rcl_interfaces", "diagnostic_msgs", "geometry_msgs", "rosgraph_msgs", "sensor_msgs", "std_msgs",
@@ -87,11 +91,20 @@ def test_rooms_know_only_lower_ones(path: Path) -> None:
         assert not used & set(OFFLINE), "what learns is not needed to recognise"
 
 
-def test_every_room_says_what_it_is_for() -> None:
-    folders = {p.parent.name for p in CORE if p.parent.parent == PACKAGE / "core"}
-    assert folders == {*ROOMS, *OFFLINE}, "a new room: say here which ones it may know"
+@pytest.mark.parametrize("path", [p for p in MODULES if layer_of(p) == "io"], ids=name_of)
+def test_rooms_of_files_know_only_lower_ones(path: Path) -> None:
+    room, *inside = path.relative_to(PACKAGE / "io").parts
+    assert inside or room == "__init__.py", "every file of io has a room"
+    used = {name[2] for name in imports(path) if name[:2] == ("artrec_ros", "io") and len(name) > 2}
+    assert not inside or used <= {*IO_ROOMS[: IO_ROOMS.index(room) + 1]}, f"{room} imports {sorted(used)}"
+
+
+@pytest.mark.parametrize(("layer", "rooms"), [("core", {*ROOMS, *OFFLINE}), ("io", {*IO_ROOMS})])
+def test_every_room_says_what_it_is_for(layer: str, rooms: set[str]) -> None:
+    folders = {p.parent.name for p in MODULES if p.parent.parent == PACKAGE / layer}
+    assert folders == rooms, "a new room: say here which ones it may know"
     for room in folders:
-        said = ast.get_docstring(ast.parse((PACKAGE / "core" / room / "__init__.py").read_text(encoding="utf-8")))
+        said = ast.get_docstring(ast.parse((PACKAGE / layer / room / "__init__.py").read_text(encoding="utf-8")))
         assert said and len(said.splitlines()) == 1
 
 
@@ -110,7 +123,7 @@ def test_ros_and_bags_each_have_one_place(path: Path) -> None:
     if layer_of(path) != "node":
         assert not used & ROS
     if "rosbags" in used:
-        assert name_of(path) in ("artrec_ros/io/bags.py", "artrec_ros/io/bag_writer.py")
+        assert name_of(path) in ("artrec_ros/io/bags/reader.py", "artrec_ros/io/bags/writer.py")
 
 
 def test_everything_but_the_node_works_without_ros() -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.found import Detection
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.parameters.parameter_file import load_parameters
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(os.environ.get("ARTREC_SHARED", ROOT.parent / "shared")) / "data"

@@ -17,11 +17,11 @@ import yaml
 from tutorial import PICTURES, Command, SaveFile, alternatives, steps
 
 from artrec_ros.core.model.found import ClassFit, ConstraintFailure, Rejection
-from artrec_ros.io.annotations import load_coco
-from artrec_ros.io.cameras import load_camera
-from artrec_ros.io.parameters import load_parameters
-from artrec_ros.io.results import FrameRecord, read_results
-from artrec_ros.io.truth import load_truth
+from artrec_ros.io.images.cameras import load_camera
+from artrec_ros.io.learned.annotations import load_coco
+from artrec_ros.io.parameters.parameter_file import load_parameters
+from artrec_ros.io.results.results import FrameRecord, read_results
+from artrec_ros.io.truth.records import load_truth
 from artrec_ros.tools.main import COMMANDS, NEEDING_ROS, _parse, main
 
 ROOT = Path(__file__).parents[1]

@@ -27,8 +27,6 @@ from .verdict.classify import Classifier
 from .warm_up import Told, get_ready
 from .warm_up_pieces import PLANE, SPACE
 
-_ALIGNMENT = 0.7  # of the time that is left may go into alignment
-
 
 class Labeller(Protocol):
     """What turns an image into class labels: `segmentation.Segmenter`."""
@@ -130,20 +128,22 @@ class Recognizer:
         deadline = Deadline(self._config.time_budget_ms / 1e3)
         with watch.stage("segmentation"):
             labels = self._segmenter.labels(image)
-        frame = ImageFrame(LabelField(labels), camera, deadline)
+        frame = ImageFrame(LabelField(labels, self._config.seams), camera, deadline)
         flat = self._flat if camera is None else self._flat_rest
         with watch.stage("blobs"):
             blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank, deadline)
         with watch.stage("alignment"):
-            matches = flat.align(frame.hurried(_ALIGNMENT), blobs)
+            matches = flat.align(frame.hurried(self._config.time.alignment_share), blobs)
         with watch.stage("grouping"):
-            detections, rejected, exact = flat.group(frame, matches)
+            detections, rejected, out_of_nodes = flat.group(frame, matches)
         if camera is not None:
             with watch.stage("pose"):
                 found = self._spatial.recognize(frame, blobs)
             detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
         detections = self._classifier.classified(detections)
-        return FrameResult(frame.size, detections, rejected, watch.stop(), exact and not deadline.hit, labels)
+        limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
+        ended_by = tuple(name for name, hit in limits.items() if hit)
+        return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels)
 
 
 def _joined(first: Sequence[Rejection], second: Sequence[Rejection]) -> Sequence[Rejection]:

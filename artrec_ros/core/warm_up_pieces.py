@@ -87,7 +87,7 @@ class Example:
         return self.blobs[0]
 
     def finder(self) -> WholeObjectFinder:
-        return WholeObjectFinder(self.target)
+        return WholeObjectFinder(self.target, self.config)
 
     def ahead(self, finder: WholeObjectFinder) -> Poses:
         kin = finder.surface.kinematics
@@ -105,8 +105,8 @@ def _bend() -> None:
 def _fit() -> None:
     finder = example().finder()
     poses, use = example().ahead(finder), np.ones((1, len(finder.surface.markers)), bool)
-    fit_poses(finder.surface, example().frame, poses, use, (3, 2))
-    contour_fit(finder.surface, example().frame, poses, use, 3)
+    fit_poses(finder.surface, example().frame, poses, use, (3, 2), finder.config.fit)
+    contour_fit(finder.surface, example().frame, poses, use, 3, finder.config.fit)
 
 
 def _climb() -> None:
@@ -116,7 +116,7 @@ def _climb() -> None:
 
 def _guess() -> None:
     finder = example().finder()
-    Guesser(finder.target.model, finder.surface, finder.root).guess(example().frame, example().blob)
+    Guesser(finder.target.model, finder.surface, finder.root, finder.config).guess(example().frame, example().blob)
 
 
 def _show() -> None:

@@ -18,9 +18,9 @@ from std_msgs.msg import Header
 from ..core.base.errors import ImageError
 from ..core.geometry.camera import Camera
 from ..core.model.found import Detection
-from ..io import messages
-from ..io.messages import Message
-from ..io.topics import camera_of, decode_message
+from ..io.bags.topics import camera_of, decode_message
+from ..io.messages import detection_messages as messages
+from ..io.messages.detection_messages import Message
 
 
 def image_from_msg(msg: Image | CompressedImage) -> NDArray[Any]:
@@ -56,7 +56,7 @@ def image_to_msg(picture: NDArray[np.uint8], header: Header) -> Image:
 
 
 def to_ros(message: Message) -> Any:
-    """A message of `io/messages.py` as the ROS message of that type."""
+    """A message of `io/messages/detection_messages.py` as the ROS message of that type."""
     return message_class(message.type)(**{name: _ros_value(value) for name, value in message.fields.items()})
 
 

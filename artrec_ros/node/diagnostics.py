@@ -4,6 +4,7 @@ calibration, nothing found."""
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from dataclasses import astuple, dataclass, field
 
 import numpy as np
@@ -94,7 +95,7 @@ class Diagnostics:
             c = self.counters
             c.processed += 1
             c.objects += report.n_objects
-            c.incomplete += not report.complete
+            c.incomplete += bool(report.ended_by)
             c.last_image_s, c.header_problem = now_s, report.header_problem
             c.frame_id = report.frame_id or c.frame_id
             c.reports.append(report)
@@ -170,7 +171,7 @@ class Diagnostics:
         return self._status("calibration", OK, "calibrated", {})
 
     def _recognition(self, state: NodeState, reports: list[FrameReport], rate_hz: float) -> DiagnosticStatus:
-        objects, cut_off = sum(r.n_objects for r in reports), sum(not r.complete for r in reports)
+        objects, cut_off = sum(r.n_objects for r in reports), Counter(limit for r in reports for limit in r.ended_by)
         level, text = OK, f"{objects} object(s) in {len(reports)} image(s)"
         if state.getting_ready is not None:
             level, text = WARN, getting_ready(state.getting_ready)
@@ -178,8 +179,8 @@ class Diagnostics:
             text = "no image processed"
         elif not objects:
             text = f"nothing found in {len(reports)} image(s)"
-        if cut_off:
-            level, text = WARN, f"{text}; recognizer.time_budget_ms ended the search in {cut_off}"
+        for limit, count in sorted(cut_off.items()):
+            level, text = WARN, f"{text}; {limit} ended the search in {count}"
         c = self.counters
         values: dict[str, object] = {"rate_hz": f"{rate_hz:.2f}", "objects": c.objects, "incomplete": c.incomplete}
         if reports:

@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.node import Node
 
 from ..core.base.config import NodeConfig
-from ..io import node_topics as topics
+from ..io.messages import node_topics as topics
 from .conversions import message_class
 from .subscription import FollowingSubscription
 from .worker import NewestFirst

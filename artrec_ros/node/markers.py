@@ -1,4 +1,4 @@
-"""The markers of `io/marker_messages.py` as ROS messages."""
+"""The markers of `io/messages/marker_messages.py` as ROS messages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from visualization_msgs.msg import MarkerArray
 
 from ..core.model.found import Detection
 from ..core.model.target import Target
-from ..io import marker_messages
+from ..io.messages import marker_messages
 from .conversions import to_ros
 
 

@@ -13,8 +13,8 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from std_msgs.msg import Header
 
 from ..core.base.errors import ArtrecError, ConfigError
-from ..io import node_topics as topics
-from ..io.parameters import Setup
+from ..io.messages import node_topics as topics
+from ..io.parameters.parameter_file import Setup
 from .calibration import Calibrations
 from .conversions import message_class
 from .diagnostics import Counters, Diagnostics, NodeState, getting_ready
@@ -131,8 +131,9 @@ class RecognizerNode(LifecycleNode):
 
     def destroy_node(self) -> None:
         """Also ends the thread that recognises."""
-        self._stop()
+        self._release()
         super().destroy_node()
+        self._state_machine.destroy_when_not_in_use()  # rclpy 7.1 forgets it, and with it the node stays in the graph
 
     def _stop(self) -> None:
         if self._pipeline is not None:

@@ -12,10 +12,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..core.base.errors import ArtrecError
-from ..io.parameters import Setup, hint, setup_from_flat
-from ..io.shared_files import SCHEME
-from ..io.specs import Spec, all_specs, moved
-from ..io.unread import unread
+from ..io.base.shared_files import SCHEME
+from ..io.parameters.parameter_file import Setup, hint, setup_from_flat
+from ..io.parameters.specs import Spec, all_specs, moved
+from ..io.parameters.unread import unread
 
 _ARRAYS = {
     bool: Parameter.Type.BOOL_ARRAY,

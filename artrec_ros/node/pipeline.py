@@ -17,7 +17,7 @@ from ..core.geometry.camera import Camera
 from ..core.model.found import FrameResult
 from ..core.recognizer import Recognizer, check_targets
 from ..core.tracking.tracker import Tracker
-from ..io.parameters import Setup
+from ..io.parameters.parameter_file import Setup
 from . import conversions
 from .calibration import Calibrations
 from .publishers import Publishers
@@ -30,7 +30,7 @@ class FrameReport:
 
     :param latency_ms: from its reception until its results were published, by the system clock.
     :param recognition_ms: the recogniser's and the tracker's part of it; the rest is what the node adds.
-    :param complete: the recogniser ended its search before its time was over.
+    :param ended_by: the limits that ended the search early, by the parameters' names.
     :param header_problem: what the image's header lacks; empty: nothing.
     :param frame_id: of the image's header.
     """
@@ -38,7 +38,7 @@ class FrameReport:
     n_objects: int
     latency_ms: float
     recognition_ms: float
-    complete: bool
+    ended_by: tuple[str, ...]
     header_problem: str
     frame_id: str = ""
 
@@ -148,7 +148,7 @@ class Pipeline:
             latency_ms = (time.time_ns() - received_ns) * 1e-6
             self._publish_pictures(image, result, camera, msg.header)
         problem, n_objects = _header_problem(msg.header), len(result.detections)
-        return FrameReport(n_objects, latency_ms, recognition_ms, result.complete, problem, msg.header.frame_id)
+        return FrameReport(n_objects, latency_ms, recognition_ms, result.ended_by, problem, msg.header.frame_id)
 
     def _publish_pictures(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
         """Those that somebody subscribes to."""

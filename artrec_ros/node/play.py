@@ -12,7 +12,7 @@ from typing import Any
 from tqdm import tqdm
 
 from ..core.base.errors import ArtrecError, SourceError
-from ..io.bags import STORAGES, Bag, RawMessage, Topic
+from ..io.bags.reader import STORAGES, Bag, RawMessage, Topic
 from .main import MISSING
 
 

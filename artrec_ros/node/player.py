@@ -14,7 +14,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from ..core.base.errors import SourceError
-from ..io.bags import RawMessage, Topic
+from ..io.bags.reader import RawMessage, Topic
 from .conversions import message_class
 
 _CLOCK_PERIOD_S = 0.025

@@ -13,8 +13,8 @@ from std_msgs.msg import Header
 
 from ..core.model.found import Detection
 from ..core.model.target import Target
-from ..io import node_topics as topics
-from ..io.node_topics import NodeTopic
+from ..io.messages import node_topics as topics
+from ..io.messages.node_topics import NodeTopic
 from .conversions import best_pose, classes, joint_states, message_class, pose_array, robots
 from .markers import MarkerScene
 from .tf import TransformSender

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 
 from ..core.model.found import Detection
-from ..io.messages import object_frames
+from ..io.messages.detection_messages import object_frames
 from .conversions import to_ros
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..core.geometry.camera import Camera
 from ..core.model.found import Instance
 from ..core.model.target import Target
-from ..io.annotations import Key, instance_from_axis
+from ..io.learned.annotations import Key, instance_from_axis
 from .config import SceneConfig
 from .records import LEAST_FACING
 from .scene import PlacedObject, require_places, sample_scene

@@ -12,10 +12,10 @@ import cv2
 
 from ..core.base.errors import SourceError
 from ..core.model.target import Target
-from ..io.bag_writer import BagWriter
-from ..io.cameras import camera_yaml
-from ..io.messages import Message, header
-from ..io.whole_files import held
+from ..io.bags.writer import BagWriter
+from ..io.base.whole_files import held
+from ..io.images.cameras import camera_yaml
+from ..io.messages.detection_messages import Message, header
 from .records import CocoBuilder, truth_record
 from .sensor import palette
 from .simulator import SimulatedFrame

@@ -9,8 +9,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ..io.cameras import load_camera
-from ..io.truth_files import read_truth
+from ..io.images.cameras import load_camera
+from ..io.truth.reading import read_truth
 from .evaluation import table
 from .evaluation.comparison import Change, compare
 from .evaluation.output import write_json, write_whole

@@ -14,7 +14,7 @@ from tqdm import tqdm
 from ..core.base import kernel_cache
 from ..core.recognizer import parts_needed
 from ..core.warm_up import Told, get_ready
-from ..io.parameters import Setup
+from ..io.parameters.parameter_file import Setup
 from .interrupting import say
 
 _LINE_S = 10.0

@@ -11,14 +11,23 @@ from typing import Any
 from ..core.constraints.constraint_set import ConstraintSet
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
-from ..io.annotations import Annotations
-from ..io.contents import BagContent, ConstraintContent, Item, Report, ResultContent, Sample, Supplement, TruthContent
-from ..io.inventory import take_stock
-from ..io.parameters import Setup
-from ..io.specs import EXPERT, all_specs
-from ..io.unread import unread
-from .inspection import problems
-from .model_report import counted, summary
+from ..io.inventory.contents import (
+    BagContent,
+    ConstraintContent,
+    Item,
+    Report,
+    ResultContent,
+    Sample,
+    Supplement,
+    TruthContent,
+)
+from ..io.inventory.inventory import take_stock
+from ..io.learned.annotations import Annotations
+from ..io.parameters.parameter_file import Setup
+from ..io.parameters.specs import EXPERT, all_specs
+from ..io.parameters.unread import unread
+from .inspecting.inspection import problems
+from .inspecting.model_report import counted, summary
 
 _OTHER_TOPICS = 12  # topics of a bag that are listed beside images and calibrations
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ..core.base.config import ImageConfig
 from ..core.base.errors import ConfigError
 from ..core.learning.colour_learning import Learned, learn_colours, sample_colours
-from ..io.colours import save_colours
-from ..io.images import read_image
-from ..io.regions import load_regions
-from ..io.sources import Frame, SourceOptions, open_sources
+from ..io.images.decoding import read_image
+from ..io.learned.colours import save_colours
+from ..io.learned.regions import load_regions
+from ..io.sources.opening import Frame, SourceOptions, open_sources
 
 _UNMARKED = 255  # number of the pixels that nobody has marked
 _SHARPEN_PX = 1

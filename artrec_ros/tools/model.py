@@ -15,16 +15,16 @@ from ..core.design.ambiguity import Ambiguities, find_ambiguities
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
-from ..io.images import IMAGE_SUFFIXES
-from ..io.marker_images import image_marker
-from ..io.marker_shapes import LooseMarker, object_of, safe_name
-from ..io.object_writer import save_object
-from ..io.objects import load_object
-from ..io.svg import svg_markers
-from ..io.urdf_model import object_from_urdf
+from ..io.images.decoding import IMAGE_SUFFIXES
+from ..io.objects.marker_images import image_marker
+from ..io.objects.marker_shapes import LooseMarker, object_of, safe_name
+from ..io.objects.object_reader import load_object
+from ..io.objects.object_writer import save_object
+from ..io.objects.svg import svg_markers
+from ..io.objects.urdf_model import object_from_urdf
 from ..simulation.sheet import MarkerCell, model_sheet
-from .camera_options import add_camera, camera_of
-from .model_report import advice, focal_px, shape_rows, summary, table
+from .inspecting.model_report import advice, focal_px, shape_rows, summary, table
+from .options.camera_options import add_camera, camera_of
 
 _YAML, _URDF, _SVG = (".yaml", ".yml"), (".urdf", ".xml"), (".svg",)
 _SHOWN_LABEL = 2  # the colour of markers on the sheet whose components name no class

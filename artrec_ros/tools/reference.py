@@ -19,8 +19,8 @@ from ..core.base.config import (
     RecognizerConfig,
     TrackingConfig,
 )
-from ..io.node_topics import INPUTS, OUTPUTS, NodeTopic
-from ..io.specs import LIVE, Spec, expert_rooms, specs_of
+from ..io.messages.node_topics import INPUTS, OUTPUTS, NodeTopic
+from ..io.parameters.specs import LIVE, Spec, expert_rooms, offline_rooms, specs_of
 
 _INTRO = """\
 # Parameters
@@ -92,7 +92,7 @@ _TYPES = {int: "integer", float: "number", str: "text", bool: "true/false"}
 _TOPICS = """\
 # Topics
 
-Made by `python -m artrec_ros.tools.reference topics`; the text comes from `artrec_ros/io/node_topics.py`.
+Made by `python -m artrec_ros.tools.reference topics`; the text comes from `artrec_ros/io/messages/node_topics.py`.
 
 All names but `/diagnostics` are relative to the node's namespace, and can be remapped. `{{object}}` is each name in the
 parameter `objects`. Every message bears the stamp and the frame of the image that it is about. Only messages of
@@ -153,10 +153,18 @@ def expert_page() -> str:
     parts = [_EXPERT]
     for name, config in expert_rooms().items():
         rows = [(*_row(spec), _read(spec), spec.origin) for spec in specs_of(config)]
-        about = " ".join(str(config.__doc__).split())
-        table = f"\n{_table((*_COLUMNS, 'read', 'origin'), rows)}" if rows else ""
-        parts.append(f"## {name}\n\n{about} Under `expert.{name}`:\n{table}")
+        if rows:
+            parts.append(
+                f"{_about(name, config)} Under `expert.{name}`:\n\n{_table((*_COLUMNS, 'read', 'origin'), rows)}"
+            )
+    for name, config in offline_rooms().items():
+        rows = [(*_row(spec), spec.origin) for spec in specs_of(config)]
+        parts.append(f"{_about(name, config)} Not in parameter files.\n\n{_table((*_COLUMNS, 'origin'), rows)}")
     return "\n".join(parts)
+
+
+def _about(name: str, config: type) -> str:
+    return f"## {name}\n\n{' '.join(str(config.__doc__).split())}"
 
 
 def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -224,7 +232,7 @@ def _valid(spec: Spec) -> str:
         return ", ".join(f"`{c}`" for c in spec.choices)
     low, high = (None if bound is None else f"{bound:g}" for bound in (spec.low, spec.high))
     if low is not None and high is not None:
-        return f"{low} to {high}"
+        return f"{low} to {high}" + (f", {spec.length} of them" if spec.length else "")
     return f"from {low}" if low is not None else f"to {high}" if high is not None else ""
 
 

@@ -12,20 +12,20 @@ from tqdm import tqdm
 
 from ..core.base.errors import SourceError
 from ..core.tracking.tracker import Tracker
-from ..io.bags import STORAGES
-from ..io.parameters import Setup, load_parameters
-from ..io.sources import SourceOptions, Sources, open_sources
-from ..io.unread import unread
+from ..io.bags.reader import STORAGES
+from ..io.parameters.parameter_file import Setup, load_parameters
+from ..io.parameters.unread import unread
+from ..io.sources.opening import SourceOptions, Sources, open_sources
 from .getting_ready import get_setup_ready
 from .interrupting import interruptible, once, say
+from .options.work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
 from .replaying.folder import ReplayFolder, counted
 from .replaying.joining import Join
 from .replaying.pictures import PictureOptions, Pictures
 from .replaying.plan import plan_of
 from .replaying.running import Running
+from .replaying.summary import Summary
 from .replaying.work import Order
-from .summary import Summary
-from .work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
 
 _EPILOG = """\
 In folders of images the stamp is the frame's number over --rate, unless every name is a number of 16 digits or more:

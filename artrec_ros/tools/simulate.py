@@ -12,14 +12,14 @@ from tqdm import tqdm
 from ..core.base.config import GREATEST_LABEL
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
-from ..io.objects import load_object
-from ..io.parameters import load_parameters
+from ..io.objects.object_reader import load_object
+from ..io.parameters.parameter_file import load_parameters
 from ..simulation.config import SceneConfig, SensorConfig
 from ..simulation.motion import MotionConfig, simulate_motion
 from ..simulation.output import write_frames
 from ..simulation.simulator import simulate
-from .camera_options import add_camera, camera_of
-from .scene_options import add_options, given_options
+from .options.camera_options import add_camera, camera_of
+from .options.scene_options import add_options, given_options
 
 _FIRST_LABEL = 2  # 1 is the floor's by default
 

@@ -14,14 +14,14 @@ from ..core.geometry.camera import Camera
 from ..core.learning.class_learning import learn_class
 from ..core.learning.pair_learning import Example, learn
 from ..core.model.objects import ObjectModel
-from ..io.annotations import Annotations, load_coco
-from ..io.cameras import load_camera
-from ..io.constraints import save_constraints
-from ..io.objects import load_object
-from .annotated_joints import JointFitter
-from .measured import load_setup, measure_axes
-from .train_from_joints import add_from_joints, constraints_from, examples_from_joints
-from .train_report import report
+from ..io.images.cameras import load_camera
+from ..io.learned.annotations import Annotations, load_coco
+from ..io.learned.constraints import save_constraints
+from ..io.objects.object_reader import load_object
+from .training.annotated_joints import JointFitter
+from .training.measured import load_setup, measure_axes
+from .training.train_from_joints import add_from_joints, constraints_from, examples_from_joints
+from .training.train_report import report
 
 _LEAST_EXAMPLES = 2
 

@@ -13,17 +13,25 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from ..core.base.errors import ArtrecError, ConfigError, SourceError
-from ..io.parameters import Setup, load_parameters
-from ..io.sources import open_sources
-from ..io.truth_files import read_truth
-from ..io.whole_files import held
+from ..io.base.whole_files import held
+from ..io.parameters.parameter_file import Setup, load_parameters
+from ..io.sources.opening import open_sources
+from ..io.truth.reading import read_truth
 from .evaluation.scoring import Options
 from .getting_ready import get_setup_ready
 from .interrupting import interruptible, once, say
+from .options.work_options import (
+    add_source_options,
+    add_worker_options,
+    engine_of,
+    number,
+    order_of,
+    seconds,
+    source_options,
+)
 from .replaying.plan import check_plan, plan_of, write_plan
 from .tuning.goal import FIGURES, Goal, goal_of, limit, measures
 from .tuning.space import Dimension, changed, load_space
-from .work_options import add_source_options, add_worker_options, engine_of, number, order_of, seconds, source_options
 
 if TYPE_CHECKING:  # both need Optuna, an extra
     from .tuning.search import Search, Tried

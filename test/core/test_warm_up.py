@@ -23,7 +23,7 @@ PROGRAM = (
     SIGNATURES
     + """
 from artrec_ros.core.base.config import RecognizerConfig
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.simulator import pinhole_camera, simulate
 
@@ -81,7 +81,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.warm_up import get_ready
 from artrec_ros.core.warm_up_pieces import PLANE, SPACE
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.simulator import pinhole_camera, simulate
 

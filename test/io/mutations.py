@@ -26,7 +26,7 @@ from bag_messages import Messages, Script
 from rosbags import rosbag1, rosbag2
 
 from artrec_ros.core.base.errors import ArtrecError
-from artrec_ros.io.sources import open_sources
+from artrec_ros.io.sources.opening import open_sources
 
 if sys.version_info >= (3, 14):
     from compression import zstd

@@ -4,8 +4,8 @@ import pytest
 from artrec_ros.core.base.errors import SourceError
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.sources import SourceOptions, open_sources
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.sources.opening import SourceOptions, open_sources
 
 STAMP = 1_700_000_000_123_456_789
 CAMERA = Camera(np.array([[200, 0, 15.5], [0, 210, 11.5], [0, 0, 1]]), np.array([0.1, 0, 0, 0, 0]), (32, 24), "eye")

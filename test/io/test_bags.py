@@ -14,7 +14,7 @@ import pytest
 from rosbags.rosbag2 import CompressionMode
 
 from artrec_ros.core.base.errors import ImageError, SourceError
-from artrec_ros.io.bags import Bag, bag_files
+from artrec_ros.io.bags.reader import Bag, bag_files
 
 if sys.version_info >= (3, 14):
     from compression import zstd

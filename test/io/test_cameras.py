@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.cameras import camera_from_info, load_camera
+from artrec_ros.io.images.cameras import camera_from_info, load_camera
 
 K = [500.0, 0, 320, 0, 510, 240, 0, 0, 1]
 

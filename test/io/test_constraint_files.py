@@ -21,7 +21,7 @@ from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.found import Instance
 from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
-from artrec_ros.io.constraints import load_constraints, save_constraints
+from artrec_ros.io.learned.constraints import load_constraints, save_constraints
 
 FLAG = Marker("flag", np.array([[0, 0], [0.4, 0], [0.3, 0.1], [0.4, 0.2], [0, 0.2]]), [0, 0.1], [0.3, 0.1])
 MODEL = ObjectModel("toy", (Component("base", (FLAG,), required=True), Component("arm", (FLAG,))))

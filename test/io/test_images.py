@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from artrec_ros.core.base.errors import ImageError
-from artrec_ros.io.images import decode_compressed, decode_encoded, decode_image, read_image
+from artrec_ros.io.images.decoding import decode_compressed, decode_encoded, decode_image, read_image
 
 RNG = np.random.default_rng(3)
 GREY = RNG.integers(0, 256, (5, 7), np.uint8)

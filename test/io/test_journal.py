@@ -17,8 +17,8 @@ from artrec_ros.core.model.found import (
     Instance,
     Rejection,
 )
-from artrec_ros.io.journal import Journal, Recognised
-from artrec_ros.io.whole_files import LineFile, write_whole
+from artrec_ros.io.base.whole_files import LineFile, write_whole
+from artrec_ros.io.results.journal import Journal, Recognised
 
 
 def frame(stamp_ns: int = 10) -> Recognised:
@@ -31,7 +31,7 @@ def frame(stamp_ns: int = 10) -> Recognised:
     )  # fmt: skip
     failed = ConstraintFailure("a/b", "c/d", "distance_m", 1 / 3, 0.1, 0.2, 0.13)
     rejected = (Rejection("arm", "weiß nicht", 0.5, 1.5, 2.5, failed), Rejection("arm", "other"))
-    result = FrameResult((8, 6), (found,), rejected, {"total": 1.25}, True, np.zeros((6, 8), np.uint8))
+    result = FrameResult((8, 6), (found,), rejected, {"total": 1.25}, (), np.zeros((6, 8), np.uint8))
     return Recognised(stamp_ns, "/camera/image", result, "eye")
 
 
@@ -103,7 +103,8 @@ def test_a_full_disk_leaves_whole_lines(tmp_path, monkeypatch):
 def test_a_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / "f"
     write_whole(path, "before")
-    monkeypatch.setattr("artrec_ros.io.whole_files.os.replace", lambda *_: (_ for _ in ()).throw(OSError(28, "full")))
+    full = OSError(28, "full")
+    monkeypatch.setattr("artrec_ros.io.base.whole_files.os.replace", lambda *_: (_ for _ in ()).throw(full))
     with pytest.raises(OSError, match="full"):
         write_whole(path, "after")
     assert path.read_text() == "before" and [p.name for p in tmp_path.iterdir()] == ["f"]

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from artrec_ros.core.base.errors import ArtrecError
-from artrec_ros.io.annotations import load_coco
-from artrec_ros.io.cameras import load_camera
-from artrec_ros.io.constraints import load_constraints
-from artrec_ros.io.objects import load_object
-from artrec_ros.io.parameters import load_parameters
-from artrec_ros.io.truth import load_truth
+from artrec_ros.io.images.cameras import load_camera
+from artrec_ros.io.learned.annotations import load_coco
+from artrec_ros.io.learned.constraints import load_constraints
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.parameters.parameter_file import load_parameters
+from artrec_ros.io.truth.records import load_truth
 
 CONFIG = Path(__file__).parents[2] / "config"
 COCO = {"images": [], "annotations": [], "categories": []}

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.marker_images import image_marker
-from artrec_ros.io.marker_shapes import object_of, safe_name, simplified, with_sharp_corners
-from artrec_ros.io.svg import svg_markers
+from artrec_ros.io.objects.marker_images import image_marker
+from artrec_ros.io.objects.marker_shapes import object_of, safe_name, simplified, with_sharp_corners
+from artrec_ros.io.objects.svg import svg_markers
 
 CAB = np.array([[100, 150], [600, 150], [700, 300], [600, 450], [300, 450], [250, 320], [100, 320]])
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'

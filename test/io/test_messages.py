@@ -9,11 +9,11 @@ from rosbags.highlevel import AnyReader
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import Detection, ImagePose, Instance
 from artrec_ros.core.model.target import Target
-from artrec_ros.io import messages
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.marker_messages import MarkerScene
-from artrec_ros.io.messages import Message
-from artrec_ros.io.objects import load_object
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.messages import detection_messages as messages
+from artrec_ros.io.messages.detection_messages import Message
+from artrec_ros.io.messages.marker_messages import MarkerScene
+from artrec_ros.io.objects.object_reader import load_object
 
 STAMP = 1_700_000_000_123_456_789
 TOY = """

@@ -17,8 +17,8 @@ from changes import changed
 
 from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.object_writer import object_yaml
-from artrec_ros.io.objects import load_object
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.objects.object_writer import object_yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD: dict[str, Any] = {

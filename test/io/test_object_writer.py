@@ -6,8 +6,8 @@ import pytest
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
-from artrec_ros.io.object_writer import object_yaml, save_object
-from artrec_ros.io.objects import load_object
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.objects.object_writer import object_yaml, save_object
 
 OBJECTS = Path(__file__).parents[2] / "config" / "objects"
 SQUARE = np.array([[0, 0], [0.1, 0], [0.1, 0.1], [0, 0.1]])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.outlines import crossing_edges, disc_outline, folded_corner, silhouette_outline
+from artrec_ros.io.objects.outlines import crossing_edges, disc_outline, folded_corner, silhouette_outline
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
 

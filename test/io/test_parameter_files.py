@@ -13,8 +13,8 @@ import yaml
 
 from artrec_ros.core.base.config import AlignmentConfig, RecognizerConfig, rooms_of
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.parameters import load_parameters, read_flat, setup_from_flat
-from artrec_ros.io.specs import all_specs, expert_rooms, specs_of
+from artrec_ros.io.parameters.parameter_file import load_parameters, read_flat, setup_from_flat
+from artrec_ros.io.parameters.specs import all_specs, expert_rooms, specs_of
 
 ROOT = Path(__file__).resolve().parents[2]
 OBJECT = """

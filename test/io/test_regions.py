@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.regions import load_regions
+from artrec_ros.io.learned.regions import load_regions
 
 
 def coco(folder: Path, *annotations: dict[str, Any], image: np.ndarray | None = None) -> Path:

@@ -11,13 +11,13 @@ from rosbags.highlevel import AnyReader
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
 from artrec_ros.core.model.target import Target
-from artrec_ros.io.cameras import load_camera
-from artrec_ros.io.images import read_image
-from artrec_ros.io.journal import Recognised
-from artrec_ros.io.objects import load_object
-from artrec_ros.io.result_bag import ResultBag
-from artrec_ros.io.sources import SourceOptions, open_sources
-from artrec_ros.io.topics import decode_message
+from artrec_ros.io.bags.topics import decode_message
+from artrec_ros.io.images.cameras import load_camera
+from artrec_ros.io.images.decoding import read_image
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.results.journal import Recognised
+from artrec_ros.io.results.result_bag import ResultBag
+from artrec_ros.io.sources.opening import SourceOptions, open_sources
 
 TOY = """
 format: artrec_object/1

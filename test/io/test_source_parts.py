@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.io.sources import SourceOptions, open_sources
+from artrec_ros.io.sources.opening import SourceOptions, open_sources
 
 SIZE = (8, 6)  # width, height
 

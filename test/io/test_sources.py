@@ -8,7 +8,7 @@ import pytest
 
 from artrec_ros.core.base.errors import SourceError
 from artrec_ros.core.geometry.camera import Camera
-from artrec_ros.io.sources import SourceOptions, open_sources
+from artrec_ros.io.sources.opening import SourceOptions, open_sources
 
 STEP_NS = 10**8
 HEADER_NS = 5 * 10**9  # headers are stamped so much later than the recording

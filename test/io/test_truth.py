@@ -10,10 +10,10 @@ import pytest
 from artrec_ros.core.base.errors import ArtrecError, SourceError
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.truth import Told
-from artrec_ros.io.truth_files import read_truth
-from artrec_ros.io.truth_poses import object_name
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.truth.from_bags import object_name
+from artrec_ros.io.truth.reading import read_truth
+from artrec_ros.io.truth.records import Told
 
 CAMERA = Camera(np.array([[300.0, 0, 160], [0, 300, 120], [0, 0, 1]]), np.zeros(0), (320, 240), "optical")
 POSES = [Pose.from_xyz_rpy([0.1, -0.2, 1.5], [0.3, -1.0, 2.0]), Pose.from_xyz_rpy([0, 0, 2])]

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from artrec_ros.io.parameters import setup_from_flat
-from artrec_ros.io.unread import unread
+from artrec_ros.io.parameters.parameter_file import setup_from_flat
+from artrec_ros.io.parameters.unread import unread
 
 FLAT_OBJECT = """
 format: artrec_object/1

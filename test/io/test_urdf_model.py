@@ -6,7 +6,7 @@ import pytest
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
-from artrec_ros.io.urdf_model import object_from_urdf
+from artrec_ros.io.objects.urdf_model import object_from_urdf
 
 URDF = """<robot name="truck">
   <link name="world"/>

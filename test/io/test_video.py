@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.io.video import VideoWriter
+from artrec_ros.io.images.video import VideoWriter
 
 
 def frames_of(path):

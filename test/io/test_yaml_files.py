@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.files import Value, load_value, load_yaml, nearest
+from artrec_ros.io.base.yaml_files import Value, load_value, load_yaml, nearest
 
 
 def _refusal(call, *parts: str) -> str:

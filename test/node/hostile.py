@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
 from std_msgs.msg import Header
 
-from artrec_ros.io.images import ENCODINGS
+from artrec_ros.io.images.decoding import ENCODINGS
 
 UINT32 = 2**32 - 1
 BYTES = np.random.default_rng(0).integers(0, 256, 2**16, np.uint8).tobytes()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -18,14 +19,16 @@ import rclpy
 import toy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 
-WAIT_S = 30.0
+WAIT_S = 120.0  # far longer than anything takes, on a machine that is busy with other work too
 ROOT = Path(__file__).resolve().parents[2]
 STARTED = "looking for toy"
+PER_IMAGE = ("toy/poses", "toy/robots", "toy/joint_states")
 _RUN = "import sys; from artrec_ros.node.main import main; sys.exit(main())"
 
 
@@ -64,6 +67,11 @@ class NodeProcess:
     @property
     def output(self) -> str:
         return self._log.read_text()
+
+    def told_s(self, text: str) -> list[float]:
+        """When the log said so."""
+        stamps = re.findall(rf"^\[[A-Z]+\] \[([0-9.]+)\] .*{re.escape(text)}", self.output, re.MULTILINE)
+        return [float(s) for s in stamps]
 
     def wait(self) -> int:
         return self._process.wait(WAIT_S)
@@ -127,8 +135,8 @@ class Peer:
     def spin_until(self, condition: Callable[[], Any]) -> Any:
         return wait_until(condition, lambda: self._executor.spin_once(timeout_sec=0.05))
 
-    def connect(self, image: Any) -> int:
-        """Wait until the node asks for images as reliably as they are sent, and answers one on toy/poses.
+    def connect(self, image: Any, first_stamp_s: int = 1_700_000_000) -> int:
+        """Wait until the node asks for images as reliably as they are sent, and answers one wherever it is listened to.
 
         :param image: is sent again and again meanwhile: each side matches the other in its own time.
         :return: the stamp of an image that was answered.
@@ -143,21 +151,30 @@ class Peer:
             if time.monotonic() > last_s + 0.2:
                 self.send(image)
                 last_s = time.monotonic()
-            return bool(self.heard["toy/poses"])
+            return all(self.heard[topic] for topic in PER_IMAGE if topic in self.heard)
 
+        assert "toy/poses" in self.heard, "listen there before"
+        self._stamp_s = max(self._stamp_s, first_stamp_s) if self.sent else first_stamp_s
         assert self.spin_until(answered)
         return int(self.heard["toy/poses"][-1].header.stamp.sec)
 
     def _same_reliability(self) -> bool:
-        found = self.node.get_subscriptions_info_by_topic(self._images.topic_name)
-        return [s.qos_profile.reliability for s in found] == [self._policy]
+        return self._reliabilities(self._images) == [self._policy]
+
+    def _reliabilities(self, publisher: Any) -> list[ReliabilityPolicy]:
+        found = self.node.get_subscriptions_info_by_topic(publisher.topic_name)
+        return [s.qos_profile.reliability for s in found]
 
     def send_camera(self, matrix: np.ndarray) -> None:
-        """A calibration, and time to arrive."""
+        """A calibration, that has arrived when this returns: it holds for the next image."""
+
+        def is_heard_surely() -> bool:
+            reliable = self._reliabilities(self._infos) == [ReliabilityPolicy.RELIABLE]
+            return reliable and self._infos.get_subscription_count() == 1
+
+        assert self.spin_until(is_heard_surely)
         self._infos.publish(toy.camera_info(matrix))
-        end = time.monotonic() + 0.3
-        while time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=0.05)
+        assert self._infos.wait_for_all_acked(Duration(seconds=WAIT_S))
 
     def send(self, msg: Any, stamp_s: int | None = None) -> int:
         """Publish an image with a stamp of its own, or the one given; returns that stamp's seconds."""

@@ -91,9 +91,9 @@ def test_a_node_that_was_treated_so_still_works(node: RecognizerNode, good: Imag
 
 @pytest.mark.parametrize("claim", hostile.CLAIMS)
 def test_claims_of_gigapixels_are_refused_before_memory_is_spent(node: RecognizerNode, claim: bytes) -> None:
-    began = time.perf_counter()
+    began = time.thread_time()  # not the clock's: the machine may be busy with other work
     node.take_image(CompressedImage(format="png", data=list(claim)), time.time_ns())
-    assert time.perf_counter() - began < 1.0
+    assert time.thread_time() - began < 1.0
     assert "implausible" in node.counters.last_error
 
 
@@ -116,8 +116,9 @@ def test_over_the_wire(parameter_file: Path, picture: np.ndarray, tmp_path: Path
                 peer.send_serialized(data)
             for msg in poor:
                 peer.send(msg)
-                time.sleep(0.03)  # else the next one, being newer, is looked at in its place
+                time.sleep(0.03)  # else the next one, being newer, is mostly looked at in its place
             assert peer.answer("toy/poses", peer.send(good)), round_number
-        failed = peer.diagnose("input", "could not be used")
+        failed = peer.diagnose("input", "could not be used", sending=poor[0])
         assert int({v.key: v.value for v in failed.values}["failed"]) > 0
-        assert "Traceback" not in process.output and process.output.count("image skipped") <= 5
+        assert "Traceback" not in process.output
+        assert all(np.diff(process.told_s("image skipped")) > 4.9), "not a line for each image"

@@ -71,6 +71,16 @@ def test_it_subscribes_while_active_only(make: Callable[..., RecognizerNode], pi
     assert node.trigger_shutdown() == SUCCESS and not topics(node)
 
 
+def test_a_destroyed_node_is_gone_from_the_graph(make: Callable[..., RecognizerNode]) -> None:
+    """Whoever still holds it: in a process of several nodes the others go on."""
+    node = make()
+    node.autostart()
+    with Peer("unused") as peer:
+        assert peer.spin_until(lambda: ("artrec_node", "/") in peer.node.get_node_names_and_namespaces())
+        node.destroy_node()
+        assert peer.spin_until(lambda: ("artrec_node", "/") not in peer.node.get_node_names_and_namespaces())
+
+
 def test_configuring_reads_the_files_anew_and_may_fail(make: Callable[..., RecognizerNode], tmp_path: Path) -> None:
     file = toy.write_files(tmp_path / "config")
     node = make("-p", "autostart:=false", file=file)

@@ -14,7 +14,7 @@ from artrec_ros.core.base.config import TrackingConfig
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
 from artrec_ros.core.tracking.tracker import Tracker
-from artrec_ros.io.parameters import Setup
+from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.node.markers import MarkerScene
 
 HEADER = Header(frame_id="eye")

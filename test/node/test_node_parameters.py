@@ -8,7 +8,7 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 
 from rclpy.parameter import Parameter
 
-from artrec_ros.io.specs import Spec, all_specs
+from artrec_ros.io.parameters.specs import Spec, all_specs
 from artrec_ros.node.parameters import base_directory, coerce, describe, parameter_files
 
 SPECS = all_specs(["red"], ["pale"])

@@ -19,7 +19,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.parameters import Setup
+from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.node import pipeline, worker
 from artrec_ros.node.node import RecognizerNode
 

@@ -15,13 +15,13 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 import numpy as np
 import toy
 from geometry_msgs.msg import PoseArray
-from peer import ROOT, STARTED, NodeProcess, Peer, ros
+from peer import ROOT, STARTED, WAIT_S, NodeProcess, Peer, label_image, ros
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, MultiDOFJointState
 
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.parameters import Setup
-from artrec_ros.io.results import FrameRecord, read_results
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.parameters.parameter_file import Setup
+from artrec_ros.io.results.results import FrameRecord, read_results
 from artrec_ros.tools.main import main as artrec
 
 PLACES = ((0.05, 0.02, 0.6, 0.2), (0.04, 0.0, 0.5, -0.3), None, (-0.05, 0.03, 0.7, 0.5), (0.0, 0.0, 0.45, 0.0))
@@ -57,7 +57,7 @@ def play(bag: Path, *arguments: str, listening: Peer | None = None) -> subproces
     with subprocess.Popen(command, env={**os.environ, "PYTHONPATH": path}, **pipes) as process:
         if listening is not None:
             assert listening.spin_until(lambda: process.poll() is not None)
-        out, errors = process.communicate(timeout=120)
+        out, errors = process.communicate(timeout=WAIT_S)
     return subprocess.CompletedProcess(command, process.returncode, out, errors)
 
 
@@ -75,20 +75,24 @@ def test_the_node_answers_as_the_replay_does(
 ) -> None:
     remap = ["-r", "image:=/eye/labels", "-r", "camera_info:=/eye/camera_info"]
     topics = {"toy/poses": PoseArray, "toy/robots": MultiDOFJointState, "toy/joint_states": JointState}
-    with NodeProcess(*ros(parameter_file, *remap), log=tmp_path / "log") as process, Peer() as peer:
+    with NodeProcess(*ros(parameter_file, *remap), log=tmp_path / "log") as process, Peer("/eye/labels") as peer:
         process.wait_for_output(STARTED)
         for topic, kind in topics.items():
             peer.listen(topic, kind)
-        assert peer.spin_until(lambda: all(peer.node.count_publishers(t) for t in topics))
+        peer.connect(label_image(np.zeros(toy.SIZE[::-1], np.uint8)), first_stamp_s=1_600_000_000)
+
+        def answers(topic: str) -> list[Any]:
+            return [msg for msg in peer.heard[topic] if stamp_ns(msg) >= FIRST_NS]
+
         peer.listen("/other/labels", Image)  # who listens to these images answers none
         done = play(bag, "--wait-for", "toy/poses", listening=peer)
         assert done.returncode == 0, done.stderr
         assert "/eye/labels: 5 messages sent" in done.stdout and "/other/labels: 5 messages sent" in done.stdout
         assert "waiting for the answer to each image of /eye/labels\n" in done.stderr
-        assert peer.spin_until(lambda: all(len(peer.heard[t]) == len(PLACES) for t in topics))
+        assert peer.spin_until(lambda: all(len(answers(t)) == len(PLACES) for t in topics))
     assert sum(len(r.detections) for r in replayed) == 4, "each toy is found, and none where there is none"
     for i, record in enumerate(replayed):
-        poses, named, joints = (peer.heard[topic][i] for topic in topics)
+        poses, named, joints = (answers(topic)[i] for topic in topics)
         assert stamp_ns(poses) == stamp_ns(named) == stamp_ns(joints) == record.stamp_ns
         assert named.joint_names == [f"toy_{d.id}" for d in record.detections]
         for pose, detection in zip(poses.poses, record.detections, strict=True):
@@ -133,8 +137,8 @@ def test_an_image_that_is_not_answered_is_told_while_it_plays(bag: Path) -> None
     with Peer("unused") as peer:
         peer.listen("/eye/labels", Image)
         peer.node.create_publisher(PoseArray, "toy/poses", 1)
-        arguments = ("--wait-for", "toy/poses", "--playback-duration", "0.05", "--timeout", "3")
+        arguments = ("--wait-for", "toy/poses", "--playback-duration", "0.05", "--timeout", "10")
         done = play(bag, "--topics", "/eye/labels", *arguments, listening=peer)
     assert done.returncode == 1
-    assert f"/eye/labels: the image of {FIRST_NS} ns was not answered in 3 s" in done.stderr
+    assert f"/eye/labels: the image of {FIRST_NS} ns was not answered in 10 s" in done.stderr
     assert "1 images were not answered" in done.stderr

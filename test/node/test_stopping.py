@@ -60,7 +60,7 @@ PLACES = (
     f"{NODE}.__init__",
     "call artrec_ros.node.parameters:_declare",
     f"{NODE}.on_configure",
-    "call artrec_ros.io.parameters:Setup.build",
+    "call artrec_ros.io.parameters.parameter_file:Setup.build",
     f"{NODE}.on_activate",
     f"{NODE}._report",
 )

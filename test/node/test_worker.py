@@ -5,6 +5,12 @@ from __future__ import annotations
 import threading
 import time
 
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
+
+from peer import WAIT_S, wait_until
+
 from artrec_ros.node.worker import NewestFirst
 
 
@@ -15,17 +21,17 @@ def test_what_comes_while_it_works_is_dropped_but_for_the_newest() -> None:
     def work(item: int) -> None:
         seen.append(item)
         begun.set()
-        assert go_on.wait(10)
+        assert go_on.wait(WAIT_S)
         if item == 9:
             done.set()
 
     worker = NewestFirst(work, "test")
     worker.offer(1)
-    assert begun.wait(10)
+    assert begun.wait(WAIT_S)
     for item in range(2, 10):
         worker.offer(item)
     go_on.set()
-    assert done.wait(10)
+    assert done.wait(WAIT_S)
     assert seen == [1, 9] and worker.dropped == 7
     worker.close()
 
@@ -35,9 +41,7 @@ def test_every_item_is_worked_where_there_is_time() -> None:
     worker = NewestFirst(seen.append, "test")
     for item in range(1, 21):
         worker.offer(item)
-        end = time.monotonic() + 10
-        while len(seen) < item and time.monotonic() < end:
-            time.sleep(0.001)
+        assert wait_until(lambda item=item: len(seen) == item, lambda: time.sleep(0.001))
     assert seen == list(range(1, 21)) and worker.dropped == 0
     worker.close()
 
@@ -49,15 +53,36 @@ def test_closing_forgets_what_waits_and_ends_the_thread() -> None:
     def work(item: int) -> None:
         seen.append(item)
         begun.set()
-        assert go_on.wait(10)
+        assert go_on.wait(WAIT_S)
 
     before = threading.active_count()
     worker = NewestFirst(work, "test")
     worker.offer(1)
-    assert begun.wait(10)
+    assert begun.wait(WAIT_S)
     worker.offer(2)
-    threading.Timer(0.05, go_on.set).start()
-    worker.close()
+    closing = threading.Thread(target=worker.close)
+    closing.start()
+    assert wait_until(lambda: not worker._open)
+    go_on.set()
+    closing.join()
     worker.offer(3)
-    time.sleep(0.05)
-    assert seen == [1] and threading.active_count() == before
+    assert wait_until(lambda: threading.active_count() == before)
+    assert seen == [1]
+
+
+def test_it_tells_how_long_it_works_on_one_item() -> None:
+    begun, go_on = threading.Event(), threading.Event()
+
+    def work(item: int) -> None:
+        begun.set()
+        assert go_on.wait(WAIT_S)
+
+    worker = NewestFirst(work, "test")
+    assert worker.busy_s == 0
+    worker.offer(1)
+    assert begun.wait(WAIT_S)
+    first = worker.busy_s
+    assert wait_until(lambda: worker.busy_s > first > 0)
+    go_on.set()
+    assert wait_until(lambda: worker.busy_s == 0)
+    worker.close()

@@ -12,8 +12,8 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.found import Instance
 from artrec_ros.core.model.objects import Marker, ObjectModel
-from artrec_ros.io.constraints import save_constraints
-from artrec_ros.io.objects import load_object
+from artrec_ros.io.learned.constraints import save_constraints
+from artrec_ros.io.objects.object_reader import load_object
 
 SIZE = (320, 240)
 CAMERA = Camera([[300.0, 0.0, 160.0], [0.0, 300.0, 120.0], [0.0, 0.0, 1.0]], [], SIZE, "camera")

@@ -4,7 +4,7 @@ import pytest
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.io.annotations import instance_from_axis
+from artrec_ros.io.learned.annotations import instance_from_axis
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.joint_examples import joint_examples
 from artrec_ros.simulation.records import is_annotated

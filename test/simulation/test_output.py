@@ -8,8 +8,8 @@ import pytest
 
 from artrec_ros.core.base.errors import SourceError
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.io.bags import Bag
-from artrec_ros.io.cameras import load_camera
+from artrec_ros.io.bags.reader import Bag
+from artrec_ros.io.images.cameras import load_camera
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.output import write_frames
 from artrec_ros.simulation.records import is_annotated, keypoint_names, truth_record

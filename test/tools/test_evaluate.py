@@ -15,9 +15,9 @@ from evaluation.makers import CAMERA, found_thing, pixel, pose_at, record, true_
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.results import FrameRecord
-from artrec_ros.io.truth import load_truth
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.results.results import FrameRecord
+from artrec_ros.io.truth.records import load_truth
 from artrec_ros.tools import evaluate as command
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.main import main

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from artrec_ros.core.geometry.camera import Camera
-from artrec_ros.io.bag_writer import BagWriter
+from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.simulation.simulator import pinhole_camera
 from artrec_ros.tools.main import main
 

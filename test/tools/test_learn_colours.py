@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.io.parameters import load_parameters
-from artrec_ros.io.sources import SourceOptions, open_sources
+from artrec_ros.io.parameters.parameter_file import load_parameters
+from artrec_ros.io.sources.opening import SourceOptions, open_sources
 from artrec_ros.tools.main import main
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,8 +9,8 @@ import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import Detection, ImagePose, Instance
-from artrec_ros.io.truth import Told, TrueComponent, TrueObject
-from artrec_ros.tools.metrics import Counts, judge_frame, score, shows
+from artrec_ros.io.truth.records import Told, TrueComponent, TrueObject
+from artrec_ros.tools.evaluation.metrics import Counts, judge_frame, score, shows
 
 POSE = Pose.from_xyz_rpy([0.0, 0.0, 2.0])
 

@@ -9,11 +9,11 @@ import pytest
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.design.ambiguity import find_ambiguities
 from artrec_ros.core.model.target import Target
-from artrec_ros.io.objects import load_object
+from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.simulation.sheet import MarkerCell, model_sheet
 from artrec_ros.simulation.simulator import pinhole_camera
 from artrec_ros.tools import model
-from artrec_ros.tools.model_report import advice, shape_rows
+from artrec_ros.tools.inspecting.model_report import advice, shape_rows
 
 OBJECTS = Path(__file__).parents[2] / "config" / "objects"
 QUADRUPED = OBJECTS / "quadruped.yaml"

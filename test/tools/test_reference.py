@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from artrec_ros.core.base.config import ImageConfig, NodeConfig, RecognizerConfig
-from artrec_ros.io.node_topics import INPUTS, OUTPUTS
-from artrec_ros.io.parameters import load_parameters
-from artrec_ros.io.specs import LIVE, all_specs
+from artrec_ros.io.messages.node_topics import INPUTS, OUTPUTS
+from artrec_ros.io.parameters.parameter_file import load_parameters
+from artrec_ros.io.parameters.specs import LIVE, all_specs
 from artrec_ros.tools.reference import expert_page, parameters_page, parameters_yaml, topics_page
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -17,8 +17,8 @@ import yaml
 
 from artrec_ros.core.base.errors import ArtrecError
 from artrec_ros.core.geometry.camera import Camera
-from artrec_ros.io.bag_writer import BagWriter
-from artrec_ros.io.results import read_results
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.results.results import read_results
 from artrec_ros.tools.main import main
 from artrec_ros.tools.replaying.engines import Engine, InlineEngine, Job
 from artrec_ros.tools.replaying.processes import ProcessEngine

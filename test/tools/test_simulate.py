@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.annotations import load_coco
-from artrec_ros.io.truth import load_truth
+from artrec_ros.io.learned.annotations import load_coco
+from artrec_ros.io.truth.records import load_truth
 from artrec_ros.tools import simulate
 
 OBJECTS = Path(__file__).parents[2] / "config" / "objects"

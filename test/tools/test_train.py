@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 import yaml
 
-from artrec_ros.io.constraints import load_constraints
-from artrec_ros.io.objects import load_object
+from artrec_ros.io.learned.constraints import load_constraints
+from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.tools.main import main
 
 ROOT = Path(__file__).resolve().parents[2]

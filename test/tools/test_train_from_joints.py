@@ -4,8 +4,8 @@ import pytest
 
 from artrec_ros.core.constraints.pairs import configuration
 from artrec_ros.core.model.target import Target
-from artrec_ros.io.constraints import load_constraints
-from artrec_ros.io.objects import load_object
+from artrec_ros.io.learned.constraints import load_constraints
+from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.simulation.config import SceneConfig
 from artrec_ros.simulation.joint_examples import joint_examples
 from artrec_ros.simulation.simulator import pinhole_camera

@@ -10,6 +10,8 @@ import numpy as np
 from ..base.jit import inlined, jit
 from ..geometry.pixel_kernels import turned
 
+LEAST_DEPTH_M = 0.02  # what is nearer, or behind the camera, has no place in the image to speak of
+
 
 class Surface(NamedTuple):
     """P patches and B boxes of a spatial model as arrays.
@@ -45,11 +47,12 @@ class Surface(NamedTuple):
 
 
 class SurfaceLimits(NamedTuple):
-    """The constants of `spatial.py`, so that they stand in one place."""
+    """What votes need to know besides the surface: values of `VotesConfig`, and what labels mean."""
 
     least_cosine: float
     ring_px: float
     ring_width_px: float
+    ring_visible: float  # share of a marker in view below which its ring does not vote
     behind: float  # share of the way to a point beyond which nothing hides it
     outside: int  # the label beyond the image
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from ...core.base.errors import SourceError
-from ...io.files import nearest
-from ...io.results import FrameRecord
-from ...io.truth import FrameKey, TrueObject, Truth
+from ...io.base.yaml_files import nearest
+from ...io.results.results import FrameRecord
+from ...io.truth.records import FrameKey, TrueObject, Truth
 from .runs import Run
 
 

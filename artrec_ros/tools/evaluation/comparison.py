@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..outcomes import Outcome
 from . import intervals
 from .intervals import Estimate
+from .outcomes import Outcome
 from .scoring import Evaluation, ScoredFrame
 
 

@@ -15,9 +15,9 @@ from ...core.geometry.camera import Camera
 from ...core.geometry.projection import project
 from ...core.geometry.transforms import Array, Pose, readonly
 from ...core.model.objects import Component, Marker, ObjectModel
-from ...io.annotations import instance_from_axis
-from ...io.files import nearest
-from ...io.truth import TrueComponent, TrueObject
+from ...io.base.yaml_files import nearest
+from ...io.learned.annotations import instance_from_axis
+from ...io.truth.records import TrueComponent, TrueObject
 from ...simulation.render import polygon_mask, project_outline
 
 _LEAST_DEPTH_M = 1e-3

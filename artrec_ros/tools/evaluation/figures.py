@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..metrics import Counts
 from . import intervals
 from .intervals import Estimate
+from .metrics import Counts
 from .scoring import Evaluation
 
 Figures = dict[str, Estimate]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.base.errors import SourceError
-from ...io import whole_files
+from ...io.base import whole_files
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from ..summary import versions
+from ..replaying.summary import versions
 from . import figures as f
 from . import table
 from .breakdown import NOTHING, component_counts, confusion

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..summary import versions
+from ..replaying.summary import versions
 from . import figures as f
 from .breakdown import ComponentCounts, component_counts, confusion
 from .calibration import Calibration, calibrate

@@ -11,10 +11,10 @@ from typing import Any
 
 from ...core.base.errors import ArtrecError, SourceError
 from ...core.model.objects import ObjectModel
-from ...io.objects import load_object
-from ...io.parameters import read_flat
-from ...io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
-from ...io.shared_files import resolve_path
+from ...io.base.shared_files import resolve_path
+from ...io.objects.object_reader import load_object
+from ...io.parameters.parameter_file import read_flat
+from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
 from ..replaying.names import FRAMES_FOLDER, overlay_name
 
 PARAMETERS_FILE = "parameters.yaml"

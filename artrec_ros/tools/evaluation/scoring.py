@@ -10,12 +10,12 @@ from ...core.base.errors import SourceError
 from ...core.geometry.camera import Camera
 from ...core.model.found import Detection
 from ...core.model.objects import ObjectModel
-from ...io.results import FrameRecord
-from ...io.truth import FrameKey, Told, TrueObject, Truth
-from ..metrics import Counts, judge_frame
-from ..outcomes import FrameOutcome, Outcome
+from ...io.results.results import FrameRecord
+from ...io.truth.records import FrameKey, Told, TrueObject, Truth
 from .assignment import Choice, choose_objects, match_frames, repeated_frames, strangers
 from .completion import with_components
+from .metrics import Counts, judge_frame
+from .outcomes import FrameOutcome, Outcome
 from .runs import Run
 
 

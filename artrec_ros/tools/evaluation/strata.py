@@ -14,11 +14,11 @@ import numpy as np
 from ...core.geometry.transforms import Pose
 from ...core.model.found import Detection
 from ...core.model.objects import ObjectModel
-from ...io.truth import TrueObject
-from ..metrics import Counts, shows
+from ...io.truth.records import TrueObject
 from .completion import slant_rad
 from .figures import Figures, figures_of
 from .intervals import Estimate
+from .metrics import Counts, shows
 from .scoring import Evaluation
 
 _MOST_RANGES = 6

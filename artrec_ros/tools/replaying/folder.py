@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from ...core.base.errors import SourceError
-from ...io.journal import JOURNAL_FILE, Journal, Recognised
-from ...io.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
-from ...io.whole_files import LineFile, held, write_whole
-from ..summary import Summary
+from ...io.base.whole_files import LineFile, held, write_whole
+from ...io.results.journal import JOURNAL_FILE, Journal, Recognised
+from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
 from .names import FRAMES_FOLDER
 from .pictures import UNFINISHED, VIDEO_FILE
 from .plan import PLAN_FILE, check_plan, write_plan
+from .summary import Summary
 
 PARAMETERS_FILE = "parameters.yaml"
 _FILES = (DETECTIONS_FILE, SUMMARY_FILE, PARAMETERS_FILE, VIDEO_FILE, JOURNAL_FILE)  # the plan goes last

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from ...core.tracking.tracker import Tracker
-from ...io.frames import Part
-from ...io.journal import Recognised
+from ...io.results.journal import Recognised
+from ...io.sources.frames import Part
 
 
 @dataclass(eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ...io.images import IMAGE_SUFFIXES
+from ...io.images.decoding import IMAGE_SUFFIXES
 
 FRAMES_FOLDER = "frames"
 _LONGEST_STEM = 200  # bytes: file systems allow 255 for a name

@@ -13,11 +13,11 @@ import cv2
 
 from ...core.base.errors import SourceError
 from ...core.model.target import Target
-from ...io.frames import Source
-from ...io.journal import Recognised
-from ...io.result_bag import ResultBag
-from ...io.video import VideoWriter
-from ...io.whole_files import write_whole
+from ...io.base.whole_files import write_whole
+from ...io.images.video import VideoWriter
+from ...io.results.journal import Recognised
+from ...io.results.result_bag import ResultBag
+from ...io.sources.frames import Source
 from .names import FRAMES_FOLDER, overlay_name
 from .work import Drawn, Wanted
 

@@ -10,8 +10,8 @@ from typing import Any
 
 from ... import __version__
 from ...core.base.errors import SourceError
-from ...io.parameters import Setup
-from ...io.whole_files import write_whole
+from ...io.base.whole_files import write_whole
+from ...io.parameters.parameter_file import Setup
 
 PLAN_FILE = "replay.json"
 _FORMAT = "artrec_replay/1"

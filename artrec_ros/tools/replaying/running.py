@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from ...io.frames import Source
-from ...io.journal import Journal, Recognised
-from ...io.results import FrameRecord
+from ...io.results.journal import Journal, Recognised
+from ...io.results.results import FrameRecord
+from ...io.sources.frames import Source
 from .engines import Done, Engine, Job
 from .joining import Join, Piece, with_known
 from .pictures import Pictures

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from ...core.base.errors import ImageError, SourceError
 from ...core.drawing import class_picture, draw_error, draw_result
 from ...core.image.segmentation import Segmenter
-from ...io.frames import Frame, Part, Source, SourceOptions
-from ...io.journal import Recognised
-from ...io.parameters import Setup
-from ...io.sources import open_sources
+from ...io.parameters.parameter_file import Setup
+from ...io.results.journal import Recognised
+from ...io.sources.frames import Frame, Part, Source, SourceOptions
+from ...io.sources.opening import open_sources
 
 _ERROR_SIZE_PX = (640, 480)
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ...core.base.errors import SourceError
-from ...io.frames import Part, Source
-from ...io.journal import Recognised
-from ...io.parameters import Setup
-from ...io.truth import FrameKey, TrueObject, Truth
+from ...io.parameters.parameter_file import Setup
+from ...io.results.journal import Recognised
+from ...io.sources.frames import Part, Source
+from ...io.truth.records import FrameKey, TrueObject, Truth
 from ..evaluation.assignment import match_frames
 from ..evaluation.runs import LookedFor, Run
 from ..evaluation.scoring import Evaluation, Options, evaluate_runs

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...io.parameters import Setup
-from ...io.whole_files import write_whole
+from ...io.base.whole_files import write_whole
+from ...io.parameters.parameter_file import Setup
 from ..evaluation import table
 from ..evaluation.comparison import compare
 from ..evaluation.result import Result, changes_to_dict, results_of
 from ..evaluation.scoring import Evaluation
-from ..summary import versions
+from ..replaying.summary import versions
 from .goal import Goal, measures
 from .material import Split
 from .parameter_text import tuned_text

@@ -12,9 +12,9 @@ from typing import Any
 import yaml
 
 from ...core.base.errors import ArtrecError
-from ...io.parameters import Setup, load_parameters, read_flat
-from ...io.shared_files import SCHEME
-from ...io.specs import Spec, all_specs
+from ...io.base.shared_files import SCHEME
+from ...io.parameters.parameter_file import Setup, load_parameters, read_flat
+from ...io.parameters.specs import Spec, all_specs
 
 _SECTION = "ros__parameters"
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...io.frames import Source
-from ...io.journal import Journal, Recognised
-from ...io.parameters import Setup
-from ...io.truth import Truth
+from ...io.parameters.parameter_file import Setup
+from ...io.results.journal import Journal, Recognised
+from ...io.sources.frames import Source
+from ...io.truth.records import Truth
 from ..evaluation.scoring import Evaluation, Options
 from ..replaying.engines import Engine
 from ..replaying.work import Order

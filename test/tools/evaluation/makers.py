@@ -13,8 +13,8 @@ import yaml
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance, Rejection
-from artrec_ros.io.results import FrameRecord
-from artrec_ros.io.truth import TrueComponent, TrueObject
+from artrec_ros.io.results.results import FrameRecord
+from artrec_ros.io.truth.records import TrueComponent, TrueObject
 from artrec_ros.tools.replaying.names import overlay_name
 
 CAMERA = Camera(np.array([[200.0, 0, 79.5], [0, 200, 59.5], [0, 0, 1]]), np.zeros(0), (160, 120), "camera")

@@ -10,9 +10,9 @@ from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.evaluation.calibration import calibrate, expected_error
 from artrec_ros.tools.evaluation.figures import figures_of, written
 from artrec_ros.tools.evaluation.intervals import Estimate
+from artrec_ros.tools.evaluation.metrics import Counts
 from artrec_ros.tools.evaluation.scoring import Options
 from artrec_ros.tools.evaluation.strata import range_edges, stratify
-from artrec_ros.tools.metrics import Counts
 
 from .makers import found_thing, record, true_thing, write_run, write_truth
 

@@ -10,8 +10,8 @@ import pytest
 
 from artrec_ros.core.base.errors import SourceError
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.io.objects import load_object
-from artrec_ros.io.truth import Told, TrueObject, Truth
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.truth.records import Told, TrueObject, Truth
 from artrec_ros.tools.evaluation.assignment import Choice, choose_objects, match_frames, strangers
 from artrec_ros.tools.evaluation.completion import slant_rad, with_components
 from artrec_ros.tools.evaluation.runs import LookedFor, Run, load_run, load_runs, run_names

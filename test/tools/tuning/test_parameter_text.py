@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.tools.tuning.parameter_text import tuned_text
 
 from .lamp import PARAMETERS, write_lamp

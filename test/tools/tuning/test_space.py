@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.parameters import Setup, load_parameters
+from artrec_ros.io.parameters.parameter_file import Setup, load_parameters
 from artrec_ros.tools.tuning.space import changed, distributions, load_space, suggested_of, values_of
 
 from .lamp import write_lamp

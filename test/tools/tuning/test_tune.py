@@ -17,7 +17,7 @@ import yaml
 pytest.importorskip("optuna", reason="Optuna is not installed (the extra `tune`)")
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.tools.main import main
 from artrec_ros.tools.tuning.goal import FIGURES, Goal
 from artrec_ros.tools.tuning.search import Search

@@ -1,0 +1,83 @@
+"""Files that are whole whatever happens: a full disk or a kill leaves what was there before."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+
+from ...core.base.errors import SourceError
+
+
+def write_whole(path: Path, content: bytes | str) -> None:
+    """The file is replaced at once, or not at all. :raises OSError: it cannot be written."""
+    part = path.with_name(path.name + ".part")
+    try:
+        part.write_bytes(content if isinstance(content, bytes) else content.encode())
+        os.replace(part, path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """One process at a time holds a folder. :raises SourceError: another one does. :raises OSError: no such folder."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    except BlockingIOError as error:
+        raise SourceError(f"{folder}: another run is writing there; wait for it, or name another folder") from error
+    finally:
+        os.close(handle)
+
+
+class LineFile:
+    """A text file that grows by whole lines; one that is cut off at its end loses that line. A context manager.
+
+    :ivar count: the lines that it holds.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """:raises OSError: it cannot be opened."""
+        self._handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        self._path = path
+        whole = [line for line in _raw_lines(path) if line.endswith(b"\n")]
+        self.count = len(whole)
+        self._end = sum(map(len, whole))
+        os.ftruncate(self._handle, self._end)
+
+    def __enter__(self) -> LineFile:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        os.close(self._handle)
+
+    def lines(self) -> Iterator[str]:
+        """What it holds, without the ends of the lines."""
+        for line in _raw_lines(self._path):
+            yield line.decode().removesuffix("\n")
+
+    def append(self, line: str) -> None:
+        """:raises OSError: it cannot be written; the file is as it was before."""
+        data = f"{line}\n".encode()
+        try:
+            written = 0
+            while written < len(data):
+                written += os.pwrite(self._handle, data[written:], self._end + written)
+        except BaseException:
+            os.ftruncate(self._handle, self._end)
+            raise
+        self._end += len(data)
+        self.count += 1
+
+
+def _raw_lines(path: Path) -> Iterator[bytes]:
+    with path.open("rb") as stream:
+        yield from stream

@@ -1,0 +1,243 @@
+"""Strict reading of YAML files: every value knows its place, every error names file, key and what would be valid."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import re
+import stat
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from ...core.base.errors import ArtrecError, ConfigError
+from ...core.geometry.transforms import Array
+from .kinds import kind_by_format, mistaken
+
+_SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML was built with it
+
+
+class _Loader(_SafeLoader):
+    """YAML as ROS reads it: no repeated keys; 1e-3 is a number."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+        seen: set[str] = set()
+        for key, _ in node.value:
+            name = str(key.value)
+            if name in seen:
+                problem = f"the key '{name}' is given twice; keep one"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+            seen.add(name)
+        return super().construct_mapping(node, deep)
+
+
+def _check_events(text: str) -> None:
+    """Refuses aliases, which ROS does not read, and nesting that would overrun the C loader's stack."""
+    depth = 0
+    for event in yaml.parse(text, _SafeLoader):
+        mark: Any = event.start_mark
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if isinstance(event, yaml.AliasEvent):
+            problem = "aliases are not read; write the value out"
+            raise yaml.constructor.ConstructorError(None, None, problem, mark)
+        if depth > _DEEPEST:
+            raise yaml.constructor.ConstructorError(None, None, f"is nested more than {_DEEPEST} deep", mark)
+
+
+_FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$")  # YAML 1.2 and ROS: no dot needed before the exponent
+_Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
+
+MOST_BYTES = 2**28
+"""Of any file that is read as a whole: a larger one is taken for something else."""
+_MOST_YAML_BYTES = 2**20  # a second of reading; what this package writes has some ten thousand
+_DEEPEST = 100
+_MOST_POINTS = 5000  # of an outline
+LFS_MAGIC = b"version https://git-lfs.github.com/spec/"
+LFS_POINTER = "is a pointer of Git LFS, which stands for the file itself: fetch that with 'git lfs pull'"
+
+_FEW = 12  # names that a message may list
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The rest of a message about an unknown name: the nearest known one, and all that are known if they are few."""
+    known = list(known)
+    close = difflib.get_close_matches(name, known, 1, cutoff=0.5)
+    hint = f"; did you mean '{close[0]}'?" if close else ""
+    if hint and len(known) > _FEW:
+        return hint
+    return f"{hint} (known: {', '.join(known) if known else 'none'})"
+
+
+@dataclass(frozen=True)
+class Value:
+    """A value of a file together with its place, so that errors can name it."""
+
+    file: Path
+    key: str
+    raw: Any
+
+    def error(self, message: str) -> ConfigError:
+        place = f"{self.file}: {self.key}" if self.key else str(self.file)
+        return ConfigError(f"{place}: {message}")
+
+    def _child(self, key: str, raw: Any) -> Value:
+        shown = key if key.isprintable() else repr(key)  # an error is one line
+        return Value(self.file, f"{self.key}.{shown}" if self.key else shown, raw)
+
+    def _wrong(self, wanted: str) -> ConfigError:
+        got = "nothing" if self.raw is None else repr(self.raw)
+        return self.error(f"must be {wanted}, not {got if len(got) <= 60 else got[:57] + '...'}")
+
+    def entries(self) -> dict[str, Value]:
+        """A mapping whose keys are names of the user's choice."""
+        if not isinstance(self.raw, dict):
+            raise self._wrong("a mapping (key: value)")
+        for key in self.raw:
+            if not isinstance(key, str):
+                raise self.error(f"the name {key!r} is read as {type(key).__name__}; put it in quotes")
+        return {key: self._child(key, raw) for key, raw in self.raw.items()}
+
+    def fields(self, required: Sequence[str] = (), optional: Sequence[str] = ()) -> dict[str, Value]:
+        """A mapping whose keys are fixed. Optional keys that are not given are left out."""
+        entries, known = self.entries(), [*required, *optional]
+        for key, value in entries.items():
+            if key not in known:
+                raise value.error(f"unknown key{nearest(key, known)}")
+        for key in required:
+            if key not in entries:
+                raise self._child(key, None).error(f"this key is missing (needed: {', '.join(required)})")
+        return entries
+
+    def items(self) -> list[Value]:
+        if not isinstance(self.raw, (list, tuple)):
+            raise self._wrong("a list")
+        return [Value(self.file, f"{self.key}[{i}]", raw) for i, raw in enumerate(self.raw)]
+
+    def text(self, choices: Sequence[str] = ()) -> str:
+        if not isinstance(self.raw, str) or not self.raw:
+            raise self._wrong("text")
+        if choices and self.raw not in choices:
+            raise self.error(f"'{self.raw}' is not known{nearest(self.raw, choices)}")
+        return self.raw
+
+    def boolean(self) -> bool:
+        if not isinstance(self.raw, bool):
+            raise self._wrong("true or false")
+        return self.raw
+
+    def number(self, low: float | None = None, high: float | None = None, above: float | None = None) -> float:
+        """A finite number, low <= number <= high, number > above."""
+        if isinstance(self.raw, bool) or not isinstance(self.raw, (int, float)):
+            raise self._wrong("a number")
+        return float(self._in_range(self.raw, low, high, above))
+
+    def integer(self, low: float | None = None, high: float | None = None) -> int:
+        if isinstance(self.raw, bool) or not isinstance(self.raw, int):
+            raise self._wrong("a whole number")
+        return int(self._in_range(self.raw, low, high, None))
+
+    def _in_range(self, value: float, low: float | None, high: float | None, above: float | None) -> float:
+        if not math.isfinite(value):
+            raise self._wrong("a finite number")
+        if low is not None and value < low:
+            raise self.error(f"{value} is below its least value {low:g}")
+        if high is not None and value > high:
+            raise self.error(f"{value} is above its greatest value {high:g}")
+        if above is not None and not value > above:
+            raise self.error(f"{value} must be greater than {above:g}")
+        return value
+
+    def vector(self, length: int, most: float = math.inf) -> Array:
+        """(length,) numbers, none greater than `most` on either side of zero."""
+        if not isinstance(self.raw, (list, tuple)) or len(self.raw) != length:
+            raise self._wrong(f"{length} numbers [..]")
+        return np.array([item.number(-most, most) for item in self.items()])
+
+    def points(self, least: int, most: float = math.inf) -> Array:
+        """(n, 2) points, n >= least, of coordinates up to `most`."""
+        items = self.items()
+        if len(items) < least:
+            raise self.error(f"needs {least} points [x, y] or more, has {len(items)}")
+        if len(items) > _MOST_POINTS:
+            raise self.error(f"has {len(items)} points, more than {_MOST_POINTS}: no camera sees such detail")
+        return np.array([item.vector(2, most) for item in items])
+
+
+def size_of_file(path: str | Path, error: type[ArtrecError] = ConfigError) -> int:
+    """Bytes of a regular file: others, such as pipes and devices, may never end.
+
+    :param error: what is raised where it is none.
+    """
+    try:
+        about = os.stat(path)
+    except FileNotFoundError:
+        raise error(f"{path}: there is no such file") from None
+    except (OSError, ValueError) as reason:
+        raise error(f"{path}: cannot be read: {getattr(reason, 'strerror', None) or reason}") from None
+    if not stat.S_ISREG(about.st_mode):
+        what = "a folder" if stat.S_ISDIR(about.st_mode) else "a pipe or device"
+        raise error(f"{path}: is {what}; a file is wanted here")
+    return about.st_size
+
+
+def read_bytes(path: str | Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """A file's content. :raises ConfigError: it is none, larger than that, or a pointer that stands for a file."""
+    size = size_of_file(path)
+    if size > most_bytes:
+        raise ConfigError(f"{path}: has {size} bytes, more than the {most_bytes} that such a file may have")
+    try:
+        with open(path, "rb") as stream:
+            content = stream.read(most_bytes)
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
+    if content.startswith(LFS_MAGIC):
+        raise ConfigError(f"{path}: {LFS_POINTER}")
+    return content
+
+
+def read_text(path: str | Path, most_bytes: int = MOST_BYTES) -> str:
+    """A text file's content; `ConfigError` as of `read_bytes`, and where it is no text."""
+    try:
+        return read_bytes(path, most_bytes).decode("utf-8")
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is no text file (UTF-8)") from None
+
+
+def load_value(path: str | Path) -> Value:
+    """A YAML file of any content as a `Value`."""
+    text = read_text(path, _MOST_YAML_BYTES)
+    try:
+        _check_events(text)
+        raw = yaml.load(text, _Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f" line {mark.line + 1}:" if mark else ""
+        raise ConfigError(f"{path}:{line} {error.problem or error.context}") from None
+    except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
+        raise ConfigError(f"{path}: is no valid YAML: {str(error).splitlines()[0]}") from None
+    if raw is None:
+        raise ConfigError(f"{path}: the file is empty")
+    return Value(Path(path), "", raw)
+
+
+def load_yaml(path: str | Path, format: str) -> Value:
+    """A file of this package: checks its `format: NAME/VERSION` line and returns the rest."""
+    value = load_value(path)
+    wanted = kind_by_format(format)
+    if wanted and (problem := mistaken(value.raw, wanted)):
+        raise value.error(f"{problem} (format: {format})")
+    entries = value.entries()
+    if "format" not in entries:
+        raise value.error(f"format: this key is missing; the file must begin with 'format: {format}'")
+    given = entries["format"].text()
+    if given != format:
+        kind, _, version = format.rpartition("/")
+        same = given.rpartition("/")[0] == kind
+        reason = f"this release reads version {version} only" if same else "another kind of file is wanted here"
+        raise entries["format"].error(f"'{given}' cannot be read: {reason} ({format})")
+    return Value(value.file, "", {k: v for k, v in value.raw.items() if k != "format"})

@@ -1,0 +1,1 @@
+"""Images and cameras: bytes to arrays, calibration files, videos."""

@@ -1,0 +1,1 @@
+"""What any file or folder holds."""

@@ -1,0 +1,115 @@
+"""What files and folders hold, as far as `inventory.py` looks into them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ...core.geometry.camera import Camera
+from ...core.model.objects import ObjectModel
+from ..bags.reader import Topic
+from ..images.decoding import Image
+from ..learned.annotations import Annotations
+from ..learned.constraints import load_constraints
+from ..parameters.parameter_file import Setup
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A few images of one topic or folder.
+
+    :param camera: the calibration beside them; None: none that can be used, and `camera_problem` says why.
+    """
+
+    name: str
+    count: int
+    images: tuple[Image, ...] = field(repr=False)
+    problems: tuple[str, ...] = ()
+    camera: Camera | None = None
+    camera_problem: str | None = None
+
+    @property
+    def size(self) -> tuple[int, int] | None:
+        """(width, height) of the first."""
+        return (self.images[0].shape[1], self.images[0].shape[0]) if self.images else None
+
+    @property
+    def channels(self) -> int:
+        """1 or 3; 0: none could be read."""
+        return 0 if not self.images else 1 if self.images[0].ndim == 2 else 3
+
+    @property
+    def labels(self) -> Mapping[int, int]:
+        shown = [set(np.unique(i).tolist()) for i in self.images if i.ndim == 2]
+        return dict(sorted(Counter(v for values in shown for v in values).items()))
+
+
+@dataclass(frozen=True)
+class BagContent:
+    topics: tuple[Topic, ...]
+    duration_s: float
+    samples: tuple[Sample, ...]
+    problems: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ConstraintContent:
+    """A constraint file: the object's name, and all component/marker names that it uses."""
+
+    object: str
+    coverage: float
+    pairs: int
+    classes: tuple[str, ...]
+
+    def check(self, path: Path, model: ObjectModel) -> None:
+        """:raises ConfigError: the constraints are not this object's."""
+        load_constraints(path, model)
+
+
+@dataclass(frozen=True)
+class TruthContent:
+    frames: int
+    stamps: frozenset[int]
+    labels: Mapping[int, int]
+
+
+@dataclass(frozen=True)
+class ResultContent:
+    frames: int
+    stamps: frozenset[int]
+    objects: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class Report:
+    """A file that is told of in a few lines. :param kind: with its article."""
+
+    kind: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Supplement:
+    """A parameter file without objects: it is read after another one, whose values it replaces."""
+
+    names: tuple[str, ...]
+
+
+Content = (
+    BagContent | Sample | ObjectModel | ConstraintContent | Setup | Annotations | TruthContent | ResultContent
+    | Camera | Supplement | Report
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Item:
+    """A path and what it holds, or the reason (`error`) why that cannot be told."""
+
+    path: Path
+    kind: str
+    content: Content | None = None
+    error: str | None = None

@@ -1,0 +1,217 @@
+"""What a file or folder is, and what it holds: bags, images, objects, constraints, parameters, annotations, truth."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from ...core.base.errors import ArtrecError, ConfigError, ImageError, SourceError
+from ...core.geometry.camera import Camera
+from ..bags.metadata import BAG_SUFFIXES, is_storage
+from ..bags.reader import Bag, Topic
+from ..bags.topics import IMAGE_TYPES, camera_info_topic, camera_of, decode_message, stamp_of
+from ..base.kinds import COCO, kind_of
+from ..base.yaml_files import load_value
+from ..images.cameras import load_camera
+from ..images.decoding import IMAGE_SUFFIXES, read_image
+from ..learned.annotations import load_coco, read_json
+from ..learned.constraints import FORMAT as CONSTRAINT_FORMAT
+from ..objects.object_reader import FORMAT as OBJECT_FORMAT
+from ..objects.object_reader import load_object
+from ..parameters.parameter_file import load_parameters, read_flat
+from ..results.journal import JOURNAL_FILE
+from ..results.results import DETECTIONS_FILE, read_results
+from ..truth.records import load_truth
+from .contents import BagContent, ConstraintContent, Content, Item, ResultContent, Sample, Supplement, TruthContent
+from .own_reports import read_drawing, read_report, read_urdf
+
+_YAML = (".yaml", ".yml")
+_SAMPLES = 5  # images of a bag or folder that are looked at, evenly spread
+
+
+def take_stock(paths: Sequence[Path]) -> list[Item]:
+    """What each path holds; of a folder that is neither bag nor images, what lies in it. Nothing is raised.
+
+    Parameter files without objects are read after each of those that have some, in the order given.
+    """
+    more = [p for p in paths if _is_supplement(p)]
+    return [item for path in paths for item in _look(path, more)]
+
+
+def _is_supplement(path: Path) -> bool:
+    try:
+        return path.suffix.lower() in _YAML and path.is_file() and "objects" not in read_flat(path)
+    except ArtrecError:
+        return False  # another kind of file, or one whose problem is told when it is read
+
+
+def _look(path: Path, more: Sequence[Path]) -> Iterator[Item]:
+    if path.is_dir() and not _is_bag(path) and not _images(path):
+        inside = sorted(path.iterdir())
+        parts = [p for p in inside if _known_kind(p)] or [p for p in inside if p.is_dir() and _images(p)]
+        if not parts:
+            yield Item(path, "folder", error="neither a bag, nor images, nor files that artrec reads")
+        for part in parts:
+            yield from _look(part, more)
+        return
+    kind = "unknown"
+    try:
+        kind, read = _reader(path, more)
+        yield Item(path, kind, read(path))
+    except ArtrecError as error:
+        yield Item(path, kind, error=str(error).removeprefix(f"{path}: "))
+
+
+def _known_kind(path: Path) -> bool:
+    if path.is_dir():
+        return _is_bag(path)
+    return path.suffix in (*_YAML, ".json", ".jsonl", ".svg", ".urdf", *BAG_SUFFIXES) and path.name not in _OTHERS
+
+
+_OTHERS = ("metadata.yaml", JOURNAL_FILE)
+
+
+def _reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Content]]:
+    """The kind of a path, and what reads it."""
+    if not path.exists():
+        raise SourceError(f"{path}: there is no such file or folder")
+    if _is_bag(path):
+        return "bag", _read_bag
+    if path.is_dir():
+        return "images", _read_images
+    suffix = path.suffix.lower()
+    if suffix in IMAGE_SUFFIXES:
+        return "images", _read_images
+    if suffix == ".json":
+        value = read_json(path)
+        if kind_of(value.raw) == COCO or "annotations" in value.entries():
+            return "annotations", lambda p: load_coco([p])
+        return "report", lambda _: read_report(value)
+    if suffix == ".svg":
+        return "drawing", read_drawing
+    if suffix == ".urdf":
+        return "URDF", read_urdf
+    if suffix == ".jsonl":
+        return ("results", _read_results) if path.name == DETECTIONS_FILE else ("truth", _read_truth)
+    if suffix in _YAML:
+        return _yaml_reader(path, more)
+    raise SourceError(f"{path}: '{suffix or path.name}' is no kind of file that artrec reads")
+
+
+def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Content]]:
+    keys = load_value(path).entries()
+    format = keys["format"].raw if "format" in keys else None
+    kinds: dict[str, tuple[str, Callable[[Path], Content]]] = {
+        OBJECT_FORMAT.partition("/")[0]: ("object", lambda p: load_object(p)),
+        CONSTRAINT_FORMAT.partition("/")[0]: ("constraints", _read_constraints),
+    }
+    if isinstance(format, str) and format.partition("/")[0] in kinds:
+        return kinds[format.partition("/")[0]]
+    if "camera_matrix" in keys or "image_width" in keys:
+        return "calibration", lambda p: load_camera(p)
+    if any("ros__parameters" in str(v.raw) for v in keys.values()):
+        if path in more:
+            return "parameters", lambda p: Supplement(tuple(read_flat(p)))
+        return "parameters", lambda p: load_parameters(p, *more)
+    kind = kind_of({key: value.raw for key, value in keys.items()})
+    if kind is not None:
+        raise ConfigError(f"{path}: is {kind}, which is not looked into")
+    raise ConfigError(f"{path}: neither an object, constraints, parameters (ros__parameters) nor a calibration")
+
+
+def _is_bag(path: Path) -> bool:
+    if not path.is_dir():
+        return is_storage(path)
+    return any(p.name == "metadata.yaml" or is_storage(p) for p in path.iterdir())
+
+
+def _images(folder: Path) -> list[Path]:
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)
+
+
+def _read_images(path: Path) -> Sample:
+    files = _images(path) if path.is_dir() else [path]
+    chosen = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, _SAMPLES).astype(int))]
+    images, problems = [], []
+    for file in chosen:
+        try:
+            images.append(read_image(file))
+        except ImageError as error:
+            problems.append(f"{file.name}: {error}")
+    return Sample(str(path), len(files), tuple(images), tuple(problems))
+
+
+def _read_bag(path: Path) -> BagContent:
+    with Bag(path) as bag:
+        topics = tuple(sorted(bag.topics.values()))
+        samples = tuple(_sample(bag, t) for t in topics if t.msgtype in IMAGE_TYPES)
+        for _ in tqdm(bag.messages(bag.topics), "reading", delay=1, leave=False, disable=not sys.stderr.isatty()):
+            pass  # the bag counts what it gives, and holds that against what it says of itself
+        duration_s = max(0, bag.end_ns - bag.start_ns) / 1e9
+        return BagContent(topics, duration_s, samples, tuple(bag.problems))
+
+
+def image_stamps(path: Path, topic: str) -> frozenset[int]:
+    """Header stamps (ns) of an image topic; reads all its messages."""
+    stamps = set()
+    with Bag(path) as bag:
+        for message in bag.messages([topic]):
+            try:
+                stamps.add(stamp_of(bag.parse(message), message.log_ns))
+            except ImageError:
+                continue  # told where the images are looked at
+    return frozenset(stamps)
+
+
+def _sample(bag: Bag, topic: Topic) -> Sample:
+    images, problems = [], []
+    for start_ns in np.linspace(bag.start_ns, bag.end_ns, _SAMPLES, endpoint=False).astype(np.int64).tolist():
+        message = next(bag.messages([topic.name], start_ns), None)
+        if message is None:
+            continue
+        try:
+            images.append(decode_message(bag.parse(message)))
+        except ImageError as error:
+            problems.append(str(error))
+    camera, camera_problem = _camera(bag, topic.name)
+    return Sample(topic.name, topic.count, tuple(images), tuple(dict.fromkeys(problems)), camera, camera_problem)
+
+
+def _camera(bag: Bag, image_topic: str) -> tuple[Camera | None, str | None]:
+    name = camera_info_topic(image_topic)
+    message = next(bag.messages([name]), None) if name in bag.topics else None
+    if message is None:
+        return None, f"no calibration: {'nothing on' if name in bag.topics else 'no topic'} '{name}'"
+    try:
+        return camera_of(bag.parse(message)), None
+    except (ImageError, ConfigError) as error:
+        return None, f"{name}: {error}"
+
+
+def _read_constraints(path: Path) -> ConstraintContent:
+    top = load_value(path).entries()
+    for key in ("object", "coverage", "pairs"):
+        if key not in top:
+            raise ConfigError(f"{path}: {key}: this key is missing")
+    classes = top["classes"].items() if "classes" in top else []
+    names = tuple(str(c.entries()["name"].raw) for c in classes if "name" in c.entries())
+    return ConstraintContent(top["object"].text(), top["coverage"].number(0, 1), len(top["pairs"].items()), names)
+
+
+def _read_truth(path: Path) -> TruthContent:
+    truth = load_truth(path)
+    labels = Counter(o.label for objects in truth.values() for o in objects if o.label is not None)
+    return TruthContent(len(truth), frozenset(truth), dict(sorted(labels.items())))
+
+
+def _read_results(path: Path) -> ResultContent:
+    stamps, objects = [], Counter[str]()
+    for record in read_results(path):
+        stamps.append(record.stamp_ns)
+        objects.update(d.object for d in record.detections)
+    return ResultContent(len(stamps), frozenset(stamps), dict(sorted(objects.items())))

@@ -1,0 +1,1 @@
+"""What examples taught, and the examples: constraints, colours, annotations, regions."""

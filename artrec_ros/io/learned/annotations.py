@@ -1,0 +1,207 @@
+"""Annotated examples from COCO keypoint files: where an object's markers lie in images.
+
+Keypoints are named COMPONENT/MARKER.tail and COMPONENT/MARKER.head: the ends of the marker's axis. A camera
+that is not tilted against the marker sees it under a similarity, which these two points fix.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...core.base.errors import ConfigError
+from ...core.geometry.transforms import Array
+from ...core.model.found import Instance
+from ...core.model.objects import Marker, ObjectModel
+from ..base.kinds import COCO, mistaken
+from ..base.yaml_files import Value, load_value, nearest, read_text
+
+Key = tuple[str, str]  # (component, marker)
+_MOST_BYTES = 2**30  # COCO itself has a quarter of that
+_ENDS = ("tail", "head")
+_LEAST_AXIS_PX = 0.5  # a shorter axis has no direction
+
+
+@dataclass(frozen=True)
+class AnnotatedObject:
+    """One annotation: an object in an image.
+
+    :param points: keypoint name -> (2,) pixels, of the keypoints that are labelled.
+    :param size: the image's (width, height) in pixels, where the file tells it.
+    """
+
+    image: Path
+    category: str
+    place: str
+    points: Mapping[str, Array]
+    size: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True)
+class Annotations:
+    """The annotations of one or more COCO files, in order.
+
+    :param categories: category name -> names of its keypoints.
+    """
+
+    categories: Mapping[str, tuple[str, ...]]
+    objects: tuple[AnnotatedObject, ...]
+
+    def of(self, categories: Sequence[str] = ()) -> Annotations:
+        """The annotations of these categories; of all where none is named."""
+        for name in categories:
+            if name not in self.categories:
+                raise ConfigError(f"category '{name}': no annotation file has it{nearest(name, self.categories)}")
+        chosen = tuple(categories) or tuple(self.categories)
+        kept = tuple(o for o in self.objects if o.category in chosen)
+        return Annotations({name: self.categories[name] for name in chosen}, kept)
+
+    def examples(self, model: ObjectModel) -> list[dict[Key, Instance]]:
+        """Per annotated object, the places of `model`'s markers; a marker needs both ends labelled."""
+        markers = {f"{c.name}/{m.name}": (c.name, m) for c in model.components for m in c.markers}
+        known = [f"{marker}.{end}" for marker in markers for end in _ENDS]
+        for category, names in self.categories.items():
+            for name in names:
+                if name not in known:
+                    raise ConfigError(
+                        f"keypoint '{name}' of category '{category}' is no component/marker.tail or .head of object "
+                        f"'{model.name}'{nearest(name, known)}; categories are chosen with --category"
+                    )
+        return [_example(o, markers) for o in self.objects]
+
+    def half_labelled(self) -> int:
+        """How many markers have one end labelled only; they are no examples."""
+        count = 0
+        for o in self.objects:
+            stems = [name.rpartition(".")[0] for name in o.points]
+            count += sum(stems.count(stem) == 1 for stem in stems)
+        return count
+
+
+def _example(annotated: AnnotatedObject, markers: Mapping[str, tuple[str, Marker]]) -> dict[Key, Instance]:
+    example = {}
+    for name, (component, marker) in markers.items():
+        ends = [annotated.points.get(f"{name}.{end}") for end in _ENDS]
+        if ends[0] is None or ends[1] is None:
+            continue
+        if np.linalg.norm(ends[1] - ends[0]) < _LEAST_AXIS_PX:
+            raise ConfigError(f"{annotated.place}: {name}: tail and head are the same point")
+        example[component, marker.name] = instance_from_axis(component, marker, ends[0], ends[1])
+    return example
+
+
+def instance_from_axis(component: str, marker: Marker, tail_px: Array, head_px: Array) -> Instance:
+    """The similarity of the image plane that carries a marker's axis to the two pixels."""
+    tail, head = ((p - marker.centroid) * (1, -1) for p in (marker.tail, marker.head))  # image_outline's frame
+    as_complex = np.array([1, 1j])
+    z = ((head_px - tail_px) @ as_complex) / ((head - tail) @ as_complex)
+    centre = tail_px @ as_complex - z * (tail @ as_complex)
+    theta = np.angle((head_px - tail_px) @ as_complex)
+    return Instance(component, marker.name, 1.0, float(centre.real), float(centre.imag), float(theta), float(abs(z)))
+
+
+def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) -> Annotations:
+    """COCO keypoint files, one after another; crowds and categories without keypoints are passed over.
+
+    :param images_folder: where the images lie; without it, beside each file.
+    """
+    categories: dict[str, tuple[str, ...]] = {}
+    objects: list[AnnotatedObject] = []
+    for path in map(Path, paths):
+        top = read_coco(path)
+        own = dict(_category(v) for v in top["categories"].items() if "keypoints" in v.entries())
+        for name, keypoints in own.values():
+            if categories.setdefault(name, keypoints) != keypoints:
+                raise ConfigError(f"{path}: category '{name}': its keypoints differ from those of the files before it")
+        images = dict(coco_image(v, images_folder or path.parent) for v in top["images"].items())
+        known = {coco_entry(v, "id").integer() for v in top["categories"].items()}
+        objects += [o for v in top["annotations"].items() if (o := _annotation(v, images, own, known)) is not None]
+    return Annotations(categories, tuple(objects))
+
+
+def read_coco(path: Path) -> dict[str, Value]:
+    """The top level of a COCO file, in which its three tables are."""
+    value = read_json(path)
+    if problem := mistaken(value.raw, COCO):
+        raise value.error(problem)
+    top = value.entries()
+    for key in ("images", "annotations", "categories"):
+        if key not in top:
+            raise ConfigError(f"{path}: {key}: this key is missing; a COCO file is wanted")
+    return top
+
+
+def read_json(path: Path) -> Value:
+    """A JSON file as a `Value`."""
+    try:
+        return Value(path, "", json.loads(read_text(path, _MOST_BYTES)))
+    except json.JSONDecodeError as error:
+        if path.suffix.lower() in (".yaml", ".yml") and (problem := mistaken(load_value(path).raw, COCO)):
+            raise ConfigError(f"{path}: {problem}") from None
+        raise ConfigError(f"{path}: line {error.lineno}: is no valid JSON: {error.msg}") from None
+    except RecursionError:
+        raise ConfigError(f"{path}: is no COCO file: it is nested too deeply") from None
+
+
+def coco_entry(value: Value, key: str) -> Value:
+    """COCO files have keys of other tools too: they are passed over."""
+    entries = value.entries()
+    if key not in entries:
+        raise value.error(f"{key}: this key is missing")
+    return entries[key]
+
+
+def _category(value: Value) -> tuple[int, tuple[str, tuple[str, ...]]]:
+    keypoints = coco_entry(value, "keypoints")
+    names = tuple(v.text() for v in keypoints.items())
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise keypoints.error(f"'{twice[0]}' is listed twice")
+    return coco_entry(value, "id").integer(), (coco_entry(value, "name").text(), names)
+
+
+def coco_image(value: Value, folder: Path) -> tuple[int, tuple[Path, tuple[int, int] | None]]:
+    """An image's id, its file, and its (width, height) where the file tells it."""
+    entries, size = value.entries(), None
+    if "width" in entries and "height" in entries:
+        size = (int(entries["width"].number(1)), int(entries["height"].number(1)))
+    return coco_entry(value, "id").integer(), (folder / coco_entry(value, "file_name").text(), size)
+
+
+def _annotation(
+    value: Value,
+    images: Mapping[int, tuple[Path, tuple[int, int] | None]],
+    categories: Mapping[int, tuple[str, tuple[str, ...]]],
+    known: set[int],
+) -> AnnotatedObject | None:
+    category, image = coco_entry(value, "category_id"), coco_entry(value, "image_id")
+    if category.integer() not in known:
+        raise category.error(f"there is no category {category.raw}")
+    if image.integer() not in images:
+        raise image.error(f"there is no image {image.raw}")
+    if category.raw not in categories or value.raw.get("iscrowd") in (1, True):
+        return None
+    name, keypoints = categories[category.raw]
+    points = _points(coco_entry(value, "keypoints"), keypoints)
+    path, size = images[image.raw]
+    return AnnotatedObject(path, name, f"{value.file}: {value.key}", points, size)
+
+
+def _points(value: Value, names: Sequence[str]) -> dict[str, Array]:
+    """The labelled keypoints: visibility 1 (hidden) counts, 0 does not."""
+    items = value.items()
+    if len(items) != 3 * len(names):
+        wanted = f"{3 * len(names)} numbers (x, y, visibility of each keypoint of its category)"
+        raise value.error(f"needs {wanted}, has {len(items)}")
+    points = {}
+    for n, name in enumerate(names):
+        x, y, visibility = items[3 * n : 3 * n + 3]
+        if visibility.number() not in (0, 1, 2):
+            raise visibility.error(f"the visibility {visibility.raw} of '{name}' must be 0, 1 or 2")
+        if visibility.raw:
+            points[name] = np.array([x.number(), y.number()])
+    return points

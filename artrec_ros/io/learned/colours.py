@@ -1,0 +1,32 @@
+"""Learned colours as a parameter file: the part under `image`, to be pasted into the node's or given beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ...core.base.config import ClassConfig, ImageConfig
+from ...core.base.errors import ConfigError
+
+_HEADER = (
+    "# Written by artrec learn-colours: reference colours r,g,b,... in the light that is usual (docs/colours.md).\n"
+)
+
+
+def save_colours(path: str | Path, image: ImageConfig) -> None:
+    """Writes what differs from the defaults; `ConfigError` where that is not possible."""
+    values: dict[str, Any] = {"kind": image.kind} | _changed(image, ImageConfig())
+    values["classes"] = list(image.classes)
+    values |= {name: _changed(cls, ClassConfig()) for name, cls in image.classes.items()}
+    text = yaml.safe_dump({"/**": {"ros__parameters": {"image": values}}}, sort_keys=False, default_flow_style=None)
+    try:
+        Path(path).write_text(_HEADER + text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def _changed(config: Any, default: Any) -> dict[str, Any]:
+    changed = {k: v for k, v in vars(config).items() if k != "classes" and v != getattr(default, k)}
+    return {k: list(v) if isinstance(v, tuple) else v for k, v in changed.items()}

@@ -1,0 +1,72 @@
+"""Regions that somebody marked in images: COCO files whose annotations have polygons (`segmentation`) or a `bbox`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.base.errors import ConfigError, ImageError
+from ...core.geometry.transforms import Array
+from ..base.yaml_files import Value
+from ..images.decoding import read_image
+from .annotations import coco_entry, coco_image, read_coco
+
+
+@dataclass(frozen=True)
+class MarkedImage:
+    """An image and its regions: category and outline (n, 2) in pixels, in the file's order."""
+
+    path: Path
+    regions: tuple[tuple[str, Array], ...]
+
+    def read(self, numbers: dict[str, int], unmarked: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """The image (H, W, 3) BGR, and (H, W) each category's number, `unmarked` elsewhere."""
+        try:
+            image = read_image(self.path)
+        except ImageError as error:
+            raise ConfigError(f"{self.path}: {error}") from None
+        if image.ndim != 3:
+            raise ConfigError(f"{self.path}: a colour image is wanted; this one has one channel")
+        labels = np.full(image.shape[:2], unmarked, np.uint8)
+        for category, outline in self.regions:
+            cv2.fillPoly(labels, [np.rint(outline).astype(np.int32)], numbers[category])
+        return image, labels
+
+
+def load_regions(paths: Iterable[str | Path]) -> list[MarkedImage]:
+    """The images of COCO files that have regions; images lie beside their file."""
+    marked = []
+    for path in map(Path, paths):
+        top = read_coco(path)
+        names = {coco_entry(v, "id").integer(): coco_entry(v, "name").text() for v in top["categories"].items()}
+        images = {number: image for number, (image, _) in (coco_image(v, path.parent) for v in top["images"].items())}
+        regions: dict[int, list[tuple[str, Array]]] = {number: [] for number in images}
+        for annotation in top["annotations"].items():
+            category, image = coco_entry(annotation, "category_id"), coco_entry(annotation, "image_id")
+            if category.integer() not in names:
+                raise category.error(f"there is no category {category.raw}")
+            if image.integer() not in images:
+                raise image.error(f"there is no image {image.raw}")
+            regions[image.raw] += [(names[category.raw], outline) for outline in _outlines(annotation)]
+        marked += [MarkedImage(images[number], tuple(own)) for number, own in regions.items() if own]
+    return marked
+
+
+def _outlines(annotation: Value) -> Iterator[Array]:
+    entries = annotation.entries()
+    if isinstance(entries.get("segmentation", annotation).raw, list) and entries["segmentation"].raw:
+        for polygon in entries["segmentation"].items():
+            numbers = [v.number() for v in polygon.items()]
+            if len(numbers) < 6 or len(numbers) % 2:
+                raise polygon.error("must be x, y of three or more corners")
+            yield np.reshape(numbers, (-1, 2))
+    elif "bbox" in entries:
+        x, y, width, height = entries["bbox"].vector(4)
+        yield np.array([[x, y], [x + width - 1, y], [x + width - 1, y + height - 1], [x, y + height - 1]])
+    else:
+        raise annotation.error("has neither a polygon (segmentation) nor a box (bbox)")

@@ -1,0 +1,1 @@
+"""What the node says, as plain values: topics, detections, markers."""

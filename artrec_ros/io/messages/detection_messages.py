@@ -1,0 +1,124 @@
+"""What the node says of detections, as plain values: the node makes ROS messages of them, `BagWriter` those of a bag.
+
+Types and fields are those of ROS 2's common_interfaces; fields that are left out keep the type's default.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...core.geometry.transforms import Pose
+from ...core.model.found import ClassFit, Detection
+
+
+@dataclass(frozen=True)
+class Message:
+    """A message: its type, spelt package/msg/Name, and its fields: plain values, Messages, lists of either.
+
+    A field may hold what only one side understands, such as the header of a ROS message; it is passed on as it is.
+    """
+
+    type: str
+    fields: Mapping[str, Any]
+
+
+def header(stamp_ns: int, frame_id: str) -> Message:
+    stamp = Message("builtin_interfaces/msg/Time", {"sec": stamp_ns // 10**9, "nanosec": stamp_ns % 10**9})
+    return Message("std_msgs/msg/Header", {"stamp": stamp, "frame_id": frame_id})
+
+
+def instance_name(detection: Detection) -> str:
+    """What an object is called in messages: red_0."""
+    return f"{detection.object}_{detection.id}"
+
+
+def xyz(values: Sequence[float] | Any, kind: str = "Point") -> Message:
+    """geometry_msgs/Point, or Vector3."""
+    return Message(f"geometry_msgs/msg/{kind}", dict(zip("xyz", map(float, values), strict=True)))
+
+
+def quaternion(pose: Pose) -> Message:
+    return Message("geometry_msgs/msg/Quaternion", dict(zip("xyzw", map(float, pose.quaternion), strict=True)))
+
+
+def pose_message(pose: Pose) -> Message:
+    """geometry_msgs/Pose."""
+    return Message("geometry_msgs/msg/Pose", {"position": xyz(pose.position), "orientation": quaternion(pose)})
+
+
+def transform_message(pose: Pose) -> Message:
+    """geometry_msgs/Transform."""
+    fields = {"translation": xyz(pose.position, "Vector3"), "rotation": quaternion(pose)}
+    return Message("geometry_msgs/msg/Transform", fields)
+
+
+def object_frames(detections: Sequence[Detection], header: Any, prefix: str = "") -> list[Message]:
+    """TransformStamped of each object's frame, a child of the image's, as tf has them; `prefix`: of their names."""
+    return [
+        Message(
+            "geometry_msgs/msg/TransformStamped",
+            {
+                "header": header,
+                "child_frame_id": prefix + instance_name(d),
+                "transform": transform_message(d.pose),
+            },
+        )
+        for d in detections
+        if d.pose is not None
+    ]
+
+
+def pose_array(poses: Sequence[Pose], header: Any) -> Message:
+    return Message("geometry_msgs/msg/PoseArray", {"header": header, "poses": [pose_message(p) for p in poses]})
+
+
+def detected_poses(detections: Sequence[Detection], header: Any) -> Message:
+    """PoseArray of the metric poses, in the detections' order."""
+    return pose_array([d.pose for d in detections if d.pose is not None], header)
+
+
+def robots(detections: Sequence[Detection], header: Any) -> Message:
+    """MultiDOFJointState: the same poses with names, in one message."""
+    posed = [(instance_name(d), d.pose) for d in detections if d.pose is not None]
+    transforms = [transform_message(p) for _, p in posed]
+    fields = {"header": header, "joint_names": [name for name, _ in posed], "transforms": transforms}
+    return Message("sensor_msgs/msg/MultiDOFJointState", fields)
+
+
+def joint_states(detections: Sequence[Detection], header: Any) -> Message:
+    """JointState: the joints of all objects; names red_0/front_left, radians (metres where a joint is prismatic)."""
+    joints = [(f"{instance_name(d)}/{joint}", float(q)) for d in detections for joint, q in d.joints.items()]
+    fields = {"header": header, "name": [name for name, _ in joints], "position": [q for _, q in joints]}
+    return Message("sensor_msgs/msg/JointState", fields)
+
+
+def classes(detections: Sequence[Detection], header: Any) -> Message:
+    """DiagnosticArray: the class of each object that has classes; the message is empty where it is of none."""
+    status = [_class_status(instance_name(d), d.class_fit) for d in detections if d.class_fit is not None]
+    return Message("diagnostic_msgs/msg/DiagnosticArray", {"header": header, "status": status})
+
+
+def _class_status(name: str, fit: ClassFit) -> Message:
+    values = {"confidence": f"{fit.confidence:.4f}", "runner_up": fit.runner_up or ""}
+    values["runner_up_confidence"] = f"{fit.runner_up_confidence:.4f}"
+    if fit.name is None:
+        values["reason"] = fit.reason
+    pairs = [Message("diagnostic_msgs/msg/KeyValue", {"key": k, "value": v}) for k, v in values.items()]
+    return Message("diagnostic_msgs/msg/DiagnosticStatus", {"name": name, "message": fit.name or "", "values": pairs})
+
+
+def best_pose(detections: Sequence[Detection], header: Any) -> Message | None:
+    """PoseWithCovarianceStamped: the best score among those whose covariance is known; None: there is none."""
+    known = [d for d in detections if d.pose is not None and d.pose_covariance is not None]
+    if not known:
+        return None
+    best = max(known, key=lambda d: d.score)
+    assert best.pose is not None and best.pose_covariance is not None
+    covariance = np.asarray(best.pose_covariance, np.float64).reshape(36)
+    pose = {"pose": pose_message(best.pose), "covariance": covariance}
+    fields = {"header": header, "pose": Message("geometry_msgs/msg/PoseWithCovariance", pose)}
+    return Message("geometry_msgs/msg/PoseWithCovarianceStamped", fields)

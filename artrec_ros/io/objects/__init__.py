@@ -1,0 +1,1 @@
+"""Object files, and what they are made from: outlines, drawings, photos, URDFs."""

@@ -1,0 +1,1 @@
+"""Parameter files: names, types and ranges, what they name, what nobody reads."""

@@ -1,0 +1,81 @@
+"""An object to look for, from its parameters and the files that they name."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...core.base.config import ImageConfig, ObjectConfig, RecognizerConfig
+from ...core.base.errors import ConfigError
+from ...core.model.target import Target
+from ..base.shared_files import resolve_path
+from ..base.yaml_files import Value
+from ..learned.constraints import load_constraints
+from ..objects.object_reader import load_object
+
+_FILES = ("object_file", "constraint_file")
+
+
+def with_absolute_paths(config: ObjectConfig, name: str, values: Mapping[str, Value], base_dir: Path) -> ObjectConfig:
+    """An object's parameters with absolute file names.
+
+    :param values: parameters by their full names, for errors. :param base_dir: where relative names start.
+    :raises ConfigError: a package:// that is not installed.
+    """
+    paths: dict[str, Any] = {}
+    for key in _FILES:
+        given = getattr(config, key)
+        if given or key == "object_file":
+            try:
+                paths[key] = str(resolve_path(given, base_dir))
+            except ConfigError as error:
+                raise values[f"{name}.{key}"].error(str(error)) from None
+    return dataclasses.replace(config, **paths)
+
+
+def load_target(name: str, config: ObjectConfig, image: ImageConfig, values: Mapping[str, Value]) -> Target:
+    """The object of this name. :raises ConfigError: a file that is missing or not valid, or an unknown label."""
+    for key in _FILES:
+        path = getattr(config, key)
+        if path and not Path(path).is_file():
+            raise values[f"{name}.{key}"].error(f"there is no file {path}")
+    labels = _labels(image)
+    if image.kind != "labels" and config.label not in labels.values():
+        known = ", ".join(f"{label} ({class_name})" for class_name, label in labels.items())
+        raise values[f"{name}.label"].error(f"{config.label} is no label of image.classes (known: {known})")
+    model = load_object(config.object_file, labels)
+    constraints = load_constraints(config.constraint_file, model) if config.constraint_file else None
+    return Target(name, model, config.label, constraints)
+
+
+def lacking(targets: Sequence[Target], config: RecognizerConfig, calibrated: bool = True) -> Iterator[str]:
+    """A line for each object of which nothing but its reason can be found: its components cannot be put together.
+
+    :param calibrated: images come with a calibration.
+    """
+    fits = config.profile == "default" and config.whole_object
+    for target in targets:
+        model = target.model
+        if target.constraints is not None or len(model.components) == 1:
+            continue
+        way_out = f"learn constraints with artrec train and name their file in {target.name}.constraint_file"
+        if not model.is_spatial:
+            where = "not every one of its markers has a pose"
+        elif not fits:
+            where = "recognizer.profile and recognizer.whole_object keep it in the image plane"
+        elif not calibrated:
+            where, way_out = "there is no calibration to find it in space", f"give a calibration, or {way_out}"
+        else:
+            continue
+        yield f"{target.name}: will not be found: it has no constraint_file, and {where}; {way_out}"
+
+
+def same_labels(a: ImageConfig, b: ImageConfig) -> bool:
+    """Whether targets read with one are as if read with the other."""
+    return a.kind == b.kind and _labels(a) == _labels(b)
+
+
+def _labels(image: ImageConfig) -> dict[str, int]:
+    return {name: c.label for name, c in image.classes.items()}

@@ -1,0 +1,60 @@
+"""Parameters that were set and change nothing, told by name: which way of recognition reads them, and why it is not
+taken here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from .parameter_file import Setup
+from .specs import Spec, all_specs
+
+_WAYS = {"plane": "in the image plane", "space": "in space", "paper": "by profile paper"}
+
+
+def unread(setup: Setup) -> list[str]:
+    """A line for each parameter that is not at its default and is not read by the ways that recognition takes here.
+
+    Of targets that are fitted in space where images are calibrated, and else in the image plane, it is told which of
+    the two reads it.
+    """
+    specs = all_specs([t.name for t in setup.targets], setup.image.classes)
+    changed = [spec for spec in specs.values() if _is_changed(spec, setup)]
+    return [line for spec in changed for line in _lines(spec, setup)]
+
+
+def ways_taken(setup: Setup) -> tuple[frozenset[str], frozenset[str]]:
+    """The ways of recognition that a set-up's targets take in images with calibration, and in images without."""
+    recognizer = setup.recognizer
+    if recognizer.profile == "paper":
+        return frozenset({"paper"}), frozenset({"paper"})
+    spatial = [recognizer.whole_object and t.model.is_spatial for t in setup.targets]
+    calibrated = {"space" if in_space else "plane" for in_space in spatial}
+    return frozenset(calibrated), frozenset({"plane"})
+
+
+def _is_changed(spec: Spec, setup: Setup) -> bool:
+    value = setup.resolved.get(spec.name, spec.default)
+    return bool((tuple(value) if spec.is_list else value) != spec.default)
+
+
+def _lines(spec: Spec, setup: Setup) -> Iterator[str]:
+    reads, (calibrated, bare) = set(spec.paths), ways_taken(setup)
+    where = " and ".join(_WAYS[way] for way in spec.paths)
+    if not reads & (calibrated | bare):
+        yield f"{spec.name} changes nothing here: it is read {where} alone, and {_why(spec, setup)}"
+    elif not reads & calibrated:
+        yield (
+            f"{spec.name} changes nothing where images are calibrated, for all objects are fitted in space then: it is "
+            f"read {where} alone"
+        )
+    elif spec.calibrated or not reads & bare:
+        yield f"{spec.name} changes nothing where images are not calibrated"
+
+
+def _why(spec: Spec, setup: Setup) -> str:
+    recognizer = setup.recognizer
+    if recognizer.profile == "paper" or spec.paths == ("paper",):
+        return f"recognizer.profile is {recognizer.profile}"
+    if any(t.model.is_spatial for t in setup.targets):
+        return "recognizer.whole_object is false"
+    return "no object has a place for each of its markers"

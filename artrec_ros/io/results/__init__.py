@@ -1,0 +1,1 @@
+"""What a replay writes: detections, its journal, a bag of results."""

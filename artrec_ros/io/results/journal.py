@@ -1,0 +1,120 @@
+"""What a replay has recognised so far, digit by digit, in the order in which it was done: a replay goes on from it.
+
+A line is a JSON list: the frame's number among all frames of the replay, and a `Recognised`. Frozen dataclasses are
+written as {"type": ..., field: ...}, arrays as {"array": ..., "shape": ...}; what is read equals what was written.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...core.base.errors import SourceError
+from ...core.geometry.transforms import Pose
+from ...core.model.found import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
+from ..base.whole_files import LineFile
+from .results import FrameRecord
+
+JOURNAL_FILE = "journal.jsonl"
+
+
+@dataclass(frozen=True)
+class Recognised:
+    """A frame and what was found in it, or the `error` why it could not be used.
+
+    :param frame: the bag's topic or the file's name. :param frame_id: the camera's optical frame.
+    """
+
+    stamp_ns: int
+    frame: str
+    result: FrameResult | None = None
+    frame_id: str = ""
+    error: str | None = None
+
+    def record(self) -> FrameRecord:
+        """As detections.jsonl has it."""
+        if self.result is None:
+            return FrameRecord(self.stamp_ns, self.frame, error=self.error)
+        return FrameRecord.of(self.stamp_ns, self.frame, self.result, self.frame_id)
+
+
+_TYPES = {
+    kind.__name__: kind
+    for kind in (
+        ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Pose, Recognised, Rejection,
+    )
+}  # fmt: skip
+
+
+class Journal:
+    """The frames done so far, in a file. A context manager."""
+
+    def __init__(self, path: Path) -> None:
+        """:raises OSError: it cannot be opened."""
+        self._path = path
+        self._file = LineFile(path)
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self._file.__exit__(*error)
+
+    def append(self, number: int, frame: Recognised) -> Recognised:
+        """Adds a frame and returns it as it will be read: what follows does not depend on whether it was.
+
+        :raises OSError: it cannot be written; the file is as it was before.
+        """
+        line = json.dumps([number, _packed(frame)], ensure_ascii=False)
+        self._file.append(line)
+        return _parsed(line)[1]
+
+    def frames(self) -> Iterator[tuple[int, Recognised]]:
+        """Number and frame, in the order of their lines. :raises SourceError: naming the line that cannot be read."""
+        for place, line in enumerate(self._file.lines(), 1):
+            try:
+                yield _parsed(line)
+            except (KeyError, ValueError, TypeError) as error:
+                raise SourceError(f"{self._path}: line {place} is no frame: {error!r}; use --overwrite") from error
+
+
+def _parsed(line: str) -> tuple[int, Recognised]:
+    number, content = json.loads(line)
+    frame = _unpacked(content)
+    if not isinstance(number, int) or not isinstance(frame, Recognised):
+        raise ValueError("neither a number nor a frame")
+    return number, frame
+
+
+def _packed(value: Any) -> Any:
+    if isinstance(value, FrameResult):
+        value = dataclasses.replace(value, labels=None, rejected=tuple(value.rejected))
+    if dataclasses.is_dataclass(value):
+        fields = {f.name: _packed(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        return {"type": type(value).__name__, **fields}
+    if isinstance(value, np.ndarray):
+        return {"array": value.astype(np.float64).ravel().tolist(), "shape": value.shape}
+    if isinstance(value, dict):
+        return {"dict": {key: _packed(item) for key, item in value.items()}}
+    if isinstance(value, (list, tuple)):
+        return [_packed(item) for item in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _unpacked(value: Any) -> Any:
+    if isinstance(value, list):
+        return tuple(_unpacked(item) for item in value)
+    if not isinstance(value, dict):
+        return value
+    if "array" in value:
+        return np.array(value["array"], np.float64).reshape(value["shape"])
+    if "dict" in value:
+        return {key: _unpacked(item) for key, item in value["dict"].items()}
+    fields = {name: _unpacked(item) for name, item in value.items() if name != "type"}
+    return _TYPES[value["type"]](**fields)

@@ -1,0 +1,129 @@
+"""A bag of a source's images with all that the node would have said of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.base.errors import ImageError
+from ...core.model.found import Detection
+from ...core.model.target import Target
+from ..bags.recovery import RawMessage
+from ..bags.writer import BagWriter
+from ..base.yaml_files import read_bytes
+from ..images.decoding import transport_format
+from ..messages import detection_messages as messages
+from ..messages import node_topics
+from ..messages.detection_messages import Message, header
+from ..messages.marker_messages import MarkerScene
+from ..messages.node_topics import NodeTopic
+from ..sources.bag_source import BagSource
+from ..sources.frames import Frame, Source
+from ..sources.opening import FolderSource
+from .journal import Recognised
+
+_MAKERS: dict[NodeTopic, Callable[[Sequence[Detection], Message], Message | None]] = {
+    node_topics.POSES: messages.detected_poses,
+    node_topics.ROBOTS: messages.robots,
+    node_topics.JOINTS: messages.joint_states,
+    node_topics.POSE: messages.best_pose,
+    node_topics.CLASSES: messages.classes,
+}
+
+
+class ResultBag:
+    """A bag that is being written; a context manager.
+
+    A bag's images and calibrations are copied as they are, those of a folder go to the node's input topics: PNG and
+    JPEG as they are to image/compressed. Results have the node's topics, the overlay is compressed. Messages are
+    recorded when their image was: in a folder, at its stamp.
+    """
+
+    def __init__(
+        self, path: Path, storage: str, source: Source, targets: Sequence[Target], publish_tf: bool = False
+    ) -> None:
+        """:param publish_tf: objects' frames on /tf, too. :raises SourceError: `path` exists."""
+        self._writer = BagWriter(path, storage, packed=storage == "mcap")
+        self._publish_tf = publish_tf
+        self._copies = _copies(source)
+        self._names = [t.name for t in targets]
+        self._scene = MarkerScene(targets)
+
+    def __enter__(self) -> ResultBag:
+        self._writer.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._writer.__exit__(kind, error, trace)
+
+    def add(self, frame: Recognised, picture: NDArray[np.uint8]) -> None:
+        """The source's next frame and its overlay. :raises OSError: the bag cannot be written."""
+        log_ns, frame_id = next(self._copies)(self._writer)
+        if frame.result is None:
+            return
+        detections = frame.result.detections
+        of_image = header(frame.stamp_ns, frame_id)
+        for name in self._names:
+            own = [d for d in detections if d.object == name]
+            for topic, make in _MAKERS.items():
+                message = make(own, of_image)
+                if message is not None:
+                    self._writer.write(f"/{topic.of(name)}", log_ns, message)
+        frames = messages.object_frames(detections, of_image) if self._publish_tf and frame_id else []
+        if frames:
+            self._writer.write(node_topics.TF.name, log_ns, Message(node_topics.TF.type, {"transforms": frames}))
+        markers = self._scene.update(detections, frame_id, lambda other_id: header(frame.stamp_ns, other_id))
+        if markers.fields["markers"]:
+            self._writer.write(f"/{node_topics.MARKERS.name}", log_ns, markers)
+        self._writer.write_jpeg(f"/{node_topics.OVERLAY.name}/compressed", log_ns, frame_id, picture)
+
+
+Copy = Callable[[BagWriter], tuple[int, str]]
+"""Writes an image and what comes before it; tells when it was recorded, and its frame_id."""
+
+
+def _copies(source: Source) -> Iterator[Copy]:
+    """A copy for each frame of a source, in order."""
+    if isinstance(source, BagSource):
+        waiting: list[RawMessage] = []
+        for message in source.messages():
+            waiting.append(message)
+            if message.topic == source.topic:
+                yield partial(_copy_messages, source, waiting)
+                waiting = []
+    elif isinstance(source, FolderSource):
+        for frame, (_, path) in zip(source, source.files, strict=True):
+            yield partial(_copy_frame, frame, path)
+
+
+def _copy_messages(source: BagSource, waiting: Sequence[RawMessage], writer: BagWriter) -> tuple[int, str]:
+    frame_id = ""
+    for message in waiting:
+        try:
+            writer.write_raw(message.topic, message.log_ns, message.msgtype, source.bag.cdr(message))
+            frame_id = source.bag.parse(message).header.frame_id
+        except ImageError:  # the replay has told of it
+            continue
+    return waiting[-1].log_ns, frame_id
+
+
+def _copy_frame(frame: Frame, path: Path, writer: BagWriter) -> tuple[int, str]:
+    frame_id = frame.camera.frame_id if frame.camera else ""
+    if frame.camera is not None:
+        writer.write_camera(f"/{node_topics.CAMERA_INFO.name}", frame.stamp_ns, frame.camera)
+    if frame.image is None:  # the replay has told why
+        return frame.stamp_ns, frame_id
+    data = read_bytes(path)
+    image_format = transport_format(data)
+    if image_format is None:
+        writer.write_image(f"/{node_topics.IMAGE.name}", frame.stamp_ns, frame_id, frame.image)
+    else:
+        writer.write_encoded(f"/{node_topics.COMPRESSED.name}", frame.stamp_ns, frame_id, image_format, data)
+    return frame.stamp_ns, frame_id

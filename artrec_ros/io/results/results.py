@@ -1,0 +1,176 @@
+"""detections.jsonl of a replay: one line per frame. Lengths and angles are rounded far below what can be measured."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...core.base.errors import SourceError
+from ...core.geometry.transforms import Pose, rotation_from_quaternion
+from ...core.model.found import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
+from ..base.yaml_files import size_of_file
+
+DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
+
+
+@dataclass(frozen=True)
+class FrameRecord:
+    """What was found in one frame, or the `error` why it could not be used.
+
+    :param ended_by: the limits that ended the search early, by the parameters' names.
+    :param source: number of its source in a replay of several; None: there is one.
+    """
+
+    stamp_ns: int
+    frame: str
+    size: tuple[int, int] | None = None
+    detections: tuple[Detection, ...] = ()
+    rejected: tuple[Rejection, ...] = ()
+    timing_ms: dict[str, float] = field(default_factory=dict)
+    ended_by: tuple[str, ...] = ()
+    frame_id: str = ""
+    error: str | None = None
+    source: int | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Whether no limit ended the search early."""
+        return not self.ended_by
+
+    @classmethod
+    def of(cls, stamp_ns: int, frame: str, result: FrameResult, frame_id: str = "") -> FrameRecord:
+        """:param frame_id: the camera's optical frame, to which the poses refer."""
+        r = result
+        return cls(stamp_ns, frame, r.size, r.detections, tuple(r.rejected), r.timing_ms, r.ended_by, frame_id)
+
+    def to_json(self) -> str:
+        """One line, as docs/replay.md describes it."""
+        content: dict[str, Any] = {"stamp_ns": self.stamp_ns, "frame": self.frame, "size": self.size}
+        if self.source is not None:
+            content["source"] = self.source
+        content["objects"] = [_detection_to_dict(d, self.frame_id) for d in self.detections]
+        content["rejected"] = [_rejection_to_dict(r) for r in self.rejected]
+        content["timing_ms"] = {stage: _f(t, 3) for stage, t in self.timing_ms.items()}
+        content["complete"] = self.complete
+        if self.ended_by:
+            content["ended_by"] = list(self.ended_by)
+        if self.error is not None:
+            content["error"] = self.error
+        return json.dumps(content, allow_nan=False, ensure_ascii=False)
+
+    @classmethod
+    def from_json(cls, line: str) -> FrameRecord:
+        """:raises KeyError, ValueError, TypeError: if it is no line of a result."""
+        c = json.loads(line)
+        poses = [o["pose"] for o in c["objects"] if o["pose"]]
+        return cls(
+            stamp_ns=int(c["stamp_ns"]),
+            frame=str(c["frame"]),
+            size=(int(c["size"][0]), int(c["size"][1])) if c.get("size") else None,
+            detections=tuple(_detection_from_dict(o) for o in c["objects"]),
+            rejected=tuple(_rejection_from_dict(r) for r in c.get("rejected", [])),
+            timing_ms=dict(c.get("timing_ms", {})),
+            ended_by=tuple(str(limit) for limit in c.get("ended_by", [])),
+            frame_id=poses[0]["frame_id"] if poses else "",
+            error=c.get("error"),
+            source=c.get("source"),
+        )
+
+
+def read_results(path: Path) -> Iterator[FrameRecord]:
+    """The frames of a detections.jsonl, in order.
+
+    :raises SourceError: naming file and line that cannot be read.
+    """
+    size_of_file(path, SourceError)
+    try:
+        with path.open(encoding="utf-8") as stream:
+            for number, line in enumerate(stream, 1):
+                try:
+                    yield FrameRecord.from_json(line)
+                except (KeyError, ValueError, TypeError) as error:
+                    raise SourceError(f"{path}: line {number} is no result of a replay: {error!r}") from error
+    except UnicodeDecodeError as error:
+        raise SourceError(f"{path}: is no text file (UTF-8)") from error
+    except OSError as error:
+        raise SourceError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _f(value: Any, digits: int) -> float:
+    return round(float(value), digits)
+
+
+def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
+    pose = d.pose and {
+        "frame_id": frame_id,
+        "position": [_f(v, 6) for v in d.pose.position],
+        "orientation": [_f(v, 9) for v in d.pose.quaternion],
+    }
+    told: dict[str, Any] = {} if d.class_fit is None else {"class": _class_to_dict(d.class_fit)}
+    if d.margin is not None:
+        told["margin"] = _f(d.margin, 4)
+    return {
+        "object": d.object,
+        "id": d.id,
+        "score": _f(d.score, 4),
+        **told,
+        "image": _place_to_dict(d.image),
+        "pose": pose,
+        "joints": {name: _f(q, 6) for name, q in d.joints.items()},
+        "components": [
+            {"name": c.component, "marker": c.marker, "score": _f(c.score, 4), **_place_to_dict(c)}
+            for c in d.components
+        ],
+    }
+
+
+def _rejection_to_dict(r: Rejection) -> dict[str, Any]:
+    place = {"score": _f(r.score, 4), "x": _f(r.x, 2), "y": _f(r.y, 2)}
+    content: dict[str, Any] = {"object": r.object, "reason": r.reason, **place}
+    if r.failed is not None:
+        content["failed"] = {k: v if isinstance(v, str) else _f(v, 6) for k, v in vars(r.failed).items()}
+    return content
+
+
+def _rejection_from_dict(r: dict[str, Any]) -> Rejection:
+    failed = r.get("failed")
+    return Rejection(**{**r, "failed": ConstraintFailure(**failed) if failed else None})
+
+
+def _class_to_dict(c: ClassFit) -> dict[str, Any]:
+    content: dict[str, Any] = {"name": c.name, "confidence": _f(c.confidence, 4), "runner_up": c.runner_up}
+    content["runner_up_confidence"] = _f(c.runner_up_confidence, 4)
+    return {**content, "reason": c.reason} if c.name is None else content
+
+
+def _place_to_dict(p: ImagePose | Instance) -> dict[str, float]:
+    return {"x": _f(p.x, 3), "y": _f(p.y, 3), "theta": _f(p.theta, 6), "scale": _f(p.scale, 4)}
+
+
+def _pose_from_dict(p: dict[str, Any]) -> Pose:
+    if not np.linalg.norm(p["orientation"]) > 0:
+        raise ValueError(f"orientation {p['orientation']} has no length")
+    return Pose(rotation_from_quaternion(p["orientation"]), np.array(p["position"]))
+
+
+def _detection_from_dict(o: dict[str, Any]) -> Detection:
+    pose = o["pose"] and _pose_from_dict(o["pose"])
+    return Detection(
+        object=o["object"],
+        id=o["id"],
+        score=o["score"],
+        image=ImagePose(**o["image"]),
+        components=tuple(
+            Instance(c["name"], c["marker"], c["score"], c["x"], c["y"], c["theta"], c["scale"])
+            for c in o["components"]
+        ),
+        pose=pose or None,
+        joints=dict(o["joints"]),
+        class_fit=ClassFit(**o["class"]) if o.get("class") else None,
+        margin=o.get("margin"),
+    )

@@ -1,0 +1,1 @@
+"""What is replayed: frames of bags and folders, one after the other."""

@@ -1,0 +1,133 @@
+"""The images of a bag's topic, with their calibrations."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from itertools import islice
+
+from ...core.base.errors import ConfigError, ImageError, SourceError
+from ...core.geometry.camera import Camera
+from ..bags.reader import Bag
+from ..bags.recovery import RawMessage
+from ..bags.topics import Report, camera_info_topic, camera_of, choose_topic, decode_message, listed, stamp_of
+from ..images.decoding import Image
+from .frames import Frame, Part, Source, SourceOptions
+
+
+class BagSource(Source):
+    """The images of one topic of a bag, each with the newest calibration before it.
+
+    :ivar topic, info_topic: of the images and of their calibration, which need not be there.
+    """
+
+    def __init__(self, bag: Bag, options: SourceOptions, report: Report) -> None:
+        self.bag, self._options = bag, options
+        self._report = _once(report)
+        self.topic = choose_topic(bag, options.topic, options.image_kind, report)
+        self.info_topic = options.camera_info_topic or camera_info_topic(self.topic)
+        self.count = bag.topics[self.topic].count
+        self.calibrated = options.camera is not None or self.info_topic in bag.topics
+        if options.camera_info_topic and options.camera_info_topic not in bag.topics:
+            raise SourceError(f"{bag.path}: no topic '{options.camera_info_topic}'. {listed(bag)}")
+
+    @property
+    def problems(self) -> list[str]:
+        return self.bag.problems
+
+    @property
+    def _follows_infos(self) -> bool:
+        return self._options.camera is None and self.info_topic in self.bag.topics
+
+    def __iter__(self) -> Iterator[Frame]:
+        for message, camera in self._images(None, self._first_camera()):
+            yield self._frame(message, camera)
+
+    def parts(self, size: int) -> Iterator[Part]:
+        first, begun, same_time, last_ns = 0, None, 0, None
+        number = -1
+        for number, (message, camera) in enumerate(self._images(None, self._first_camera())):
+            same_time = same_time + 1 if message.log_ns == last_ns else 0
+            last_ns = message.log_ns
+            if number % size == 0:
+                if begun is not None:
+                    yield dataclasses.replace(begun, count=size)
+                first, seeks = number, self.bag.in_order
+                begun = Part(first, 0, last_ns if seeks else None, same_time if seeks else number, camera)
+        if begun is not None:
+            yield dataclasses.replace(begun, count=number + 1 - first)
+
+    def read(self, part: Part) -> Iterator[Frame]:
+        images = self._images(part.from_ns, part.camera)
+        for message, camera in islice(images, part.skip, part.skip + part.count):
+            yield self._frame(message, camera)
+
+    def messages(self) -> Iterator[RawMessage]:
+        """The images and calibrations as they were recorded."""
+        return self.bag.messages([self.topic, self.info_topic], *self._span_ns)
+
+    @property
+    def _span_ns(self) -> tuple[int | None, int | None]:
+        """What is asked for of the bag; without bounds, so that all is counted, where that is all of it."""
+        start_ns, stop_ns = self._options.span_ns(self.bag.start_ns)
+        return start_ns if self._options.start_offset_s else None, stop_ns
+
+    def _first_camera(self) -> Camera | None:
+        """Images may come before the first calibration, which holds for them just as well."""
+        if self._follows_infos:
+            return next((self._camera(m) for m in self.bag.messages([self.info_topic])), None)
+        if self._options.camera is None:
+            self._report(
+                f"{self.bag.path}: no topic '{self.info_topic}': without calibration there are no metric poses"
+            )
+        return self._options.camera
+
+    def _images(self, from_ns: int | None, camera: Camera | None) -> Iterator[tuple[RawMessage, Camera | None]]:
+        """Messages of images, not decoded, each with the calibration that holds then."""
+        start_ns, stop_ns = self._span_ns
+        names = [self.topic, self.info_topic] if self._follows_infos else [self.topic]
+        for message in self.bag.messages(names, start_ns if from_ns is None else from_ns, stop_ns):
+            if message.topic == self.topic:
+                yield message, camera
+            else:
+                camera = self._camera(message)
+
+    def _frame(self, message: RawMessage, camera: Camera | None) -> Frame:
+        stamp_ns = message.log_ns
+        try:
+            content = self.bag.parse(message)
+            stamp_ns = stamp_of(content, message.log_ns)
+            image = decode_message(content)
+        except ImageError as error:
+            return Frame(stamp_ns, self.topic, error=str(error))
+        return Frame(stamp_ns, self.topic, image, self._fitting(camera, image, content.header.frame_id))
+
+    def _fitting(self, camera: Camera | None, image: Image, frame_id: str) -> Camera | None:
+        """The camera if it is one for such images, with the image's frame."""
+        height, width = image.shape[:2]
+        if camera is None or camera.size == (width, height):
+            return camera and dataclasses.replace(camera, frame_id=frame_id or camera.frame_id)
+        self._report(
+            f"{self.info_topic}: calibrated for {camera.size[0]}x{camera.size[1]} pixels, but images have "
+            f"{width}x{height}: no metric poses"
+        )
+        return None
+
+    def _camera(self, message: RawMessage) -> Camera | None:
+        try:
+            return camera_of(self.bag.parse(message), self._options.rectified)
+        except (ImageError, ConfigError) as error:
+            self._report(f"{self.info_topic}: {error}: no metric poses")
+            return None
+
+
+def _once(report: Report) -> Report:
+    """`report` for lines that would repeat with every frame."""
+    said: set[str] = set()
+
+    def report_once(line: str) -> None:
+        if line not in said:
+            said.add(line)
+            report(line)
+
+    return report_once

@@ -1,0 +1,95 @@
+"""What sources of images give: frames, read from the start or in parts."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from ...core.geometry.camera import Camera
+from ..images.decoding import Image
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One image of a source, or the reason (`error`) why there is none.
+
+    :param stamp_ns: the image header's stamp. :param name: the bag's topic, or the file's name.
+    """
+
+    stamp_ns: int
+    name: str
+    image: Image | None = field(default=None, repr=False, compare=False)
+    camera: Camera | None = field(default=None, compare=False)
+    error: str | None = None
+
+
+@dataclass(frozen=True)
+class SourceOptions:
+    """How sources are read.
+
+    :param topic: the image topic; None: the only one there is, or the only one that fits `image_kind`.
+    :param image_kind: what the images should hold: 'labels' (one channel), 'palette' or 'colour' (three).
+    :param camera_info_topic: None: the one beside the image topic.
+    :param camera: the calibration to use whatever the source says.
+    :param rectified: images are rectified: of a calibration in the source, P holds.
+    :param start_offset_s, playback_duration_s: the part of each source to read, seconds.
+    :param storage: 'mcap' or 'sqlite3': read only such files of a folder.
+    :param rate_hz: of image folders, whose stamps are counted at this rate from 0, unless every file name
+        is a number of 16 digits or more: that is taken for its stamp in nanoseconds.
+    """
+
+    topic: str | None = None
+    image_kind: str | None = None
+    camera_info_topic: str | None = None
+    camera: Camera | None = None
+    rectified: bool = False
+    start_offset_s: float = 0.0
+    playback_duration_s: float | None = None
+    storage: str | None = None
+    rate_hz: float = 30.0
+
+    def span_ns(self, first_ns: int) -> tuple[int, int | None]:
+        """Start (inclusive) and stop (exclusive) for a source that begins at `first_ns`."""
+        start = first_ns + round(self.start_offset_s * 1e9)
+        return start, None if self.playback_duration_s is None else start + round(self.playback_duration_s * 1e9)
+
+
+@dataclass(frozen=True)
+class Part:
+    """Frames of a source that follow each other.
+
+    :param first: the number of the first one; `count`: how many they are.
+    :param from_ns: bags: where to begin to read, by the time of recording; None: at the start.
+    :param skip: bags: how many images come from there on before the first one.
+    :param camera: bags: the calibration that holds before the first one.
+    """
+
+    first: int
+    count: int
+    from_ns: int | None = None
+    skip: int = 0
+    camera: Camera | None = None
+
+
+class Source(ABC):
+    """One bag or folder. `count` is how many frames to expect at most; `calibrated`: whether a calibration is there."""
+
+    count: int
+    calibrated: bool
+
+    @abstractmethod
+    def __iter__(self) -> Iterator[Frame]: ...
+
+    @abstractmethod
+    def parts(self, size: int) -> Iterator[Part]:
+        """All frames in parts of this size, the last one smaller; images are not decoded for that."""
+
+    @abstractmethod
+    def read(self, part: Part) -> Iterator[Frame]:
+        """The frames of a part, as they are in the iteration of all."""
+
+    @property
+    def problems(self) -> list[str]:
+        """One line for everything of the source that could not be read, complete after an iteration of all."""
+        return []

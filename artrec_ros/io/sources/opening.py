@@ -1,0 +1,114 @@
+"""What is replayed: bags and folders of images, one after the other, as a sequence of frames."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+from ...core.base.errors import ImageError, SourceError
+from ..bags.metadata import BAG_SUFFIXES, is_storage
+from ..bags.reader import Bag
+from ..bags.topics import Report
+from ..images.decoding import IMAGE_SUFFIXES, read_image
+from .bag_source import BagSource
+from .frames import Frame, Part, Source, SourceOptions
+
+__all__ = ["STAMP_DIGITS", "FolderSource", "Frame", "SourceOptions", "Sources", "open_sources"]
+
+STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds
+
+
+class FolderSource(Source):
+    """The images of a folder in natural order ('2.png' before '10.png').
+
+    :ivar files: stamp (ns) and path of each.
+    """
+
+    def __init__(self, folder: Path, options: SourceOptions) -> None:
+        files = sorted((p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES), key=_natural)
+        if not files:
+            bags, images = ", ".join(BAG_SUFFIXES), ", ".join(IMAGE_SUFFIXES)
+            raise SourceError(f"{folder}: neither a bag ({bags}) nor images ({images}){_below(folder)}")
+        named = all(p.stem.isdecimal() and len(p.stem) >= STAMP_DIGITS for p in files)
+        stamps = [int(p.stem) if named else round(i * 1e9 / options.rate_hz) for i, p in enumerate(files)]
+        start_ns, stop_ns = options.span_ns(stamps[0])
+        self.files = [
+            (t, p) for t, p in zip(stamps, files, strict=True) if start_ns <= t and (stop_ns is None or t < stop_ns)
+        ]
+        self._camera = options.camera
+        self.count, self.calibrated = len(self.files), options.camera is not None
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self.read(Part(0, self.count))
+
+    def parts(self, size: int) -> Iterator[Part]:
+        return (Part(first, min(size, self.count - first)) for first in range(0, self.count, size))
+
+    def read(self, part: Part) -> Iterator[Frame]:
+        for stamp_ns, path in self.files[part.first : part.first + part.count]:
+            try:
+                yield Frame(stamp_ns, path.name, read_image(path), self._camera)
+            except ImageError as error:
+                yield Frame(stamp_ns, path.name, error=str(error))
+
+
+def _below(folder: Path) -> str:
+    """What to name instead, where bags or images lie one level below a folder."""
+    kinds = (*BAG_SUFFIXES, *IMAGE_SUFFIXES)
+    holders = sorted({str(p.parent) for p in folder.glob("*/*") if p.suffix.lower() in kinds})
+    return f"; look in {' or '.join(holders[:3])}" if holders else ""
+
+
+class Sources:
+    """Several sources, one after the other. A context manager; iterate it once.
+
+    :ivar count: frames to expect at most.
+    """
+
+    def __init__(self, paths: Sequence[Path], options: SourceOptions, report: Report) -> None:
+        self._stack = ExitStack()
+        try:
+            self.parts = [self._open(path, options, report) for path in paths]
+        except BaseException:
+            self._stack.close()
+            raise
+        self.count = sum(part.count for part in self.parts)
+
+    def __enter__(self) -> Sources:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def __iter__(self) -> Iterator[Frame]:
+        for part in self.parts:
+            yield from part
+
+    @property
+    def problems(self) -> list[str]:
+        return [line for part in self.parts for line in part.problems]
+
+    def _open(self, path: Path, options: SourceOptions, report: Report) -> Source:
+        if path.is_dir() and not _holds_bag(path):
+            return FolderSource(path, options)
+        return BagSource(self._stack.enter_context(Bag(path, options.storage)), options, report)
+
+
+def open_sources(paths: Sequence[Path], options: SourceOptions | None = None, report: Report | None = None) -> Sources:
+    """Opens bags and folders of images.
+
+    :param report: called with one line for whatever the user should know but that stops nothing.
+    :raises SourceError: a path that is neither, an image topic that is missing or cannot be told.
+    """
+    return Sources(paths, options or SourceOptions(), report or (lambda _: None))
+
+
+def _holds_bag(folder: Path) -> bool:
+    return any(p.name == "metadata.yaml" or is_storage(p) for p in folder.iterdir())
+
+
+def _natural(path: Path) -> list[tuple[int, int | str]]:
+    """Sort key: digits by value, the rest by character."""
+    return [(0, int(part)) if part.isdecimal() else (1, part) for part in re.split(r"(\d+)", path.name)]

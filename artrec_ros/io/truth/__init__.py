@@ -1,0 +1,1 @@
+"""What is known of the objects in each frame: from truth.jsonl, bags, COCO files."""

@@ -1,0 +1,51 @@
+"""Truth from COCO keypoint files: the markers' axes that somebody annotated, by image file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ...core.base.errors import SourceError
+from ...core.geometry.transforms import readonly
+from ..base.yaml_files import Value
+from ..learned.annotations import AnnotatedObject, load_coco, read_json
+from ..sources.opening import STAMP_DIGITS
+from .records import FrameKey, Told, TrueObject, Truth, frame_by_image
+
+
+def load_coco_truth(path: Path) -> Truth:
+    """Annotated objects by image: by the file's name, or by its stamp where all names are stamps.
+
+    :raises SourceError, ConfigError: no image, a name that is there twice, a file that is no COCO keypoint file.
+    """
+    annotations = load_coco([path])
+    images = _images(read_json(path))
+    if not images:
+        raise SourceError(f"{path}: images: holds no image")
+    keys = dict(zip(images, frame_by_image(images, STAMP_DIGITS, path), strict=True))
+    frames: dict[FrameKey, tuple[TrueObject, ...]] = {key: () for key in keys.values()}
+    for annotated in annotations.objects:
+        if annotated.points:
+            frames[keys[annotated.image]] += (_object(annotated),)
+    return Truth(frames, str(path))
+
+
+def _images(top: Value) -> list[Path]:
+    """All images, also those without an object; `load_coco` has checked the file."""
+    return [_path(value) for value in top.entries()["images"].items()]
+
+
+def _path(image: Value) -> Path:
+    return image.file.parent / image.entries()["file_name"].text()
+
+
+def _object(annotated: AnnotatedObject) -> TrueObject:
+    stems = {name.rpartition(".")[0] for name in annotated.points}
+    axes = {}
+    for stem in sorted(stems):
+        ends = [annotated.points.get(f"{stem}.{end}") for end in ("tail", "head")]
+        if ends[0] is not None and ends[1] is not None:
+            axes[stem] = readonly(np.stack([ends[0], ends[1]]))
+    middle = readonly(np.mean(list(annotated.points.values()), axis=0))
+    return TrueObject(None, None, {}, middle, annotated.category, axes=axes, told=Told.LABELLED)

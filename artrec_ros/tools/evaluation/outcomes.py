@@ -1,0 +1,68 @@
+"""What became of true objects and of detections, and how far off those are that belong together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.model.found import Detection
+from ...io.truth.records import TrueObject
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a true object.
+
+    :param counted: whether enough of it is in view. :param detection: what lies on it; None: it was missed.
+    :param hits: components of the detection but the required one, and whether each lies on the object's own.
+    :param missed: components that are well visible and were not found.
+    :param right: None where the truth does not speak of components.
+    :param image_errors: of the components whose marker's axis was annotated: how far the marker's centre is off
+        (pixels), and its direction (radians, 0 to pi).
+    """
+
+    truth: TrueObject
+    counted: bool
+    detection: Detection | None = None
+    hits: tuple[tuple[str, bool], ...] = ()
+    missed: frozenset[str] = frozenset()
+    right: bool | None = False
+    image_errors: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def recognised(self) -> bool:
+        return self.counted and self.detection is not None
+
+    @property
+    def position_error_m(self) -> float | None:
+        if self.detection is None or self.detection.pose is None or self.truth.pose is None:
+            return None
+        return float(np.linalg.norm(self.detection.pose.position - self.truth.pose.position))
+
+    @property
+    def position_error(self) -> float | None:
+        """Relative to the distance."""
+        error, pose = self.position_error_m, self.truth.pose
+        return None if error is None or pose is None else error / float(np.linalg.norm(pose.position))
+
+    @property
+    def rotation_error_rad(self) -> float | None:
+        if self.detection is None or self.detection.pose is None or self.truth.pose is None:
+            return None
+        cosine = (np.trace(self.detection.pose.rotation.T @ self.truth.pose.rotation) - 1) / 2
+        return float(np.arccos(np.clip(cosine, -1, 1)))
+
+    @property
+    def joint_errors(self) -> dict[str, float]:
+        """Size of the difference, of the joints that both tell, in the joint's own unit."""
+        found = {} if self.detection is None else self.detection.joints
+        return {name: abs(found[name] - q) for name, q in self.truth.joints.items() if name in found}
+
+
+@dataclass(frozen=True)
+class FrameOutcome:
+    """One object name in one frame: what became of each true object, and the detections that lie on none."""
+
+    outcomes: tuple[Outcome, ...] = ()
+    false: tuple[Detection, ...] = ()

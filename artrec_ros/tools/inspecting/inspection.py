@@ -1,0 +1,201 @@
+"""Whether files belong together: every way in which they do not, as one line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from ...core.base.errors import ConfigError, ImageError, SourceError
+from ...core.geometry.camera import Camera
+from ...core.image.segmentation import Segmenter
+from ...core.model.objects import ObjectModel
+from ...core.model.target import Target
+from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
+from ...io.inventory.inventory import image_stamps
+from ...io.learned.annotations import Annotations
+from ...io.parameters.parameter_file import Setup
+
+T = TypeVar("T")
+
+_LISTED = 4  # topics that are named where images are missing
+
+
+def problems(items: Sequence[Item]) -> Iterator[str]:
+    """What is wrong with each, then what does not fit together."""
+    for item in items:
+        if item.error is not None:
+            yield f"{item.path}: {item.error}"
+    for path, bag in _all(items, BagContent):
+        yield from _bag_alone(path, bag)
+    for path, sample in _all(items, Sample):
+        yield from (f"{path}: {p}" for p in sample.problems)
+    for path, coco in _all(items, Annotations):
+        yield from _annotations(path, coco, _models(items))
+    for path, constraints in _all(items, ConstraintContent):
+        yield from _constraints(path, constraints, _models(items))
+    for path, setup in _all(items, Setup):
+        yield from _setup(path, setup, items)
+    for path, camera in _all(items, Camera):
+        yield from _calibration(path, camera, items)
+    yield from _stamps(items)
+
+
+def _all(items: Sequence[Item], kind: type[T]) -> list[tuple[Path, T]]:
+    return [(i.path, i.content) for i in items if isinstance(i.content, kind)]
+
+
+def _models(items: Sequence[Item]) -> dict[str, ObjectModel]:
+    """Objects by the file that tells of them; those of parameters by the parameters' file and the object's name."""
+    models = {str(path): model for path, model in _all(items, ObjectModel)}
+    return models | {f"{p}: {t.name}": t.model for p, setup in _all(items, Setup) for t in setup.targets}
+
+
+def _samples(items: Sequence[Item]) -> list[tuple[Path, tuple[Sample, ...]]]:
+    bags = [(path, bag.samples) for path, bag in _all(items, BagContent)]
+    return bags + [(path, (sample,)) for path, sample in _all(items, Sample)]
+
+
+def _bag_alone(path: Path, bag: BagContent) -> Iterator[str]:
+    yield from bag.problems
+    if not bag.samples:
+        names = [f"{t.name} ({t.msgtype})" for t in bag.topics] or ["none at all"]
+        more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+        yield f"{path}: holds no image topic (topics: {', '.join(names[:_LISTED])}{more})"
+    for s in bag.samples:
+        yield from (f"{path}: {s.name}: {p}" for p in s.problems)
+        if s.camera is not None and s.size is not None and s.camera.size != s.size:
+            (w, h), (cw, ch) = s.size, s.camera.size
+            yield f"{path}: {s.name}: images have {w}x{h} pixels, but the calibration beside them is for {cw}x{ch}"
+
+
+def _annotations(path: Path, coco: Annotations, models: Mapping[str, ObjectModel]) -> Iterator[str]:
+    missing = sorted({o.image for o in coco.objects if not o.image.is_file()})
+    if missing:
+        yield f"{path}: {len(missing)} of its images are not there, such as {missing[0]}"
+    if not coco.objects:
+        yield f"{path}: holds no annotation with keypoints"
+    for category in coco.categories if models else ():
+        reasons = []
+        for model in models.values():
+            try:
+                coco.of([category]).examples(model)
+                break
+            except ConfigError as error:
+                reasons.append(str(error))
+        else:
+            yield f"{path}: category '{category}' is of none of the objects: {reasons[0]}"
+
+
+def _constraints(path: Path, constraints: ConstraintContent, models: Mapping[str, ObjectModel]) -> Iterator[str]:
+    named = [m for m in models.values() if m.name == constraints.object]
+    if models and not named:
+        known = ", ".join(f"'{name}'" for name in dict.fromkeys(m.name for m in models.values()))
+        yield f"{path}: these constraints are of object '{constraints.object}', but the objects here are {known}"
+    for model in named[:1]:
+        try:
+            constraints.check(path, model)
+        except ConfigError as error:
+            yield str(error)
+
+
+def _setup(path: Path, setup: Setup, items: Sequence[Item]) -> Iterator[str]:
+    images = _samples(items)
+    calibrated = not images or bool(_all(items, Camera)) or any(s.camera for _, samples in images for s in samples)
+    yield from (f"{path}: {line}" for line in setup.lacks(calibrated))
+    used = {t.model.name for t in setup.targets}
+    for other, model in _all(items, ObjectModel):
+        if model.name not in used:
+            yield f"{other}: object '{model.name}' is none of {path}'s ({', '.join(sorted(used))})"
+    for other, truth in _all(items, TruthContent):
+        labels = {t.label for t in setup.targets}
+        if truth.labels and not labels & set(truth.labels):
+            shown = ", ".join(map(str, truth.labels))
+            yield f"{other}: its objects have labels {shown}; {path} looks for {', '.join(map(str, sorted(labels)))}"
+    for other, results in _all(items, ResultContent):
+        if foreign := sorted(set(results.objects) - {t.name for t in setup.targets}):
+            yield f"{other}: '{foreign[0]}' is no object of {path} ({', '.join(t.name for t in setup.targets)})"
+    calibrated = bool(_all(items, Camera))
+    for other, samples in _samples(items):
+        yield from _fit(path, setup, other, samples, calibrated)
+
+
+def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calibrated: bool) -> Iterator[str]:
+    """Whether images are of the kind and the classes that parameters speak of, and calibrated where that matters."""
+    wanted = 1 if setup.image.kind == "labels" else 3
+    fitting = [s for s in samples if s.channels == wanted]
+    if samples and not fitting:
+        shown = ", ".join(f"{s.name}: {s.channels or 'no readable'} channel(s)" for s in samples)
+        kind = f"image.kind '{setup.image.kind}' of {path}"
+        yield f"{other}: no images of {wanted} channel(s), which {kind} needs ({shown})"
+    if len(fitting) > 1:
+        names = ", ".join(s.name for s in fitting)
+        yield f"{other}: {len(fitting)} topics fit image.kind '{setup.image.kind}': {names}; choose one with --topic"
+    for sample in fitting:
+        yield from _labels(path, setup, other, sample)
+        spatial = [t.name for t in setup.targets if t.model.is_spatial]
+        if sample.camera is None and not calibrated and spatial:
+            reason = sample.camera_problem or "no calibration: give a calibration file (--camera-info)"
+            yield f"{other}: {sample.name}: {reason}: no poses in space of {', '.join(spatial)}"
+
+
+def _labels(path: Path, setup: Setup, other: Path, sample: Sample) -> Iterator[str]:
+    seen: set[int] = set()
+    segmenter = Segmenter(setup.image)
+    for image in sample.images:
+        try:
+            seen |= set(np.unique(segmenter.labels(image)).tolist())
+        except ImageError as error:
+            yield f"{other}: {sample.name}: {error}"
+            return
+    for target in setup.targets:
+        for label, what in _expected(target).items():
+            if label not in seen:
+                shown = ", ".join(map(str, sorted(seen)))
+                yield (
+                    f"{other}: {sample.name}: no pixel has label {label}, {what} of {path}, in {len(sample.images)} "
+                    f"images looked at (labels there: {shown})"
+                )
+
+
+def _expected(target: Target) -> dict[int, str]:
+    """label -> what has it."""
+    expected: dict[int, str] = {}
+    for c in target.model.components:
+        if c.label is None:
+            expected.setdefault(target.label, f"that of '{target.name}'")
+        else:
+            expected.setdefault(c.label, f"that of '{target.name}', component '{c.name}'")
+    return expected
+
+
+def _calibration(path: Path, camera: Camera, items: Sequence[Item]) -> Iterator[str]:
+    for other, samples in _samples(items):
+        for s in samples:
+            if s.size is not None and s.size != camera.size:
+                yield (
+                    f"{path}: is for {camera.size[0]}x{camera.size[1]} pixels, but {other}: {s.name} has "
+                    f"{s.size[0]}x{s.size[1]}"
+                )
+
+
+def _stamps(items: Sequence[Item]) -> Iterator[str]:
+    """Truth and results are matched with images, and with each other, by stamp."""
+    stamped = [(p, t.stamps) for p, t in _all(items, TruthContent)]
+    stamped += [(p, r.stamps) for p, r in _all(items, ResultContent)]
+    for path, bag in _all(items, BagContent) if stamped else ():
+        try:
+            found = frozenset[int]().union(*(image_stamps(path, s.name) for s in bag.samples))
+        except SourceError as error:
+            yield str(error)
+            continue
+        stamped.append((path, found))
+    for (first, known), (second, others) in zip(stamped, stamped[1:], strict=False):
+        if known and others and not known & others:
+            gap = np.abs(np.array(sorted(known))[:, None] - np.array(sorted(others))[None, :]).min()
+            yield (
+                f"{first}: none of its {len(known)} stamps is one of {second}'s {len(others)}; the nearest two are "
+                f"{gap / 1e9:.6g} s apart"
+            )

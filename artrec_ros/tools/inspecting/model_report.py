@@ -1,0 +1,180 @@
+"""What `artrec model` says of an object: from where its markers can be told, and what will be ambiguous."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.alignment.symmetry import ANY_ANGLE
+from ...core.design.ambiguity import Ambiguities, Likeness, MarkerLimits
+from ...core.design.placement import buried_markers
+from ...core.geometry.camera import Camera
+from ...core.model.objects import ObjectModel
+
+Key = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class ShapeRow:
+    """A shape, the markers that have it, and how far off (m) it can be used, seen straight on."""
+
+    keys: tuple[Key, ...]
+    size_m: tuple[float, float]
+    found_m: float
+    turn_m: float
+    told_m: float
+
+    @property
+    def names(self) -> str:
+        first = "/".join(self.keys[0])
+        return first if len(self.keys) == 1 else f"{first} and {len(self.keys) - 1} more"
+
+
+def focal_px(camera: Camera) -> float:
+    """The shorter of both focal lengths."""
+    return float(min(camera.matrix[0, 0], camera.matrix[1, 1]))
+
+
+def shape_rows(found: Ambiguities, camera: Camera) -> list[ShapeRow]:
+    """A row for each shape, in the object's order."""
+    rows: dict[tuple[bytes, float], tuple[list[Key], MarkerLimits]] = {}
+    for limits in found.limits:
+        marker = found.model.component(limits.component).marker(limits.marker)
+        shape = (np.round(marker.outline, 6).tobytes(), limits.found)
+        rows.setdefault(shape, ([], limits))[0].append((limits.component, limits.marker))
+    f = focal_px(camera)
+    return [
+        ShapeRow(tuple(keys), m.size_m, f / m.found, f / max(m.turn, m.found), f / max(found.told[key] for key in keys))
+        for keys, m in rows.values()
+    ]
+
+
+def table(found: Ambiguities, camera: Camera) -> Iterator[str]:
+    """How far off each shape is found, its direction is told, and it is told from those like it."""
+    rows = shape_rows(found, camera)
+    width = max(len(r.names) for r in rows)
+    yield f"{'marker':{width}}  {'size mm':>9}  {'found to':>8}  {'direction to':>12}  {'told to':>7}"
+    for r in rows:
+        size = f"{1e3 * r.size_m[0]:.0f} x {1e3 * r.size_m[1]:.0f}"
+        turn = f"{r.turn_m:.2f} m" if r.turn_m > 0 else "never"
+        yield f"{r.names:{width}}  {size:>9}  {r.found_m:6.2f} m  {turn:>12}  {r.told_m:5.2f} m"
+
+
+def summary(model: ObjectModel) -> str:
+    """One line: components, markers, joints."""
+    markers = sum(len(c.markers) for c in model.components)
+    parts = []
+    for name, c in zip(model.joint_names, model.joint_components, strict=True):
+        if c.joint is not None:
+            unit = "rad" if c.joint.kind == "revolute" else "m"
+            parts.append(f"{name} {c.joint.kind} {c.joint.lower:g}..{c.joint.upper:g} {unit}")
+    joints = f"{counted(len(parts), 'joint')} ({', '.join(parts)})" if parts else "no joints"
+    return f"{model.name}: {counted(len(model.components), 'component')}, {counted(markers, 'marker')}, {joints}"
+
+
+def counted(number: int, noun: str) -> str:
+    """`1 joint`, `2 joints`."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def advice(found: Ambiguities, camera: Camera, distance_m: float | None) -> list[str]:
+    """One line for everything that will be ambiguous, hidden or too small: 'warning: ...', then 'note: ...'."""
+    lines = [
+        *_placement(found.model),
+        *_own_turns(found),
+        *_same(found),
+        *_labels(found.model),
+        *_range(found, camera, distance_m),
+        *_structure(found.model),
+    ]
+    return sorted(lines, key=lambda line: line.startswith("note"))
+
+
+def _placement(model: ObjectModel) -> Iterator[str]:
+    for component, marker in buried_markers(model):
+        yield (
+            f"warning: {component}/{marker} lies within its component's body or looks into it and will never be seen; "
+            "check its pose and which way its z axis (x_axis cross y_axis) points"
+        )
+
+
+def _own_turns(found: Ambiguities) -> Iterator[str]:
+    required = found.model.required.name
+    alike: dict[tuple[bool, int], list[str]] = {}
+    for m in found.limits:
+        alike.setdefault((m.component == required, m.order), []).append(f"{m.component}/{m.marker}")
+    for (is_required, order), names in alike.items():
+        shown = f"{', '.join(names)} look{'s' if len(names) == 1 else ''} the same"
+        turn = "any turn" if order == ANY_ANGLE else f"a turn of {360 / max(order, 1):.0f} degrees"
+        if order != 1 and is_required:
+            yield f"warning: {shown} after {turn}, and all starts there: alone it tells no direction"
+        elif order > 1:
+            yield f"note: {shown} after {turn}: the joint or the other markers tell which way"
+
+
+def _same(found: Ambiguities) -> Iterator[str]:
+    """Markers of one shape, by groups."""
+    required = found.model.required.name
+    for group in _groups([p for p in found.alike if p.same]):
+        names = ", ".join("/".join(key) for key in group)
+        components = {component for component, _ in group}
+        if components == {required}:
+            yield f"warning: {names} are the same shape: they do not tell which side of the object is seen"
+        elif required in components:
+            yield f"warning: {names} are the same shape: '{required}', from which all starts, is taken for others"
+        else:
+            yield f"note: {names} are the same shape: only their places tell which is which"
+
+
+def _groups(pairs: Sequence[Likeness]) -> list[list[Key]]:
+    """Markers that are linked by pairs, in order."""
+    groups: list[list[Key]] = []
+    for p in pairs:
+        touched = [g for g in groups if p.first in g or p.second in g]
+        merged = [key for g in touched for key in g]
+        merged += [key for key in (p.first, p.second) if key not in merged]
+        groups = [g for g in groups if g not in touched] + [merged]
+    return groups
+
+
+def _labels(model: ObjectModel) -> Iterator[str]:
+    for c in model.components:
+        if c.label is not None and c.label == c.body_label:
+            yield f"warning: the markers of '{c.name}' have the class of its body ({c.label}) and cannot be seen on it"
+
+
+def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iterator[str]:
+    f = focal_px(camera)
+    if distance_m is not None:
+        for r in shape_rows(found, camera):
+            if r.found_m < distance_m:
+                scale = distance_m / r.found_m
+                yield (
+                    f"warning: {r.names} is found to {r.found_m:.2f} m only; for {distance_m:g} m make it "
+                    f"{scale:.1f} times as large"
+                )
+    for p in found.alike:
+        reach = f / p.told
+        if p.same or (distance_m is not None and reach >= distance_m):
+            continue
+        yield (
+            f"{'note' if distance_m is None else 'warning'}: {'/'.join(p.first)} and {'/'.join(p.second)} are told "
+            f"apart to {reach:.2f} m only ({'mirror images, ' if p.mirrored else ''}most alike at "
+            f"{math.degrees(p.turn_rad):.0f} degrees)"
+        )
+
+
+def _structure(model: ObjectModel) -> Iterator[str]:
+    loose = [f"{c.name}/{m.name}" for c in model.components for m in c.markers if m.T_component_marker is None]
+    if loose:
+        shown = ", ".join(loose[:4]) + (f" and {len(loose) - 4} more" if len(loose) > 4 else "")
+        yield f"note: {shown}: no pose: the object is found in the image plane only, with constraints from artrec train"
+        return
+    for c in model.components:
+        if c.joint is None and not c.required:
+            yield f"note: '{c.name}' has no joint: it is taken to be fixed to the object's frame"
+        if not c.bodies:
+            yield f"note: '{c.name}' has no body: what it hides, and that it hides its own far side, is not known"

@@ -1,0 +1,96 @@
+"""What `artrec replay` counts and tells at the end."""
+
+from __future__ import annotations
+
+import platform
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import cv2
+import numpy as np
+import scipy
+
+from ... import __version__
+from ...io.results.results import DETECTIONS_FILE, FrameRecord
+
+
+@dataclass
+class Summary:
+    """What a replay counted; grows frame by frame."""
+
+    frames: int = 0
+    objects: Counter[str] = field(default_factory=Counter)
+    frames_without_objects: int = 0
+    frames_cut_short: Counter[str] = field(default_factory=Counter)  # by the limit that did it
+    errors: Counter[str] = field(default_factory=Counter)
+    total_ms: list[float] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+    interrupted: bool = False
+
+    def add(self, record: FrameRecord) -> None:
+        self.frames += 1
+        if record.error is not None:
+            self.errors[record.error] += 1
+            return
+        self.objects.update(d.object for d in record.detections)
+        self.frames_without_objects += not record.detections
+        self.frames_cut_short.update(record.ended_by)
+        if "total" in record.timing_ms:
+            self.total_ms.append(record.timing_ms["total"])
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "frames": self.frames,
+            "frames_with_error": self.errors.total(),
+            "errors": dict(self.errors.most_common(20)),
+            "frames_without_objects": self.frames_without_objects,
+            "frames_cut_short_by": dict(sorted(self.frames_cut_short.items())),
+            "objects": dict(sorted(self.objects.items())),
+            "total_ms": self._times(),
+            "problems": self.problems,
+            "interrupted": self.interrupted,
+            "versions": versions(),
+        }
+
+    def _times(self) -> dict[str, float] | None:
+        """None: no frame was timed."""
+        if not self.total_ms:
+            return None
+        times = np.array(self.total_ms)
+        return {
+            "mean": round(float(times.mean()), 3),
+            "median": round(float(np.median(times)), 3),
+            "p95": round(float(np.percentile(times, 95)), 3),
+            "max": round(float(times.max()), 3),
+        }
+
+    def lines(self) -> Iterator[str]:
+        """What the user is told at the end."""
+        found = ", ".join(f"{n} {name}" for name, n in sorted(self.objects.items())) or "none"
+        yield f"frames {self.frames}, objects found: {found}; frames without any: {self.frames_without_objects}"
+        if (t := self._times()) is not None:
+            yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
+        for limit, count in sorted(self.frames_cut_short.items()):
+            yield f"{count} frame(s) were cut short by {limit}"
+
+    def failures(self) -> Iterator[str]:
+        """What went wrong, for stderr: frames and sources that could not be used."""
+        for error, count in self.errors.most_common(5):
+            yield f"{count} frame(s) could not be used: {error}"
+        if len(self.errors) > 5:
+            yield f"and {len(self.errors) - 5} more kinds of errors, see {DETECTIONS_FILE}"
+        yield from self.problems
+
+
+def versions() -> dict[str, str]:
+    """Of what results depend on."""
+    return {
+        "artrec_ros": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "opencv": cv2.__version__,
+        "scipy": scipy.__version__,
+        "platform": platform.platform(),
+    }

@@ -1,0 +1,1 @@
+"""What `artrec train` is made of: measurements in annotated images, joints, reports."""

@@ -1,0 +1,111 @@
+"""What the recogniser measures in the annotated images, beside what the annotations say."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ...core.base.errors import ConfigError, ImageError
+from ...core.constraints.axis_offsets import AxisOffset, learn_axis_offset
+from ...core.constraints.constraint_set import ConstraintSet
+from ...core.constraints.pairs import Key
+from ...core.geometry.transforms import wrap_angle
+from ...core.image.segmentation import Segmenter
+from ...core.model.found import Detection, Instance
+from ...core.model.objects import ObjectModel
+from ...core.recognizer import Recognizer
+from ...io.base.shared_files import resolve_path
+from ...io.images.decoding import read_image
+from ...io.learned.annotations import AnnotatedObject, Annotations
+from ...io.parameters.parameter_file import Setup, read_flat, setup_from_flat
+from ..getting_ready import progress
+
+_NEAR = 0.5  # farthest detection of an annotated object, in lengths of its required marker's axis
+_LARGEST_RAD = np.pi / 4  # beyond it an axis was taken for another of the marker's symmetry
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Offsets of axes, and how many of the annotated objects the recogniser found, and so measured."""
+
+    axes: tuple[AxisOffset, ...]
+    found: int
+    annotated: int
+
+
+def load_setup(path: Path) -> Setup:
+    """A parameter file's set-up without the constraint files, which training is about to write."""
+    flat = {key: value.raw for key, value in read_flat(path).items() if not key.endswith(".constraint_file")}
+    folder = path.absolute().parent
+    config_dir = flat.get("config_dir")
+    return setup_from_flat(flat, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, path)
+
+
+def measure_axes(setup: Setup, model: ObjectModel, constraints: ConstraintSet, annotations: Annotations) -> Measured:
+    """Runs the recogniser, in the image plane, over the annotated images and learns where axes differ.
+
+    :raises ConfigError: the set-up has no object with this model, or an image cannot be used.
+    """
+    bare = replace(constraints, axes=(), classes=())
+    targets = tuple(replace(t, constraints=bare) for t in setup.targets if t.model.name == model.name)
+    if not targets:
+        known = ", ".join(f"{t.name} ({t.model.name})" for t in setup.targets)
+        raise ConfigError(f"--params-file: none of its objects is a '{model.name}'; it has {known}")
+    with progress() as told:
+        recognizer = Recognizer(targets, setup.recognizer, Segmenter(setup.image), calibrated=False, told=told)
+    examples = annotations.examples(model)
+    by_image: dict[Path, list[tuple[AnnotatedObject, dict[Key, Instance]]]] = defaultdict(list)
+    for annotated, example in zip(annotations.objects, examples, strict=True):
+        by_image[annotated.image].append((annotated, example))
+    directions: dict[Key, list[tuple[float, float]]] = defaultdict(list)
+    found = 0
+    for path, objects in by_image.items():
+        detections = _recognized(recognizer, path, objects[0][0])
+        for _, example in objects:
+            hit = _nearest(detections, example, model)
+            found += hit is not None
+            for key, pair in _directions(hit, example) if hit else ():
+                directions[key].append(pair)
+    return Measured(tuple(_learned(model, directions)), found, len(examples))
+
+
+def _recognized(recognizer: Recognizer, path: Path, annotated: AnnotatedObject) -> Sequence[Detection]:
+    try:
+        return recognizer.recognize(read_image(path)).detections
+    except ImageError as error:
+        raise ConfigError(f"{annotated.place}: {path}: {error}; --images tells where the images lie") from None
+
+
+def _nearest(detections: Sequence[Detection], example: dict[Key, Instance], model: ObjectModel) -> Detection | None:
+    """The detection that lies on an annotated object's required component."""
+    for marker in model.required.markers:
+        place = example.get((model.required.name, marker.name))
+        if place is None or not detections:
+            continue
+        reach = _NEAR * place.scale * float(np.linalg.norm(marker.head - marker.tail))
+        distances = [float(np.hypot(d.image.x - place.x, d.image.y - place.y)) for d in detections]
+        if min(distances) <= reach:
+            return detections[int(np.argmin(distances))]
+    return None
+
+
+def _directions(detection: Detection, example: dict[Key, Instance]) -> Iterator[tuple[Key, tuple[float, float]]]:
+    """Of each marker that was found and is annotated: the axis' direction as fitted and as annotated."""
+    for instance in detection.components:
+        key = (instance.component, instance.marker)
+        if key in example and abs(wrap_angle(example[key].theta - instance.theta)) < _LARGEST_RAD:
+            yield key, (instance.theta, example[key].theta)
+
+
+def _learned(model: ObjectModel, directions: dict[Key, list[tuple[float, float]]]) -> Iterator[AxisOffset]:
+    for component in model.components:
+        for marker in component.markers:
+            pairs = np.array(directions.get((component.name, marker.name), []), float).reshape(-1, 2)
+            if marker.disc_radius is None and len(pairs):  # a disc's axis has no direction
+                axis = learn_axis_offset((component.name, marker.name), marker, pairs[:, 0], pairs[:, 1])
+                if axis is not None:
+                    yield axis

@@ -47,7 +47,7 @@ def ros_requirements():
         return []
     ros = sourced_ros()
     if ros is None:
-        wheels = "sys_platform == 'linux' and python_version < '3.14'"
+        wheels = "sys_platform == 'linux' and platform_machine == 'x86_64' and python_version < '3.14'"
         return [f"ros-jazzy-rclpy[fastrtps]>=7.1.6; {wheels}", f"ros-jazzy-common-interfaces>=5.3.6; {wheels}"]
     # Jazzy's own messages are compiled against Ubuntu's numpy 1.26.
     return [] if ros.is_relative_to(sys.prefix) else ["numpy<2"]

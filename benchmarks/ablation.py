@@ -2,7 +2,8 @@
 
     python benchmarks/ablation.py BAG TRUTH.jsonl --params-file config/aibo.yaml [--topic TOPIC]
 
-Each row is `artrec replay` and `artrec evaluate` with a constant of the recogniser changed for the run.
+Each row is `artrec replay` and `artrec evaluate` with parameters changed, or, where no parameter takes it away, a
+function of the recogniser replaced for the run.
 """
 
 from __future__ import annotations
@@ -21,12 +22,11 @@ from unittest import mock
 import numpy as np
 import yaml
 
-from artrec_ros.core import spatial_search
+from artrec_ros.core.base.config import RecognizerConfig, rooms_of
 from artrec_ros.core.model import surface
 from artrec_ros.core.pose import finder as whole_object
 from artrec_ros.core.pose import seeds
 from artrec_ros.core.pose import view_bank as bank
-from artrec_ros.core.pose import votes as evidence
 from artrec_ros.core.verdict import acceptance
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.tools.main import main
@@ -80,17 +80,17 @@ def patches(*changes: tuple[Any, str, Any]) -> Callable[[], contextlib.ExitStack
     return enter
 
 
+# what replaces functions, and what changes parameters: of the recogniser, and of its rooms by their names
 VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] = {
     "all of it": (patches(), {}),
     "without fits to contours": (patches((whole_object, "fit_poses", unfitted), (seeds, "fit_poses", unfitted)), {}),
     "without the local search on votes": (patches((FINDER, "_climb", unclimbed), (FINDER, "_sweep", unclimbed)), {}),
     "without the bodies' faces": (patches((surface, "_face_patches", faceless)), {}),
     "without votes at and around outlines": (
-        patches((evidence, "RIM", (0.0, 0.0, 0.0)), (evidence, "RING", (0.0, 0.0, 0.0)),
-                (evidence, "RING_ON_BODY", (0.0, 0.0, 0.0)), (evidence, "RING_BODY_LABEL", 0.0)), {}),
+        patches(), {"votes": {"rim": [0.0] * 3, "ring": [0.0] * 3, "ring_on_body": [0.0] * 3, "ring_body_label": 0.0}}),
     "without mirrored turns": (patches((FINDER, "_with_flips", lambda self, found: found.poses)), {}),
     "without taking sure objects' pixels first": (
-        patches((spatial_search, "SURE", 2.0), (spatial_search, "LIKELY", 2.0)), {}),
+        patches(), {"search": {"sure": 2.0, "likely": 2.0}}),
     "starting from the required component alone": (
         patches((seeds.Seeds, "_of_limbs", lambda self, *_: self._surface.no_poses)), {}),
     "required component need not be confirmed": (patches((Judge, "reason", likely)), {}),
@@ -104,7 +104,10 @@ VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] =
 def run(args: argparse.Namespace, folder: Path, number: int, changes: dict[str, Any]) -> Iterator[str]:
     """Figures of one replay, as text."""
     more, budget = folder / "more.yaml", {"time_budget_ms": 20000.0 + number}  # its own: no recogniser is used again
-    more.write_text(yaml.safe_dump({"/**": {"ros__parameters": {"recognizer": {**budget, **changes}}}}))
+    expert = {name: value for name, value in changes.items() if name in rooms_of(RecognizerConfig)}
+    own = {name: value for name, value in changes.items() if name not in expert}
+    parameters = {"recognizer": {**budget, **own}, **({"expert": expert} if expert else {})}
+    more.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
     words = ["replay", args.bag, "--params-file", args.params_file, "--params-file", more, "-o", folder / "out"]
     words += ["--images", "none", "--no-video", *(["--topic", args.topic] if args.topic else [])]
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):

@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
-from artrec_ros.core.geometry.transforms import Array, apply_similarity
+from artrec_ros.core.geometry.transforms import Array
 from artrec_ros.core.grouping.group_search import Group
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning.pair_learning import learn
@@ -84,8 +84,8 @@ def random_object(seed: int) -> RandomObject:
 
 def draw(fine: Array, model: ObjectModel, i: Instance, value: int) -> None:
     marker = model.component(i.component).marker(i.marker)
-    T = np.array([[i.x, i.y, i.theta - marker.axis_angle, i.scale]])
-    outline = (apply_similarity(T, marker.image_outline)[0] + 0.5) * FINE - 0.5
+    c, s = i.scale * np.array([np.cos(i.theta - marker.axis_angle), np.sin(i.theta - marker.axis_angle)])
+    outline = (marker.image_outline @ np.array([[c, s], [-s, c]]) + (i.x, i.y) + 0.5) * FINE - 0.5
     cv2.fillPoly(fine, [np.round(outline * 16).astype(np.int32)], value, shift=4)
 
 

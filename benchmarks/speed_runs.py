@@ -113,7 +113,7 @@ def measure(works: list[Callable[[], object]], repeats: int, threads: int = 1) -
             if isinstance(result, FrameResult):
                 results.append(result)
     stages = {s: float(np.median([r.timing_ms[s] for r in results])) for s in STAGES} if results else {}
-    incomplete = float(np.mean([not r.complete for r in results])) if results else 0.0
+    incomplete = float(np.mean(["recognizer.time_budget_ms" in r.ended_by for r in results])) if results else 0.0
     found = float(np.mean([len(r.detections) for r in results])) if results else 0.0
     return Times(float(np.median(spent)), float(np.percentile(spent, 99)), stages, found, incomplete)
 

@@ -33,7 +33,8 @@ ROOMS = (
 )  # fmt: skip
 OFFLINE = ("learning", "design")
 IO_ROOMS = (
-    "base", "images", "messages", "bags", "sources", "results", "objects", "learned", "parameters", "truth", "inventory",
+    "base", "images", "messages", "bags", "sources", "results", "objects", "learned", "parameters", "truth",
+    "inventory",
 )  # fmt: skip
 TOP = "(top)"  # the recogniser and its stages, warming up, drawing
 ROS = {
@@ -110,7 +111,9 @@ def test_every_room_says_what_it_is_for(layer: str, rooms: set[str]) -> None:
 @pytest.mark.parametrize("path", CORE, ids=name_of)
 def test_core_needs_numpy_opencv_and_numba_alone(path: Path) -> None:
     foreign = {name[0] for name in imports(path)} - set(sys.stdlib_module_names)
-    extra = {"jit.py": {"numba"}, "tracker.py": {"scipy"}}.get(path.name, set())
+    extra = {"jit.py": {"numba"}, "kernel_cache.py": {"llvmlite", "numba"}, "tracker.py": {"scipy"}}.get(
+        path.name, set()
+    )
     assert foreign <= {"numpy", "cv2", "artrec_ros", *extra}
 
 

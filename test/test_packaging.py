@@ -133,17 +133,13 @@ def test_shared_files_are_found_in_the_source_tree() -> None:
 @pytest.mark.parametrize("layout", ["lib/python3.12/site-packages", "local/lib/python3.12/dist-packages", "."])
 def test_shared_files_are_found_in_an_installed_prefix(layout: str, tmp_path: Path) -> None:
     """pip and colcon put modules and share/ under one prefix."""
-    source = (ROOT / "artrec_ros" / "io" / "shared_files.py").read_text()
     packages = tmp_path / layout / "artrec_ros"
-    for name in ("io", "core"):
-        (packages / name).mkdir(parents=True)
-        (packages / name / "__init__.py").touch()
-    (packages / "__init__.py").touch()
-    (packages / "io" / "shared_files.py").write_text(source)
-    (packages / "core" / "errors.py").write_text((ROOT / "artrec_ros" / "core" / "errors.py").read_text())
+    for module in ("io/base/shared_files.py", "core/base/errors.py"):
+        (packages / module).parent.mkdir(parents=True)
+        (packages / module).write_text((ROOT / "artrec_ros" / module).read_text())
     share = tmp_path / "share" / "artrec_ros"
     share.mkdir(parents=True)
-    program = "from artrec_ros.io.shared_files import share_directory; print(share_directory())"
+    program = "from artrec_ros.io.base.shared_files import share_directory; print(share_directory())"
     environment = {**os.environ, "PYTHONPATH": str(packages.parent), "AMENT_PREFIX_PATH": ""}
     done = subprocess.run(
         [sys.executable, "-c", program], env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=60

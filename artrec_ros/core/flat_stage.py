@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from .alignment.contour_map import ContourMap
 from .alignment.matching import Matches, find_matches
 from .alignment.shapes import Shape
-from .base.config import RecognizerConfig
+from .base.config import AlignmentConfig, RecognizerConfig
 from .base.deferred import Deferred
+from .geometry.range_limits import scale_limits
 from .grouping.candidates import Roles, ShapeOf, candidates_of_roles
 from .grouping.group_search import GroupSearch
 from .grouping.paper import align_literally, group_literally
@@ -28,7 +29,7 @@ class FlatStage:
         self._targets = targets
         self._config = config
         self._blank = blank
-        self._shapes, self._shape_of = _distinct_shapes(targets)
+        self._shapes, self._shape_of = _distinct_shapes(targets, config.alignment)
         self._roles = [Roles.of(t, shape_of) for t, shape_of in zip(targets, self._shape_of, strict=True)]
         self._wanted = {
             (self._shape_of[n][c.name, m.name], target.label if c.label is None else c.label)
@@ -46,19 +47,20 @@ class FlatStage:
         if self._config.profile == "paper":
             return align_literally(blobs, frame.size, self._shapes, self._wanted, self._config, frame.deadline)
         cmap = ContourMap.build(blobs, frame.size)
-        return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, frame.deadline, self._blank)
+        scales = scale_limits(self._config, frame.calibration)
+        return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, frame.deadline, self._blank, scales)
 
     def group(self, frame: ImageFrame, matches: Matches) -> tuple[tuple[Detection, ...], Sequence[Rejection], bool]:
-        """Objects, what was turned down and why, and whether the choice is exact (paper, steps 6 to 8)."""
+        """Objects, what was turned down and why, and whether `search_nodes` ended the choice (paper, steps 6 to 8)."""
         if not len(matches):
-            return (), (), True
+            return (), (), False
         if self._config.profile == "paper":
             groups = [
                 g
                 for target, shape_of in zip(self._targets, self._shape_of, strict=True)
                 for g in group_literally(target, shape_of, matches, self._config, frame.deadline)
             ]
-            return detections_of(groups, matches, self._targets, literal=True), (), True
+            return detections_of(groups, matches, self._targets, literal=True), (), False
         searches = [
             GroupSearch(candidates_of_roles(roles, matches, self._config), matches, self._config, frame.deadline)
             for roles in self._roles
@@ -69,10 +71,10 @@ class FlatStage:
         for search in searches:
             search.forget_table()
         reasons = Deferred(lambda: rejections_of(solution, searches, overlap, self._config))
-        return detections, reasons, solution.exact
+        return detections, reasons, solution.out_of_nodes
 
 
-def _distinct_shapes(targets: tuple[Target, ...]) -> tuple[list[Shape], list[ShapeOf]]:
+def _distinct_shapes(targets: tuple[Target, ...], config: AlignmentConfig) -> tuple[list[Shape], list[ShapeOf]]:
     """Each outline once, however many components and targets show it, and which one each marker has."""
     shapes: list[Shape] = []
     number: dict[bytes, int] = {}
@@ -81,7 +83,7 @@ def _distinct_shapes(targets: tuple[Target, ...]) -> tuple[list[Shape], list[Sha
         mine: ShapeOf = {}
         for component in target.model.components:
             for marker in component.markers:
-                shape = Shape.from_marker(marker)
+                shape = Shape.from_marker(marker, config)
                 key = shape.key()
                 if key not in number:
                     number[key] = len(shapes)

@@ -24,9 +24,8 @@ from .model.found import FrameResult, Rejection
 from .model.target import Target
 from .spatial_stage import SpatialStage
 from .verdict.classify import Classifier
-from .warm_up import warm_up_flat_stage
-
-_ALIGNMENT = 0.7  # of the time that is left may go into alignment
+from .warm_up import Told, get_ready
+from .warm_up_pieces import PLANE, SPACE
 
 
 class Labeller(Protocol):
@@ -58,23 +57,52 @@ class Stopwatch:
         return self.ms
 
 
+def check_targets(targets: Sequence[Target]) -> None:
+    """:raises ConfigError: two targets of one name, or constraints that are not the target's model's."""
+    names = [t.name for t in targets]
+    if len(set(names)) != len(names):
+        raise ConfigError(f"objects: {', '.join(names)}: each needs a name of its own")
+    for target in targets:
+        if isinstance(target.constraints, ConstraintSet):
+            target.constraints.check_model(target.model)
+
+
+def spatial_targets(targets: Sequence[Target], config: RecognizerConfig) -> tuple[Target, ...]:
+    """Those that are found in space where the camera is calibrated."""
+    fits = config.profile == "default" and config.whole_object
+    return tuple(t for t in targets if fits and t.model.is_spatial)
+
+
+def parts_needed(targets: Sequence[Target], config: RecognizerConfig, *, calibrated: bool) -> tuple[str, ...]:
+    """Which parts of the method, for `warm_up`, are at work in images with or without calibration."""
+    spatial = spatial_targets(targets, config) if calibrated else ()
+    return (SPACE,) * bool(spatial) + (PLANE,) * (len(spatial) < len(targets))
+
+
 class Recognizer:
     """Finds objects in images. Models are made ready once; nothing is remembered between images."""
 
-    def __init__(self, targets: Sequence[Target], config: RecognizerConfig, segmenter: Labeller) -> None:
-        """:raises ConfigError: two targets of one name, or constraints that are not the target's model's."""
+    def __init__(
+        self,
+        targets: Sequence[Target],
+        config: RecognizerConfig,
+        segmenter: Labeller,
+        *,
+        calibrated: bool = True,
+        told: Told = lambda share: None,
+    ) -> None:
+        """Where no earlier start did, it compiles the code that images need: up to a minute.
+
+        :param calibrated: whether images come with a calibration, as far as is known; others are recognised, too.
+        :param told: called with the share of the code that is compiled.
+        :raises ConfigError: two targets of one name, or constraints that are not the target's model's.
+        """
         self._targets = tuple(targets)
         self._config = config
         self._segmenter = segmenter
-        names = [t.name for t in self._targets]
-        if len(set(names)) != len(names):
-            raise ConfigError(f"objects: {', '.join(names)}: each needs a name of its own")
-        for target in self._targets:
-            if isinstance(target.constraints, ConstraintSet):
-                target.constraints.check_model(target.model)
-        warm_up_flat_stage()
-        fits = config.profile == "default" and config.whole_object
-        spatial = tuple(t for t in self._targets if fits and t.model.is_spatial)
+        check_targets(self._targets)
+        self.get_ready(calibrated, told)
+        spatial = spatial_targets(self._targets, config)
         self._spatial = SpatialStage(spatial, config)
         self._flat = FlatStage(self._targets, config, segmenter.blank)  # without calibration
         rest = tuple(t for t in self._targets if t not in spatial)
@@ -84,6 +112,10 @@ class Recognizer:
             target.label if c.label is None else c.label for target in self._targets for c in target.model.components
         }
 
+    def get_ready(self, calibrated: bool, told: Told = lambda share: None) -> None:
+        """Have the compiled code for images with or without calibration, before one comes that would wait for it."""
+        get_ready(parts_needed(self._targets, self._config, calibrated=calibrated), told)
+
     def recognize(self, image: NDArray, camera: Camera | None = None) -> FrameResult:
         """All objects in one image.
 
@@ -91,24 +123,27 @@ class Recognizer:
         :param camera: calibration; without it no metric poses.
         :raises ImageError: the image does not fit the segmenter's configuration.
         """
+        self.get_ready(camera is not None)  # it is, but where calibration comes or goes; the clock starts after that
         watch = Stopwatch()
         deadline = Deadline(self._config.time_budget_ms / 1e3)
         with watch.stage("segmentation"):
             labels = self._segmenter.labels(image)
-        frame = ImageFrame(LabelField(labels), camera, deadline)
+        frame = ImageFrame(LabelField(labels, self._config.seams), camera, deadline)
         flat = self._flat if camera is None else self._flat_rest
         with watch.stage("blobs"):
             blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank, deadline)
         with watch.stage("alignment"):
-            matches = flat.align(frame.hurried(_ALIGNMENT), blobs)
+            matches = flat.align(frame.hurried(self._config.time.alignment_share), blobs)
         with watch.stage("grouping"):
-            detections, rejected, exact = flat.group(frame, matches)
+            detections, rejected, out_of_nodes = flat.group(frame, matches)
         if camera is not None:
             with watch.stage("pose"):
                 found = self._spatial.recognize(frame, blobs)
             detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
         detections = self._classifier.classified(detections)
-        return FrameResult(frame.size, detections, rejected, watch.stop(), exact and not deadline.hit, labels)
+        limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
+        ended_by = tuple(name for name, hit in limits.items() if hit)
+        return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels)
 
 
 def _joined(first: Sequence[Rejection], second: Sequence[Rejection]) -> Sequence[Rejection]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache, partial
 
+from .base.config import SearchConfig
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .pose.finder import Climb, WholeObjectFinder
@@ -12,19 +13,15 @@ from .pose.surface_model import Poses
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
 
-SURE = 0.999  # trust in an object whose pixels are not searched for others
-LIKELY = 0.995  # in one whose blobs need not be looked at again
-EXPLAINED = 0.6  # of a blob's contour must be a sure or a likely object's
-CLIMBS = (Climb(10, 11, 1.5), Climb(5, 13, 1.0), Climb(3, 24, 0.7))
-PLAIN_CLIMB = Climb(3, 13, 0.7)  # of an object beyond doubt
-HOPELESS_VOTES = 40.0  # a candidate with fewer is not worth a climb
-
 
 class SpatialSearch:
     """What is found so far, and the frame without the pixels of sure objects."""
 
-    def __init__(self, frame: ImageFrame, judge: Judge) -> None:
-        self._frame, self._judge = frame, judge
+    def __init__(self, frame: ImageFrame, judge: Judge, config: SearchConfig) -> None:
+        self._frame, self._judge, self._config = frame, judge, config
+        climbs = zip(config.climb_hypotheses, config.climb_rounds, config.climb_first_steps, strict=True)
+        self._climbs = [Climb(*climb) for climb in climbs]
+        self._plain_climb = self._climbs[-1]._replace(rounds=config.plain_climb_rounds)
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
         # found, and whether sure; its pixels are still in the frames
@@ -51,16 +48,16 @@ class SpatialSearch:
         found = finder.plain_guesses(self._frame, blob)
         if not self._is_sure(finder, found.poses):
             return found.poses[:0]
-        return finder.climbed(self._frame, found, PLAIN_CLIMB, sure=True).poses
+        return finder.climbed(self._frame, found, self._plain_climb, sure=True).poses
 
     def _look_closely(self, finder: WholeObjectFinder, blob: Blob) -> Poses:
         """Hypotheses of which a component made a blob, or part of one, best first."""
         found, sure = finder.guesses(self._frame, blob), False
-        for climb in CLIMBS:
-            if self._frame.deadline.expired or found.votes.max(initial=0.0) < HOPELESS_VOTES:
+        for climb in self._climbs:
+            if self._frame.deadline.expired or found.votes.max(initial=0.0) < self._config.hopeless_votes:
                 break
             sure = sure or self._is_sure(finder, found.poses)
-            if not sure or climb is CLIMBS[-1]:
+            if not sure or climb is self._climbs[-1]:
                 found = finder.climbed(self._frame, found, climb, sure=sure)
         return found.poses
 
@@ -69,10 +66,10 @@ class SpatialSearch:
         if self._frame.deadline.expired:
             return True
         self._hide_found()
-        return self._unexplained.get(finder, self._frame).field.owned_share(blob.contour) > EXPLAINED
+        return self._unexplained.get(finder, self._frame).field.owned_share(blob.contour) > self._config.explained
 
     def _is_sure(self, finder: WholeObjectFinder, poses: Poses) -> bool:
-        return self._judge.trust_in(finder, poses, self._frame) > SURE
+        return self._judge.trust_in(finder, poses, self._frame) > self._config.sure
 
     def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
         """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.
@@ -81,9 +78,10 @@ class SpatialSearch:
         """
         self._found.setdefault(finder, []).append(poses)
         trust = self._judge.trust_in(finder, poses, self._frame)
-        if trust > LIKELY:
-            self._to_hide = finder, poses[:1], trust > SURE
-        return trust > SURE
+        sure = trust > self._config.sure
+        if sure or trust > self._config.likely:
+            self._to_hide = finder, poses[:1], sure
+        return sure
 
     def _hide_found(self) -> None:
         """Take the pixels of what was found last: put off until there is another blob to look at."""

@@ -17,24 +17,22 @@ from .verdict.descriptions import Describer
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
 
-_SEARCH = 0.9  # of the time that is left may go into the search; the rest is for judging what it found
-
 
 class SpatialStage:
     """Finds the targets whose markers have places in space, in frames of a calibrated camera."""
 
     def __init__(self, targets: Sequence[Target], config: RecognizerConfig) -> None:
-        self._finders = [WholeObjectFinder(t) for t in targets]
+        self._config = config
+        self._finders = [WholeObjectFinder(t, config) for t in targets]
         self._describers = [Describer(f) for f in self._finders]
-        self._judge = Judge(config.verdict.min_votes, config.min_probability)
-        for finder in self._finders:
-            finder.warm_up()
+        self._judge = Judge.of(config)
 
     def recognize(
         self, frame: ImageFrame, blobs: Sequence[Blob]
     ) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
         """Detections by target and score, and what was turned down, with reasons."""
-        found = SpatialSearch(frame.hurried(_SEARCH), self._judge).run(self._finders, blobs)
+        search = self._config.search
+        found = SpatialSearch(frame.hurried(search.search_share), self._judge, search).run(self._finders, blobs)
         accepted, others = share_out(found, frame, self._judge)
         detections = [
             detection

@@ -1,47 +1,106 @@
-"""Compiled code made ready before the first image, so that it is not late."""
+"""Compiled code made ready before the first image, so that it is not late.
+
+What is not kept from an earlier start is compiled by processes beside this one, into the same folder.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import lru_cache
+import gc
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
+from pathlib import Path
 
-import cv2
-import numpy as np
+from .base import kernel_cache
+from .base.jit import kernels, share_compiled
+from .warm_up_pieces import PIECES, ROOMS, WHOLE
 
-from .base.config import RecognizerConfig
-from .base.deadline import Deadline
-from .constraints.constraint_set import ConstraintSet
-from .constraints.intervals import Interval
-from .constraints.pairs import PairConstraint
-from .flat_stage import FlatStage
-from .grouping.packing import pack
-from .image.blobs import find_blobs
-from .image.image_frame import ImageFrame
-from .image.label_field import LabelField
-from .model.objects import Component, Marker, ObjectModel
-from .model.target import Target
+Told = Callable[[float], None]  # called with the share done, 0 to 1, again and again; not at all if all is there
 
-_SIDE_PX = 24
+_MOST_PROCESSES = 4
+_LOOK_S = 0.2
+_ready: set[str] = set()
+_one_at_a_time = threading.Lock()
 
 
-@lru_cache(maxsize=1)
-def warm_up_flat_stage() -> None:
-    """Recognise a square and a disc once in this process: whatever the objects, the compiled code is the same."""
-    square = Marker("square", np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]]), np.zeros(2), np.array([1.0, 0]))
-    angle = np.linspace(0, 2 * np.pi, 32, endpoint=False)
-    disc = Marker("disc", np.stack([np.cos(angle), np.sin(angle)], axis=1) / 2, np.zeros(2), np.array([1.0, 0]), 0.5)
-    model = ObjectModel("warm_up", (Component("base", (square,), required=True), Component("spot", (disc,))))
-    box = {"distance_m": Interval(1.0, 3.0)}
-    constraints = ConstraintSet(model.name, 0.95, (PairConstraint(("base", "square"), ("spot", "disc"), 9, box, box),))
-    labels = np.zeros((3 * _SIDE_PX, 5 * _SIDE_PX), np.uint8)
-    labels[_SIDE_PX : 2 * _SIDE_PX, _SIDE_PX : 2 * _SIDE_PX] = 1
-    cv2.circle(labels, (7 * _SIDE_PX // 2, 3 * _SIDE_PX // 2), _SIDE_PX // 2, 1, cv2.FILLED)
-    config = RecognizerConfig(max_slant_deg=10.0)
-    frame, blobs = ImageFrame(LabelField(labels)), find_blobs(labels, {1}, config)
-    for profile in ("default", "paper"):
-        target = Target(model.name, model, 1, constraints)
-        stage = FlatStage((target,), replace(config, profile=profile), ())
-        _, rejected, _ = stage.group(frame, stage.align(frame, blobs))
-        list(rejected)  # reasons are worked out when they are looked at
-    row = np.abs(np.subtract.outer(np.arange(3), np.arange(3))) < 2  # the middle one of three is in the others' way
-    pack(np.array([1.0, 1.5, 1.0]), row, 100, Deadline())
+def get_ready(parts: Collection[str], told: Told = lambda share: None) -> None:
+    """Have the compiled code of some parts of the method, PLANE, SPACE or both, in this process."""
+    if _ready.issuperset(parts):
+        return
+    with _one_at_a_time:
+        new = [part for part in WHOLE if part in parts and part not in _ready]
+        missing = [part for part in new if not kernel_cache.is_noted(part)]
+        if missing:
+            needed = kernels({room for part in missing for room in ROOMS[part]})
+            with kernel_cache.held(lambda: told(share_compiled(needed))):
+                missing = [part for part in missing if not kernel_cache.is_noted(part)]  # another process may have
+                _compile(missing, lambda: told(share_compiled(needed)))
+        for part in new:
+            for run in WHOLE[part]:
+                run()
+            if part in missing:
+                kernel_cache.note(part)
+        _ready.update(new)
+
+
+def _compile(parts: Collection[str], told: Callable[[], None]) -> None:
+    """Compile what several processes can at once. What goes wrong there shows when this one compiles it itself."""
+    names = [name for name, piece in PIECES.items() if piece.part in parts]
+    if kernel_cache.writable() is None or not names or not sys.executable or not kernels(ROOMS[PIECES[names[0]].part]):
+        return
+    count = min(_MOST_PROCESSES, len(os.sched_getaffinity(0)), len(names))
+    environment = dict(os.environ)
+    if "NUMBA_CACHE_DIR" in environment:  # the processes have a working folder of their own
+        environment["NUMBA_CACHE_DIR"] = str(Path(environment["NUMBA_CACHE_DIR"]).absolute())
+    at_work: list[subprocess.Popen[bytes]] = []
+    try:
+        with suppress(OSError):  # no more processes
+            for mine in _shared_out(names, count):
+                at_work.append(
+                    subprocess.Popen(
+                        [sys.executable, "-m", __name__, *mine],
+                        cwd=Path(__file__).parents[2],
+                        env=environment,
+                        stdin=subprocess.PIPE,
+                        stdout=subprocess.DEVNULL,
+                        stderr=subprocess.DEVNULL,
+                    )  # fmt: skip
+                )
+        while any(process.poll() is None for process in at_work):
+            told()
+            time.sleep(_LOOK_S)
+    finally:
+        for process in at_work:
+            process.kill()
+            process.communicate()
+    told()
+
+
+def _shared_out(names: Sequence[str], count: int) -> list[list[str]]:
+    """Pieces for each process: the longest first, each to the one with the least to do."""
+    out: list[list[str]] = [[] for _ in range(count)]
+    for name in sorted(names, key=lambda n: -PIECES[n].seconds):
+        min(out, key=lambda mine: sum(PIECES[n].seconds for n in mine)).append(name)
+    return out
+
+
+def main(names: Sequence[str]) -> None:
+    """A process beside the one that gets ready: compile these pieces."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    gc.disable()  # the compiler makes and keeps so much that a look for garbage takes a tenth of the time
+    for name in names:
+        PIECES[name].run()
+
+
+def _end_with_parent() -> None:
+    """Nothing is ever written to this process: its input ends when the one that started it does."""
+    sys.stdin.read()
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

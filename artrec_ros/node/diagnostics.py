@@ -4,6 +4,7 @@ calibration, nothing found."""
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from dataclasses import astuple, dataclass, field
 
 import numpy as np
@@ -39,6 +40,7 @@ class NodeState:
     :param unheard: who subscribes to results and gets none, a line each.
     :param shared: who else publishes under the same names, a line each.
     :param busy_s: since when one image is looked at; 0: none is.
+    :param getting_ready: share of the code that is compiled, 0 to 1; None: no image waits for it.
     :param active: the node's lifecycle state lets it work.
     """
 
@@ -52,6 +54,12 @@ class NodeState:
     shared: tuple[str, ...] = ()
     busy_s: float = 0.0
     active: bool = True
+    getting_ready: float | None = None
+
+
+def getting_ready(share: float) -> str:
+    """What users read while the node gets ready."""
+    return f"getting ready, {share:.0%}" + (": compiling, once on a machine" if share else "")
 
 
 @dataclass(frozen=True)
@@ -87,7 +95,7 @@ class Diagnostics:
             c = self.counters
             c.processed += 1
             c.objects += report.n_objects
-            c.incomplete += not report.complete
+            c.incomplete += bool(report.ended_by)
             c.last_image_s, c.header_problem = now_s, report.header_problem
             c.frame_id = report.frame_id or c.frame_id
             c.reports.append(report)
@@ -115,7 +123,7 @@ class Diagnostics:
             statuses = [
                 self._input(state, silent, new, period),
                 self._calibration(state),
-                self._recognition(reports, new.processed / period),
+                self._recognition(state, reports, new.processed / period),
                 self._output(state),
             ]
         return DiagnosticArray(header=header, status=statuses)
@@ -124,6 +132,8 @@ class Diagnostics:
         c, looked_at = self.counters, new.processed + new.failed
         if not state.active:
             level, text = OK, "not active: the lifecycle manager has not activated this node"
+        elif state.getting_ready is not None:
+            level, text = OK, f"{getting_ready(state.getting_ready)}; {state.dropped} image(s) dropped so far"
         elif silent and not state.publishers:
             level, text = WARN, f"no images: nobody publishes {state.topic}"
         elif silent and state.incompatible:
@@ -160,15 +170,17 @@ class Diagnostics:
             return self._status("calibration", WARN, f"{state.calibration}; no metric poses", {})
         return self._status("calibration", OK, "calibrated", {})
 
-    def _recognition(self, reports: list[FrameReport], rate_hz: float) -> DiagnosticStatus:
-        objects, cut_off = sum(r.n_objects for r in reports), sum(not r.complete for r in reports)
+    def _recognition(self, state: NodeState, reports: list[FrameReport], rate_hz: float) -> DiagnosticStatus:
+        objects, cut_off = sum(r.n_objects for r in reports), Counter(limit for r in reports for limit in r.ended_by)
         level, text = OK, f"{objects} object(s) in {len(reports)} image(s)"
-        if not reports:
+        if state.getting_ready is not None:
+            level, text = WARN, getting_ready(state.getting_ready)
+        elif not reports:
             text = "no image processed"
         elif not objects:
             text = f"nothing found in {len(reports)} image(s)"
-        if cut_off:
-            level, text = WARN, f"{text}; recognizer.time_budget_ms ended the search in {cut_off}"
+        for limit, count in sorted(cut_off.items()):
+            level, text = WARN, f"{text}; {limit} ended the search in {count}"
         c = self.counters
         values: dict[str, object] = {"rate_hz": f"{rate_hz:.2f}", "objects": c.objects, "incomplete": c.incomplete}
         if reports:

@@ -17,7 +17,7 @@ from ..io.messages import node_topics as topics
 from ..io.parameters.parameter_file import Setup
 from .calibration import Calibrations
 from .conversions import message_class
-from .diagnostics import Counters, Diagnostics, NodeState
+from .diagnostics import Counters, Diagnostics, NodeState, getting_ready
 from .inputs import Inputs
 from .parameters import LiveParameters, initial_setup
 from .pipeline import FrameReport, Pipeline, one_line
@@ -89,7 +89,6 @@ class RecognizerNode(LifecycleNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the files and make the publishers."""
-        self.get_logger().info("getting ready; the first time on a machine compiles, and takes a minute")
         try:
             setup = self._live.read_again()
             tf = transform_sender(self) if setup.node.publish_tf else None
@@ -175,6 +174,11 @@ class RecognizerNode(LifecycleNode):
                 self.account(report)
 
     @property
+    def is_ready(self) -> bool:
+        """Whether images are recognised, and do not wait for what is built and compiled."""
+        return self._pipeline is not None and self._pipeline.getting_ready is None
+
+    @property
     def counters(self) -> Counters:
         """What was counted since the node began."""
         return self._diagnostics.counters
@@ -196,9 +200,11 @@ class RecognizerNode(LifecycleNode):
             self._inputs.follow()
 
     def _report(self) -> None:
-        header = Header(stamp=self.get_clock().now().to_msg())
+        state, header = self._state(), Header(stamp=self.get_clock().now().to_msg())
+        if state.getting_ready is not None:
+            self.get_logger().info(getting_ready(state.getting_ready), throttle_duration_sec=10.0)
         silence_s = self._live.setup.node.no_image_after_s
-        self._diagnostics_out.publish(self._diagnostics.report(self._state(), silence_s, time.monotonic(), header))
+        self._diagnostics_out.publish(self._diagnostics.report(state, silence_s, time.monotonic(), header))
 
     def _state(self) -> NodeState:
         problem, inputs = self._calibrations.problem, self._inputs
@@ -209,8 +215,10 @@ class RecognizerNode(LifecycleNode):
                 f"{'; '.join(shared)}; give each node a namespace of its own: -r __ns:=/NAME",
                 throttle_duration_sec=60.0,
             )
+        pipeline = self._pipeline
+        ready, early = (pipeline.getting_ready, pipeline.dropped) if pipeline is not None else (None, 0)
         if inputs is None:
-            return NodeState("", calibration=problem, unheard=unheard, shared=shared, active=False)
+            return NodeState("", calibration=problem, unheard=unheard, shared=shared, active=False, getting_ready=ready)
         image = inputs.image
-        counted = (image.publishers, image.incompatible, inputs.dropped, image.lost)
-        return NodeState(image.topic, *counted, problem, unheard, shared, inputs.busy_s)
+        counted = (image.publishers, image.incompatible, inputs.dropped + early, image.lost)
+        return NodeState(image.topic, *counted, problem, unheard, shared, inputs.busy_s, getting_ready=ready)

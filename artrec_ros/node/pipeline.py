@@ -10,10 +10,12 @@ from typing import Any
 
 from std_msgs.msg import Header
 
+from ..core.base import kernel_cache
 from ..core.base.errors import ArtrecError
 from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
 from ..core.model.found import FrameResult
+from ..core.recognizer import Recognizer, check_targets
 from ..core.tracking.tracker import Tracker
 from ..io.parameters.parameter_file import Setup
 from . import conversions
@@ -28,7 +30,7 @@ class FrameReport:
 
     :param latency_ms: from its reception until its results were published, by the system clock.
     :param recognition_ms: the recogniser's and the tracker's part of it; the rest is what the node adds.
-    :param complete: the recogniser ended its search before its time was over.
+    :param ended_by: the limits that ended the search early, by the parameters' names.
     :param header_problem: what the image's header lacks; empty: nothing.
     :param frame_id: of the image's header.
     """
@@ -36,7 +38,7 @@ class FrameReport:
     n_objects: int
     latency_ms: float
     recognition_ms: float
-    complete: bool
+    ended_by: tuple[str, ...]
     header_problem: str
     frame_id: str = ""
 
@@ -44,7 +46,11 @@ class FrameReport:
 class Pipeline:
     """Processes images, one at a time, whoever calls. Parameters may change between two of them.
 
-    :param on_fault: called, in another thread, with a line when a recogniser with new parameters could not be built.
+    A thread builds the recogniser. Images that come before it is there are dropped, and counted.
+
+    :ivar dropped: so many.
+    :param on_fault: called, in another thread, with a line when a recogniser could not be built, or what is compiled
+        for it not be kept.
     """
 
     def __init__(
@@ -59,8 +65,20 @@ class Pipeline:
         self._tracker = Tracker(setup.tracking)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
         self._withdrawn = 0  # counts
-        self._current = setup, setup.build()
+        check_targets(setup.targets)
+        self.dropped = 0
+        self._share: float | None = None
+        self._current: tuple[Setup, Recognizer] | None = None
         self._builder = NewestFirst(self._build, "new parameters")
+        self._builder.offer(setup)
+
+    @property
+    def getting_ready(self) -> float | None:
+        """The share done of what is compiled at the moment, or 0 while the first recogniser is built; None: nothing."""
+        return self._share if self._share is not None else 0.0 if self._current is None else None
+
+    def _told(self, share: float) -> None:
+        self._share = share
 
     def change(self, setup: Setup) -> None:
         """Recognise with these parameters soon: at once where the recogniser stays, else when another one is built.
@@ -80,30 +98,43 @@ class Pipeline:
         self.withdraw()
 
     def _build(self, setup: Setup) -> None:
-        current, recognizer = self._current
+        current, recognizer = self._current or (None, None)
+        what = (setup.image, setup.recognizer, setup.targets)
         try:
-            if (setup.image, setup.recognizer, setup.targets) != (current.image, current.recognizer, current.targets):
-                recognizer = setup.build()
+            if recognizer is None or current is None or what != (current.image, current.recognizer, current.targets):
+                recognizer = setup.build(told=self._told)
+                if self._share is not None and kernel_cache.problem():
+                    self._on_fault(kernel_cache.problem())
         except Exception as error:  # parameters are checked before: a fault of this package
-            self._on_fault(f"internal error: the changed parameters are not in use: {one_line(error)}")
+            self._on_fault(f"internal error: the parameters are not in use: {one_line(error)}")
         else:
             self._current = setup, recognizer
+        finally:
+            self._share = None
 
     def process(self, msg: Any, received_ns: int) -> FrameReport | None:
         """Recognise and publish. None: withdrawn meanwhile.
 
         :raises ArtrecError: the image cannot be used.
         """
-        withdrawn = self._withdrawn
+        withdrawn, current = self._withdrawn, self._current
+        if current is None:
+            self.dropped += 1
+            return None
         with self._one_at_a_time:
             return self._process(msg, received_ns, withdrawn) if withdrawn == self._withdrawn else None
 
     def _process(self, msg: Any, received_ns: int, withdrawn: int) -> FrameReport | None:
+        assert self._current is not None  # it stays when it is there
         setup, recognizer = self._current
         image = conversions.image_from_msg(msg)
         size = (int(image.shape[1]), int(image.shape[0]))
         stamp_ns = conversions.stamp_ns(msg.header)
         camera = self._calibrations.camera_for(stamp_ns, size, setup.image.rectified)
+        try:
+            recognizer.get_ready(camera is not None, self._told)  # calibration may be missing
+        finally:
+            self._share = None
         began = time.perf_counter()
         result = recognizer.recognize(image, camera)
         self._tracker.configure(setup.tracking)
@@ -117,7 +148,7 @@ class Pipeline:
             latency_ms = (time.time_ns() - received_ns) * 1e-6
             self._publish_pictures(image, result, camera, msg.header)
         problem, n_objects = _header_problem(msg.header), len(result.detections)
-        return FrameReport(n_objects, latency_ms, recognition_ms, result.complete, problem, msg.header.frame_id)
+        return FrameReport(n_objects, latency_ms, recognition_ms, result.ended_by, problem, msg.header.frame_id)
 
     def _publish_pictures(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
         """Those that somebody subscribes to."""

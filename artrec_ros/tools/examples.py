@@ -45,6 +45,10 @@ EXAMPLES = {
         "artrec model lamp.urdf --markers stickers.yaml -o lamp.yaml --sheet check.png",
         "artrec model lamp.yaml --sheet check.png --distance 1.5 --camera-info camera.yaml",
     ),
+    "prepare": (
+        "artrec prepare",
+        "artrec prepare --params-file lamp_params.yaml",
+    ),
     "inspect": (
         "artrec inspect recorded_bag",
         "artrec inspect lamp_params.yaml recorded_bag camera.yaml photos/annotations.json",

@@ -20,7 +20,7 @@ from ..core.base.config import (
     TrackingConfig,
 )
 from ..io.messages.node_topics import INPUTS, OUTPUTS, NodeTopic
-from ..io.parameters.specs import LIVE, Spec, expert_rooms, specs_of
+from ..io.parameters.specs import LIVE, Spec, expert_rooms, offline_rooms, specs_of
 
 _INTRO = """\
 # Parameters
@@ -157,10 +157,18 @@ def expert_page() -> str:
     parts = [_EXPERT]
     for name, config in expert_rooms().items():
         rows = [(*_row(spec), _read(spec), spec.origin) for spec in specs_of(config)]
-        about = " ".join(str(config.__doc__).split())
-        table = f"\n{_table((*_COLUMNS, 'read', 'origin'), rows)}" if rows else ""
-        parts.append(f"## {name}\n\n{about} Under `expert.{name}`:\n{table}")
+        if rows:
+            parts.append(
+                f"{_about(name, config)} Under `expert.{name}`:\n\n{_table((*_COLUMNS, 'read', 'origin'), rows)}"
+            )
+    for name, config in offline_rooms().items():
+        rows = [(*_row(spec), spec.origin) for spec in specs_of(config)]
+        parts.append(f"{_about(name, config)} Not in parameter files.\n\n{_table((*_COLUMNS, 'origin'), rows)}")
     return "\n".join(parts)
+
+
+def _about(name: str, config: type) -> str:
+    return f"## {name}\n\n{' '.join(str(config.__doc__).split())}"
 
 
 def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -228,7 +236,7 @@ def _valid(spec: Spec) -> str:
         return ", ".join(f"`{c}`" for c in spec.choices)
     low, high = (None if bound is None else f"{bound:g}" for bound in (spec.low, spec.high))
     if low is not None and high is not None:
-        return f"{low} to {high}"
+        return f"{low} to {high}" + (f", {spec.length} of them" if spec.length else "")
     return f"from {low}" if low is not None else f"to {high}" if high is not None else ""
 
 

@@ -16,6 +16,7 @@ from ..io.bags.reader import STORAGES
 from ..io.parameters.parameter_file import Setup, load_parameters
 from ..io.parameters.unread import unread
 from ..io.sources.opening import SourceOptions, Sources, open_sources
+from .getting_ready import get_setup_ready
 from .interrupting import interruptible, once, say
 from .options.work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
 from .replaying.folder import ReplayFolder, counted
@@ -76,6 +77,7 @@ def run(args: argparse.Namespace) -> int:
                 return _tell(folder.summary(), args.output, "done before; --overwrite does it again; results are")
             order = order_of(setup, args.sources, sources, options)
             order = dataclasses.replace(order, with_classes=args.labels)
+            get_setup_ready(setup, {part.calibrated for part in sources.parts})
             summary = _replay(args, order, sources, folder, pictures)
     done = "interrupted; the same command goes on; what was done so far is" if summary.interrupted else "results"
     return _tell(summary, args.output, done)

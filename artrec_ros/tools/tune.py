@@ -18,6 +18,7 @@ from ..io.parameters.parameter_file import Setup, load_parameters
 from ..io.sources.opening import open_sources
 from ..io.truth.reading import read_truth
 from .evaluation.scoring import Options
+from .getting_ready import get_setup_ready
 from .interrupting import interruptible, once, say
 from .options.work_options import (
     add_source_options,
@@ -97,6 +98,7 @@ def run(args: argparse.Namespace) -> int:
     options = source_options(args, setup)
     with open_sources(args.sources, options, say) as sources, ExitStack() as stack:
         _begin_folder(args, setup, stack)
+        get_setup_ready(setup, {part.calibrated for part in sources.parts})
         engine = stack.enter_context(engine_of(args))
         named = list(zip(map(str, args.sources), sources.parts, strict=True))
         session = Session(args.output, engine, order_of(setup, args.sources, sources, options), named, once(say))

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from artrec_ros.core.geometry.transforms import apply_similarity
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 
 
@@ -25,6 +24,19 @@ class Placed:
         c, s = np.cos(self.theta), np.sin(self.theta)
         k = self.scale
         return Placed(self.x + k * (c * x - s * y), self.y + k * (s * x + c * y), self.theta + theta, scale or k)
+
+
+def apply_similarity(T: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points under a batch of similarities.
+
+    :param T: (H, 4) rows (tx, ty, theta, k): p -> t + k R(theta) p.
+    :param points: (m, 2).
+    :return: (H, m, 2).
+    """
+    a, b = T[:, 3] * np.cos(T[:, 2]), T[:, 3] * np.sin(T[:, 2])  # (H,)
+    x = a[:, None] * points[:, 0] - b[:, None] * points[:, 1] + T[:, 0:1]  # (H, m)
+    y = b[:, None] * points[:, 0] + a[:, None] * points[:, 1] + T[:, 1:2]  # (H, m)
+    return np.stack([x, y], axis=-1)
 
 
 def draw(labels: np.ndarray, marker: Marker, placed: Placed, label: int) -> None:

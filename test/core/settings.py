@@ -7,6 +7,8 @@ from typing import Any
 
 from artrec_ros.core.base.config import RecognizerConfig, rooms_of, with_values
 
+DEFAULTS = RecognizerConfig()
+
 
 def settings(**values: Any) -> RecognizerConfig:
     """`paper_NAME` is a value of profile paper."""

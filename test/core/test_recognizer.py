@@ -10,11 +10,13 @@ from settings import settings
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.base.errors import ConfigError, ImageError
+from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.io.parameters.specs import all_specs
 
 SIZE = (420, 240)
 
@@ -251,6 +253,17 @@ def test_a_blob_that_stays_unexplained_refutes_what_was_found_in_it():
     assert counts == [1, 0]
 
 
+def test_the_limit_that_ended_a_search_is_named():
+    """Three cranes that touch, and one node for each choice: there is time enough, and more of it would not help."""
+    labels = render(SIZE, crane(), [crane_placed(x, 120, 0.2, 40) for x in (140, 200, 260)], RED)
+    assert recognizer(time_budget_ms=60000).recognize(labels).ended_by == ()
+    cut = recognizer(time_budget_ms=60000, search_nodes=1).recognize(labels)
+    assert cut.ended_by == ("expert.grouping.search_nodes",) and not cut.complete and cut.timing_ms["total"] < 60000
+    late = recognizer(time_budget_ms=1).recognize(labels)
+    assert "recognizer.time_budget_ms" in late.ended_by
+    assert {*cut.ended_by, *late.ended_by} <= set(all_specs([], []))
+
+
 @pytest.mark.parametrize("profile", ["default", "paper"])
 def test_any_label_image_gives_a_result_in_time(profile):
     rng = np.random.default_rng(0)
@@ -319,6 +332,26 @@ def test_what_does_not_fit_is_refused():
 def test_parameters_that_make_no_sense_are_refused(options, named):
     with pytest.raises(ConfigError, match=named):
         settings(**options)
+
+
+@pytest.mark.parametrize(
+    ("options", "scales"),
+    [
+        ({}, [40, 60]),
+        ({"max_range_m": 6.0}, [60]),  # focal length 300 px: at 7.5 m and at 5 m
+        ({"min_range_m": 6.0}, [40]),
+        ({"max_scale": 50.0}, [40]),
+        ({"min_range_m": 4.0, "max_range_m": 8.0}, [40, 60]),
+    ],
+)
+def test_objects_are_looked_for_within_limits_of_range(options, scales):
+    truths = [crane_placed(x, 120, 0.3, k, (0.1, -0.2), False) for x, k in ((100, 40), (300, 60))]
+    labels = render((420, 240), crane(), truths, RED)
+    camera = Camera(np.diag([300.0, 300.0, 1.0]), np.zeros(0), (420, 240))
+    found = recognizer(**options).recognize(labels, camera).detections
+    assert sorted(round(d.image.scale, -1) for d in found) == scales
+    without = recognizer(**options).recognize(labels).detections
+    assert len(without) == (1 if "max_scale" in options else 2)
 
 
 def test_paper_profile_finds_what_is_plain_and_much_besides():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import RED, StubJudge, camera_of, pose, render, truck
 
 from artrec_ros.core.base.config import RecognizerConfig
@@ -21,7 +22,7 @@ RIGHT = pose(0.25, 0.02, 1.1, -0.4, model=TRUCK, joints={"hind": 0.3})
 
 @pytest.fixture(scope="module")
 def finder():
-    return WholeObjectFinder(Target("truck", TRUCK, RED))
+    return WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
 
 
 @pytest.fixture
@@ -42,7 +43,7 @@ def search(finder, trust, budget_s=float("inf")):
     labels = render(CAMERA, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)])
     blobs = find_blobs(labels, {RED}, RecognizerConfig())
     frame = ImageFrame(LabelField(labels), CAMERA, Deadline(budget_s))
-    return SpatialSearch(frame, StubJudge(given=lambda verdict: trust)).run([finder], blobs), blobs
+    return SpatialSearch(frame, StubJudge(given=lambda verdict: trust), DEFAULTS.search).run([finder], blobs), blobs
 
 
 def nearest(poses, truth):
@@ -75,6 +76,6 @@ def test_without_time_nothing_is_looked_at(finder, looks):
 
 
 def test_blobs_of_other_classes_are_not_asked(looks):
-    other = WholeObjectFinder(Target("other", TRUCK, RED + 1))
+    other = WholeObjectFinder(Target("other", TRUCK, RED + 1), DEFAULTS)
     found, _ = search(other, trust=0.5)
     assert not found and not looks

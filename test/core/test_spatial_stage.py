@@ -110,6 +110,29 @@ def test_what_is_reported_of_a_component_is_what_the_image_shows():
         assert c.scale == pytest.approx(300 / at.t[0, 2], rel=0.15)
 
 
+@pytest.mark.parametrize(
+    "limits, wanted",
+    [({"max_range_m": 1.0}, 0), ({"min_range_m": 1.0}, 1), ({"min_scale": 300.0}, 0), ({"max_scale": 300.0}, 1)],
+    ids=str,
+)
+def test_of_two_objects_the_one_in_reach_is_found(limits, wanted):
+    """One at 0.9 m, one at 1.1 m; the other is not made up somewhere in reach."""
+    labels = render(CAMERA, [(TRUCK, at, RED) for at in PAIR])
+    result = recognizer(Target("truck", TRUCK, RED), **limits).recognize(labels, CAMERA)
+    (detection,) = result.detections
+    assert agrees(TRUCK, detection, PAIR[wanted])
+    assert any(next(iter(limits)) in r.reason for r in result.rejected)
+
+
+def test_fewer_components_than_wanted_are_no_object():
+    labels = render(CAMERA, [(TRUCK, PAIR[0], RED)])
+    labels[(labels == RED) & (np.arange(240)[:, None] > 133)] = BODY  # the legs are covered
+    engine = [recognizer(Target("truck", TRUCK, RED), min_components=n, min_probability=0.0) for n in (0, 2)]
+    alone, none = (e.recognize(labels, CAMERA) for e in engine)
+    assert len(alone.detections) == 1 and not none.detections
+    assert any("of its components confirmed, 2 are wanted" in r.reason for r in none.rejected)
+
+
 @pytest.mark.parametrize("lens", [BENT, RATIONAL], ids=len)
 def test_a_lens_that_bends_the_image(lens):
     camera = camera_of(distortion=lens)
@@ -235,7 +258,7 @@ def test_a_spent_budget_ends_the_search_and_says_so():
     engine = recognizer(Target("truck", TRUCK, RED), time_budget_ms=1.0)
     start = time.perf_counter()
     result = engine.recognize(labels, CAMERA)
-    assert not result.complete
+    assert result.ended_by == ("recognizer.time_budget_ms",) and not result.complete
     assert time.perf_counter() - start < 10
     for d in result.detections:
         assert d.pose is not None

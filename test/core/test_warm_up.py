@@ -1,5 +1,7 @@
 """Compiled code is ready before the first image."""
 
+import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -8,20 +10,20 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 SIGNATURES = """
-import importlib, pkgutil
-from artrec_ros import core
-
-KERNELS = [m.name for m in pkgutil.walk_packages(core.__path__, core.__name__ + ".") if m.name.endswith("_kernels")]
-assert len(KERNELS) > 10
+from artrec_ros.core import recognizer  # all kernels are imported
+from artrec_ros.core.base.jit import kernels
+from artrec_ros.core.warm_up_pieces import ROOMS
 
 def compiled_for():
-    found = [f for name in KERNELS for f in vars(importlib.import_module(name)).values()]
-    functions = [f for f in found if hasattr(f, "signatures")]
-    return {f"{f.__module__}.{f.__name__}": f.signatures for f in functions}
+    found = kernels({room for rooms in ROOMS.values() for room in rooms})
+    assert len(found) > 60
+    return {f"{k.py_func.__module__}.{k.py_func.__qualname__}": k.signatures for k in found}
 """
-PROGRAM = SIGNATURES + """
+PROGRAM = (
+    SIGNATURES
+    + """
 from artrec_ros.core.base.config import RecognizerConfig
-from artrec_ros.io.parameters import load_parameters
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.simulator import pinhole_camera, simulate
 
@@ -38,6 +40,7 @@ assert min(found[:3]) < 2 <= max(found), found
 late = [name for name, kinds in compiled_for().items() if kinds != before[name]]
 assert not late, late
 """
+)
 FLAT_PROGRAM = """
 import numpy as np
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
@@ -64,7 +67,112 @@ assert not late, late
 """
 
 
-@pytest.mark.parametrize("program", [PROGRAM, SIGNATURES + FLAT_PROGRAM], ids=["whole objects", "image plane"])
+VARIED_PROGRAM = (
+    SIGNATURES
+    + """
+from dataclasses import replace
+
+import numpy as np
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.warm_up import get_ready
+from artrec_ros.core.warm_up_pieces import PLANE, SPACE
+from artrec_ros.io.parameters.parameter_file import load_parameters
+from artrec_ros.simulation.config import SceneConfig, SensorConfig
+from artrec_ros.simulation.simulator import pinhole_camera, simulate
+
+get_ready((SPACE, PLANE))
+before = compiled_for()
+several = {name: kinds for name, kinds in before.items() if len(kinds) > 1}
+assert not several, several  # one memory layout, one kind of number
+
+aibo = load_parameters("config/aibo.yaml")
+outline = np.array([[0, 0], [0.3, 0], [0.3, 0.2], [0.1, 0.2], [0, 0.1]])
+flat = Marker("flat", outline, np.zeros(2), np.array([0.1, 0.0]), None, Pose(np.eye(3), np.zeros(3)))
+alone = Target("alone", ObjectModel("alone", (Component("only", (flat,), required=True),)), 3)
+plain = pinhole_camera((320, 240), 60.0)
+bent = replace(plain, distortion=np.array([-0.2, 0.05, 0.001, 0.001, 0.0]))
+scene = SceneConfig(objects=(1, 2), size=(0.5, 0.7), facing=1.0, distractors=2)
+found = 0
+for targets in (aibo.targets, (alone,), (alone, *aibo.targets)):
+    for profile in ("default", "paper"):
+        each = Recognizer(targets, RecognizerConfig(profile=profile), Segmenter(ImageConfig()))
+        for camera in (plain, bent):
+            for n, frame in enumerate(simulate(targets, camera, scene, SensorConfig(), 2, 5)):
+                for known in (camera, None)[: 1 + (n == 0 and profile == "default")]:
+                    result = each.recognize(frame.labels, known)
+                    list(result.rejected)
+                    found += len(result.detections)
+each.recognize(np.zeros((240, 320), np.uint8), plain)
+assert found > 4, found
+late = {name: kinds for name, kinds in compiled_for().items() if kinds != before[name]}
+assert not late, late
+"""
+)
+
+
+@pytest.mark.parametrize(
+    "program",
+    [PROGRAM, SIGNATURES + FLAT_PROGRAM, VARIED_PROGRAM],
+    ids=["whole objects", "image plane", "all sorts"],
+)
 def test_the_first_images_compile_nothing(program):
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
+
+
+ANSWERS = """
+import json, sys
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.simulation.config import SceneConfig, SensorConfig
+from artrec_ros.simulation.simulator import simulate
+from numba.core import event
+from artrec_ros.core.model.target import Target
+from solids import RED, camera_of, truck
+
+compiled = []
+
+class Listener(event.Listener):
+    def on_start(self, begun):
+        compiled.append(begun.data["dispatcher"].py_func.__qualname__)
+
+    def on_end(self, ended):
+        pass
+
+event.register("numba:compile", Listener())
+told = []
+target, camera = Target("truck", truck(), RED), camera_of()
+recognizer = Recognizer((target,), RecognizerConfig(), Segmenter(ImageConfig()), told=told.append)
+in_frames = len(compiled)
+answers = []
+scene = SceneConfig(objects=(1, 2), size=(0.4, 0.7), facing=1.0, distractors=1)
+for frame in simulate((target,), camera, scene, SensorConfig(), 3, 7):
+    result = recognizer.recognize(frame.labels, camera)
+    answers.append((result.complete, repr(result.detections), repr(list(result.rejected))))
+print(json.dumps({"answers": answers, "told": told, "in_frames": compiled[in_frames:]}))
+"""
+
+
+def answers(folder):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder), "PYTHONPATH": f"{ROOT}:{ROOT / 'test' / 'core'}"}
+    done = subprocess.run(
+        [sys.executable, "-c", ANSWERS], env=environment, cwd=folder, capture_output=True, text=True, timeout=900
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_the_first_start_answers_as_later_ones_do(tmp_path):
+    """Of an object with places in space, in colours that neither its bodies nor anything else has."""
+    cold, warm = answers(tmp_path), answers(tmp_path)
+    assert all(complete for complete, _, _ in cold["answers"])
+    assert any("Detection(" in found for _, found, _ in cold["answers"])
+    assert cold["answers"] == warm["answers"]
+    assert not cold["in_frames"] and not warm["in_frames"]
+    assert not warm["told"] and cold["told"] == sorted(cold["told"]) and cold["told"][-1] > 0.5

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from changes import changed
+from scene import apply_similarity
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.core.geometry.transforms import apply_similarity, wrap_angle
+from artrec_ros.core.geometry.transforms import wrap_angle
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.io.learned.annotations import instance_from_axis, load_coco
 

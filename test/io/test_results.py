@@ -31,7 +31,11 @@ DETECTION = Detection(
     joints={"elbow": np.float64(0.31)},
 )
 RESULT = FrameResult(
-    (208, 160), (DETECTION,), (Rejection("arm", "too small", 0.2, 5, 6),), {"total": 1.6}, complete=False
+    (208, 160),
+    (DETECTION,),
+    (Rejection("arm", "too small", 0.2, 5, 6),),
+    {"total": 1.6},
+    ended_by=("expert.grouping.search_nodes",),
 )
 
 
@@ -39,7 +43,7 @@ def test_a_record_comes_back():
     record = FrameRecord.of(1700000000000000001, "/cam", RESULT, "optical")
     back = FrameRecord.from_json(record.to_json())
     assert (back.stamp_ns, back.frame, back.size, back.frame_id) == (1700000000000000001, "/cam", (208, 160), "optical")
-    assert back.timing_ms == {"total": 1.6} and not back.complete and back.error is None
+    assert back.timing_ms == {"total": 1.6} and back.ended_by == RESULT.ended_by and back.error is None
     assert back.rejected == RESULT.rejected
     (d,) = back.detections
     assert (d.object, d.id, d.score, d.image, d.joints) == ("arm", 1, 0.93, DETECTION.image, {"elbow": 0.31})
@@ -51,6 +55,7 @@ def test_a_record_comes_back():
 def test_the_promised_names_are_there():
     line = json.loads(FrameRecord.of(7, "/cam", RESULT, "optical").to_json())
     assert {"stamp_ns", "frame", "size", "objects", "rejected", "timing_ms"} <= set(line)
+    assert (line["complete"], line["ended_by"]) == (False, list(RESULT.ended_by))
     (o,) = line["objects"]
     assert set(o) == {"object", "id", "score", "image", "pose", "joints", "components"}
     assert set(o["pose"]) == {"frame_id", "position", "orientation"}

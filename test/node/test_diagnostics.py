@@ -13,6 +13,7 @@ from artrec_ros.node.diagnostics import Diagnostics, NodeState
 from artrec_ros.node.pipeline import FrameReport
 
 FINE = NodeState(topic="/image", publishers=1, incompatible="", dropped=0, calibration="")
+TIME, NODES = "recognizer.time_budget_ms", "expert.grouping.search_nodes"
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
@@ -21,8 +22,8 @@ def diagnostics() -> Diagnostics:
     return Diagnostics("/artrec_node", now_s=100.0)
 
 
-def frame(latency_ms: float, n_objects: int, *, complete: bool = True, problem: str = "") -> FrameReport:
-    return FrameReport(n_objects, latency_ms, latency_ms - 1, complete, problem)
+def frame(latency_ms: float, n_objects: int, *, ended_by: tuple[str, ...] = (), problem: str = "") -> FrameReport:
+    return FrameReport(n_objects, latency_ms, latency_ms - 1, ended_by, problem)
 
 
 def report(diagnostics: Diagnostics, now_s: float, **state: object) -> dict[str, DiagnosticStatus]:
@@ -79,12 +80,14 @@ def test_an_old_mismatch_is_no_error_while_images_come(diagnostics: Diagnostics)
 
 
 def test_losses_cut_off_searches_and_poor_headers_are_told(diagnostics: Diagnostics) -> None:
-    for _ in range(8):
-        diagnostics.image_processed(101, frame(5.0, 1, complete=False, problem="images bear no frame_id"))
+    for limit in (TIME, NODES) * 4:
+        diagnostics.image_processed(101, frame(5.0, 1, ended_by=(limit,), problem="images bear no frame_id"))
     told = report(diagnostics, 101, dropped=3, lost=4)
     assert (values(told["input"])["dropped"], values(told["input"])["lost"]) == ("3", "4")
     assert told["input"].level == WARN and "frame_id" in told["input"].message
-    assert told["recognition"].level == WARN and "time_budget_ms" in told["recognition"].message
+    assert told["recognition"].level == WARN and values(told["recognition"])["incomplete"] == "8"
+    for limit in (TIME, NODES):
+        assert f"{limit} ended the search in 4" in told["recognition"].message
 
 
 def test_those_who_hear_nothing_are_named(diagnostics: Diagnostics) -> None:
@@ -129,7 +132,7 @@ def test_the_cameras_frame_tells_the_hardware(diagnostics: Diagnostics) -> None:
     assert {s.hardware_id for s in report(diagnostics, 101).values()} == {"/image"}
     diagnostics.image_failed(102, "encoding 'x'", "left_eye")
     assert {s.hardware_id for s in report(diagnostics, 102).values()} == {"left_eye"}
-    diagnostics.image_processed(103, FrameReport(1, 1.0, 1.0, True, "", "eye"))
+    diagnostics.image_processed(103, FrameReport(1, 1.0, 1.0, (), "", "eye"))
     diagnostics.image_processed(103, frame(1.0, 1))
     assert {s.hardware_id for s in report(diagnostics, 103).values()} == {"eye"}
 

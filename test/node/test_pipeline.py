@@ -32,6 +32,7 @@ def node(parameter_file: Path) -> Iterator[RecognizerNode]:
     arguments = ros(parameter_file, "-r", "__ns:=/alone")
     node = RecognizerNode(arguments, cli_args=arguments, context=context)
     node.autostart()
+    wait_until(lambda: node.is_ready)
     yield node
     node.destroy_node()
     context.try_shutdown()
@@ -46,14 +47,14 @@ class Gate:
         self.begun, self.go_on = threading.Event(), threading.Event()
         self.calls = self.inside = self.most_inside = 0
 
-    def __call__(self, *arguments: Any) -> Any:
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
         with self._lock:
             self.calls, self.inside = self.calls + 1, self.inside + 1
             self.most_inside = max(self.most_inside, self.inside)
         self.begun.set()
         assert self.go_on.wait(WAIT_S)
         try:
-            return self._function(*arguments)
+            return self._function(*arguments, **named)
         finally:
             with self._lock:
                 self.inside -= 1
@@ -61,7 +62,8 @@ class Gate:
 
 def gate(monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> Gate:
     made = Gate(getattr(owner, name))
-    monkeypatch.setattr(owner, name, lambda *arguments: made(*arguments))  # a function, so that it is a method
+    # a function, so that it is a method
+    monkeypatch.setattr(owner, name, lambda *arguments, **named: made(*arguments, **named))
     return made
 
 

@@ -125,7 +125,7 @@ def test_stderr_is_for_our_own_lines_alone(tmp_path: Path) -> None:
     """What libraries write there from C, and warnings, are not seen; our error is; --debug shows all."""
     code = """
 import os, sys, warnings
-from artrec_ros.core.errors import ConfigError
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.tools import inspect, main
 def run(args):
     os.write(2, b"libpng error: bad adaptive filter value\\n")

@@ -18,8 +18,9 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.parameters.parameter_file import Setup
-from artrec_ros.io.results.results import read_results
+from artrec_ros.io.results.results import FrameRecord, read_results
 from artrec_ros.tools.main import main
+from artrec_ros.tools.replaying.summary import Summary
 
 CONFIG = Path(__file__).parents[2] / "config"
 OBJECT = """
@@ -132,6 +133,16 @@ def test_the_saved_parameters_give_the_same_replay(tmp_path, params, recogniser)
 
 def ids(folder):
     return [[d.id for d in r.detections] for r in read_results(folder / "detections.jsonl")]
+
+
+def test_the_limits_that_cut_frames_short_are_told_apart():
+    time, nodes = "recognizer.time_budget_ms", "expert.grouping.search_nodes"
+    summary = Summary()
+    for t, ended_by in enumerate(((), (nodes,), (nodes,), (time, nodes))):
+        summary.add(FrameRecord(t, "/c", (8, 6), ended_by=ended_by))
+    assert summary.to_dict()["frames_cut_short_by"] == {nodes: 3, time: 1}
+    told = [line for line in summary.lines() if "cut short" in line]
+    assert told == [f"{count} frame(s) were cut short by {limit}" for limit, count in ((nodes, 3), (time, 1))]
 
 
 def test_objects_keep_their_ids(tmp_path, params, recogniser):

@@ -8,14 +8,10 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from ..base.config import RecognizerConfig
+from ..base.config import AlignmentConfig, RecognizerConfig
 from ..image.blobs import Blob
 from .shapes import Shape
 from .start_kernels import Couples
-
-WHOLE_BLOB_TURNS = 24
-_ARC_SPANS = (0.08, 0.16, 0.32)  # of a contour: how far apart the three points of a circle are
-_ARC_POINTS = 48
 
 
 def anchor_couples(anchors: np.ndarray, spans: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -50,11 +46,11 @@ def centroid(blob: Blob) -> complex:
     return complex(moments["m10"], moments["m01"]) / moments["m00"]
 
 
-def circles(blob: Blob, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+def circles(blob: Blob, shape: Shape, config: AlignmentConfig) -> tuple[np.ndarray, np.ndarray]:
     """(t, z) of circles through three contour points: discs that are merged with, or cut by, something else."""
     p = blob.contour @ np.array([1, 1j])
-    at = np.unique(np.linspace(0, len(p), _ARC_POINTS, endpoint=False).astype(int))
-    steps = [max(1, int(share * len(p) / 2)) for share in _ARC_SPANS]
+    at = np.unique(np.linspace(0, len(p), config.arc_points, endpoint=False).astype(int))
+    steps = [max(1, int(share * len(p) / 2)) for share in config.arc_spans]
     found = [_circumcircles(p[at - step], p[at], p[(at + step) % len(p)]) for step in steps]
     centres, radii = (np.concatenate(column) for column in zip(*found, strict=True))
     return centres, radii.astype(complex) / float(np.sqrt(shape.area_m2 / np.pi))

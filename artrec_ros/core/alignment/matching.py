@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..base.deadline import Deadline
+from ..geometry.range_limits import ScaleLimits, scale_limits
 from ..image.blobs import Blob
 from .contour_map import ContourMap
 from .overlap import overlap_matrix
@@ -19,8 +20,7 @@ from .refinement import refine, refine_slanted, suppress
 from .shapes import Shape
 from .starts import find_starts
 
-_SLANT_GAIN = 0.05
-_LOOKING = 0.5  # of the time may go into the first pass, the rest is for what it found
+_GAP = 1.5  # spacings of an outline's points that a contour may be longer than between two of them
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Matches:
         if self.cmap is None:
             raise ValueError("matches of several contour maps explain no points of one")
         between_px = float(self.perimeter_px[n]) / self.evidence.matched.shape[1]
-        return self.cmap.stretches(self.evidence.matched[n], int(np.ceil(1.5 * between_px)) + 1)
+        return self.cmap.stretches(self.evidence.matched[n], int(np.ceil(_GAP * between_px)) + 1)
 
     def take(self, index: np.ndarray) -> Matches:
         return Matches(self.shapes, self.placed.take(index), self.labels[index], self.evidence.take(index), self.cmap)
@@ -92,26 +92,33 @@ def find_matches(
     config: RecognizerConfig,
     deadline: Deadline,
     blank: tuple[int, ...] = (),
+    scales: ScaleLimits | None = None,
 ) -> Matches:
     """Best of several hypotheses for every place, shape and class: the default profile.
 
-    :param wanted: (shape, label) pairs.
+    :param wanted: (shape, label) pairs. :param scales: to look for; None: those of `config`.
     """
-    placed = find_starts(blobs, cmap, shapes, wanted, config, deadline.part(_LOOKING))
+    scales = scales or scale_limits(config, None)
+    placed = find_starts(blobs, cmap, shapes, wanted, config, deadline.part(config.time.first_pass_share), scales)
     placed = refine(cmap, shapes, placed, config, deadline)
     if config.max_slant_deg > 0:
         slanted = refine_slanted(cmap, shapes, placed, config, deadline)
         flat_share, share = (evidence(cmap, shapes, p, config, blank).share for p in (placed, slanted))
         # Two more unknowns fit anything a little better: they have to earn it.
-        better = share > flat_share + _SLANT_GAIN
+        better = share > flat_share + config.alignment.slant_gain
         placed = placed.replace(
             **{f: np.where(better, getattr(slanted, f), getattr(placed, f)) for f in ("t", "z", "w")}
         )
-    return accept(cmap, shapes, placed, config, blank)
+    return accept(cmap, shapes, placed, config, blank, scales)
 
 
 def accept(
-    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, blank: tuple[int, ...]
+    cmap: ContourMap,
+    shapes: list[Shape],
+    placed: Placements,
+    config: RecognizerConfig,
+    blank: tuple[int, ...],
+    scales: ScaleLimits,
 ) -> Matches:
     """Those that match well enough, the best of each place, at most `max_instances` a shape and class."""
     found = evidence(cmap, shapes, placed, config, blank)
@@ -120,9 +127,7 @@ def accept(
         & (found.visible >= config.alignment.min_visible)
         & (placed.area_px(shapes) >= config.min_blob_px)
     )
-    if config.max_scale > 0:
-        good &= placed.scale <= config.max_scale
-    good &= placed.scale >= config.min_scale
+    good &= (placed.scale >= scales.least) & (placed.scale <= scales.greatest)
     passed = np.flatnonzero(good)
     placed = placed.replace(score=found.score).take(passed)
     everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.config import RecognizerConfig
+from ..base.config import AlignmentConfig, RecognizerConfig
 from ..base.deadline import Deadline
 from . import agreement_kernels as compiled
 from .contour_map import ContourMap
@@ -18,14 +18,18 @@ from .counting_kernels import Tolerance, count_all
 from .shapes import SAMPLES, Shape, pack_shapes
 
 _CHUNK = 60_000  # hypotheses between looks at the clock: a few milliseconds
-_NORMAL_AGREEMENT = 0.6  # cosine
-LEAST_TOLERANCE_PX = 1.0
 
 
-def tolerance_px(area_px: np.ndarray | float, config: RecognizerConfig) -> np.ndarray:
-    """How far a point may lie from the contour: `tolerance_px`, less on small shapes, where it would fit anything."""
-    most = max(LEAST_TOLERANCE_PX, config.alignment.tolerance_px)
-    return np.clip(config.alignment.tolerance_share * np.sqrt(area_px), LEAST_TOLERANCE_PX, most)
+def tolerance_of(config: AlignmentConfig) -> Tolerance:
+    """`tolerance_px`, less on small shapes, where it would fit anything."""
+    least_px = config.least_tolerance_px
+    return Tolerance(config.tolerance_share, least_px, max(least_px, config.tolerance_px))
+
+
+def tolerance_px(area_px: np.ndarray | float, config: AlignmentConfig) -> np.ndarray:
+    """How far a point may lie from the contour."""
+    share, least_px, most_px = tolerance_of(config)
+    return np.clip(share * np.sqrt(area_px), least_px, most_px)
 
 
 Array1 = NDArray[np.float64]
@@ -143,8 +147,8 @@ def evidence(
             placed.w,
             placed.shape,
             placed.slot,
-            tolerance_px(placed.area_px(shapes), config),
-            _NORMAL_AGREEMENT,
+            tolerance_px(placed.area_px(shapes), config.alignment),
+            config.alignment.normal_agreement,
             cmap.image_size,
             np.array(blank, float),
         )

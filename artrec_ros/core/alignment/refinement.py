@@ -14,10 +14,7 @@ from .placements import Placements
 from .refinement_kernels import move_onto_contours
 from .shapes import Shape, pack_shapes
 
-_GATES_PX = (8.0, 1.5)  # Tukey gates from the first to the last step
-_NORMAL_AGREEMENT = 0.6
-_POINT_STEP = 2  # every second of a shape's 120 points
-_DAMPING = 1e-3
+_DAMPING = 1e-3  # keeps steps determined where the points that count lie on one line; weighs less than one point
 _BATCH = 512  # placements between looks at the clock
 
 
@@ -77,8 +74,8 @@ def _in_batches(
 
 
 @lru_cache(maxsize=8)
-def _gates(steps: int) -> np.ndarray:
-    return np.geomspace(*_GATES_PX, steps)
+def _gates(first_px: float, last_px: float, steps: int) -> np.ndarray:
+    return np.geomspace(first_px, last_px, steps)
 
 
 def _squeeze(config: RecognizerConfig, slanted: bool) -> float:
@@ -98,9 +95,9 @@ def _refined(
         placed.w,
         placed.shape,
         placed.slot,
-        _gates(config.alignment.refine_steps),
-        _POINT_STEP,
-        _NORMAL_AGREEMENT,
+        _gates(*config.alignment.gates_px, config.alignment.refine_steps),
+        config.alignment.point_step,
+        config.alignment.normal_agreement,
         _DAMPING,
         _squeeze(config, slanted),
         config.alignment.max_refined_scale,

@@ -8,6 +8,7 @@ from functools import cached_property, lru_cache
 import cv2
 import numpy as np
 
+from ..base.config import AlignmentConfig
 from ..geometry.transforms import Array
 from ..image.blobs import anchor_points
 from ..model.objects import Marker
@@ -16,8 +17,7 @@ from .symmetry import Symmetry, find_symmetry
 
 SAMPLES = 120  # contour points per shape, the same for all so that shapes share a batch
 _MOST_CORNERS = 600  # of an outline: of a finer one, as many places evenly along it; it costs with each corner
-_ANCHOR_SHARE = 0.02  # of the root of the area: tolerance of a shape's own polygonal approximation
-_INSIDE_GRID = 12  # cells across the longer side, for overlap between instances
+_INSIDE_GRID = 12  # cells across the longer side: overlaps are told to a percent of the area
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,9 @@ class Shape:
     symmetry: Symmetry
 
     @classmethod
-    def from_marker(cls, marker: Marker) -> Shape:
+    def from_marker(cls, marker: Marker, config: AlignmentConfig | None = None) -> Shape:
+        """:param config: what its anchors are made by; None: the default."""
+        anchor_share = (config or AlignmentConfig()).anchor_share
         outline = np.array(marker.image_outline)
         x, y = outline.T
         if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
@@ -55,7 +57,7 @@ class Shape:
             outline = _sample(outline, _MOST_CORNERS)[0]
         points, normals, perimeter = _sample(outline, SAMPLES)
         z = points @ np.array([1, 1j])
-        anchors = anchor_points(outline, _ANCHOR_SHARE * float(np.sqrt(marker.area)))
+        anchors = anchor_points(outline, anchor_share * float(np.sqrt(marker.area)))
         return cls(
             outline=outline,
             points=z,

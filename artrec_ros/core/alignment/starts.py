@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..base.deadline import Deadline
+from ..geometry.range_limits import ScaleLimits, scale_limits
 from ..image.blobs import Blob, blob_anchors
 from . import start_kernels as compiled
 from .contour_map import ContourMap
-from .counting_kernels import Limits, Tolerance
-from .hypotheses import WHOLE_BLOB_TURNS, centroid, circles, is_round, pack_couples
-from .placements import LEAST_TOLERANCE_PX, Placements
+from .counting_kernels import Limits
+from .hypotheses import centroid, circles, is_round, pack_couples
+from .placements import Placements, tolerance_of
 from .shapes import Shape, pack_shapes
 
 _CHUNK = 60_000  # hypotheses between looks at the clock: a few milliseconds of compiled work
@@ -29,16 +30,18 @@ def find_starts(
     wanted: set[tuple[int, int]],
     config: RecognizerConfig,
     deadline: Deadline,
+    scales: ScaleLimits | None = None,
 ) -> Placements:
     """The best hypotheses of every place, at most `refine_keep` a blob and shape.
 
     :param wanted: (shape, label) pairs.
     :param deadline: blobs that it leaves are not looked at.
+    :param scales: to look for; None: those of `config`.
     """
     packed = pack_shapes(tuple(shapes))
     couples = pack_couples(tuple(shapes), config.alignment.couple_spans)
     mine = _pack_blobs(blobs, cmap, shapes, wanted, config)
-    limits = _limits(config)
+    limits = _limits(config, scales or scale_limits(config, None))
     spans = np.array(config.alignment.couple_spans)
     parts = []
     for b_from, b_to in _chunks(mine, len(couples.q1) * len(spans)):
@@ -52,7 +55,8 @@ def find_starts(
 
 def _quota(blob: Blob, config: RecognizerConfig) -> int:
     """A small blob has room for few instances."""
-    return min(max(len(blob.pixels) // 8, 4), config.alignment.refine_keep)
+    room = len(blob.pixels) // config.alignment.contour_per_start
+    return min(max(room, config.alignment.least_starts), config.alignment.refine_keep)
 
 
 def _chunks(blobs: compiled.BlobArrays, an_anchor: int) -> Iterator[tuple[int, int]]:
@@ -69,8 +73,7 @@ def _chunks(blobs: compiled.BlobArrays, an_anchor: int) -> Iterator[tuple[int, i
         start = end
 
 
-def _limits(config: RecognizerConfig) -> Limits:
-    most_px = max(LEAST_TOLERANCE_PX, config.alignment.tolerance_px)
+def _limits(config: RecognizerConfig, scales: ScaleLimits) -> Limits:
     return Limits(
         config.alignment.coarse_step,
         config.alignment.coarse_match,
@@ -78,9 +81,8 @@ def _limits(config: RecognizerConfig) -> Limits:
         config.alignment.min_area_ratio,
         config.alignment.max_area_ratio,
         float(config.min_blob_px),
-        config.min_scale,
-        config.max_scale if config.max_scale > 0 else np.inf,
-        Tolerance(config.alignment.tolerance_share, LEAST_TOLERANCE_PX, most_px),
+        *scales,
+        tolerance_of(config.alignment),
         config.alignment.symmetry_px,
         config.alignment.same_start,
     )
@@ -101,7 +103,10 @@ def _pack_blobs(
     rows = [(b, s) for b in blobs for s in shapes_of[b.label]]
     is_disc = np.array([round_[s, b.label] for b, s in rows], bool)
     none = np.zeros(0, complex)
-    extra = [circles(b, shapes[s]) if disc else (none, none) for (b, s), disc in zip(rows, is_disc, strict=True)]
+    extra = [
+        circles(b, shapes[s], config.alignment) if disc else (none, none)
+        for (b, s), disc in zip(rows, is_disc, strict=True)
+    ]
     return compiled.BlobArrays(
         np.concatenate(polygons).view(complex)[:, 0],
         _starts_of(polygons),
@@ -112,7 +117,7 @@ def _pack_blobs(
         np.array([_quota(b, config) for b in blobs]),
         np.array([s for _, s in rows], np.int32),
         _starts_of([shapes_of[b.label] for b in blobs]),
-        np.where(is_disc, 1, WHOLE_BLOB_TURNS),
+        np.where(is_disc, 1, config.alignment.whole_blob_turns),
         ~is_disc,
         np.concatenate([t for t, _ in extra] or [none]),
         np.concatenate([z for _, z in extra] or [none]),

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ..base.config import LearningConfig
 from ..base.errors import ConfigError
 from .intervals import Interval
 from .pairs import PairConstraint, pair_from_dict, pair_to_dict
 
-LEAST_RANGE = 0.02  # below which no image resolves a range of a joint: radians, or shares of a sliding joint's
+# below which no image resolves a range of a joint: radians, or shares of a sliding joint's
+LEAST_RANGE = LearningConfig().least_width
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.config import LearningConfig
 from ..base.errors import ConfigError
 from ..geometry.transforms import Array, wrap_angle
 from .intervals import Interval, expected_coverage
@@ -25,7 +26,7 @@ from .intervals import Interval, expected_coverage
 Key = tuple[str, str]  # (component, marker)
 
 ANGLES = ("bearing_rad", "turn_rad")
-_LEAST_WIDTH = 0.02  # radians, shares of a ratio, shares of the pair's greatest distance
+_LEAST_WIDTH = LearningConfig().least_width  # radians, shares of a ratio, shares of the pair's greatest distance
 _LEAST_REACH_M = 1e-6  # of markers whose centroids coincide
 DIMENSIONS = ("distance_m", "offset_x_m", "offset_y_m", *ANGLES, "scale_ratio", "distance_px")
 

@@ -14,17 +14,11 @@ import numpy as np
 
 from ..alignment.shapes import Shape
 from ..alignment.symmetry import ANY_ANGLE, distance_to_outline
-from ..base.config import RecognizerConfig
+from ..base.config import DesignConfig, RecognizerConfig
 from ..model.objects import Component, Marker, ObjectModel
 
-_LEAST_LONG_PX = 12.0  # a marker's longer side: below, it has no anchors worth a hypothesis
-_LEAST_AREA_PX = 40.0  # square pixels of a marker that others support ...
-_LEAST_SEED_PX = 150.0  # ... and of one from which a group grows (measured: 97 % are found above it)
-_SAME_SHARE = 0.03  # outlines that differ by less than this share of their radius are the same by design
-_TURNS = 144
-_LIKE_SIZE = 1.15  # factor between sizes that is not told: an object's distance is not known exactly
-_SIGMAS = 2.0  # outlines are told where they differ by so many standard deviations of a contour's place
-_MUCH_LARGER = 2.0  # ratio of sizes beyond which two markers are not confused
+_DESIGN = DesignConfig()
+_TURNS = 144  # that are looked at: 2.5 degrees apart
 
 
 @dataclass(frozen=True)
@@ -105,10 +99,10 @@ def find_ambiguities(model: ObjectModel, config: RecognizerConfig | None = None)
 def _limits(component: Component, marker: Marker, shape: Shape, config: RecognizerConfig) -> MarkerLimits:
     _, sides, _ = cv2.minAreaRect((shape.outline * 1e3).astype(np.float32))
     long, short = max(sides) / 1e3, min(sides) / 1e3
-    least_px = _LEAST_SEED_PX if component.required else _LEAST_AREA_PX
-    found = max(_LEAST_LONG_PX / long, float(np.sqrt(least_px / shape.area_m2)))
+    least_px = _DESIGN.least_seed_px if component.required else _DESIGN.least_area_px
+    found = max(_DESIGN.least_long_px / long, float(np.sqrt(least_px / shape.area_m2)))
     residual = shape.symmetry.residual_m
-    order = shape.symmetry.order(1.0, _SAME_SHARE * shape.rms_radius_m)
+    order = shape.symmetry.order(1.0, _DESIGN.same_share * shape.rms_radius_m)
     by_design = {n for n in range(2, len(residual)) if order and order % n == 0}
     others = [r for n, r in enumerate(residual) if n >= 2 and n not in by_design]
     least = 0.0 if order == ANY_ANGLE else min(others)
@@ -121,13 +115,17 @@ def _compare(
 ) -> Likeness | None:
     """None where the two differ so much that they are told as soon as they are found."""
     radius = min(a.rms_radius_m, b.rms_radius_m)
-    if max(a.rms_radius_m, b.rms_radius_m) > _MUCH_LARGER * radius:
+    if max(a.rms_radius_m, b.rms_radius_m) > _DESIGN.much_larger * radius:
         return None
     distance, turn = unlikeness(a, b)
     keys = [(c.name, m.name) for c, m in pair]
-    told = np.inf if distance < _SAME_SHARE * radius else _SIGMAS * config.constraints.contour_noise_px / distance
+    told = (
+        np.inf
+        if distance < _DESIGN.same_share * radius
+        else _DESIGN.sigmas * config.constraints.contour_noise_px / distance
+    )
     found = max(_limits(c, m, s, config).found for (c, m), s in zip(pair, (a, b), strict=True))
-    mirrored = unlikeness(_mirror(a), b)[0] < _SAME_SHARE * radius
+    mirrored = unlikeness(_mirror(a), b)[0] < _DESIGN.same_share * radius
     return Likeness(keys[0], keys[1], float(told), turn, mirrored) if told > found else None
 
 
@@ -140,7 +138,7 @@ def unlikeness(a: Shape, b: Shape) -> tuple[float, float]:
 
     Their centroids coincide; `b` may be a little larger or smaller, as at a distance that is not known exactly.
     """
-    size = float(np.clip(np.sqrt(a.area_m2 / b.area_m2), 1 / _LIKE_SIZE, _LIKE_SIZE)) ** 0.5
+    size = float(np.clip(np.sqrt(a.area_m2 / b.area_m2), 1 / _DESIGN.like_size, _DESIGN.like_size)) ** 0.5
     turns = 2 * np.pi * np.arange(_TURNS) / _TURNS
     turn = np.exp(1j * turns)[:, None]
     there = _rms(turn * (size * b.points), a.outline / size)  # (turns,)

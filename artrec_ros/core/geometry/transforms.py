@@ -1,4 +1,4 @@
-"""Angles, similarities of the image plane and rigid motions of space.
+"""Angles and rigid motions of space.
 
 Conventions. Image: a pixel's centre has integer coordinates, x to the right, y down; an angle goes
 from +x towards +y. Space: right-handed, metres; the camera's optical frame looks along +z (REP-103).
@@ -25,19 +25,6 @@ def readonly(values: ArrayLike) -> Array:
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
-
-
-def apply_similarity(T: Array, points: Array) -> Array:
-    """Points under a batch of similarities.
-
-    :param T: (H, 4) rows (tx, ty, theta, k): p -> t + k R(theta) p.
-    :param points: (m, 2).
-    :return: (H, m, 2).
-    """
-    a, b = T[:, 3] * np.cos(T[:, 2]), T[:, 3] * np.sin(T[:, 2])  # (H,)
-    x = a[:, None] * points[:, 0] - b[:, None] * points[:, 1] + T[:, 0:1]  # (H, m)
-    y = b[:, None] * points[:, 0] + a[:, None] * points[:, 1] + T[:, 1:2]  # (H, m)
-    return np.stack([x, y], axis=-1)
 
 
 def rotation_from_rotvec(rotvec: ArrayLike) -> Array:

@@ -42,9 +42,6 @@ class Rules(NamedTuple):
     min_satisfied: float
     min_group_match: float
     min_alone_match: float
-    least_disagreement: float
-    greatest_disagreement: float
-    far_out: float
     least_weight: float
 
 
@@ -70,17 +67,15 @@ def _options(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
 
 
 @inlined
-def _cost(pool: Any, rules: Any, option: int, members: Any) -> float:
-    """What an option's violated constraints with the members cost; infinite where one is forbidden."""
+def _cost(pool: Any, option: int, members: Any) -> float:
+    """What an option's violated constraints with the members cost: each as much as the lighter of the two explains;
+    infinite where one is forbidden."""
     cost = 0.0
     for m in members:
         if pool.forbidden[option, m]:
             return np.inf
-        outside = pool.violation[option, m]
-        if outside > 0:
-            far = min(outside / rules.far_out, 1.0)
-            share = rules.least_disagreement + far * (rules.greatest_disagreement - rules.least_disagreement)
-            cost += share * min(pool.weight[option], pool.weight[m])
+        if pool.violation[option, m] > 0:
+            cost += min(pool.weight[option], pool.weight[m])
     return cost
 
 
@@ -176,7 +171,7 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
         count[depth + 1], value[depth + 1] = count[depth], value[depth]
         if i < sizes[c]:
             option = options[c, i]
-            cost = _cost(pool, rules, option, members[: count[depth]])
+            cost = _cost(pool, option, members[: count[depth]])
             if cost == np.inf:
                 continue
             members[count[depth]] = option

@@ -15,11 +15,8 @@ from . import group_kernels as compiled
 from .candidates import Candidates
 from .pair_table import PairTable, pair_table, relevant
 
-_MAX_OPTIONS = 12  # candidates of a component carried for one seed
-_DISAGREEMENT = (0.25, 1.0)  # weight lost by a pair just violated and by one far out, in shares of the lighter member's
-_LEAST_WEIGHT = 0.05  # of an object whose missing components would cost more than it explains
+_LEAST_WEIGHT = 0.05  # share of what it explains, of an object whose missing components cost more: any above 0 does
 _SEEDS_BETWEEN_LOOKS = 16  # at the clock
-_FAR_OUT = 0.5  # a violation: radians, or share of the pair's greatest length
 
 
 class Group(NamedTuple):
@@ -58,7 +55,7 @@ class Group(NamedTuple):
 
 
 class GroupSearch:
-    """The search for one target's groups in one frame. `exact` turns False where its node limit cuts it short."""
+    """The search for one target's groups in one frame. `out_of_nodes` turns True where its node limit cuts it short."""
 
     def __init__(self, candidates: Candidates, matches: Matches, config: RecognizerConfig, deadline: Deadline) -> None:
         self._config = config
@@ -69,7 +66,7 @@ class GroupSearch:
         self._overlap = matches.overlap
         self.seeds, self.candidates, self.table = relevant(candidates, self._required, self._overlap, config)
         self._instances = len(matches)
-        self.exact = True
+        self.out_of_nodes = False
 
     @cached_property
     def table(self) -> PairTable:
@@ -105,7 +102,7 @@ class GroupSearch:
             if instances:
                 out[n, list(instances)] = True
         *found, exact = compiled.best_groups_of(self._pool, np.array(seeds), self._rules, out, most)
-        self.exact &= exact
+        self.out_of_nodes |= not exact
         match, candidates, groups = self._match, self.candidates, []
         for count, row, *values in zip(*(column.tolist() for column in found), strict=True):
             members = tuple(row[:count])
@@ -133,18 +130,16 @@ class GroupSearch:
 
     @cached_property
     def _rules(self) -> compiled.Rules:
-        config = self._config
+        config, rules = self._config, self._config.grouping
         return compiled.Rules(
-            config.grouping.missing_cost * self._perimeter_m,
+            rules.missing_cost * self._perimeter_m,
             self._required,
-            _MAX_OPTIONS,
-            config.grouping.groups_per_seed,
-            config.grouping.search_nodes,
-            config.min_components,
-            config.grouping.min_satisfied,
-            config.grouping.min_group_match,
-            config.grouping.min_alone_match,
-            *_DISAGREEMENT,
-            _FAR_OUT,
+            rules.max_options,
+            rules.groups_per_seed,
+            rules.search_nodes,
+            config.min_in_plane,
+            rules.min_satisfied,
+            rules.min_group_match,
+            rules.min_alone_match,
             _LEAST_WEIGHT,
         )

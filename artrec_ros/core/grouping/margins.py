@@ -35,7 +35,7 @@ def runner_up_margins(
         if not others:
             margins.append(1.0)
             continue
-        best, proven = pack(weight[others], conflict[np.ix_(others, others)], node_limit, deadline)
+        best, proven, _ = pack(weight[others], conflict[np.ix_(others, others)], node_limit, deadline)
         held = sum(float(weight[n]) for n in part_of[g] if n in picked)
         left = sum(float(weight[others[n]]) for n in best)
         margins.append(min(max((held - left) / float(weight[g]), 0.0), 1.0) if proven else None)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,29 +14,41 @@ from . import packing_kernels as compiled
 _NODES_BETWEEN_LOOKS = 64  # at the clock
 
 
-def pack(weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: Deadline) -> tuple[list[int], bool]:
+class Packing(NamedTuple):
+    """A choice of groups.
+
+    :param chosen: indices, ascending. :param exact: it is proven to be the best.
+    :param out_of_nodes: the node limit ended the search for it somewhere, not the deadline.
+    """
+
+    chosen: list[int]
+    exact: bool = True
+    out_of_nodes: bool = False
+
+
+def pack(weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: Deadline) -> Packing:
     """The heaviest choice of groups of which no two conflict.
 
     Branch and bound, exact for each set of groups that hang together by conflicts. Where the node limit or the
     deadline ends it, the best choice so far stands, which is never lighter than the greedy one.
 
     :param weight: (G,) positive; conflict: (G, G) symmetric.
-    :return: indices, ascending, and whether the choice is proven to be the best.
     """
     if np.count_nonzero(conflict) == np.trace(conflict):  # none is in another's way
-        return list(range(len(weight))), True
+        return Packing(list(range(len(weight))))
     chosen: list[int] = []
-    exact = True
+    exact, out_of_nodes = True, False
     kept = _heaviest_of_like(weight, conflict)
     for part in connected_parts(conflict[np.ix_(kept, kept)]):
         if len(part) == 1:
             chosen.append(int(kept[part[0]]))
             continue
         order = kept[sorted(part, key=lambda n: (-weight[kept[n]], n))].tolist()
-        best, proven = _pack_part(order, weight, conflict, node_limit, deadline)
-        chosen += best
-        exact &= proven
-    return sorted(chosen), exact
+        part_of_it = _pack_part(order, weight, conflict, node_limit, deadline)
+        chosen += part_of_it.chosen
+        exact &= part_of_it.exact
+        out_of_nodes |= part_of_it.out_of_nodes
+    return Packing(sorted(chosen), exact, out_of_nodes)
 
 
 def connected_parts(conflict: NDArray[np.bool_]) -> list[list[int]]:
@@ -58,7 +72,7 @@ def _heaviest_of_like(weight: Array, conflict: NDArray[np.bool_]) -> NDArray[np.
 
 def _pack_part(
     order: list[int], weight: Array, conflict: NDArray[np.bool_], node_limit: int, deadline: Deadline
-) -> tuple[list[int], bool]:
+) -> Packing:
     mine, among = weight[order], conflict[np.ix_(order, order)]
     state = compiled.start(mine, among)
     left, over = node_limit, False
@@ -66,4 +80,4 @@ def _pack_part(
         over = compiled.search(mine, among, state, min(left, _NODES_BETWEEN_LOOKS))
         left -= _NODES_BETWEEN_LOOKS
     *_, best, size, _ = state
-    return [order[n] for n in best[: size[0]].tolist()], over
+    return Packing([order[n] for n in best[: size[0]].tolist()], over, left <= 0 and not over)

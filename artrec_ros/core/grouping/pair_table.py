@@ -13,8 +13,6 @@ from ..geometry.transforms import Array
 from .candidate_kernels import relate
 from .candidates import Candidates
 
-_MAX_PARTNERS = 500  # candidates that go with any seed of a target
-
 
 @dataclass(frozen=True)
 class PairTable:
@@ -47,6 +45,6 @@ def relevant(
 
     Each seed's nearest miss of every component is kept too, to say why it is one.
     """
-    limits = (config.grouping.max_group_overlap, config.grouping.max_scale_ratio, _MAX_PARTNERS)
+    limits = (config.grouping.max_group_overlap, config.grouping.max_scale_ratio, config.grouping.max_partners)
     kept, seeds, *table = relate(all_.packed, all_.weight, required, all_.roles.boxes, overlap, *limits)
     return np.arange(seeds), all_.take(kept), PairTable(*table)

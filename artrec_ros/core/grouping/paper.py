@@ -96,7 +96,7 @@ def group_literally(
         if int(candidates.match[seed]) in growth.used or deadline.expired:
             continue
         members = growth.grow([int(seed)], [c for c in range(len(components)) if c != required])
-        if len(members) >= min(config.min_components, len(components)):
+        if len(members) >= min(config.min_in_plane, len(components)):
             groups.append(_group(candidates, members, len(components)))
             growth.used.update(groups[-1].matches)
     return groups

@@ -32,13 +32,14 @@ class Lost:
 @dataclass(frozen=True)
 class Solution:
     """:param accepted: groups of which no two share pixels; lost: each other seed's best group, if it had any.
-    :param exact: False where the search was cut short and the choice is only the best so far.
+    :param out_of_nodes: `search_nodes` cut the search short, and the choice is only the best so far; whether the
+        deadline did is the deadline's to tell.
     :param margins: of each accepted group (`margins.runner_up_margins`).
     """
 
     accepted: list[Group]
     lost: list[Lost]
-    exact: bool
+    out_of_nodes: bool
     margins: list[float | None]
 
 
@@ -48,11 +49,11 @@ def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfi
     for search in searches:
         pool += search.best_groups_of_all()
     if not pool:
-        return Solution([], [], not deadline.hit, [])
+        return Solution([], [], any(s.out_of_nodes for s in searches), [])
     pool += _without_contested(searches, pool, matches, config)
     conflict = _conflicts(pool, matches, config)
     weight = np.array([g.weight for g in pool])
-    chosen, exact = pack(weight, conflict, config.grouping.search_nodes, deadline)
+    chosen, _, out_of_nodes = pack(weight, conflict, config.grouping.search_nodes, deadline)
     kept, unexplained = _explained_enough([pool[g] for g in chosen], matches, config)
     stay = [n for n in chosen if any(pool[n] is g for g in kept)]
     same = [(id(g.candidates), g.choice) for g in pool]
@@ -64,8 +65,8 @@ def solve(searches: list[GroupSearch], matches: Matches, config: RecognizerConfi
         for i, g in enumerate(pool)
         if g.seed not in held
     ]
-    exact &= all(search.exact for search in searches) and not deadline.hit
-    return Solution([pool[n] for n in stay], [*unexplained, *lost], exact, margins)
+    out_of_nodes |= any(search.out_of_nodes for search in searches)
+    return Solution([pool[n] for n in stay], [*unexplained, *lost], out_of_nodes, margins)
 
 
 def _without_contested(

@@ -18,7 +18,8 @@ from ..geometry.transforms import Array
 from .contour_kernels import outlines
 
 _CROWD_ROWS = 8  # every so many-th is looked at
-_CROWDED = 0.05  # changes between neighbours in a row, as a share of its pixels
+_CROWDED = 0.05  # changes between neighbours in a row, as a share of its pixels: decides on the time alone
+_COARSER = 1.5  # from one tolerance to the next that is tried
 
 
 @dataclass(frozen=True)
@@ -137,7 +138,7 @@ def blob_anchors(blob: Blob, config: RecognizerConfig) -> list[Array]:
         tolerance = max(base, base * grown)
         anchors = _approximated(blob.polygon, tolerance)
         while len(anchors) > config.blobs.max_anchors:
-            tolerance *= 1.5
+            tolerance *= _COARSER
             anchors = _approximated(blob.polygon, tolerance)
         polygons.append(anchors)
     return polygons

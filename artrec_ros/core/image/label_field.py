@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.config import SeamsConfig
 from ..geometry.transforms import Array
 from .seam_kernels import gaps_px
 
@@ -25,38 +26,29 @@ UNKNOWN = 0
 _SUBPIXEL_BITS = 4
 
 
-SEAM_REACH_PX = 4.0
-
-
-SEAM_PIXELS = 6000  # of a class that are looked at
-
-
-SEAM_SHARE = 0.2  # of a class' border must have another known class in reach
+_SEAM_PIXELS = 6000  # of a class that are looked at: its median is known to a hundredth of a pixel
 
 
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
 
-_REACH = int(np.ceil(SEAM_REACH_PX))
-
-
-_AROUND = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1].reshape(2, -1)
-
-
-_ROWS, _COLUMNS = _AROUND[:, np.argsort(np.hypot(*_AROUND), kind="stable")]  # around a pixel, nearest first
-
-
-_GAPS_PX = np.hypot(_ROWS, _COLUMNS) - 1.0  # between the pixel and one so far off
+@lru_cache(maxsize=8)
+def _around(reach: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+    """Rows and columns of the pixels around one, nearest first, and the gaps (px) between it and them."""
+    around = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
+    rows, columns = around[:, np.argsort(np.hypot(*around), kind="stable")]
+    return rows, columns, np.hypot(rows, columns) - 1.0
 
 
 class LabelField:
     """A label image that answers for any pixel, the ones beyond its border included.
 
-    :param labels: (H, W) class numbers.
+    :param labels: (H, W) class numbers. :param seams: how seams are measured; None: by the defaults.
     """
 
-    def __init__(self, labels: NDArray[np.uint8]) -> None:
+    def __init__(self, labels: NDArray[np.uint8], seams: SeamsConfig | None = None) -> None:
         self.labels = labels
+        self._config = seams or SeamsConfig()
         self._seams: dict[int, float] = {}
 
     @cached_property
@@ -77,25 +69,26 @@ class LabelField:
     def seam_px(self, label: int) -> float:
         """Half the width of the seam of unknown pixels that the segmenter leaves around a class; 0 without one.
 
-        Measured where another known class follows within SEAM_REACH_PX of the class' border.
+        Measured where another known class follows within `reach_px` of the class' border.
         """
         if label not in self._seams:
             gap = self._gaps_px(label)
-            near = gap[gap < SEAM_REACH_PX]
-            enough = len(near) > SEAM_SHARE * len(gap)
+            near = gap[gap < self._config.reach_px]
+            enough = len(near) > self._config.border_share * len(gap)
             self._seams[label] = float(np.median(near)) / 2 if enough else 0.0
         return self._seams[label]
 
     def _gaps_px(self, label: int) -> Array:
-        """From border pixels of a class, but for those within SEAM_REACH_PX of the image's border, to the next pixel
+        """From border pixels of a class, but for those within `reach_px` of the image's border, to the next pixel
         of another known class, itself not counted; inf: far."""
         silent = np.zeros(256, bool)
         silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
         (height, width), mine = self.labels.shape, np.flatnonzero(self.labels == label)
-        if len(mine) > SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
-            mine = mine[(np.arange(SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
-        gaps, looks = np.empty(len(mine)), (_ROWS, _COLUMNS, _GAPS_PX)
-        return gaps[: gaps_px(self.padded, width, height, _REACH, mine, label, silent, *looks, gaps)]
+        if len(mine) > _SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
+            mine = mine[(np.arange(_SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
+        reach = int(np.ceil(self._config.reach_px))
+        gaps, looks = np.empty(len(mine)), _around(reach)
+        return gaps[: gaps_px(self.padded, width, height, reach, mine, label, silent, *looks, gaps)]
 
     def without(self, solids: Sequence[NDArray[np.float32]]) -> LabelField:
         """The same image with the pixels in convex hulls of points (n, 2) owned by somebody."""

@@ -1,8 +1,8 @@
 """From an image to class labels (paper, step 1): each pixel one class number, 0 for background or unknown.
 
-Colour costs next to nothing: OpenCV packs a pixel into 16 bits (5 of blue, 6 of green, 5 of red), and those
-index a table that was filled once from the classes' ranges or reference colours (core/colour_table.py). A frame's gain
-is applied before, so that the table never changes.
+Colour costs next to nothing: OpenCV packs a pixel into 16 bits (5 of blue, 6 of green, 5 of red), and those index a
+table that was filled once from the classes' ranges or reference colours (core/image/colour_table.py). A frame's gain is
+applied before, so that the table never changes.
 """
 
 from __future__ import annotations

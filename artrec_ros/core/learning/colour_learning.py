@@ -14,21 +14,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.config import ClassConfig, ImageConfig
+from ..base.config import ClassConfig, ImageConfig, LearningConfig
 from ..base.errors import ConfigError
 from ..image.colour_table import Colours, deviation, ray, references_bgr
 from ..image.segmentation import Segmenter
 
-_TRIED = 48  # samples tried as rays
-_MOST_COLOURS = 4  # of a class
-_LEAST_SHARE = 0.05  # of a class' samples that a further colour must hold
-_LEAST_SHARE_BACKGROUND = 0.1  # what is unknown holds a bit of everything
-_LEAST_SAMPLES = 20
-_KEPT = 6_000  # samples a class that are looked at
+_LEARNING = LearningConfig()
+_TRIED = 48  # samples tried as rays: of a colour that a twentieth has, one is among them nine times in ten
+_KEPT = 6_000  # samples a class that are looked at: bounds the time
 _KEPT_PER_IMAGE = 1_000
 _SAME_LIGHT = (0.5, 2.0)  # a background colour that is a class' colour in such light is the class', not labelled
-_MARGIN_PX = 1  # along the edges pixels are blends
-_MARGIN_UNKNOWN_PX = 4  # around what is labelled lie pixels of it that are not
 
 Samples = Mapping[str, NDArray[np.uint8]]
 
@@ -58,7 +53,7 @@ def sample_colours(
     for label in np.unique(labels).tolist():
         if label not in names:
             continue
-        margin = _MARGIN_PX if label else _MARGIN_UNKNOWN_PX
+        margin = _LEARNING.margin_px if label else _LEARNING.margin_unknown_px
         square = np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)
         colours = image[cv2.erode((labels == label).astype(np.uint8), square) > 0]
         if len(colours):
@@ -79,18 +74,18 @@ def learn_colours(samples: Samples, labels: Mapping[str, int], image: ImageConfi
     classes = {}
     for name, label in labels.items():
         count = len(kept.get(name, ()))
-        if count < _LEAST_SAMPLES:
-            raise ConfigError(f"class '{name}': {count} pixels show it, at least {_LEAST_SAMPLES} are needed")
+        if count < _LEARNING.least_samples:
+            raise ConfigError(f"class '{name}': {count} pixels show it, at least {_LEARNING.least_samples} are needed")
         usual = ClassConfig(label=label)
-        references = _cover(_scaled(kept[name]), usual, image, _LEAST_SHARE, rng)
+        references = _cover(_scaled(kept[name]), usual, image, _LEARNING.least_share, rng)
         if not references:
             raise ConfigError(f"class '{name}': its pixels are too dark or too unlike each other to name a colour")
         classes[name] = replace(usual, rgb=_as_rgb(references))
     background = [
         reference
         for name, colours in kept.items()
-        if name not in labels and len(colours) >= _LEAST_SAMPLES
-        for reference in _cover(_scaled(colours), ClassConfig(), image, _LEAST_SHARE_BACKGROUND, rng)
+        if name not in labels and len(colours) >= _LEARNING.least_samples
+        for reference in _cover(_scaled(colours), ClassConfig(), image, _LEARNING.least_share_background, rng)
         if not any(_is_shown(reference, cls, image) for cls in classes.values())
     ]
     learned = replace(image, kind="colour", classes=classes, background=_as_rgb(background))
@@ -103,7 +98,7 @@ def _cover(
     """(3,) BGR 0..1 reference colours, the one that holds most first."""
     rest = colours[np.linalg.norm(colours, axis=1) > 3 * image.noise]  # darker ones have no colour
     least, references = max(least_share * len(colours), 1), list[Colours]()
-    while len(references) < _MOST_COLOURS and len(rest) >= least:
+    while len(references) < _LEARNING.most_colours and len(rest) >= least:
         tried = rest[rng.choice(len(rest), min(_TRIED, len(rest)), replace=False)]
         held = max((_held(rest, reference, cls, image) for reference in tried), key=np.count_nonzero)
         if np.count_nonzero(held) < least:

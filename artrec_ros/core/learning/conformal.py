@@ -13,10 +13,11 @@ import math
 
 import numpy as np
 
+from ..base.config import LearningConfig
 from ..constraints.intervals import Interval, margin_for_coverage
 from ..geometry.transforms import Array, wrap_angle
 
-_GREATEST = 2.0  # widths: examples too few for more are reported as such
+_GREATEST = LearningConfig().greatest_margin
 
 
 def left_out_scores(values: Array, least_width: Array) -> Array:

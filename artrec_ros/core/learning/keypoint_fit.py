@@ -12,6 +12,7 @@ from ..geometry.projection import project, projection_jacobian
 from ..geometry.transforms import Array, rotation_from_quaternion, rotation_from_rotvec, skew
 from ..model.kinematics import Frames, Kinematics
 
+# How wide a search is that always ends in the same place: more costs time alone.
 _TURNS = 400  # orientations that are looked at
 _STARTS = 32  # of those, the ones from which the points' sides are seen best
 _KEPT = 6

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..alignment.shapes import Shape
 from ..alignment.symmetry import ANY_ANGLE
+from ..base.config import AlignmentConfig, LearningConfig
 from ..constraints.constraint_set import ConstraintSet
 from ..constraints.intervals import Interval
 from ..constraints.pairs import ANGLES, DIMENSIONS, Key, PairConstraint, configuration
@@ -20,8 +21,7 @@ from .conformal import conformal_margin, left_out_scores, unwrapped, widened
 
 Example = Mapping[Key, Any]  # values have x, y, theta, scale: `datatypes.Instance` or its like
 
-_AMBIGUOUS_PX = 0.3
-_NEAR_ZERO = 0.15  # of a marker's size: closer centroids have no direction from one to the other
+_LEARNING, _SYMMETRY_PX = LearningConfig(), AlignmentConfig().symmetry_px
 
 
 def learn(
@@ -55,7 +55,7 @@ def _learn_pair(
     coverage: float,
 ) -> PairConstraint:
     orders = [
-        shapes[key].symmetry.order(float(np.median([pair[n].scale for pair in both])), _AMBIGUOUS_PX)
+        shapes[key].symmetry.order(float(np.median([pair[n].scale for pair in both])), _SYMMETRY_PX)
         for n, key in enumerate((first, second))
     ]
     if orders[0] == ANY_ANGLE and orders[1] != ANY_ANGLE:
@@ -65,7 +65,7 @@ def _learn_pair(
     rows = [configuration(a, b) for a, b in both]
     values = {d: np.array([float(row[d]) for row in rows]) for d in DIMENSIONS}
     size = float(np.sqrt(min(markers[first].area, markers[second].area)))
-    near = bool(values["distance_m"].min() < _NEAR_ZERO * size)
+    near = bool(values["distance_m"].min() < _LEARNING.near_zero * size)
     seen = {d: _span(d, values[d], orders) for d in _meaningful(near, orders)}
     distance_px = Interval.around(values["distance_px"])
     bare = PairConstraint(first, second, len(both), seen, {**seen, "distance_px": distance_px})
@@ -106,6 +106,6 @@ def _span(dimension: str, values: Array, orders: list[int]) -> Interval:
     full, mine = Interval.around_angles(values), orders if dimension == "turn_rad" else orders[:1]
     for order in sorted({math.lcm(*mine), *mine} - {1}, reverse=True):
         folded = Interval.around_angles(values, 2 * np.pi / order)
-        if full.width > 2 * np.pi / min(order, max(mine)) and folded.width < 0.8 * folded.period:
+        if full.width > 2 * np.pi / min(order, max(mine)) and folded.width < _LEARNING.folded * folded.period:
             return folded
     return full

@@ -1,1 +1,1 @@
-"""What is sought and what is found: objects, their joints, the surface they show, detections."""
+"""What is sought and what is found: objects, their joints and surface, detections."""

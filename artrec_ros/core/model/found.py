@@ -119,7 +119,7 @@ class FrameResult:
     """All that was recognised in one image.
 
     :param rejected: worked out when it is first looked at.
-    :param complete: False where the time budget ended the search early.
+    :param ended_by: the limits that ended the search early, by the parameters' names.
     :param timing_ms: milliseconds per stage: segmentation, blobs, alignment, grouping, pose, total.
     """
 
@@ -127,5 +127,10 @@ class FrameResult:
     detections: tuple[Detection, ...] = ()
     rejected: Sequence[Rejection] = ()
     timing_ms: dict[str, float] = field(default_factory=dict)
-    complete: bool = True
+    ended_by: tuple[str, ...] = ()
     labels: NDArray[np.uint8] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def complete(self) -> bool:
+        """Whether no limit ended the search early."""
+        return not self.ended_by

@@ -13,10 +13,6 @@ from ..model.chain_kernels import Chain, copy_frame, copy_rotation, place_all, t
 from .surface_kernels import Room, Surface, SurfaceLimits, room_of
 from .vote_kernels import score_hypothesis
 
-STEP_PX, STEP_DEPTH, STEP_RAD, STEP_JOINT = 1.5, 0.03, 0.12, 0.15  # what a parameter's steps are measured in
-LENGTHEN, TURN = 1.6, -0.7  # of a parameter's step after it helped, and after it did not
-LEAST_STEP = 0.01  # a shorter one is not taken: a fit to the contours goes there in one step
-
 
 class Value(NamedTuple):
     """How patches' votes add up to a whole object's."""
@@ -27,9 +23,22 @@ class Value(NamedTuple):
     occlusion: bool  # whether bodies hide what is behind them
 
 
+class Steps(NamedTuple):
+    """What a parameter's steps are measured in, and what becomes of them: values of `SearchConfig`."""
+
+    px: float  # across the ray
+    depth: float  # along it, a share
+    rad: float
+    joint: float  # of a joint's unit
+    lengthen: float  # factors on the next step after one helped,
+    turn: float  # and after it did not
+    least: float  # a shorter one is not taken
+
+
 class Moves(NamedTuple):
     """What a step needs to know of the camera and of the joints."""
 
+    steps: Steps
     focal: float
     lower: Any  # (J,)
     upper: Any
@@ -101,15 +110,15 @@ def whole_votes(
 
 @lean
 def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
-    """Step by z (6 + J,), in units of STEP_PX and the like: across the ray and along it, turned, bent."""
-    t_new, q_new = tried.t, tried.q
-    near = 1 + STEP_DEPTH * z[2]
-    across = STEP_PX / m.focal * t[2]
+    """Step by z (6 + J,), in the units of `m.steps`: across the ray and along it, turned, bent."""
+    t_new, q_new, steps = tried.t, tried.q, m.steps
+    near = 1 + steps.depth * z[2]
+    across = steps.px / m.focal * t[2]
     t_new[0], t_new[1], t_new[2] = t[0] * near + across * z[0], t[1] * near + across * z[1], t[2] * near
     copy_rotation(R, tried.R)
-    turn_by(STEP_RAD * z[3], STEP_RAD * z[4], STEP_RAD * z[5], tried.R, tried.scratch)
+    turn_by(steps.rad * z[3], steps.rad * z[4], steps.rad * z[5], tried.R, tried.scratch)
     for j in range(len(q)):
-        value = q[j] + STEP_JOINT * m.unit[j] * z[6 + j]
+        value = q[j] + steps.joint * m.unit[j] * z[6 + j]
         if m.endless[j]:
             value = m.lower[j] + (value - m.lower[j]) % (2 * math.pi)
         else:
@@ -168,21 +177,21 @@ def climb(
     A step that helps is kept, and the parameter's next one is longer; one that does not is turned round and shortened
     (Rosenbrock 1960, along the parameters' own axes throughout).
 
-    :param steps: (H, 6 + J) the next one of each parameter, in units of STEP_PX and the like.
+    :param steps: (H, 6 + J) the next one of each parameter, in the units of `m.steps`.
     """
     patches, room, body, n_joints = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1]), q.shape[1]
     tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(n_joints), np.empty((3, 3, 3)))
     step, any_taken = np.zeros(6 + n_joints), False
     for h in range(len(R)):
         for k in range(6 + n_joints):
-            if abs(steps[h, k]) < LEAST_STEP:
+            if abs(steps[h, k]) < m.steps.least:
                 continue
             any_taken = True
             step[k] = steps[h, k]
             move(m, step, R[h], t[h], q[h], tried)
             step[k] = 0.0
             found = whole_votes(s, patches, chain, tried.R, tried.t, tried.q, view, limits, value, body, room)
-            steps[h, k] *= LENGTHEN if found > votes[h] else TURN
+            steps[h, k] *= m.steps.lengthen if found > votes[h] else m.steps.turn
             if found > votes[h]:
                 votes[h] = found
                 copy_frame(tried.R, tried.t, R[h], t[h])

@@ -16,37 +16,34 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.config import CovarianceConfig, RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from .pose_fit import JOINT_SIGMA, POINT_SIGMA_PX, ContourFit, contour_fit
+from .pose_fit import ContourFit, contour_fit
 from .surface_model import Poses, SpatialModel
 
-REACH_PX = 3
-FLOOR_PX = 0.15  # a contour's points are never surer than this
-SEAM_SHARE = 0.6  # standard deviation of an edge's place, as a share of half the seam
-SHIFT_PX = 0.1  # of a marker as a whole, in each direction
-STRETCHES = 4  # of a contour, whose points err together
-STRETCH_SHARE = 0.5  # of what the stretches' residuals pull counts: the rest is the other terms' already
-MOST_TURN_RAD, MOST_RANGE_SHARE = 1.0, 0.5  # what is known of a pose without any contour
+_LEAST_DEPTH_M = 0.05  # of a share that is to be more than nothing
 
 
-def pose_covariances(model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray) -> Array:
+def pose_covariances(
+    model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, config: RecognizerConfig
+) -> Array:
     """(H, 6, 6) covariances of fitted hypotheses: x, y, z, then rotations about them, along the camera's axes.
 
     :param use: (H, M) bool: the markers of `model.markers` that each was fitted to.
     """
-    prior = _prior(model, poses)
-    fit = contour_fit(model, frame, poses, use, REACH_PX)
+    prior, sigma_px = _prior(model, poses, config), config.fit.point_sigma_px
+    fit = contour_fit(model, frame, poses, use, config.covariance.reach_px, config.fit)
     seams_px = np.array([frame.field.seam_px(model.marker_labels[first]) for first in use.argmax(axis=1)])
     Jw = fit.jacobian * fit.weight[..., None]
-    A = _transposed(_stacked(Jw)) @ _stacked(fit.jacobian) / POINT_SIGMA_PX**2 + prior
-    noise = _noise(fit, Jw, seams_px) / POINT_SIGMA_PX**4 + prior
+    A = _transposed(_stacked(Jw)) @ _stacked(fit.jacobian) / sigma_px**2 + prior
+    noise = _noise(fit, Jw, seams_px, config.covariance) / sigma_px**4 + prior
     inverse = np.linalg.inv(A)
     covariance = (inverse @ noise @ inverse)[:, :6, :6]
     return np.asarray((covariance + _transposed(covariance)) / 2, np.float64)
 
 
-def _noise(fit: ContourFit, Jw: Array, seams_px: Array) -> Array:
+def _noise(fit: ContourFit, Jw: Array, seams_px: Array, config: CovarianceConfig) -> Array:
     """(H, 6+J, 6+J) J' W cov(e) W J.
 
     :param Jw: (H, M, m, 6+J) rows of W J.
@@ -54,23 +51,24 @@ def _noise(fit: ContourFit, Jw: Array, seams_px: Array) -> Array:
     w, (_, _, n_points, n_par) = fit.weight, Jw.shape
     independent = np.minimum(1.0, fit.spacing_px)[..., None]  # (H, M, 1) of each point, a share
     n = (independent * (w > 0)).sum(axis=(1, 2))
-    freedom = n / np.maximum(np.maximum(n - n_par, 0.25 * n), 1e-9)
+    freedom = n / np.maximum(np.maximum(n - n_par, config.least_freedom * n), 1e-9)
     spread = (w * fit.residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9) * freedom
-    deviation = np.sqrt((FLOOR_PX**2 + spread)[:, None, None] / np.maximum(independent, 1e-3))
+    deviation = np.sqrt((config.floor_px**2 + spread)[:, None, None] / np.maximum(independent, 1e-3))
     each = _stacked(Jw * deviation[..., None])
     outwards = seams_px[:, None, None] * Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J)
     sideways = _stacked(_transposed(fit.normal) @ Jw)  # (H, 2 M, 6+J)
-    starts = n_points * np.arange(STRETCHES) // STRETCHES
+    starts = n_points * np.arange(config.stretches) // config.stretches
     pull = _stacked(np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2))
-    robust = STRETCH_SHARE * freedom[:, None, None] * _squared(pull)
-    return _squared(each) + SEAM_SHARE**2 * _squared(outwards) + SHIFT_PX**2 * _squared(sideways) + robust
+    robust = config.stretch_share * freedom[:, None, None] * _squared(pull)
+    seam, shift = config.seam_share**2 * _squared(outwards), config.shift_px**2 * _squared(sideways)
+    return _squared(each) + seam + shift + robust
 
 
-def _prior(model: SpatialModel, poses: Poses) -> Array:
+def _prior(model: SpatialModel, poses: Poses, config: RecognizerConfig) -> Array:
     """(H, 6+J, 6+J) information on the parameters that needs no image."""
-    sigma = np.empty((len(poses), 6 + model.kinematics.n_joints))
-    sigma[:, :3] = MOST_RANGE_SHARE * np.maximum(poses.t[:, 2:], 0.05)
-    sigma[:, 3:6], sigma[:, 6:] = MOST_TURN_RAD, JOINT_SIGMA * model.kinematics.unit
+    sigma, kin = np.empty((len(poses), 6 + model.kinematics.n_joints)), model.kinematics
+    sigma[:, :3] = config.covariance.most_range_share * np.maximum(poses.t[:, 2:], _LEAST_DEPTH_M)
+    sigma[:, 3:6], sigma[:, 6:] = config.covariance.most_turn_rad, config.fit.joint_sigma * kin.unit
     return np.asarray(np.eye(sigma.shape[1]) * (sigma**-2.0)[:, None], np.float64)
 
 

@@ -23,6 +23,8 @@ class EdgeTerms(NamedTuple):
     seam_px: Any  # (M,) half the seam of each marker's class
     kind: Any  # (M, 256) int32, of each label for each marker
     outside: int
+    beyond: float  # as likely as this beyond reach, there is no edge
+    border_px: float  # nor is there one so near to the image's border
 
 
 class EdgeRoom(NamedTuple):
@@ -111,13 +113,13 @@ def find_edges(k: int, e: EdgeTerms, step: int, view: LabelView, room: EdgeRoom)
             likelihood[i] *= e.step_in if row[i] == OWN else (e.step_seam if in_seam else e.step_out)
     for i in range(m):
         room.edge[i] = room.weight[i] = 0.0
-        if not (inner[i] and outer[i]) or prior[0] + end[i] >= 0.3 * total[i]:
+        if not (inner[i] and outer[i]) or prior[0] + end[i] >= e.beyond * total[i]:
             continue
         edge = mean[i] / total[i]
         variance = square[i] / total[i] - edge * edge
         if silent[i] and not seam[i]:
             edge += e.seam_px[k]
-        u, v, out = room.outline[0, i], room.outline[1, i], edge + 1.2
+        u, v, out = room.outline[0, i], room.outline[1, i], edge + e.border_px
         if view.padded[padded_pixel(u + out * room.outline[2, i], v + out * room.outline[3, i], view)] == e.outside:
             continue  # not the marker ends there but the image
         room.edge[i], room.weight[i] = edge, 1.0 / (1.0 + variance)

@@ -8,22 +8,21 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.config import FitConfig
 from ..geometry.transforms import Array
 from ..image.label_field import OUTSIDE, OWNED, UNKNOWN, LabelField
 from . import edge_kernels as compiled
 from .edge_kernels import EdgeTerms
 from .surface_model import SpatialModel
 
-EDGE_VOTE = 1.0  # natural-log units a known label says for one side of an edge
-EDGE_VOTE_SEAM = -0.1  # nearly silent: the edge lies in a seam's middle, a tenth of a pixel to the marker's side
-_FACTORS = math.exp(2 * EDGE_VOTE), math.exp(2 * EDGE_VOTE_SEAM), math.exp(-2 * EDGE_VOTE)
 
-
-def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
+def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...], config: FitConfig) -> EdgeTerms:
     """What compiled code needs to find edges, in each of the steps of a fit."""
     seams = np.array([field.seam_px(label) for label in model.marker_labels])
-    kinds = _kinds(model.marker_labels)
-    return EdgeTerms(np.array(reach_px), *_FACTORS, _priors(reach_px), seams, kinds, OUTSIDE)
+    kinds, priors = _kinds(model.marker_labels), _priors(reach_px, config.edge_prior_width)
+    inside, seam, outside = (math.exp(2 * vote) for vote in (config.edge_vote, config.seam_vote, -config.edge_vote))
+    limits = float(config.edge_beyond), float(config.border_px)
+    return EdgeTerms(np.array(reach_px), inside, seam, outside, priors, seams, kinds, OUTSIDE, *limits)
 
 
 @cache
@@ -36,11 +35,14 @@ def _kinds(marker_labels: tuple[int, ...]) -> NDArray[np.int32]:
 
 
 @cache
-def _priors(reach_px: tuple[int, ...]) -> Array:
-    """Prior (steps, n) of each place of an edge, in each of the steps of a fit."""
+def _priors(reach_px: tuple[int, ...], width: float) -> Array:
+    """Prior (steps, n) of each place of an edge, in each of the steps of a fit.
+
+    :param width: deviation, as a share of the reach.
+    """
     prior = np.zeros((len(reach_px), 2 * max(reach_px) + 2))
     for row, reach in zip(prior, reach_px, strict=True):
         # a boundary may cross a normal between the pixels looked at, and before and behind them all
         places = np.arange(-reach, reach + 2) - 0.5
-        row[: 2 * reach + 2] = np.exp(-0.5 * (places / (0.6 * reach)) ** 2)
+        row[: 2 * reach + 2] = np.exp(-0.5 * (places / (width * reach)) ** 2)
     return prior

@@ -11,28 +11,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base.config import RecognizerConfig
+from ..base.config import RecognizerConfig, SearchConfig
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array
-from ..image.blobs import Blob, find_blobs
+from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
-from ..image.label_field import LabelField
 from ..model.target import Target
 from . import climb_kernels as climbing
-from .climb_kernels import Value
+from .climb_kernels import Steps, Value
 from .distinct import apart
-from .pose_fit import contour_fit, fit_poses
+from .pose_fit import fit_poses
 from .ranked import Ranked
 from .seeds import Seeds
-from .surface_model import LIMITS, PatchScores, Poses, SpatialModel
+from .surface_model import PatchScores, Poses, SpatialModel
 
-JOINT_STEP, FIRST_JOINT_STEP = 0.15, 0.25  # of a joint's unit: of those sought, and of those sought first
-FINE_REACH_PX = (4, 3, 3, 2, 2)
-JOINT_KEEP, FIT_KEEP, FLIP_KEEP = 24, 8, 3  # hypotheses a blob that pass each stage
-RIVAL = 0.8  # of a sure object's votes
-HIDDEN_COST = 0.5  # votes per pixel that a component costs which should be seen and is not
-SETTLED_VOTES = 0.85  # of a hypothesis' votes must be left after its last fit
 # times a rotation: its mirror image in the marker's and in the image's plane
 _MIRRORED = np.outer((1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 
@@ -48,33 +41,23 @@ class Climb(NamedTuple):
 class WholeObjectFinder:
     """Hypotheses of one target in a frame."""
 
-    def __init__(self, target: Target) -> None:
-        self.target = target
-        self.surface = SpatialModel(target.model, target.label)
+    def __init__(self, target: Target, config: RecognizerConfig) -> None:
+        self.target, self.config, self._search = target, config, config.search
+        self.surface = SpatialModel(target.model, target.label, config.votes)
         self.root = self.surface.root
         self.root_label = self.surface.labels[self.root]
-        self._value = Value(len(target.model.components), self.root, HIDDEN_COST, occlusion=True)
+        self._value = Value(len(target.model.components), self.root, float(config.votes.hidden_cost), occlusion=True)
+        self._steps = _steps(config.search)
         markers = target.model.required.markers
         self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
         self._marker_centres = np.array([m.centre for m in markers])
-        self._seeds = Seeds(target, self.surface)
+        self._seeds = Seeds(target, self.surface, config)
 
-    def warm_up(self) -> None:
-        """Have compiled code ready before the first image: search a small one that shows a patch of the class."""
-        labels = np.zeros((48, 64), np.uint8)
-        labels[16:32, 20:44] = self.root_label
-        frame = ImageFrame(LabelField(labels), Camera(np.diag([100.0, 100.0, 1.0]), np.zeros(0), (64, 48)))
-        few = Climb(1, 1, 1.0)
-        for blob in find_blobs(labels, {self.root_label}, RecognizerConfig()):
-            for found in (self.plain_guesses(frame, blob), self.guesses(frame, blob)):
-                poses = found.poses[:1]  # maybe none: what is compiled need not run
-                self._climb(frame, self._sweep(frame, Ranked(poses, self.votes(frame, poses, occlusion=True))), few)
-        kin, every = self.surface.kinematics, np.ones((1, len(self.surface.markers)), bool)
-        ahead = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), (kin.lower + kin.upper)[None] / 2)
-        contour_fit(self.surface, frame, ahead, every, 1)
-        frames, patches = kin.forward(ahead.R, ahead.t, ahead.q), self.surface.markers
-        self.surface.place(frames, self.surface.centre[patches], self.surface.component[patches])
-        self.surface.shown(frames, patches, 1)
+    def warm_up(self, frame: ImageFrame, poses: Poses) -> None:
+        """Have the compiled code that counts votes and climbs on them ready, by a step from some poses."""
+        self.total(self.judge(frame, poses, occlusion=True))
+        found = Ranked(poses, self.votes(frame, poses, occlusion=True))
+        self._climb(frame, self._sweep(frame, found), Climb(1, 1, 1.0))
 
     def plain_guesses(self, frame: ImageFrame, blob: Blob) -> Ranked:
         """A few of an object in plain view whose required component made a blob; none where there can be no such."""
@@ -86,50 +69,53 @@ class WholeObjectFinder:
 
     def climbed(self, frame: ImageFrame, found: Ranked, climb: Climb, *, sure: bool) -> Ranked:
         """The best, or of a sure object it and its rivals, after a climb on the votes and a fit to the contours."""
-        keep = apart(found.poses, found.votes, RIVAL * found.votes[0]) if sure else np.flatnonzero(found.votes > 0)
+        search, keep = self._search, np.flatnonzero(found.votes > 0)
+        if sure:
+            keep = apart(found.poses, found.votes, search.rival * found.votes[0], search)
         found = found[keep[: climb.most]]
         # a better pose may show a limb that a worse one missed
-        bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, JOINT_STEP)])
-        found = Ranked(bent, self.votes(frame, bent, occlusion=True)).best(climb.most)
+        bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, search.joint_step)])
+        found = Ranked(bent, self.votes(frame, bent, occlusion=True)).best(climb.most, search)
         found = self._with_rival_flips(frame, self._sweep(frame, found))
         found = self._climb(frame, found, climb)
-        return self._fit_all(frame, found.poses).best(len(found))
+        return self._fit_all(frame, found.poses).best(len(found), search)
 
     def _with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
-        poses = self.surface.search_joints(frame, poses, FIRST_JOINT_STEP)
-        found = Ranked(poses, self.votes(frame, poses, occlusion=False)).best(JOINT_KEEP)
-        return self._fit_all(frame, self._with_flips(found)).best(FIT_KEEP)
+        search = self._search
+        poses = self.surface.search_joints(frame, poses, search.first_joint_step)
+        found = Ranked(poses, self.votes(frame, poses, occlusion=False)).best(search.joint_keep, search)
+        return self._fit_all(frame, self._with_flips(found)).best(search.fit_keep, search)
 
     def _with_rival_flips(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the best one's siblings that come near to it."""
         flips = self._with_flips(found[:1])[1:]
         if not len(flips):
             return found
-        fitted = self._fit_all(frame, flips).best(FLIP_KEEP)
-        return found + fitted[fitted.votes > RIVAL * found.votes[0]]
+        fitted = self._fit_all(frame, flips).best(self._search.flip_keep, self._search)
+        return found + fitted[fitted.votes > self._search.rival * found.votes[0]]
 
     def _sweep(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Joints at their best by the votes of the whole object, which know what hides what."""
-        kin, moved = self.surface.kinematics, found.copied()
-        for j, grid in enumerate(kin.grids(JOINT_STEP)):
+        kin, moved, surface = self.surface.kinematics, found.copied(), self.surface
+        for j, grid in enumerate(kin.grids(self._search.joint_step)):
             if frame.deadline.expired:
                 break
             climbing.sweep(
-                self.surface.compiled, kin.chain, frame.view, LIMITS, self._value, j, grid, *moved.arrays
+                surface.compiled, kin.chain, frame.view, surface.limits, self._value, j, grid, *moved.arrays
             )  # fmt: skip
         return moved
 
     def _climb(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Local search on the votes of the whole object: no hypothesis gets worse, and the clock ends it."""
-        kin, moved, surface = self.surface.kinematics, found.copied(), self.surface.compiled
-        moves = climbing.Moves(frame.camera.focal_px, kin.lower, kin.upper, kin.unit, kin.endless)
-        steps = np.full((len(found), 6 + kin.n_joints), climb.first_step)
+        kin, moved, surface = self.surface.kinematics, found.copied(), self.surface
+        moves = climbing.Moves(self._steps, frame.camera.focal_px, kin.lower, kin.upper, kin.unit, kin.endless)
+        steps = np.full((len(found), 6 + kin.n_joints), climb.first_step, float)
         for _ in range(climb.rounds):
             if frame.deadline.expired:
                 break
             if not climbing.climb(
-                surface, kin.chain, frame.view, LIMITS, self._value, moves, steps, *moved.arrays
+                surface.compiled, kin.chain, frame.view, surface.limits, self._value, moves, steps, *moved.arrays
             ):  # fmt: skip
                 break
         return moved
@@ -143,7 +129,7 @@ class WholeObjectFinder:
         surface, view, out = self.surface, frame.view, np.empty(len(poses))
         value = self._value._replace(occlusion=occlusion)
         R, t, q = poses.R, poses.t, poses.q
-        climbing.votes_of(surface.compiled, surface.kinematics.chain, view, LIMITS, value, R, t, q, out)
+        climbing.votes_of(surface.compiled, surface.kinematics.chain, view, surface.limits, value, R, t, q, out)
         return out
 
     def total(self, scores: PatchScores) -> Array:
@@ -154,11 +140,16 @@ class WholeObjectFinder:
 
     def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
         """(H,) bool: whose required component would cover that of `one` in the image."""
-        roots = ((p, *self._root_frames(p)) for p in (poses, one))
-        there, here = (_moved(p, R @ self.surface.anchor + t) for p, R, t in roots)
-        radius = 0.6 * camera.focal_px * self.surface.extent / np.maximum(np.maximum(there[:, 2], here[:, 2]), 1e-6)
+        there, here, extent = self.anchors(poses), self.anchors(one), self.surface.extent
+        depth = np.maximum(np.maximum(there[:, 2], here[:, 2]), 1e-6)
+        radius = self._search.same_place * camera.focal_px * extent / depth
         distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
+
+    def anchors(self, poses: Poses) -> Array:
+        """(H, 3) the middle of the required component's markers in the camera."""
+        R, t = self._root_frames(poses)
+        return np.asarray(np.einsum("hij,hj->hi", poses.R, R @ self.surface.anchor + t) + poses.t, np.float64)
 
     def _root_frames(self, poses: Poses) -> tuple[Array, Array]:
         """The required component in the object's frame, (H, 3, 3), (H, 3), or (1, ...) where no joint carries it."""
@@ -170,7 +161,7 @@ class WholeObjectFinder:
 
     def _with_flips(self, found: Ranked) -> Poses:
         """Add to the best their siblings: a flat marker's mirrored turn looks almost the same."""
-        p = found.best(FLIP_KEEP).poses
+        p = found.best(self._search.flip_keep, self._search).poses
         R_root, t_root = self._root_frames(p)
         R_object_marker = R_root @ self._marker_turns[:, None]  # (markers, H, 3, 3)
         centroid = (R_root @ self._marker_centres[:, None, :, None])[..., 0] + t_root
@@ -183,24 +174,31 @@ class WholeObjectFinder:
     def _fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
         scores = self.judge(frame, poses, occlusion=True)
-        fitted = fit_poses(self.surface, frame, poses, self.supported(scores), FINE_REACH_PX)
+        fitted = self._fitted(frame, poses, self.supported(scores))
         votes = np.concatenate([self.total(scores), self.votes(frame, fitted, occlusion=True)])
         return Ranked(Poses.concatenate([poses, fitted]), votes)
 
     def supported(self, scores: PatchScores) -> np.ndarray:
         """(H, M) markers that the labels support."""
-        m = self.surface.markers
-        return (scores.votes[:, m] > 0) & (scores.area_px[:, m] > 8) & (scores.agree[:, m] > 0.4)
+        m, votes = self.surface.markers, self.config.votes
+        seen = (scores.area_px[:, m] > votes.supported_px) & (scores.agree[:, m] > votes.supported_agree)
+        return np.asarray(seen & (scores.votes[:, m] > 0))
 
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
         whose votes fall far."""
-        fitted = fit_poses(self.surface, frame, poses, used, FINE_REACH_PX)
+        fitted = self._fitted(frame, poses, used)
         both = Poses.concatenate([poses, fitted])
         before, after = self.votes(frame, both, occlusion=True).reshape(2, -1)
-        return both[np.arange(len(poses)) + len(poses) * (after > SETTLED_VOTES * before)]
+        return both[np.arange(len(poses)) + len(poses) * (after > self._search.settled_votes * before)]
+
+    def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray) -> Poses:
+        """Fits to the contours of the markers in use (H, M)."""
+        fit = self.config.fit
+        return fit_poses(self.surface, frame, poses, use, fit.fine_reach_px, fit)
 
 
-def _moved(poses: Poses, points: Array) -> Array:
-    """(H, 3) points (H, 3) of an object in the camera, each under its own hypothesis."""
-    return np.asarray(np.einsum("hij,hj->hi", poses.R, points) + poses.t, np.float64)
+def _steps(search: SearchConfig) -> Steps:
+    """Steps of a climb for compiled code; a whole number would be compiled for anew."""
+    units = search.step_px, search.step_depth, search.step_rad, search.step_joint
+    return Steps(*map(float, (*units, search.lengthen, search.turn, search.least_step)))

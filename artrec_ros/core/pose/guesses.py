@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.config import GuessesConfig, RecognizerConfig
+from ..geometry.range_limits import range_limits
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
@@ -13,12 +15,6 @@ from .surface_model import Poses, SpatialModel
 from .view_bank import BlobShape, ViewBank, blob_shape
 from .views import lift, view_bank
 
-BLOB_KEEP = 48  # poses of a marker from a blob that go on
-ENOUGH = 2  # alignments for each of them: some are the same pose
-SMALL_PX = 200.0  # so small a blob tells little of its marker's shape, and a segmenter may have taken much of it
-GROWTH = (1.0, 1.2, 1.45)
-JOINT_DRAWS = 10  # values of the joints that carry a component
-
 
 class Guesser:
     """Aligns one component's markers, from many sides, with blobs.
@@ -26,24 +22,27 @@ class Guesser:
     :ivar label: class of the blobs that the component makes.
     """
 
-    def __init__(self, model: ObjectModel, surface: SpatialModel, component: int) -> None:
+    def __init__(self, model: ObjectModel, surface: SpatialModel, component: int, config: RecognizerConfig) -> None:
+        self._all, self._config, self._search = config, config.guesses, config.search
         part, label = model.components[component], surface.labels[component]
         self.label, self._none = label, surface.no_poses
         self._markers = part.markers
         inside = surface.table[surface.roles.inside(label)]
         ring = surface.table[surface.roles.ring(label, part.body_label or 0)]
-        self._banks = [ViewBank(view_bank(m), inside, ring) for m in self._markers]
-        self._q, self._R, self._t = _draws(surface, component)
+        self._banks = [
+            ViewBank(view_bank(m, config.guesses), inside, ring, surface.limits, config.guesses) for m in self._markers
+        ]
+        self._q, self._R, self._t = _draws(surface, component, config.guesses.joint_draws)
         in_marker = [self._object_in_marker(m) for m in self._markers]
         # the object's frame, see `lift`: (2, V, 3, 3) of each marker's views, and (3,) its origin along its own axes
         self._flips = [bank.flips @ R for bank, (R, _) in zip(self._banks, in_marker, strict=True)]
         self._origins = [R.T @ t for R, t in in_marker]
 
     def guess(self, frame: ImageFrame, blob: Blob) -> Poses:
-        """Object poses from one blob, the best of each marker by the votes for it, as many as there is time for; joints
-        mid-range."""
-        shape = blob_shape(blob, frame.field.seam_px(self.label))
-        grown = GROWTH if is_small(blob) else GROWTH[:1]
+        """Object poses from one blob within reach, the best of each marker by the votes for it, as many as there is
+        time for; joints mid-range."""
+        shape, growth = blob_shape(blob, frame.field.seam_px(self.label), self._config), self._config.growth
+        grown = growth if is_small(blob, self._config) else growth[:1]
         found = [self._none]
         for m in range(len(self._markers)):
             if frame.deadline.expired:
@@ -60,12 +59,18 @@ class Guesser:
         return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.tile(self._q, (len(poses), 1)))
 
     def _of_marker(self, m: int, frame: ImageFrame, shape: BlobShape, grown: tuple[float, ...]) -> Poses:
-        T, s, view = self._banks[m].align(frame, shape, ENOUGH * BLOB_KEEP)
+        keep = self._config.blob_keep
+        T, votes, view = self._banks[m].align(frame, shape, self._config.alignments_per_pose * keep)
         if len(grown) > 1:
             T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
         R, t = lift(self._flips[m], view, T, frame.camera, self._origins[m])
-        found = Poses(R, t, np.tile(self._q[0], (len(R), 1)))
-        return found[best_distinct(found, np.tile(s, 2 * len(grown)), BLOB_KEEP * len(grown))]
+        found, votes = Poses(R, t, np.tile(self._q[0], (len(R), 1))), np.tile(votes, 2 * len(grown))
+        near_m, far_m = range_limits(self._all, frame.camera)
+        if near_m > 0 or far_m < np.inf:  # else those behind the camera stay, too
+            off = 1 + self._config.range_slack
+            within = (t[:, 2] * off >= near_m) & (t[:, 2] <= far_m * off)
+            found, votes = found[within], votes[within]
+        return found[best_distinct(found, votes, keep * len(grown), self._search)]
 
     def _object_in_marker(self, marker: Marker) -> tuple[Array, Array]:
         """The object's frame (3, 3), (3,) in a marker's whose origin is its centroid; joints mid-range."""
@@ -75,12 +80,12 @@ class Guesser:
         return R, -R @ (self._R[0] @ marker.centre + self._t[0])
 
 
-def _draws(surface: SpatialModel, component: int) -> tuple[Array, Array, Array]:
+def _draws(surface: SpatialModel, component: int, draws: int) -> tuple[Array, Array, Array]:
     """Joints (D, J) mid-range, and then spread over the range of those that carry a component; its frames (D, 3, 3),
     (D, 3) in the object's."""
     kin = surface.kinematics
     path = np.flatnonzero(kin.moves[component])
-    q = np.tile((kin.lower + kin.upper) / 2, (1 + JOINT_DRAWS * bool(len(path)), 1))
+    q = np.tile((kin.lower + kin.upper) / 2, (1 + draws * bool(len(path)), 1))
     q[1:, path] = kin.lower[path] + _spread(len(q) - 1, len(path)) * (kin.upper - kin.lower)[path]
     frames = kin.forward(np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3)), q)
     return q, frames.R[:, component], frames.t[:, component]
@@ -94,6 +99,6 @@ def _spread(n: int, dimensions: int) -> Array:
     return np.asarray((0.5 + np.arange(n)[:, None] * ratio ** -np.arange(1.0, dimensions + 1)) % 1, np.float64)
 
 
-def is_small(blob: Blob) -> bool:
+def is_small(blob: Blob, config: GuessesConfig) -> bool:
     """Whether a blob's shape tells little of its marker."""
-    return blob.area_px < SMALL_PX
+    return blob.area_px < config.small_px

@@ -10,7 +10,7 @@ import numpy as np
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate
 from ..model.chain_kernels import Chain, copy_frame, place
-from .surface_kernels import Room, Surface, SurfaceLimits, aspect, points_of, room_of
+from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, points_of, room_of
 from .vote_kernels import ring_px2, ring_votes
 
 
@@ -20,7 +20,7 @@ def patch_bound(
 ) -> float:
     """Votes of a patch that nothing hides; where these stay below `wanted`, any value below it."""
     cosine, _, _, mz = aspect(s, p, A, b)
-    if not (cosine > limits.least_cosine and mz > 0.02):
+    if not (cosine > limits.least_cosine and mz > LEAST_DEPTH_M):
         return 0.0
     f2 = view.K[0, 0] * view.K[1, 1]
     size, total, k = s.area[p] * f2 / mz**2 * cosine, 0.0, s.marker_of[p]
@@ -60,7 +60,7 @@ def best_joint(
         for p in patches:  # what the labels could say at most
             cosine, _, _, mz = aspect(s, p, R[c], t[c])
             most[p], k = 0.0, s.marker_of[p]
-            if cosine > limits.least_cosine and mz > 0.02:
+            if cosine > limits.least_cosine and mz > LEAST_DEPTH_M:
                 most[p] = max(s.area[p] * f2 / mz**2 * cosine * s.best[s.role[p]], 0.0)
                 if k >= 0:
                     up = s.best[s.ring_role[k]] + s.best[s.rim_role[k]]
@@ -101,13 +101,12 @@ def search_one(
 
 @jit
 def search_joints(
-    s: Surface, chain: Chain, R: Any, t: Any, q: Any, grids: Any, view: LabelView, limits: SurfaceLimits
-) -> None:
+    s: Surface, chain: Chain, order: Any, starts: Any, R: Any, t: Any, q: Any, grids: Any, view: LabelView,
+    limits: SurfaceLimits,
+) -> None:  # fmt: skip
     """Fill q (H, J) of hypotheses R (H, 3, 3), t (H, 3) with the values in `grids` (J, n; NaN ends a row) at which the
-    labels like each component best, parents first."""
+    labels like each component best, parents first; order and starts as in `search_one`."""
     n_c = len(chain.parent)
-    order = np.argsort(s.component, kind="mergesort")
-    starts = np.searchsorted(s.component[order], np.arange(n_c + 1))
     frames_R, frames_t = np.empty((n_c, 3, 3)), np.empty((n_c, 3))
     most, scratch, room = np.empty(len(s.area)), np.empty((4, 3, 3)), room_of(s)
     for h in range(len(R)):

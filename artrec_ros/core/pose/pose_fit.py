@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.config import FitConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..model.kinematics import Kinematics
@@ -18,12 +19,9 @@ from .edges import edge_terms
 from .fit_kernels import Terms, fit_each
 from .joint_prior_kernels import JointPrior
 from .placed_kernels import Joints, Placed
-from .surface_model import LEAST_COSINE, Poses, SpatialModel
+from .surface_model import Poses, SpatialModel
 
-JOINT_SIGMA = 1.5  # a weak pull to the middle of a joint's range keeps unseen joints determined
-POINT_SIGMA_PX = 0.7  # labels place a boundary this well
-PIN = 1e9  # weight that holds a joint
-_DAMPING = Damping(POINT_SIGMA_PX, deviation=np.array([0.05, 0.15]), limit=np.array([0.15, 0.3]))
+_PIN = 1e9  # weight that holds a joint: beyond all others, and no overflow
 _AT_ONCE = 64  # hypotheses between two looks at the clock
 
 
@@ -33,6 +31,7 @@ def fit_poses(
     poses: Poses,
     use: np.ndarray,
     reach_px: tuple[int, ...],
+    config: FitConfig,
     free_joints: np.ndarray | None = None,
 ) -> Poses:
     """Fit poses to the labels' boundaries; a hypothesis that uses no marker stays, as do those left at the deadline.
@@ -44,9 +43,10 @@ def fit_poses(
     kin = model.kinematics
     free = np.ones(poses.q.shape, bool) if free_joints is None else free_joints
     R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
-    contours, prior, joints = _contour_term(model, frame, use, reach_px), _joint_prior(kin, free), _joints(kin)
+    contours, joints = _contour_term(model, frame, use, reach_px, config), _joints(kin)
+    prior, damping = _joint_prior(kin, free, config), _damping(config)
     for part in frame.deadline.parts(len(poses), _AT_ONCE):
-        terms = Terms(contours._replace(use=contours.use[part]), prior._replace(free=free[part]), _DAMPING)
+        terms = Terms(contours._replace(use=contours.use[part]), prior._replace(free=free[part]), damping)
         fit_each(terms, kin.chain, joints, R[part], t[part], q[part])
     return Poses(R, t, q)
 
@@ -68,13 +68,15 @@ class ContourFit:
     jacobian: Array
 
 
-def contour_fit(model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, reach: int) -> ContourFit:
+def contour_fit(
+    model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, reach: int, config: FitConfig
+) -> ContourFit:
     """How poses fit as they are; the markers that some hypothesis uses."""
     kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
     chain, which = kin.forward(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
     normal, spacing_px, residual = np.empty((*size, 2)), np.empty(size[:2]), np.empty(size)
     weight, jacobian = np.empty(size), np.empty((*size, 6 + kin.n_joints))
-    term, joints = _contour_term(model, frame, use, (reach,)), _joints(kin)
+    term, joints = _contour_term(model, frame, use, (reach,), config), _joints(kin)
     for h in range(len(poses)):
         placed = Placed(poses.t[h], poses.q[h], chain.R[h], chain.t[h], chain.axis[h], chain.origin[h], joints)
         contour_rows(term, h, placed, normal[h], spacing_px[h], residual[h], weight[h], jacobian[h])
@@ -82,14 +84,21 @@ def contour_fit(model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.nd
     return ContourFit(*kept)
 
 
-def _contour_term(model: SpatialModel, frame: ImageFrame, use: np.ndarray, reach_px: tuple[int, ...]) -> ContourTerm:
-    edges, used = edge_terms(model, frame.field, reach_px), np.ascontiguousarray(use)
-    return ContourTerm(model.compiled, model.markers, used, edges, frame.view, LEAST_COSINE)
+def _contour_term(
+    model: SpatialModel, frame: ImageFrame, use: np.ndarray, reach_px: tuple[int, ...], config: FitConfig
+) -> ContourTerm:
+    edges, used = edge_terms(model, frame.field, reach_px, config), np.ascontiguousarray(use)
+    return ContourTerm(model.compiled, model.markers, used, edges, frame.view, model.limits.least_cosine)
 
 
-def _joint_prior(kin: Kinematics, free: np.ndarray) -> JointPrior:
-    weight = (POINT_SIGMA_PX / (JOINT_SIGMA * kin.unit)) ** 2
-    return JointPrior((kin.lower + kin.upper) / 2, weight, free, PIN)
+def _joint_prior(kin: Kinematics, free: np.ndarray, config: FitConfig) -> JointPrior:
+    weight = (config.point_sigma_px / (config.joint_sigma * kin.unit)) ** 2
+    return JointPrior((kin.lower + kin.upper) / 2, weight, free, _PIN)
+
+
+def _damping(config: FitConfig) -> Damping:
+    deviation, limit = (config.shift_sigma, config.bend_sigma), (config.most_shift, config.most_bend)
+    return Damping(float(config.point_sigma_px), np.array(deviation, float), np.array(limit, float))
 
 
 def _joints(kin: Kinematics) -> Joints:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.config import SearchConfig
 from ..geometry.transforms import Array
 from .distinct import best_distinct
 from .surface_model import Poses
@@ -28,9 +29,9 @@ class Ranked:
     def __add__(self, other: Ranked) -> Ranked:
         return Ranked(Poses.concatenate([self.poses, other.poses]), np.concatenate([self.votes, other.votes]))
 
-    def best(self, n: int) -> Ranked:
+    def best(self, n: int, config: SearchConfig) -> Ranked:
         """The best `n` that differ from each other, best first."""
-        return self[best_distinct(self.poses, self.votes, n)]
+        return self[best_distinct(self.poses, self.votes, n, config)]
 
     def copied(self) -> Ranked:
         """The same in arrays of its own, to be moved in place."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
@@ -18,42 +19,35 @@ from .guesses import Guesser, is_small
 from .pose_fit import fit_poses
 from .surface_model import Poses, SpatialModel
 
-PLAIN_PX, PLAIN_VOTES = 30.0, 300.0  # of a blob, and for its component: no object with less is beyond doubt
-FEW_GUESSES, FEW_KEEP = 24, 10  # enough for most objects in plain view
-ROOT_KEEP = 40
-LIMB_GUESSES, LIMB_KEEP = 32, 64  # of each other component, before its joints are bent; of all of them
-COARSE_REACH_PX = (8, 6, 4, 3)
-
 
 class Seeds:
     """Guesses of one target's pose, from each blob of its required component's class."""
 
-    def __init__(self, target: Target, surface: SpatialModel) -> None:
+    def __init__(self, target: Target, surface: SpatialModel, config: RecognizerConfig) -> None:
         self._surface, self._root = surface, surface.root
+        self._config, self._search, self._fit = config.guesses, config.search, config.fit
         self._patches: dict[tuple[tuple[int, ...], bool], np.ndarray] = {}
         self._guessers = {
-            c: Guesser(target.model, surface, c)
+            c: Guesser(target.model, surface, c, config)
             for c, label in enumerate(surface.labels)
             if label == surface.labels[self._root]
         }
 
     def few(self, frame: ImageFrame, blob: Blob) -> Poses:
         """Of an object in plain view whose required component made the blob; none where there can be no such object."""
-        if blob.area_px < PLAIN_PX:
+        if blob.area_px < self._config.plain_px:
             return self._surface.no_poses
         guesses = self._guessers[self._root].guess(frame, blob)
-        few = self._best_roots(frame, guesses, FEW_GUESSES, bodies=False)
-        roots = self._fit_root(frame, few, FEW_KEEP)
-        plain = self._votes(frame, roots, self._root).max(initial=0.0) >= PLAIN_VOTES
+        few = self._best_roots(frame, guesses, self._config.few_guesses, bodies=False)
+        roots = self._fit_root(frame, few, self._config.few_keep)
+        plain = self._votes(frame, roots, self._root).max(initial=0.0) >= self._config.plain_votes
         return roots if plain else roots[:0]
 
     def all(self, frame: ImageFrame, blob: Blob) -> Poses:
         """Of an object of which any component made the blob, or part of it."""
         guesses = self._guessers[self._root].guess(frame, blob)
-        if is_small(blob):
-            roots = self._best_roots(frame, guesses, ROOT_KEEP)
-        else:
-            roots = self._fit_root(frame, guesses, ROOT_KEEP)
+        best = self._best_roots if is_small(blob, self._config) else self._fit_root
+        roots = best(frame, guesses, self._config.root_keep)
         return Poses.concatenate([roots, self._of_limbs(frame, blob)])
 
     def _fit_root(self, frame: ImageFrame, poses: Poses, keep: int) -> Poses:
@@ -61,12 +55,12 @@ class Seeds:
         surface = self._surface
         use = np.tile(surface.component[surface.markers] == self._root, (len(poses), 1))
         pinned = np.zeros(poses.q.shape, bool)
-        fitted = fit_poses(surface, frame, poses, use, COARSE_REACH_PX, pinned)
+        fitted = fit_poses(surface, frame, poses, use, self._fit.coarse_reach_px, self._fit, pinned)
         return self._best_roots(frame, Poses.concatenate([poses, fitted]), keep, bodies=False)
 
     def _best_roots(self, frame: ImageFrame, poses: Poses, n: int, *, bodies: bool = True) -> Poses:
         """The best by the required component alone, with or without its body."""
-        return poses[best_distinct(poses, self._votes(frame, poses, self._root, bodies=bodies), n)]
+        return poses[best_distinct(poses, self._votes(frame, poses, self._root, bodies=bodies), n, self._search)]
 
     def _of_limbs(self, frame: ImageFrame, blob: Blob) -> Poses:
         """The best of which another component made the blob, by the votes for both it and the required one."""
@@ -74,11 +68,11 @@ class Seeds:
         for c, guesser in self._guessers.items():
             if c != self._root and not frame.deadline.expired:
                 poses = guesser.guess(frame, blob)
-                poses = poses[best_distinct(poses, self._votes(frame, poses, c), LIMB_GUESSES)]
-                parts.append(guesser.bent(poses))
+                votes_of_limb, keep = self._votes(frame, poses, c), self._config.limb_guesses
+                parts.append(guesser.bent(poses[best_distinct(poses, votes_of_limb, keep, self._search)]))
                 votes.append(self._votes(frame, parts[-1], c, self._root))
         poses = Poses.concatenate(parts)
-        return poses[best_distinct(poses, np.concatenate(votes), LIMB_KEEP)]
+        return poses[best_distinct(poses, np.concatenate(votes), self._config.limb_keep, self._search)]
 
     def _votes(self, frame: ImageFrame, poses: Poses, *components: int, bodies: bool = True) -> Array:
         """(H,) votes for some components, occlusion apart, with or without their bodies."""

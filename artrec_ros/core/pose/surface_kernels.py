@@ -10,6 +10,8 @@ import numpy as np
 from ..base.jit import inlined, jit
 from ..geometry.pixel_kernels import turned
 
+LEAST_DEPTH_M = 0.02  # what is nearer, or behind the camera, has no place in the image to speak of
+
 
 class Surface(NamedTuple):
     """P patches and B boxes of a spatial model as arrays.
@@ -45,11 +47,12 @@ class Surface(NamedTuple):
 
 
 class SurfaceLimits(NamedTuple):
-    """The constants of `spatial.py`, so that they stand in one place."""
+    """What votes need to know besides the surface: values of `VotesConfig`, and what labels mean."""
 
     least_cosine: float
     ring_px: float
     ring_width_px: float
+    ring_visible: float  # share of a marker in view below which its ring does not vote
     behind: float  # share of the way to a point beyond which nothing hides it
     outside: int  # the label beyond the image
 
@@ -77,7 +80,9 @@ class Room(NamedTuple):
 @jit
 def room_of(s: Surface) -> Room:
     """Scratch arrays that fit a surface."""
-    n, m, most = len(s.half), s.contour.shape[2], np.diff(s.starts).max()
+    n, m, most = len(s.half), s.contour.shape[2], 0
+    for p in range(len(s.starts) - 1):  # numpy's own functions take longer to compile
+        most = max(most, s.starts[p + 1] - s.starts[p])
     return Room(
         np.empty((2, max(m, most)), np.int32), np.empty((4, m)), np.empty(most, np.bool_), np.empty(n, np.int64),
         np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.config import VotesConfig
 from ..base.jit import LANES
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
@@ -23,11 +24,7 @@ from .surface_kernels import Surface, SurfaceLimits
 from .vote_kernels import score_patches
 from .votes import VoteRoles
 
-RING_PX = 1.25  # outside and inside of the seam that a segmenter leaves between two colours
-RING_WIDTH_PX = 1.5  # what a ring point stands for across the contour
-LEAST_COSINE = 0.12  # a patch seen flatter than this shows nothing
 _AT_ONCE = 32  # hypotheses whose joints are searched between two looks at the clock
-LIMITS = SurfaceLimits(LEAST_COSINE, RING_PX, RING_WIDTH_PX, BEHIND, OUTSIDE)
 
 
 @dataclass(frozen=True)
@@ -65,14 +62,31 @@ class PatchScores:
         return PatchScores(self.votes[index], self.area_px[index], self.agree[index])
 
 
-class SpatialModel:
-    """One target's surface as arrays."""
+def _limits(votes: VotesConfig) -> SurfaceLimits:
+    """For compiled code; a whole number would be compiled for anew."""
+    return SurfaceLimits(
+        float(votes.least_cosine),
+        float(votes.ring_px),
+        float(votes.ring_width_px),
+        float(votes.ring_visible),
+        BEHIND,
+        OUTSIDE,
+    )
 
-    def __init__(self, model: ObjectModel, label: int) -> None:
+
+class SpatialModel:
+    """One target's surface as arrays.
+
+    :param votes: what labels say of it.
+    """
+
+    def __init__(self, model: ObjectModel, label: int, votes: VotesConfig) -> None:
         self.model = model
+        self.votes = votes
+        self.limits = _limits(votes)
         self.kinematics = Kinematics(model)
         self.patches: list[Patch] = patches_of(model, label)
-        self.roles = VoteRoles()
+        self.roles = VoteRoles(votes)
         bodies = [c.body_label or 0 for c in model.components]
         self.root = model.components.index(model.required)
         self.labels = [label if c.label is None else c.label for c in model.components]  # of each component's markers
@@ -108,7 +122,7 @@ class SpatialModel:
         self.table = self.roles.table
         self.boxes = BodyBoxes(model)
         self.hulls = hulls_of(model)
-        self.ignored = self.boxes.behind_patches(self.patches)
+        self.ignored = self.boxes.behind_patches(self.patches, votes.sunk_m)
         mine = self.points[(self.component == self.root)[self.point_patch] & self.is_marker[self.point_patch]]
         self.anchor = mine.mean(axis=0)  # amid the required component's markers, in its frame
         whole = self.points[(self.component == self.root)[self.point_patch]]
@@ -149,6 +163,12 @@ class SpatialModel:
             box_radius=np.linalg.norm(self.boxes.half, axis=1),
         )
 
+    @cached_property
+    def _by_component(self) -> tuple[np.ndarray, np.ndarray]:
+        """(P,) patches by component, and where those of each one begin: (C + 1,)."""
+        order = np.argsort(self.component, kind="stable")
+        return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
+
     @property
     def no_poses(self) -> Poses:
         """None of this model's."""
@@ -171,7 +191,7 @@ class SpatialModel:
         """What the labels say of each of `patches` (ascending indices) under each hypothesis."""
         R, t, q = poses.R, poses.t, poses.q
         out, view = PatchScores(*np.empty((3, len(R), len(patches)))), frame.view
-        score_patches(self.compiled, self.kinematics.chain, R, t, q, patches, view, LIMITS, occlusion, *out.arrays)
+        score_patches(self.compiled, self.kinematics.chain, R, t, q, patches, view, self.limits, occlusion, *out.arrays)
         return out
 
     def search_joints(self, frame: ImageFrame, poses: Poses, step: float) -> Poses:
@@ -179,5 +199,8 @@ class SpatialModel:
         best; occlusion apart. At the deadline the rest stay as they are."""
         kin, R, t, q, view = self.kinematics, poses.R, poses.t, poses.q.copy(), frame.view
         for part in frame.deadline.parts(len(poses), _AT_ONCE):
-            search_joints(self.compiled, kin.chain, R[part], t[part], q[part], kin.grids(step), view, LIMITS)
+            search_joints(
+                self.compiled, kin.chain, *self._by_component, R[part], t[part], q[part], kin.grids(step), view,
+                self.limits,
+            )  # fmt: skip
         return Poses(R, t, q)

@@ -7,17 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.config import GuessesConfig
 from ..base.jit import LANES
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from . import guess_kernels as guessing
-from .surface_model import RING_PX, RING_WIDTH_PX
+from .surface_kernels import SurfaceLimits
 from .views import MarkerView, blob_couples, flips_of, moments_of, scale_range
-
-VIEW_KEEP = 12  # alignments of a view with a blob that go on
-LEAST_SHARE = 0.5  # of the best alignment's votes; one with fewer decides nothing
-LEAST_AREA_PX = 14.0  # a marker smaller than this in the image decides nothing
 
 
 @dataclass(frozen=True)
@@ -34,24 +31,33 @@ class BlobShape:
     moments: tuple[Array, float]
 
 
-def blob_shape(blob: Blob, seam_px: float) -> BlobShape:
+def blob_shape(blob: Blob, seam_px: float, config: GuessesConfig) -> BlobShape:
     """A blob's contour moved out by a seam, and its anchors at two tolerances (method, step 2)."""
     contour = blob.contour + seam_px * blob.normals
     area = blob.area_px + seam_px * len(contour)
-    tolerances = (1.0, 2.0) if area < 2000 else (1.5, 0.03 * float(np.sqrt(area)))
+    tolerances = config.blob_tolerances_px
+    if area >= config.large_blob_px:
+        tolerances = config.large_tolerance_px, config.large_tolerance_share * float(np.sqrt(area))
     return BlobShape(contour, area, blob_couples(contour, tolerances), moments_of(contour))
 
 
 class ViewBank:
     """The V views of a marker.
 
-    :param inside_votes, ring_votes: (256,) for the labels on the marker and around it.
+    :param inside_votes, ring_votes: (256,) for the labels on the marker and around it, as far as `limits` say.
     :ivar flips: (2, V, 3, 3), see `flips_of`.
     """
 
-    def __init__(self, views: Sequence[MarkerView], inside_votes: Array, ring_votes: Array) -> None:
-        most = inside_votes.max(), ring_votes.max()
-        self._look = guessing.Look(inside_votes, ring_votes, *most, RING_PX, RING_WIDTH_PX)
+    def __init__(
+        self,
+        views: Sequence[MarkerView],
+        inside_votes: Array,
+        ring_votes: Array,
+        limits: SurfaceLimits,
+        config: GuessesConfig,
+    ) -> None:
+        self._config, most = config, (inside_votes.max(), ring_votes.max())
+        self._look = guessing.Look(inside_votes, ring_votes, *most, limits.ring_px, limits.ring_width_px)
         self.flips = flips_of(np.array([v.turn for v in views]), np.array([v.direction for v in views]))
         n = np.array([len(v.anchors) for v in views])
         anchors = np.zeros((len(views), n.max(), 2))
@@ -64,20 +70,19 @@ class ViewBank:
         self._moments = np.array([v.moments[0] for v in views]), np.array([v.moments[1] for v in views])
 
     def align(self, frame: ImageFrame, shape: BlobShape, most: int) -> tuple[Array, Array, np.ndarray]:
-        """Of the VIEW_KEEP best similarities of each view the best, at most so many: (H, 4), their votes (H,), and each
+        """Of the best few similarities of each view the best, at most so many: (H, 4), their votes (H,), and each
         one's view (H,), best first."""
-        scale = scale_range(self._arrays[-1], shape.area_px, LEAST_AREA_PX)
+        scale = scale_range(self._arrays[-1], shape.area_px, self._config)
         bank = guessing.BankArrays(*self._arrays, self._perimeter, scale, *self._moments)
         (x, y), turn = shape.moments
         moments = guessing.Moments(x, y, turn, shape.area_px)
-        n_views = len(self._perimeter)
-        most = min(most, n_views * VIEW_KEEP)
-        each = guessing.Kept(
-            np.empty((n_views, VIEW_KEEP, 4)), np.empty((n_views, VIEW_KEEP)), np.empty(n_views, np.int64)
-        )
+        n_views, keep = len(self._perimeter), self._config.view_keep
+        most = min(most, n_views * keep)
+        each = guessing.Kept(np.empty((n_views, keep, 4)), np.empty((n_views, keep)), np.empty(n_views, np.int64))
         T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
         at, view = np.empty(max(bank.contour.shape[2], LANES), np.int32), frame.view
+        least_share = float(self._config.least_share)
         n = guessing.best_alignments(
-            *shape.couples, moments, bank, self._look, LEAST_SHARE, view, at, each, T, votes, of
+            *shape.couples, moments, bank, self._look, least_share, view, at, each, T, votes, of
         )
         return T[:n], votes[:n], of[:n]

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.config import GuessesConfig
 from ..geometry.camera import Camera
 from ..geometry.projection import normalise
 from ..geometry.transforms import Array, rotation_from_rotvec
@@ -19,9 +20,7 @@ from ..model.objects import Marker
 from ..model.surface import sample_contour, sample_polygon
 from . import lifting_kernels as lifting
 
-TURNS_RAD = (0.4, 0.7, 0.95, 1.15, 1.32)  # cosines .92 .76 .58 .41 .25: neighbours look alike enough to refine from
-N_DIRECTIONS = 6
-SCORE_POINTS = 24
+_FINE = 1e4  # cv2 approximates whole numbers: an extent is so many of them
 FACING = np.diag([1.0, -1.0, -1.0])  # marker frame (x right, y up, z out) to the camera's (x right, y down, z ahead)
 
 
@@ -32,34 +31,34 @@ class MarkerView:
     turn: float
     direction: float
     outline: Array  # (n, 2) metres, y down, about the marker's centroid
-    inside: Array  # (SCORE_POINTS, 2)
-    contour: Array  # (SCORE_POINTS, 2)
-    contour_normal: Array  # (SCORE_POINTS, 2)
+    inside: Array  # (score_points, 2)
+    contour: Array  # (score_points, 2)
+    contour_normal: Array  # (score_points, 2)
     area: float
     perimeter: float
     anchors: Array  # (a, 2)
     moments: tuple[Array, float]  # of the outline
 
 
-def view_bank(marker: Marker) -> list[MarkerView]:
-    """The marker face on, and turned by TURNS_RAD across N_DIRECTIONS image directions."""
-    turns = [(0.0, 0.0)]
+def view_bank(marker: Marker, config: GuessesConfig) -> list[MarkerView]:
+    """The marker face on, and turned across some of the image's directions."""
+    turns, directions = [(0.0, 0.0)], config.directions
     if marker.disc_radius is not None:  # a disc squeezed in any direction is the same ellipse turned
-        turns += [(turn, 0.0) for turn in TURNS_RAD]
+        turns += [(turn, 0.0) for turn in config.turns_rad]
     else:
-        turns += [(turn, np.pi * i / N_DIRECTIONS) for turn in TURNS_RAD for i in range(N_DIRECTIONS)]
-    return [_view(marker, turn, direction) for turn, direction in turns]
+        turns += [(turn, np.pi * i / directions) for turn in config.turns_rad for i in range(directions)]
+    return [_view(marker, turn, direction, config) for turn, direction in turns]
 
 
-def _view(marker: Marker, turn: float, direction: float) -> MarkerView:
+def _view(marker: Marker, turn: float, direction: float, config: GuessesConfig) -> MarkerView:
     axis = np.array([np.cos(direction), np.sin(direction)])
     squeeze = np.eye(2) + (np.cos(turn) - 1) * np.outer(axis, axis)
     outline = marker.image_outline @ squeeze
     x, y = outline.T
     if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:  # run round as blobs' contours do
         outline = outline[::-1]
-    inside = sample_polygon(outline, SCORE_POINTS)
-    contour, normal = sample_contour(outline, SCORE_POINTS)
+    inside = sample_polygon(outline, config.score_points)
+    contour, normal = sample_contour(outline, config.score_points)
     perimeter = float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())
     centroid, principal = moments_of(outline * 1e3)  # in mm: cv2 takes a tiny area for none
     return MarkerView(
@@ -71,16 +70,19 @@ def _view(marker: Marker, turn: float, direction: float) -> MarkerView:
         normal,
         marker.area * np.cos(turn),
         perimeter,
-        anchors_of(outline),
+        anchors_of(outline, config.anchor_tolerance),
         (centroid / 1e3, principal),
     )
 
 
-def anchors_of(outline: Array) -> Array:
-    """Anchor points of a model outline; a round one is thinned to about a dozen."""
+def anchors_of(outline: Array, tolerance: float) -> Array:
+    """Anchor points of a model outline.
+
+    :param tolerance: share of its extent; at a fiftieth a round one is thinned to about a dozen.
+    """
     extent = float(np.ptp(outline, axis=0).max())
-    scaled = (outline / extent * 1e4).astype(np.int32)
-    return cv2.approxPolyDP(scaled, 200, True).reshape(-1, 2) * (extent / 1e4)
+    scaled = (outline / extent * _FINE).astype(np.int32)
+    return cv2.approxPolyDP(scaled, tolerance * _FINE, True).reshape(-1, 2) * (extent / _FINE)
 
 
 def blob_couples(contour: Array, tolerances_px: tuple[float, ...]) -> tuple[Array, Array]:
@@ -95,9 +97,10 @@ def blob_couples(contour: Array, tolerances_px: tuple[float, ...]) -> tuple[Arra
     return both[:, :2].copy(), both[:, 2:].copy()
 
 
-def scale_range(area: ArrayLike, area_px: float, min_area_px: float) -> Array:
+def scale_range(area: ArrayLike, area_px: float, config: GuessesConfig) -> Array:
     """(..., 2) scales at which views of an area are large enough to be told, and not much larger than their blob."""
-    return np.sqrt(np.stack([min_area_px / np.asarray(area), (1.6 * area_px + 12) / np.asarray(area)], axis=-1))
+    most_px = config.most_area_ratio * area_px + config.most_area_more_px
+    return np.sqrt(np.stack([config.least_area_px / np.asarray(area), most_px / np.asarray(area)], axis=-1))
 
 
 def moments_of(outline: Array) -> tuple[Array, float]:

@@ -11,7 +11,7 @@ from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, turned
 from ..model.chain_kernels import Chain, place_all
 from .hiding_kernels import boxes_in_camera, boxes_in_front, hide
-from .surface_kernels import Room, Surface, SurfaceLimits, aspect, points_of, room_of
+from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, points_of, room_of
 
 
 @inlined
@@ -60,7 +60,7 @@ def score_hypothesis(
         A, b = R[s.component[p]], t[s.component[p]]
         cosine, mx, my, mz = aspect(s, p, A, b)
         votes[column] = area_px[column] = agree[column] = 0.0
-        if not (cosine > limits.least_cosine and mz > 0.02):
+        if not (cosine > limits.least_cosine and mz > LEAST_DEPTH_M):
             continue
         n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room) if blocked else 0
         total, seen, same, role = 0.0, 0, 0, s.table[s.role[p]]
@@ -77,7 +77,7 @@ def score_hypothesis(
             same += found == s.label[p]
         size, visible = s.area[p] * f2 / mz**2 * cosine, seen / count
         value, k = total / count * size, s.marker_of[p]
-        if k >= 0 and visible > 0.5:
+        if k >= 0 and visible > limits.ring_visible:
             value += ring_votes(s, k, A, b, view, limits, room) * ring_px2(s, k, cosine, mz, f2, limits)
         votes[column] = value
         area_px[column] = size * visible

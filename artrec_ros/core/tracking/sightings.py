@@ -7,16 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..base.config import TrackingConfig
+from ..base.config import SightingsConfig, TrackingConfig
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..model.found import Detection
 from .motion import MotionModel, MotionState
 
-_MISTURNED = 0.1  # share of detections whose turn is wrong: mirrored, or by a marker's symmetry
-_TURN_RAD = 0.1  # least uncertainty of a turn
-_RANGE_SHARE = 0.01  # least uncertainty of a place in space, as a share of its range
-_PLACE_PX = 1.5  # uncertainty of a place in the image
-_SCALE_SHARE = 0.05  # ... and of a scale
 _SCALE_PER_M = 1.0  # a step of a metre changes the logarithm of the scale by this: as a metre away
 
 
@@ -38,27 +33,27 @@ class Sighting:
     newcomer: float
 
     @classmethod
-    def in_space(cls, detection: Detection) -> Sighting | None:
+    def in_space(cls, detection: Detection, config: SightingsConfig) -> Sighting | None:
         """None: the detection has no pose."""
         if detection.pose is None:
             return None
         place, covariance = detection.pose.position, detection.pose_covariance
         noise = np.zeros((6, 6)) if covariance is None else covariance
         range_m = max(float(np.linalg.norm(place)), 1e-3)
-        least = (_RANGE_SHARE * range_m) ** 2 * np.eye(3)
-        turn = float(np.trace(noise[3:, 3:])) / 3 + _TURN_RAD**2
+        least = (config.range_share * range_m) ** 2 * np.eye(3)
+        turn = float(np.trace(noise[3:, 3:])) / 3 + config.turn_rad**2
         # what is in view at a range is about a cube of that size
         return cls(place, noise[:3, :3] + least, np.ones(3), detection.pose.rotation, turn, 3, range_m**-3)
 
     @classmethod
-    def in_image(cls, detection: Detection, size: tuple[int, int]) -> Sighting:
+    def in_image(cls, detection: Detection, size: tuple[int, int], config: SightingsConfig) -> Sighting:
         """:param size: (width, height) pixels."""
         image = detection.image
         place = np.array([image.x, image.y, np.log(max(image.scale, 1e-9))])
-        noise = np.diag([_PLACE_PX, _PLACE_PX, _SCALE_SHARE]) ** 2
+        noise = np.diag([config.place_px, config.place_px, config.scale_share]) ** 2
         unit = np.array([image.scale, image.scale, _SCALE_PER_M])
         rotation = rotation_from_rotvec([0.0, 0.0, image.theta])
-        return cls(place, noise, unit, rotation, _TURN_RAD**2, 1, 1.0 / (size[0] * size[1]))
+        return cls(place, noise, unit, rotation, config.turn_rad**2, 1, 1.0 / (size[0] * size[1]))
 
 
 @dataclass(frozen=True)
@@ -90,14 +85,17 @@ def surprise(sighting: Sighting, traces: Sequence[Trace], config: TrackingConfig
     place = np.sum(error * np.linalg.solve(S, error[..., None])[..., 0], axis=1)
     spread = np.linalg.slogdet(2 * np.pi * S)[1]
     newcomer = 2 * np.log(config.newcomer_odds * sighting.newcomer)
-    return place + spread + newcomer - 2 * np.log(_turn_ratio(sighting, traces, config.turn_rate))
+    return place + spread + newcomer - 2 * np.log(_turn_ratio(sighting, traces, config))
 
 
-def _turn_ratio(sighting: Sighting, traces: Sequence[Trace], turn_rate: float) -> Array:
+def _turn_ratio(sighting: Sighting, traces: Sequence[Trace], config: TrackingConfig) -> Array:
     """(T,) how much likelier its turn is than any other; a wrong one speaks only so much against it."""
     cosine = (np.sum([t.last.rotation * sighting.rotation for t in traces], axis=(1, 2)) - 1) / 2
     angle = np.arccos(np.clip(cosine, -1, 1))
-    variance = np.array([t.last.turn_variance + (turn_rate * t.age_s) ** 2 for t in traces]) + sighting.turn_variance
+    variance = (
+        np.array([t.last.turn_variance + (config.turn_rate * t.age_s) ** 2 for t in traces]) + sighting.turn_variance
+    )
     anywhere = 8 * np.pi**2 if sighting.turn_axes == 3 else 2 * np.pi
     peak = np.maximum(anywhere / (2 * np.pi * variance) ** (sighting.turn_axes / 2), 1.0)
-    return (1 - _MISTURNED) * peak * np.exp(-0.5 * angle**2 / variance) + _MISTURNED
+    misturned = config.sightings.misturned
+    return (1 - misturned) * peak * np.exp(-0.5 * angle**2 / variance) + misturned

@@ -25,7 +25,6 @@ from .motion import MotionModel
 from .sightings import Sighting, Trace, surprise
 
 _NO_CLOCK_S = 1 / 30  # what a frame counts as where stamps stand still
-_MISSED_PER_SEEN = 2  # frames in a row that an object may be missed, for each that it was seen in
 
 
 @dataclass(frozen=True)
@@ -62,9 +61,10 @@ class Track:
         space = self.space and self.space.older(dt_s, model)
         return replace(self, image=self.image.older(dt_s, model), space=space, missed=self.missed + 1)
 
-    def is_remembered(self, max_gap_s: float) -> bool:
+    def is_remembered(self, config: TrackingConfig) -> bool:
         """What was seen once or twice was perhaps nothing: it is soon forgotten."""
-        return self.image.age_s <= max_gap_s and self.missed <= _MISSED_PER_SEEN * self.seen + 1
+        soon = config.sightings.missed_per_seen * self.seen + 1
+        return self.image.age_s <= config.max_gap_s and self.missed <= soon
 
     def continued(self, look: Look, model: MotionModel) -> Track:
         space = self.space
@@ -107,7 +107,10 @@ class Tracker:
         if not self._config.enabled:
             return result
         self._advance(stamp_ns, result.size, frame_id)
-        looks = [Look(d.object, Sighting.in_image(d, result.size), Sighting.in_space(d)) for d in result.detections]
+        of = self._config.sightings
+        looks = [
+            Look(d.object, Sighting.in_image(d, result.size, of), Sighting.in_space(d, of)) for d in result.detections
+        ]
         self._in_company |= {name for name, n in Counter(look.object for look in looks).items() if n > 1}
         matched = self._match(looks)
         continued = {n: self._tracks[i].continued(looks[n], self._motion) for n, i in matched.items()}
@@ -129,7 +132,7 @@ class Tracker:
         dt_s = passed_s or _NO_CLOCK_S
         self._unseen_s = {k: s + dt_s for k, s in self._unseen_s.items() if s + dt_s <= self._config.max_gap_s}
         older = (t.older(dt_s, self._motion) for t in self._tracks)
-        self._tracks = [t for t in older if t.is_remembered(self._config.max_gap_s)]
+        self._tracks = [t for t in older if t.is_remembered(self._config)]
         self._stamp_ns, self._size, self._frame_id = stamp_ns, size, frame_id or self._frame_id
 
     def _begun(self, look: Look) -> Track:

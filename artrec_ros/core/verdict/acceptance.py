@@ -9,8 +9,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..pose.surface_model import RING_WIDTH_PX
-from ..pose.votes import INSIDE, RIM, RING
 from .claims import Claim
 
 # Logistic weights: constant; other components confirmed (at most two); their votes; the body's mean vote; all votes;
@@ -96,8 +94,10 @@ class Verdict:
         area_px, marker = float(scores.area_px[0, shown]), finder.surface.patches[shown].marker
         assert marker is not None  # what shows a component is a marker
         perimeter_px = marker.perimeter * math.sqrt(max(area_px, 1e-9) / marker.area)
-        inside = INSIDE[0] * scores.agree[0, shown] * area_px
-        return float((scores.votes[0, shown] - inside) / ((RIM[0] + RING[2]) * RING_WIDTH_PX * perimeter_px))
+        votes = finder.surface.votes
+        inside = votes.inside[0] * scores.agree[0, shown] * area_px
+        around = (votes.rim[0] + votes.ring[2]) * votes.ring_width_px * perimeter_px
+        return float((scores.votes[0, shown] - inside) / max(around, 1e-12))  # nothing, where outlines do not vote
 
     @property
     def doubt(self) -> str:

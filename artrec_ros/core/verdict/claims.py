@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -24,14 +25,18 @@ class Claim:
     poses: Poses  # one hypothesis
     votes: float
     scores: PatchScores
+    depth_m: float = math.nan  # of the required component, along the optical axis; NaN: not asked for
+    scale: float = math.nan  # pixels per metre there
 
 
 def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Claim]:
     """A claim for each hypothesis."""
     scores = finder.judge(frame, poses, occlusion=True)
+    depth_m = finder.anchors(poses)[:, 2]
+    scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
+    numbers = zip(finder.total(scores).tolist(), depth_m.tolist(), scale.tolist(), strict=True)
     return [
-        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1])
-        for i, votes in enumerate(finder.total(scores).tolist())
+        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], *place) for i, (votes, *place) in enumerate(numbers)
     ]
 
 

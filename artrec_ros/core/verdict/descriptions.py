@@ -42,7 +42,7 @@ class Describer:
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
         poses = finder.settled(frame.unhurried(), Poses.concatenate([v.claim.poses for v in verdicts]), used)
-        covariances = pose_covariances(surface, frame, poses, used)
+        covariances = pose_covariances(surface, frame, poses, used, finder.config)
         parts = self._instances(verdicts, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [
             self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy())

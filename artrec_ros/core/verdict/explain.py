@@ -74,7 +74,7 @@ def reason_alone(search: GroupSearch, seed: int, config: RecognizerConfig) -> tu
     others = [comp.name for comp in c.target.model.components if not comp.required]
     near = np.flatnonzero(~table.forbidden[seed] & table.checked[seed])
     if not len(near):
-        if not others or config.min_components < 2:
+        if not others or config.min_in_plane < 2:
             return _too_faint(float(c.share[seed]), config.grouping.min_alone_match), None
         return f"no instance of {' or '.join(others)} with a learned constraint and a like scale", None
     best = int(near[np.argmin(table.violation[seed, near])])
@@ -97,7 +97,7 @@ def _reason_together(search: GroupSearch, seed: int, config: RecognizerConfig) -
     for component in np.unique(c.component[fits]):
         mine = np.flatnonzero(fits & (c.component == component))
         members.append(int(mine[np.argmax(c.weight[mine])]))
-    wanted = min(config.min_components, len(c.target.model.components))
+    wanted = min(config.min_in_plane, len(c.target.model.components))
     if len(members) < wanted:
         return f"{len(members)} components agree, {wanted} are wanted", None
     index = np.ix_(members, members)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..base.config import RecognizerConfig
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdict_of
 from .claims import claims_of
+from .reach import Reach
 
 
 @dataclass(frozen=True)
@@ -16,10 +18,18 @@ class Judge:
     """The thresholds of `RecognizerConfig`.
 
     :param min_votes: least votes of a claim. :param min_probability: least probability of an object.
+    :param min_components: least components that the labels confirm, the required one included; no more than there are.
+    :param reach: where objects are looked for.
     """
 
     min_votes: float
     min_probability: float
+    min_components: int = 0
+    reach: Reach = Reach()
+
+    @classmethod
+    def of(cls, config: RecognizerConfig) -> Judge:
+        return cls(config.verdict.min_votes, config.min_probability, config.min_components, Reach.of(config))
 
     def verdicts(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Verdict | None]:
         """What the labels confirm of each hypothesis; None for those without votes enough."""
@@ -42,6 +52,12 @@ class Judge:
         if not verdict.confirmed[verdict.claim.finder.root]:
             required = verdict.claim.finder.surface.model.required.name
             return f"its required component {required} is not confirmed"
+        out_of_reach = self.reach.reason(verdict.claim.depth_m, verdict.claim.scale)
+        if out_of_reach is not None:
+            return out_of_reach
+        confirmed, wanted = sum(verdict.confirmed), min(self.min_components, len(verdict.confirmed))
+        if confirmed < wanted:
+            return f"{confirmed} of its components confirmed, {wanted} are wanted"
         if verdict.probability < self.min_probability:
             return f"probability {verdict.probability:.2f} is below {self.min_probability:g}: {verdict.doubt}"
         return None

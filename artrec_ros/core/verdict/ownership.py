@@ -17,9 +17,6 @@ from .acceptance import Verdict
 from .claims import corners_of, silhouette
 from .judge import Judge
 
-_MARGIN_PX = 3.0  # around an object's corners: for the rings around its contours
-_MARGIN_SHARE = 0.1  # of its larger side, besides: for what a lens bends out
-
 
 def share_out(
     found: Sequence[tuple[WholeObjectFinder, Poses]], frame: ImageFrame, judge: Judge
@@ -57,10 +54,12 @@ class _Group:
 
     @cached_property
     def boxes(self) -> Array:
-        """(H, 2, 2) least and greatest x, y of all pixels that the votes for each look at."""
+        """(H, 2, 2) least and greatest x, y of all pixels that the votes for each look at: those of its corners, of the
+        rings around its contours, and what a lens bends out."""
         corners = corners_of(self.finder.surface, self.camera, self.poses)
         low, high = corners.min(axis=1), corners.max(axis=1)
-        margin = _MARGIN_PX + _MARGIN_SHARE * (high - low).max(axis=1, keepdims=True)
+        config = self.finder.config.verdict
+        margin = config.margin_px + config.margin_share * (high - low).max(axis=1, keepdims=True)
         return np.stack([low - margin, high + margin], axis=1)
 
     def judged(self, rows: Sequence[int], frame: ImageFrame) -> list[_Standing | None]:

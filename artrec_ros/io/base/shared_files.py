@@ -19,7 +19,7 @@ def share_directory(package: str = PACKAGE) -> Path:
     :raise ConfigError: the package is not installed in any known prefix.
     """
     if package == PACKAGE:
-        source_tree = Path(__file__).resolve().parents[2]
+        source_tree = Path(__file__).resolve().parents[3]
         if (source_tree / "package.xml").is_file() and (source_tree / "config").is_dir():
             return source_tree
     prefixes = list(_prefixes())

@@ -24,6 +24,7 @@ from ...core.base.errors import ConfigError
 from ...core.image.segmentation import Segmenter
 from ...core.model.target import Target
 from ...core.recognizer import Recognizer
+from ...core.warm_up import Told
 from ..base.kinds import PARAMETERS, mistaken
 from ..base.shared_files import resolve_path
 from ..base.yaml_files import Value, load_value, nearest
@@ -55,9 +56,9 @@ class Setup:
     node: NodeConfig
     resolved: dict[str, Any]
 
-    def build(self) -> Recognizer:
-        """The recogniser with these parameters."""
-        return Recognizer(self.targets, self.recognizer, Segmenter(self.image))
+    def build(self, *, calibrated: bool = True, told: Told = lambda share: None) -> Recognizer:
+        """The recogniser with these parameters, ready for images with or without calibration."""
+        return Recognizer(self.targets, self.recognizer, Segmenter(self.image), calibrated=calibrated, told=told)
 
     def lacks(self, calibrated: bool = True) -> list[str]:
         """A line for each object that cannot be found with what the files tell; `calibrated`: the images are."""

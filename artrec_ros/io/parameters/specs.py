@@ -1,4 +1,4 @@
-"""Parameters as flat, typed, described names: derived from the dataclasses of core/config.py, once for all users."""
+"""Parameters as flat, typed, described names: derived from the dataclasses of core/base/config, once for all."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from typing import Any
 from ...core.base.config import (
     PATHS,
     ClassConfig,
+    DesignConfig,
     ImageConfig,
+    LearningConfig,
     NodeConfig,
     ObjectConfig,
     RecognizerConfig,
@@ -28,7 +30,10 @@ _FIXED = ("image.classes",)  # it decides which other parameters there are
 
 @dataclass(frozen=True)
 class Spec:
-    """One parameter: a scalar, or a list of `type` where `is_list`; low and high bound each item, inclusively."""
+    """One parameter: a scalar, or a list of `type` where `is_list`; low and high bound each item, inclusively.
+
+    :param length: how many items a list has; 0: any number.
+    """
 
     name: str
     type: type
@@ -42,6 +47,7 @@ class Spec:
     paths: tuple[str, ...] = PATHS
     calibrated: bool = False
     origin: str = ""
+    length: int = 0
 
     @property
     def is_expert(self) -> bool:
@@ -60,6 +66,8 @@ class Spec:
         items = tuple(self._item(v) for v in value.items())
         if self.default and not items:
             raise value.error(f"the list is empty; leave it out for its default {list(self.default)}")
+        if self.length and len(items) != self.length:
+            raise value.error(f"{len(items)} numbers are given; it has {self.length}, such as {list(self.default)}")
         return items
 
     def _item(self, value: Value) -> Any:
@@ -88,6 +96,11 @@ def expert_rooms() -> dict[str, type]:
     """The configs of rooms by their names in files, in the order of the configs that hold them."""
     holders = (RecognizerConfig, ImageConfig, TrackingConfig)
     return {name: room for config in holders for name, room in rooms_of(config).items()}
+
+
+def offline_rooms() -> dict[str, type]:
+    """The configs of rooms that no parameter file reaches."""
+    return {"learning": LearningConfig, "design": DesignConfig}
 
 
 def all_specs(objects: Iterable[str], classes: Iterable[str]) -> dict[str, Spec]:

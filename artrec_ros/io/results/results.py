@@ -22,6 +22,7 @@ DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 class FrameRecord:
     """What was found in one frame, or the `error` why it could not be used.
 
+    :param ended_by: the limits that ended the search early, by the parameters' names.
     :param source: number of its source in a replay of several; None: there is one.
     """
 
@@ -31,16 +32,21 @@ class FrameRecord:
     detections: tuple[Detection, ...] = ()
     rejected: tuple[Rejection, ...] = ()
     timing_ms: dict[str, float] = field(default_factory=dict)
-    complete: bool = True
+    ended_by: tuple[str, ...] = ()
     frame_id: str = ""
     error: str | None = None
     source: int | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Whether no limit ended the search early."""
+        return not self.ended_by
 
     @classmethod
     def of(cls, stamp_ns: int, frame: str, result: FrameResult, frame_id: str = "") -> FrameRecord:
         """:param frame_id: the camera's optical frame, to which the poses refer."""
         r = result
-        return cls(stamp_ns, frame, r.size, r.detections, tuple(r.rejected), r.timing_ms, r.complete, frame_id)
+        return cls(stamp_ns, frame, r.size, r.detections, tuple(r.rejected), r.timing_ms, r.ended_by, frame_id)
 
     def to_json(self) -> str:
         """One line, as docs/replay.md describes it."""
@@ -51,6 +57,8 @@ class FrameRecord:
         content["rejected"] = [_rejection_to_dict(r) for r in self.rejected]
         content["timing_ms"] = {stage: _f(t, 3) for stage, t in self.timing_ms.items()}
         content["complete"] = self.complete
+        if self.ended_by:
+            content["ended_by"] = list(self.ended_by)
         if self.error is not None:
             content["error"] = self.error
         return json.dumps(content, allow_nan=False, ensure_ascii=False)
@@ -67,7 +75,7 @@ class FrameRecord:
             detections=tuple(_detection_from_dict(o) for o in c["objects"]),
             rejected=tuple(_rejection_from_dict(r) for r in c.get("rejected", [])),
             timing_ms=dict(c.get("timing_ms", {})),
-            complete=bool(c.get("complete", True)),
+            ended_by=tuple(str(limit) for limit in c.get("ended_by", [])),
             frame_id=poses[0]["frame_id"] if poses else "",
             error=c.get("error"),
             source=c.get("source"),

@@ -85,7 +85,7 @@ def _why_missed(outcome: Outcome, name: str, root: str, frame: ScoredFrame) -> s
     if rejected:
         best = max(rejected, key=lambda r: r.score)
         return f"turned down: {best.reason}"
-    return "no candidate near it" + ("" if record.complete else "; the time budget ended the search")
+    return "no candidate near it" + (f"; {' and '.join(record.ended_by)} ended the search" if record.ended_by else "")
 
 
 def taken_for(outcome: Outcome, name: str, root: str, frame: ScoredFrame) -> list[str]:

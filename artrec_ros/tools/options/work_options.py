@@ -72,7 +72,8 @@ def order_of(setup: Setup, paths: Sequence[Path], sources: Sources, options: Sou
         dataclasses.replace(options, topic=part.topic) if isinstance(part, BagSource) else options
         for part in sources.parts
     ]
-    return Order(setup, tuple(path.absolute() for path in paths), tuple(chosen))
+    calibrated = any(part.calibrated for part in sources.parts)
+    return Order(setup, tuple(path.absolute() for path in paths), tuple(chosen), calibrated)
 
 
 def number(text: str, accept: Callable[[float], bool], what: str) -> float:

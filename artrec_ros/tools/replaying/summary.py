@@ -23,7 +23,7 @@ class Summary:
     frames: int = 0
     objects: Counter[str] = field(default_factory=Counter)
     frames_without_objects: int = 0
-    frames_cut_short: int = 0
+    frames_cut_short: Counter[str] = field(default_factory=Counter)  # by the limit that did it
     errors: Counter[str] = field(default_factory=Counter)
     total_ms: list[float] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
@@ -36,7 +36,7 @@ class Summary:
             return
         self.objects.update(d.object for d in record.detections)
         self.frames_without_objects += not record.detections
-        self.frames_cut_short += not record.complete
+        self.frames_cut_short.update(record.ended_by)
         if "total" in record.timing_ms:
             self.total_ms.append(record.timing_ms["total"])
 
@@ -46,7 +46,7 @@ class Summary:
             "frames_with_error": self.errors.total(),
             "errors": dict(self.errors.most_common(20)),
             "frames_without_objects": self.frames_without_objects,
-            "frames_cut_short_by_time_budget": self.frames_cut_short,
+            "frames_cut_short_by": dict(sorted(self.frames_cut_short.items())),
             "objects": dict(sorted(self.objects.items())),
             "total_ms": self._times(),
             "problems": self.problems,
@@ -72,8 +72,8 @@ class Summary:
         yield f"frames {self.frames}, objects found: {found}; frames without any: {self.frames_without_objects}"
         if (t := self._times()) is not None:
             yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
-        if self.frames_cut_short:
-            yield f"{self.frames_cut_short} frames were cut short by recognizer.time_budget_ms"
+        for limit, count in sorted(self.frames_cut_short.items()):
+            yield f"{count} frame(s) were cut short by {limit}"
 
     def failures(self) -> Iterator[str]:
         """What went wrong, for stderr: frames and sources that could not be used."""

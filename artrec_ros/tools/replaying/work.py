@@ -30,12 +30,14 @@ _ERROR_SIZE_PX = (640, 480)
 class Order:
     """What all workers of a replay are told: they read the sources themselves.
 
-    :param options: of each source, its topic chosen. :param with_classes: overlays stand beside the class images.
+    :param options: of each source, its topic chosen. :param calibrated: there is a calibration for some of them.
+    :param with_classes: overlays stand beside the class images.
     """
 
     setup: Setup
     sources: tuple[Path, ...]
     options: tuple[SourceOptions, ...]
+    calibrated: bool = True
     with_classes: bool = False
 
     def packed(self) -> bytes:
@@ -76,7 +78,7 @@ class Worker:
 
     def __init__(self, order: Order) -> None:
         self._order = order
-        self._recognizer = order.setup.build()
+        self._recognizer = order.setup.build(calibrated=order.calibrated)
         self._segmenter = Segmenter(order.setup.image)
         self._names = [target.name for target in order.setup.targets]
         self._stack = ExitStack()

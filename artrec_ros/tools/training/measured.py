@@ -22,6 +22,7 @@ from ...io.base.shared_files import resolve_path
 from ...io.images.decoding import read_image
 from ...io.learned.annotations import AnnotatedObject, Annotations
 from ...io.parameters.parameter_file import Setup, read_flat, setup_from_flat
+from ..getting_ready import progress
 
 _NEAR = 0.5  # farthest detection of an annotated object, in lengths of its required marker's axis
 _LARGEST_RAD = np.pi / 4  # beyond it an axis was taken for another of the marker's symmetry
@@ -54,7 +55,8 @@ def measure_axes(setup: Setup, model: ObjectModel, constraints: ConstraintSet, a
     if not targets:
         known = ", ".join(f"{t.name} ({t.model.name})" for t in setup.targets)
         raise ConfigError(f"--params-file: none of its objects is a '{model.name}'; it has {known}")
-    recognizer = Recognizer(targets, setup.recognizer, Segmenter(setup.image))
+    with progress() as told:
+        recognizer = Recognizer(targets, setup.recognizer, Segmenter(setup.image), calibrated=False, told=told)
     examples = annotations.examples(model)
     by_image: dict[Path, list[tuple[AnnotatedObject, dict[Key, Instance]]]] = defaultdict(list)
     for annotated, example in zip(annotations.objects, examples, strict=True):

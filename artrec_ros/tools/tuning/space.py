@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ...core.base.config import TrackingConfig, rooms_of
 from ...core.base.errors import ConfigError
 from ...io.base.yaml_files import Value, load_yaml
 from ...io.parameters.parameter_file import Setup, hint
@@ -17,6 +18,7 @@ from ...io.parameters.specs import EXPERT, Spec, all_specs, moved
 FORMAT = "artrec_search/1"
 _DIGITS = 4  # significant ones of a value: more would only look exact
 _ELEMENT = re.compile(r"(.+)\[(\d+)\]")
+_TRACKING = tuple(f"{EXPERT}{room}." for room in rooms_of(TrackingConfig))
 _SEARCHED = ("image.", "recognizer.", EXPERT)
 
 
@@ -72,6 +74,7 @@ def _dimension(name: str, value: Value, specs: Mapping[str, Spec], setup: Setup)
     match = _ELEMENT.fullmatch(name)
     base, element = (match[1], int(match[2])) if match else (name, None)
     searched = {n: s for n, s in specs.items() if n.startswith(_SEARCHED) and not n.endswith((".classes", ".label"))}
+    searched = {n: s for n, s in searched.items() if not n.startswith(_TRACKING)}
     if base not in specs:
         new_name = moved(base, specs)
         if new_name is not None:

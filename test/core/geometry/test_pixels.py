@@ -1,11 +1,11 @@
 """Where points land in the image and which pixel that is, as compiled code works it out."""
 
 import cv2
+import numba
 import numpy as np
 import pytest
 from solids import BENT, RATIONAL, camera_of
 
-from artrec_ros.core.base import jit
 from artrec_ros.core.geometry import pixel_kernels as geometry
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -53,7 +53,7 @@ def test_pixels_are_looked_up_alike():
     np.testing.assert_array_equal(found, field.at(at))
     view = ImageFrame(field, camera_of()).view
 
-    @jit.jit
+    @numba.njit  # not kept on disk: nothing there would notice that the kernels have changed
     def padded_pixel(x, y, view):
         return geometry.padded_pixel(x, y, view)
 

@@ -76,9 +76,9 @@ def test_pairs_are_forbidden_or_checked_as_their_explanation_says(matches, candi
 
 
 @pytest.mark.parametrize("most, fit", [(500, True), (3, True), (500, False)])
-def test_candidates_that_matter_to_a_seed_are_kept(monkeypatch, matches, candidates, most, fit):
+def test_candidates_that_matter_to_a_seed_are_kept(matches, candidates, most, fit):
     """Those that go with one, or miss it by the least."""
-    monkeypatch.setattr(pair_table, "_MAX_PARTNERS", most)
+    config = replace(CONFIG, grouping=replace(CONFIG.grouping, max_partners=most))
     if not fit:
         pairs = tuple(replace(p, allowed={"distance_m": Interval(2.0, 2.1)}) for p in CRANE.pairs)
         target = Target("crane", crane(), RED, replace(CRANE, pairs=pairs))
@@ -93,7 +93,7 @@ def test_candidates_that_matter_to_a_seed_are_kept(monkeypatch, matches, candida
             miss = np.where(whole.checked[s, mine], whole.violation[s, mine], np.inf)
             partners.add(int(mine[miss.argmin()]))
     kept = sorted(sorted(partners, key=lambda n: (-candidates.weight[n], n))[:most])
-    search = GroupSearch(candidates, matches, CONFIG, Deadline())
+    search = GroupSearch(candidates, matches, config, Deadline())
     index = np.concatenate([seeds, kept]).astype(int)
     assert search.seeds.tolist() == list(range(len(seeds)))
     np.testing.assert_array_equal(search.candidates.poses.arrays, candidates.take(index).poses.arrays)

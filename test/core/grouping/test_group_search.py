@@ -52,8 +52,7 @@ def all_groups(pool, rules, banned):
         value -= sum(rules.absent_m[c] * pool.scale[0] for c in set(range(count)) - set(pool.component[members]))
         for a, b in pairs:
             if pool.violation[a, b] > 0:
-                far = np.interp(pool.violation[a, b], (0, rules.far_out), (0.25, 1.0))
-                value -= far * min(pool.weight[a], pool.weight[b])
+                value -= min(pool.weight[a], pool.weight[b])
         held = satisfied / checked if checked else 1.0
         score = np.mean(pool.score[members]) * held * (0.5 + 0.5 * len(members) / count)
         yield max(value, 0.05 * pool.weight[members].sum()), sorted(members), score, satisfied, checked
@@ -64,9 +63,7 @@ def all_groups(pool, rules, banned):
 def test_groups_are_the_heaviest_of_all(seed, least_components, satisfied, nodes):
     rng = np.random.default_rng(seed)
     pool = random_pool(rng, 12, 4, 8)
-    rules = group_search.Rules(
-        rng.uniform(0, 10, 4), 0, 12, 4, nodes, least_components, satisfied, 0.6, 0.7, 0.25, 1.0, 0.5, 0.05
-    )
+    rules = group_search.Rules(rng.uniform(0, 10, 4), 0, 12, 4, nodes, least_components, satisfied, 0.6, 0.7, 0.05)
     banned = rng.random(8) < 0.15
     expected = sorted(all_groups(pool, rules, banned), key=lambda g: -g[0])[:4]
     held, members, weight, score, good, checked, exact = group_search.best_groups(pool, 0, rules, banned)

@@ -18,7 +18,7 @@ def test_what_two_bases_claim_goes_where_nothing_else_can(groups_per_seed):
     assert sorted(tuple(sorted(names(g).items())) for g in solution.accepted) == [
         (("base", 0), ("fore", 3)), (("base", 1), ("fore", 2)),
     ]  # fmt: skip
-    assert solution.exact
+    assert not solution.out_of_nodes
 
 
 def test_a_component_that_no_constraint_ties_is_left_out():
@@ -127,9 +127,9 @@ def test_a_cut_short_search_says_so():
     bars = [(1, Placed(*(500 + 100 * np.array([np.cos(a), np.sin(a)])), a, 100.0), 0.9) for a in rng.uniform(-3, 3, 10)]
     matches = found((0, at(0), 0.9), *bars)
     pairs = (BASE_FORE, pair(0, 2, 0.9, 1.1))
-    assert solved(matches, *pairs)[0].exact
+    assert not solved(matches, *pairs)[0].out_of_nodes
     cut = solved(matches, *pairs, search_nodes=5)[0]
-    assert not cut.exact
+    assert cut.out_of_nodes
 
 
 def test_two_markers_of_one_component_are_never_a_pair():

@@ -28,8 +28,8 @@ def best_by_trying_all(weight, conflict):
 @pytest.mark.parametrize("seed", range(15))
 def test_the_best_choice_is_found(seed):
     weight, conflict = random_problem(np.random.default_rng(seed), 11)
-    chosen, exact = pack(weight, conflict, 100000, Deadline())
-    assert exact
+    chosen, exact, out_of_nodes = pack(weight, conflict, 100000, Deadline())
+    assert exact and not out_of_nodes
     assert not any(conflict[a, b] for a, b in itertools.combinations(chosen, 2))
     assert weight[chosen].sum() == pytest.approx(best_by_trying_all(weight, conflict))
 
@@ -37,16 +37,17 @@ def test_the_best_choice_is_found(seed):
 def test_greedy_would_be_wrong():
     # the heaviest conflicts with two that together are heavier
     conflict = np.array([[1, 1, 1], [1, 1, 0], [1, 0, 1]], bool)
-    assert pack(np.array([3.0, 2.0, 2.0]), conflict, 100, Deadline())[0] == [1, 2]
+    assert pack(np.array([3.0, 2.0, 2.0]), conflict, 100, Deadline()).chosen == [1, 2]
 
 
 @pytest.mark.parametrize(
-    "cut", [{"node_limit": 1, "deadline": Deadline()}, {"node_limit": 10**6, "deadline": Deadline(0)}]
+    "by_nodes, cut",
+    [(True, {"node_limit": 1, "deadline": Deadline()}), (False, {"node_limit": 10**6, "deadline": Deadline(0)})],
 )
-def test_cut_short_it_is_no_worse_than_greedy_and_says_so(cut):
+def test_cut_short_it_is_no_worse_than_greedy_and_says_by_what(by_nodes, cut):
     weight, conflict = random_problem(np.random.default_rng(0), 120)
-    chosen, exact = pack(weight, conflict, **cut)
-    assert not exact
+    chosen, exact, out_of_nodes = pack(weight, conflict, **cut)
+    assert not exact and out_of_nodes == by_nodes
     assert chosen and not any(conflict[a, b] for a, b in itertools.combinations(chosen, 2))
     assert weight[chosen].sum() >= weight.max()
 
@@ -59,7 +60,7 @@ def test_connected_parts():
 
 
 def test_nothing_to_choose_from():
-    assert pack(np.zeros(0), np.zeros((0, 0), bool), 10, Deadline()) == ([], True)
+    assert pack(np.zeros(0), np.zeros((0, 0), bool), 10, Deadline()) == ([], True, False)
 
 
 def test_of_groups_that_rule_out_the_same_others_the_heaviest_is_left():
@@ -68,4 +69,4 @@ def test_of_groups_that_rule_out_the_same_others_the_heaviest_is_left():
     weights, conflicts = np.concatenate([weight, 0.9 * weight]), conflict[np.ix_(like, like)]
     assert pack(weights, conflicts, 10**5, Deadline()) == pack(weight, conflict, 10**5, Deadline())
     apart = np.zeros((3, 3), bool)
-    assert pack(np.ones(3), apart, 100, Deadline()) == ([0, 1, 2], True)
+    assert pack(np.ones(3), apart, 100, Deadline()) == ([0, 1, 2], True, False)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import RED, camera_of, chain, jolted, pose, render, sign
 
 from artrec_ros.core.base.deadline import Deadline
@@ -11,11 +12,11 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import climb_kernels as climbing
-from artrec_ros.core.pose.finder import HIDDEN_COST, JOINT_STEP, Climb, WholeObjectFinder
+from artrec_ros.core.pose.finder import Climb, WholeObjectFinder
 from artrec_ros.core.pose.ranked import Ranked
 
 pytestmark = pytest.mark.uncompiled
-CAMERA = camera_of((96, 72), 90.0)
+CAMERA, SEARCH = camera_of((96, 72), 90.0), DEFAULTS.search
 MODEL = chain()
 TRUTH = pose(0.05, 0.02, 0.6, 0.3, model=MODEL, joints={"arm": 0.2, "rod": 0.05, "finger": 0.5})
 
@@ -35,7 +36,7 @@ class Looks(Deadline):
 
 @pytest.fixture(scope="module")
 def finder():
-    return WholeObjectFinder(Target("chain", MODEL, RED))
+    return WholeObjectFinder(Target("chain", MODEL, RED), DEFAULTS)
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +46,7 @@ def frame():
 
 def start(n=3, seed=0):
     poses = jolted(np.random.default_rng(seed), TRUTH, n, 0.01, 0.1, 0.05)
-    kin = WholeObjectFinder(Target("chain", MODEL, RED)).surface.kinematics
+    kin = WholeObjectFinder(Target("chain", MODEL, RED), DEFAULTS).surface.kinematics
     poses.q[:] = np.clip(poses.q, kin.lower, kin.upper)
     return poses
 
@@ -104,7 +105,7 @@ def test_where_nothing_is_better_nothing_moves(finder):
 def test_steps_too_short_to_matter_end_a_climb(finder, frame):
     poses, looks = start(), Looks(10)
     watched = replace(frame, deadline=looks)
-    assert same(climbed(finder, watched, poses, 9, spread=climbing.LEAST_STEP / 2)[0], poses)
+    assert same(climbed(finder, watched, poses, 9, spread=SEARCH.least_step / 2)[0], poses)
     assert looks._left == 9
 
 
@@ -113,7 +114,7 @@ def test_nothing_to_climb_and_an_object_without_joints(finder, frame):
     found, votes = climbed(finder, frame, none, 3)
     assert len(found) == len(votes) == 0
     at = pose(0, 0, 0.5, 0.2, model=sign())
-    lone = WholeObjectFinder(Target("sign", sign(), RED))
+    lone = WholeObjectFinder(Target("sign", sign(), RED), DEFAULTS)
     seen = ImageFrame(LabelField(render(CAMERA, [(sign(), at, RED)])), CAMERA)
     near = jolted(np.random.default_rng(1), at, 2, 0.02, 0.05, 0.0)
     found, votes = climbed(lone, seen, near, 3)
@@ -122,7 +123,8 @@ def test_nothing_to_climb_and_an_object_without_joints(finder, frame):
 
 def moved(z, lower=(-1.0, 0.0), upper=(1.0, 2 * np.pi), endless=(False, True)):
     """t and q (2,) after a step z (8,) from (.1, .2, 2) and (.9, 6)."""
-    m = climbing.Moves(100.0, np.array(lower), np.array(upper), np.array([1.0, 1.0]), np.array(endless))
+    steps = climbing.Steps(1.5, 0.03, 0.12, 0.15, 1.6, -0.7, 0.01)
+    m = climbing.Moves(steps, 100.0, np.array(lower), np.array(upper), np.array([1.0, 1.0]), np.array(endless))
     tried = climbing.Tried(np.empty((3, 3)), np.empty(3), np.empty(2), np.empty((3, 3, 3)))
     climbing.move(m, np.array(z, float), np.eye(3), np.array([0.1, 0.2, 2.0]), np.array([0.9, 6.0]), tried)
     return tried
@@ -130,15 +132,15 @@ def moved(z, lower=(-1.0, 0.0), upper=(1.0, 2 * np.pi), endless=(False, True)):
 
 def test_a_step_is_measured_in_pixels_in_shares_of_depth_in_radians_and_in_joints_units():
     aside, near, turned = moved(np.eye(8)[0] * 2), moved(np.eye(8)[2] * -1), moved(np.eye(8)[5] * 0.5)
-    np.testing.assert_allclose(aside.t, (0.1 + 2 * climbing.STEP_PX / 100 * 2.0, 0.2, 2.0))
-    np.testing.assert_allclose(near.t, np.array([0.1, 0.2, 2.0]) * (1 - climbing.STEP_DEPTH))
-    angle = 0.5 * climbing.STEP_RAD
+    np.testing.assert_allclose(aside.t, (0.1 + 2 * 1.5 / 100 * 2.0, 0.2, 2.0))
+    np.testing.assert_allclose(near.t, np.array([0.1, 0.2, 2.0]) * (1 - 0.03))
+    angle = 0.5 * 0.12
     np.testing.assert_allclose(turned.R[0], (np.cos(angle), -np.sin(angle), 0.0))
-    np.testing.assert_allclose(moved(np.eye(8)[6] * -2).q, (0.9 - 2 * climbing.STEP_JOINT, 6.0))
+    np.testing.assert_allclose(moved(np.eye(8)[6] * -2).q, (0.9 - 2 * 0.15, 6.0))
 
 
 def test_joints_stop_at_their_limits_or_go_round():
-    np.testing.assert_allclose(moved([0] * 6 + [4, 4]).q, (1.0, (6.0 + 4 * climbing.STEP_JOINT) % (2 * np.pi)))
+    np.testing.assert_allclose(moved([0] * 6 + [4, 4]).q, (1.0, (6.0 + 4 * 0.15) % (2 * np.pi)))
     np.testing.assert_allclose(moved([0] * 6 + [-40, 0]).q, (-1.0, 6.0))
 
 
@@ -149,7 +151,7 @@ def test_a_sweep_brings_each_joint_in_turn_to_the_best_of_all_its_values(finder,
     for h in range(len(poses)):
         best = poses[[h]]
         for j in range(kin.n_joints):
-            tries = [best.q[0, j], *kin.grid(j, JOINT_STEP)]
+            tries = [best.q[0, j], *kin.grid(j, SEARCH.joint_step)]
             several = best[np.zeros(len(tries), int)]
             several.q[:, j] = tries
             best = several[[int(votes_of(finder, frame, several).argmax())]]
@@ -176,7 +178,7 @@ def test_a_component_that_speaks_against_itself_counts_as_hidden_at_a_price(find
     for c in range(len(MODEL.components)):
         mine = surface.component == c
         votes = scores.votes[:, mine].sum(axis=1)
-        price = -HIDDEN_COST * scores.area_px[:, mine & surface.is_marker].sum(axis=1)
+        price = -DEFAULTS.votes.hidden_cost * scores.area_px[:, mine & surface.is_marker].sum(axis=1)
         expected += votes if c == surface.root else np.maximum(votes, price)
         dear += int((votes < price).sum())
     assert dear

@@ -3,23 +3,24 @@
 import numpy as np
 import pytest
 from scipy.stats import chi2
+from settings import DEFAULTS
 from solids import BACKGROUND, BODY, RED, camera_of, facing, jolted, pose, render, sign, slide, truck
 
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import UNKNOWN, LabelField
 from artrec_ros.core.model.surface import INSIDE_POINTS
-from artrec_ros.core.pose.covariance import MOST_RANGE_SHARE, MOST_TURN_RAD, pose_covariances
+from artrec_ros.core.pose.covariance import pose_covariances
 from artrec_ros.core.pose.pose_fit import fit_poses
 from artrec_ros.core.pose.surface_model import SpatialModel
 
-CAMERA = camera_of()
+CAMERA, KNOWN = camera_of(), DEFAULTS.covariance
 REACH = (8, 6, 4, 3, 3, 2, 2)
 MODELS = {"truck": truck(), "sign": sign(), "slide": slide()}
 
 
 def scene(model, truth, camera=CAMERA, seam=False, rng=None):
     """Surface, labels and the markers in view; with `seam`, pixels between two classes are mostly unknown."""
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     labels = render(camera, [(model, truth, RED)])
     if seam:
         mixed = np.zeros(labels.shape, bool)
@@ -49,12 +50,12 @@ def fits(name, count, seam=False, seed=0):
         truth = pose(*rng.uniform(-0.15, 0.15, 2), rng.uniform(0.6, 1.6), rng.uniform(-0.9, 0.9), 0.1, model, names)
         surface, frame, use = scene(model, truth, seam=seam, rng=rng)
         start = jolted(rng, truth, 1, 0.01, 0.05, 0.05)
-        fit = fit_poses(surface, frame, start, use, REACH)
+        fit = fit_poses(surface, frame, start, use, REACH, DEFAULTS.fit)
         error = np.r_[fit.t[0] - truth.t[0], rotation_error(fit.R[0], truth.R[0])]
         if np.linalg.norm(error[3:]) > 0.4:
             continue  # the mirrored turn: no covariance tells of that
         errors.append(error)
-        covariances.append(pose_covariances(surface, frame, fit, use)[0])
+        covariances.append(pose_covariances(surface, frame, fit, use, DEFAULTS)[0])
     return np.array(errors), np.array(covariances)
 
 
@@ -83,12 +84,12 @@ def test_it_is_a_covariance_even_of_nothing(name):
     truth = pose(0.05, -0.02, 0.9, 0.4, 0.1, MODELS[name])
     surface, frame, use = scene(MODELS[name], truth)
     for used in (use, np.zeros_like(use)):
-        C = pose_covariances(surface, frame, truth, used)[0]
+        C = pose_covariances(surface, frame, truth, used, DEFAULTS)[0]
         assert C.shape == (6, 6)
         np.testing.assert_array_equal(C, C.T)
         assert np.linalg.eigvalsh(C).min() > 0
     # nothing in use: what was known before
-    np.testing.assert_allclose(np.sqrt(np.diag(C)), [MOST_RANGE_SHARE * 0.9] * 3 + [MOST_TURN_RAD] * 3)
+    np.testing.assert_allclose(np.sqrt(np.diag(C)), [KNOWN.most_range_share * 0.9] * 3 + [KNOWN.most_turn_rad] * 3)
 
 
 @pytest.mark.parametrize("label", [UNKNOWN, BACKGROUND, BODY, RED])
@@ -96,8 +97,9 @@ def test_an_image_without_edges_says_nothing(label):
     truth = pose(0.0, 0.0, 0.9, 0.4, 0.1, MODELS["truck"])
     surface, _, use = scene(MODELS["truck"], truth)
     frame = ImageFrame(LabelField(np.full((240, 320), label, np.uint8)), CAMERA)
-    C = pose_covariances(surface, frame, truth, use)[0]
-    np.testing.assert_allclose(np.sqrt(np.diag(C)), [MOST_RANGE_SHARE * 0.9] * 3 + [MOST_TURN_RAD] * 3, rtol=1e-6)
+    C = pose_covariances(surface, frame, truth, use, DEFAULTS)[0]
+    known = [KNOWN.most_range_share * 0.9] * 3 + [KNOWN.most_turn_rad] * 3
+    np.testing.assert_allclose(np.sqrt(np.diag(C)), known, rtol=1e-6)
 
 
 def test_more_markers_say_more_and_depth_is_known_least():
@@ -105,7 +107,7 @@ def test_more_markers_say_more_and_depth_is_known_least():
     surface, frame, use = scene(MODELS["truck"], truth)
     one = use & (surface.component[surface.markers] == 0)
     assert one.sum() < use.sum()
-    less, more = (pose_covariances(surface, frame, truth, u)[0] for u in (one, use))
+    less, more = (pose_covariances(surface, frame, truth, u, DEFAULTS)[0] for u in (one, use))
     assert np.trace(more[:3, :3]) < np.trace(less[:3, :3]) and np.trace(more[3:, 3:]) < np.trace(less[3:, 3:])
     assert more[2, 2] > 2 * max(more[0, 0], more[1, 1])
 
@@ -115,7 +117,7 @@ def test_farther_away_less_is_known():
     spread = []
     for truth in (near, far):
         surface, frame, use = scene(MODELS["truck"], truth)
-        spread.append(np.sqrt(np.diag(pose_covariances(surface, frame, truth, use)[0])))
+        spread.append(np.sqrt(np.diag(pose_covariances(surface, frame, truth, use, DEFAULTS)[0])))
     assert np.all(spread[1][:3] > 1.3 * spread[0][:3]) and spread[1][2] > 2 * spread[0][2]
 
 
@@ -125,7 +127,7 @@ def test_a_seam_makes_the_range_less_sure():
     spread = []
     for seam in (False, True):
         surface, frame, use = scene(MODELS["truck"], truth, seam=seam, rng=rng)
-        spread.append(pose_covariances(surface, frame, truth, use)[0][2, 2])
+        spread.append(pose_covariances(surface, frame, truth, use, DEFAULTS)[0][2, 2])
     assert spread[1] > 1.5 * spread[0]
 
 
@@ -135,8 +137,8 @@ def test_many_are_told_of_as_each_alone(name):
     surface, frame, use = scene(MODELS[name], truth)
     poses = jolted(rng, truth, 3, 0.002, 0.01, 0.02)
     uses = np.array([use[0], np.zeros_like(use[0]), use[0] & (np.arange(use.shape[1]) == use[0].argmax())])
-    together = pose_covariances(surface, frame, poses, uses)
+    together = pose_covariances(surface, frame, poses, uses, DEFAULTS)
     for n in range(3):
-        alone = pose_covariances(surface, frame, poses[n : n + 1], uses[n : n + 1])[0]
+        alone = pose_covariances(surface, frame, poses[n : n + 1], uses[n : n + 1], DEFAULTS)[0]
         np.testing.assert_allclose(together[n], alone, rtol=1e-9, atol=1e-15)
-    assert pose_covariances(surface, frame, poses[:0], uses[:0]).shape == (0, 6, 6)
+    assert pose_covariances(surface, frame, poses[:0], uses[:0], DEFAULTS).shape == (0, 6, 6)

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import pose, random_poses, sign, truck
 
-from artrec_ros.core.pose.distinct import CELL_AXIS, CELL_LOG_DEPTH, CELL_PLACE, apart, best_distinct
+from artrec_ros.core.pose.distinct import apart, best_distinct
 from artrec_ros.core.pose.surface_model import Poses
 
-MODEL = sign()
+MODEL, SEARCH = sign(), DEFAULTS.search
 
 
 def poses_of(*places):
@@ -17,26 +18,26 @@ def poses_of(*places):
 def test_of_hypotheses_that_are_one_and_the_same_the_best_stays():
     poses = poses_of((0, 1, 0), (0, 1, 0.8), (0, 1, 0.001), (0.3, 1, 0), (0, 1.5, 0))
     score = np.array([1.0, 5.0, 2.0, 3.0, 4.0])
-    assert best_distinct(poses, score, 9).tolist() == [1, 4, 3, 2]
-    assert best_distinct(poses, score, 2).tolist() == [1, 4]
+    assert best_distinct(poses, score, 9, SEARCH).tolist() == [1, 4, 3, 2]
+    assert best_distinct(poses, score, 2, SEARCH).tolist() == [1, 4]
 
 
 def test_hypotheses_that_diverged_are_sorted_too():
     poses = poses_of((0, 1, 0), (0, 1, 0.5))
     poses.t[1] = np.nan
-    assert sorted(best_distinct(poses, np.array([1.0, 2.0]), 5).tolist()) == [0, 1]
-    assert not len(best_distinct(poses[np.zeros(0, int)], np.zeros(0), 5))
+    assert sorted(best_distinct(poses, np.array([1.0, 2.0]), 5, SEARCH).tolist()) == [0, 1]
+    assert not len(best_distinct(poses[np.zeros(0, int)], np.zeros(0), 5, SEARCH))
 
 
 def test_niches_differ_in_turn_or_place():
     poses = poses_of((0, 1, 0), (0.02, 1.02, 0.1), (0, 1, 0.6), (0.3, 1, 0), (0, 1.3, 0), (0, 1.31, 0.1))
-    assert apart(poses, np.arange(6.0, 0, -1), 0.0).tolist() == [0, 2, 3, 4]
+    assert apart(poses, np.arange(6.0, 0, -1), 0.0, SEARCH).tolist() == [0, 2, 3, 4]
 
 
 def test_hypotheses_with_too_few_votes_have_no_niche():
     poses = poses_of((0, 1, 0), (0, 1, 0.6), (0.3, 1, 0))
-    assert apart(poses, np.array([5.0, 3.0, -1.0]), 2.0).tolist() == [0, 1]
-    assert apart(poses, np.array([-1.0, -2.0, -3.0]), 0.0).tolist() == []
+    assert apart(poses, np.array([5.0, 3.0, -1.0]), 2.0, SEARCH).tolist() == [0, 1]
+    assert apart(poses, np.array([-1.0, -2.0, -3.0]), 0.0, SEARCH).tolist() == []
 
 
 @pytest.mark.uncompiled
@@ -46,12 +47,13 @@ def test_of_hypotheses_that_are_alike_the_best_is_kept():
     poses = poses[rng.integers(0, 30, 120)]
     poses.t[::2] *= rng.uniform(0.97, 1.03, (60, 1))
     poses.t[7], score = np.nan, rng.normal(size=120)
-    kept = best_distinct(poses, score, 500)
+    kept = best_distinct(poses, score, 500, SEARCH)
     assert 30 <= len(kept) < 100 and (np.diff(score[kept]) <= 0).all()
-    assert best_distinct(poses, score, 5).tolist() == kept[:5].tolist()
+    assert best_distinct(poses, score, 5, SEARCH).tolist() == kept[:5].tolist()
     for h in set(range(120)) - set(kept.tolist()) - {7}:
         near = kept[score[kept] >= score[h]]
         place = np.abs(poses.t[near, :2] / poses.t[near, 2:] - poses.t[h, :2] / poses.t[h, 2]).max(axis=1)
         depth = np.abs(np.log(poses.t[near, 2] / poses.t[h, 2]))
         axes = np.abs((poses.R[near] - poses.R[h])[:, :, [0, 2]]).max(axis=(1, 2))
-        assert ((place <= CELL_PLACE) & (depth <= CELL_LOG_DEPTH) & (axes <= CELL_AXIS)).any()
+        alike = (place <= SEARCH.cell_place) & (depth <= SEARCH.cell_log_depth) & (axes <= SEARCH.cell_axis)
+        assert alike.any()

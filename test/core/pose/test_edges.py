@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import BACKGROUND, RED, camera_of, sign
 
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -22,11 +23,11 @@ def half_plane(edge, seam=0, outer=BACKGROUND):
 
 def edges(labels, points, normal, reach=5, label=RED):
     """Signed distances of the edge along the normals of a contour's points, and their weights: (n,) each."""
-    model, pixels = SpatialModel(sign(), label), np.array(points, float)
+    model, pixels = SpatialModel(sign(), label, DEFAULTS.votes), np.array(points, float)
     frame = ImageFrame(LabelField(labels), CAMERA)
     room = edge_room(len(pixels), reach, 6)
     room.outline[:2], room.outline[2:] = pixels.T, np.broadcast_to(np.array(normal, float), pixels.shape).T
-    find_edges(0, edge_terms(model, frame.field, (reach,)), 0, frame.view, room)
+    find_edges(0, edge_terms(model, frame.field, (reach,), DEFAULTS.fit), 0, frame.view, room)
     return room.edge, room.weight
 
 

@@ -1,6 +1,7 @@
 """Votes of labels in each role."""
 
 import numpy as np
+from settings import DEFAULTS
 from solids import BODY, RED
 
 from artrec_ros.core.image.label_field import OUTSIDE, OWNED, UNKNOWN
@@ -8,7 +9,7 @@ from artrec_ros.core.pose.votes import VoteRoles
 
 
 def test_each_role_is_listed_once():
-    roles = VoteRoles()
+    roles = VoteRoles(DEFAULTS.votes)
     asked = [roles.inside(RED), roles.rim(RED), roles.ring(RED, 0), roles.ring(RED, BODY), roles.body(BODY, RED)]
     assert asked == [0, 1, 2, 3, 4]
     assert [roles.inside(RED), roles.body(BODY, RED), roles.inside(7)] == [0, 4, 5]
@@ -16,7 +17,7 @@ def test_each_role_is_listed_once():
 
 
 def test_what_each_place_says():
-    roles = VoteRoles()
+    roles = VoteRoles(DEFAULTS.votes)
     names = ("inside", "rim", "ring", "ring_on_body", "body")
     index = (roles.inside(RED), roles.rim(RED), roles.ring(RED, 0), roles.ring(RED, BODY), roles.body(BODY, RED))
     votes = dict(zip(names, roles.table[list(index)], strict=True))
@@ -33,13 +34,13 @@ def test_what_each_place_says():
 
 
 def test_a_body_of_unknown_colour_says_nothing():
-    roles = VoteRoles()
+    roles = VoteRoles(DEFAULTS.votes)
     role = roles.body(0, RED)
     assert not roles.table[role].any()
 
 
 def test_a_body_of_the_markers_own_colour_is_no_contradiction():
-    roles = VoteRoles()
+    roles = VoteRoles(DEFAULTS.votes)
     body, ring = roles.body(RED, RED), roles.ring(RED, RED)
     assert roles.table[body, RED] > 0
     assert roles.table[ring, RED] < 0

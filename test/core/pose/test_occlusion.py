@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import RED, RIGHT_SIDE, facing, frames_of, marker, pose, random_poses, rectangle, truck
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
-from artrec_ros.core.pose.occlusion import BEHIND, SUNK_M
+from artrec_ros.core.pose.occlusion import BEHIND
 from artrec_ros.core.pose.surface_model import SpatialModel
 
 pytestmark = pytest.mark.uncompiled
@@ -19,7 +20,7 @@ CORNERS = np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, -1).T
 def test_hidden_points_are_those_behind_a_box():
     """Against points close together along each line of sight."""
     model = truck()
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     poses = random_poses(np.random.default_rng(1), model, 4)
     frames, every = frames_of(surface, poses), np.arange(len(surface.patches))
     towards = facing(surface, frames, every) > 0.1
@@ -51,21 +52,21 @@ def test_a_slab_across_the_view_hides_what_its_shadow_covers(shift):
     plate = Component("plate", (marker("face", rectangle(0.2, 0.08), RIGHT_SIDE, (0, 0, 0)),), required=True)
     slab = Component("slab", plate.markers, joint=Joint("plate", Pose.identity(), np.eye(3)[0], 0, 0, "fixed"))
     model = ObjectModel("pair", (plate, replace(slab, bodies=(box,))))
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     shown = surface.shown(frames_of(surface, pose(0, 0, 1.0, model=model)), np.array([0]), 36)[0, 0]
     np.testing.assert_array_equal(shown, np.abs(surface.patches[0].inside[:, 0] - shift) > 0.05)
 
 
 def test_nothing_hides_anything_where_no_body_is_declared():
     model = truck(bodies=False)
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     poses = random_poses(np.random.default_rng(2), model, 3)
     assert surface.shown(frames_of(surface, poses), surface.markers, 36).all()
 
 
 def test_a_face_does_not_hide_itself():
     model = truck()
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     frames, every = frames_of(surface, pose(0.1, 0.05, 0.9, heading=0.5, model=model)), np.arange(len(surface.patches))
     towards = facing(surface, frames, every)[0] > 0.2
     of_torso = surface.component == 0
@@ -73,7 +74,7 @@ def test_a_face_does_not_hide_itself():
 
 
 def test_a_box_is_behind_the_patches_of_its_own_faces_and_of_markers_stuck_on_it():
-    surface = SpatialModel(truck(), RED)
+    surface = SpatialModel(truck(), RED, DEFAULTS.votes)
     for p, patch in enumerate(surface.patches):
         for b, component in enumerate(surface.boxes.component):
             corners = surface.boxes.t[b] + CORNERS * surface.boxes.half[b]
@@ -81,5 +82,5 @@ def test_a_box_is_behind_the_patches_of_its_own_faces_and_of_markers_stuck_on_it
                 assert component == patch.component or not surface.ignored[p, b]
                 continue
             highest = ((corners - patch.inside.mean(axis=0)) @ patch.normal).max()
-            assert surface.ignored[p, b] == (highest < SUNK_M)
+            assert surface.ignored[p, b] == (highest < DEFAULTS.votes.sunk_m)
     assert surface.ignored.any() and not surface.ignored.all()

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import (
     BENT,
     BODY,
@@ -30,14 +31,14 @@ from artrec_ros.core.pose.edge_kernels import edge_room
 from artrec_ros.core.pose.edges import edge_terms
 from artrec_ros.core.pose.placed_kernels import Joints, Placed, no_equations
 from artrec_ros.core.pose.pose_fit import contour_fit, fit_poses
-from artrec_ros.core.pose.surface_model import LEAST_COSINE, Poses, SpatialModel
+from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 
-CAMERA = camera_of()
+CAMERA, FIT = camera_of(), DEFAULTS.fit
 REACH = (8, 6, 4, 3, 3, 2, 2)
 
 
 def scene(model, truth, camera=CAMERA):
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     frame = ImageFrame(LabelField(render(camera, [(model, truth, RED)])), camera)
     everything = np.arange(len(surface.patches))
     scores = surface.score(frame, truth, everything, occlusion=True)
@@ -63,7 +64,7 @@ def test_neighbours_come_to_the_truth(name, lens):
     kin = surface.kinematics
     starts = jolted(np.random.default_rng(0), truth, 24, 0.01, 0.06, 0.04)
     starts.q[:] = np.clip(starts.q, kin.lower, kin.upper)
-    fit = fit_poses(surface, frame, starts, np.tile(use, (24, 1)), REACH)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (24, 1)), REACH, FIT)
     place = np.linalg.norm(fit.t - truth.t, axis=1) / truth.t[0, 2]
     turn = np.array([turn_between(R, truth.R[0]) for R in fit.R])
     assert np.median(place) < 0.02 and np.mean(place < 0.035) > 0.7
@@ -73,7 +74,7 @@ def test_neighbours_come_to_the_truth(name, lens):
     if kin.n_joints:
         bend = np.abs(fit.q - truth.q)
         assert np.median(bend, axis=0).max() < 0.15
-    left = contour_fit(surface, frame, fit, np.tile(use, (24, 1)), 2)
+    left = contour_fit(surface, frame, fit, np.tile(use, (24, 1)), 2, FIT)
     assert np.average(left.residual**2, weights=left.weight) < 0.8**2
 
 
@@ -81,7 +82,7 @@ def test_the_jacobian_is_the_residuals_derivative():
     """Where the edge itself stays put: a point's distance from it changes by its own motion along the normal."""
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
-    fit, rng = contour_fit(surface, frame, truth, use, 3), np.random.default_rng(0)
+    fit, rng = contour_fit(surface, frame, truth, use, 3, DEFAULTS.fit), np.random.default_rng(0)
     kin, which = surface.kinematics, np.flatnonzero(use[0])
 
     def pixels(x):
@@ -98,12 +99,12 @@ def test_the_normal_equations_are_sums_over_the_contours_points():
         model, truth = SCENES[name]
         surface, frame, use = scene(model, truth)
         kin, n = surface.kinematics, 6 + surface.kinematics.n_joints
-        fit, frames = contour_fit(surface, frame, truth, use, 4), frames_of(surface, truth)
+        fit, frames = contour_fit(surface, frame, truth, use, 4, DEFAULTS.fit), frames_of(surface, truth)
         to, room = no_equations(n - 6), edge_room(surface.contour.shape[1], 4, n)
         joints = Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves)
         placed = Placed(truth.t[0], truth.q[0], frames.R[0], frames.t[0], frames.axis[0], frames.origin[0], joints)
-        edges = edge_terms(surface, frame.field, (4,))
-        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, LEAST_COSINE)
+        edges = edge_terms(surface, frame.field, (4,), FIT)
+        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, surface.limits.least_cosine)
         add_contours(term, 0, 0, placed, to, np.empty(n, np.int64), room)
         J, w = fit.jacobian.reshape(-1, n), fit.weight.ravel()
         assert (w > 0).sum() > 20
@@ -123,8 +124,8 @@ def test_hypotheses_left_at_the_deadline_stay():
             looks.append(True)
             return len(looks) > 1
 
-    some = fit_poses(surface, replace(frame, deadline=Once()), starts, np.tile(use, (100, 1)), (4,))
-    every = fit_poses(surface, frame, starts, np.tile(use, (100, 1)), (4,))
+    some = fit_poses(surface, replace(frame, deadline=Once()), starts, np.tile(use, (100, 1)), (4,), FIT)
+    every = fit_poses(surface, frame, starts, np.tile(use, (100, 1)), (4,), FIT)
     fitted = (some.t != starts.t).any(axis=1)
     assert 0 < fitted.sum() < 100
     np.testing.assert_array_equal(some.t[fitted], every.t[fitted])
@@ -135,7 +136,7 @@ def test_joints_that_are_held_do_not_move():
     surface, frame, use = scene(model, truth)
     starts = jolted(np.random.default_rng(2), truth, 5, 0.01, 0.05, 0.1)
     free = np.tile([True, False], (5, 1))
-    fit = fit_poses(surface, frame, starts, np.tile(use, (5, 1)), REACH, free)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (5, 1)), REACH, FIT, free)
     np.testing.assert_allclose(fit.q[:, 1], starts.q[:, 1], atol=1e-4)
     assert (np.abs(fit.q[:, 0] - starts.q[:, 0]) > 1e-3).any()
 
@@ -145,7 +146,7 @@ def test_joints_stay_within_their_limits():
     truth = pose(0, 0, 0.8, 0.3, 0, model, {"fore": 0.8, "hind": -0.8})
     surface, frame, use = scene(model, truth)
     starts = jolted(np.random.default_rng(3), truth, 10, 0.01, 0.05, 0.3)
-    fit = fit_poses(surface, frame, starts, np.tile(use, (10, 1)), REACH)
+    fit = fit_poses(surface, frame, starts, np.tile(use, (10, 1)), REACH, FIT)
     assert (np.abs(fit.q) <= 0.8 + 1e-9).all()
 
 
@@ -153,7 +154,7 @@ def test_an_unseen_joint_stays_determined():
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
     torso = use & (surface.component[surface.markers] == 0)
-    fit = fit_poses(surface, frame, truth, torso, REACH)
+    fit = fit_poses(surface, frame, truth, torso, REACH, FIT)
     assert np.isfinite(fit.q).all()
     assert np.linalg.norm(fit.t - truth.t) < 0.03
 
@@ -161,7 +162,7 @@ def test_an_unseen_joint_stays_determined():
 def test_without_markers_in_use_nothing_moves():
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
-    fit = fit_poses(surface, frame, truth, np.zeros_like(use), REACH)
+    fit = fit_poses(surface, frame, truth, np.zeros_like(use), REACH, FIT)
     np.testing.assert_array_equal(fit.t, truth.t)
 
 
@@ -169,9 +170,9 @@ def test_one_hypothesis_does_not_depend_on_the_others():
     model, truth = SCENES["truck"]
     surface, frame, use = scene(model, truth)
     starts = jolted(np.random.default_rng(4), truth, 4, 0.01, 0.05, 0.05)
-    together = fit_poses(surface, frame, starts, np.tile(use, (4, 1)), (4, 3))
+    together = fit_poses(surface, frame, starts, np.tile(use, (4, 1)), (4, 3), FIT)
     for h in range(4):
-        alone = fit_poses(surface, frame, starts[[h]], use, (4, 3))
+        alone = fit_poses(surface, frame, starts[[h]], use, (4, 3), FIT)
         np.testing.assert_allclose(alone.t[0], together.t[h], atol=1e-9)
         np.testing.assert_allclose(alone.R[0], together.R[h], atol=1e-9)
 
@@ -181,7 +182,7 @@ def test_plain_images_leave_poses_finite_and_near(value):
     model, truth = SCENES["truck"]
     surface, _, use = scene(model, truth)
     frame = ImageFrame(LabelField(np.full((240, 320), value, np.uint8)), CAMERA)
-    fit = fit_poses(surface, frame, truth, use, REACH)
+    fit = fit_poses(surface, frame, truth, use, REACH, FIT)
     assert np.isfinite(fit.t).all() and np.isfinite(fit.R).all()
     np.testing.assert_allclose(fit.t, truth.t, atol=1e-9)
 
@@ -193,6 +194,6 @@ def test_noise_and_poses_behind_the_camera_stay_finite():
     frame = ImageFrame(LabelField(labels), CAMERA)
     starts = jolted(np.random.default_rng(6), truth, 8, 0.3, 1.0, 0.5)
     starts.t[0, 2], starts.t[1, 2] = -0.5, 0.0
-    fit = fit_poses(surface, frame, starts, np.tile(np.ones_like(use), (8, 1)), REACH)
+    fit = fit_poses(surface, frame, starts, np.tile(np.ones_like(use), (8, 1)), REACH, FIT)
     assert np.isfinite(fit.t).all() and np.isfinite(fit.q).all()
     np.testing.assert_allclose(fit.R @ fit.R.transpose(0, 2, 1), np.tile(np.eye(3), (8, 1, 1)), atol=1e-6)

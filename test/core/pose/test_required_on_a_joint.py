@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import RED, camera_of, pose, render, truck, turn_between
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
@@ -34,7 +35,7 @@ def at(x, swing):
 
 
 def test_a_mirrored_sibling_leaves_the_seen_markers_centre_where_it_is():
-    finder, seen = WholeObjectFinder(Target("towed", MODEL, RED)), at(0.0, 0.5)
+    finder, seen = WholeObjectFinder(Target("towed", MODEL, RED), DEFAULTS), at(0.0, 0.5)
     flips = finder._with_flips(Ranked(seen, np.array([1.0])))[1:]
     kin, T = finder.surface.kinematics, MODEL.required.marker("right").T_component_marker
     was, now = (kin.forward(p.R, p.t, p.q) for p in (seen, flips))
@@ -46,7 +47,7 @@ def test_a_mirrored_sibling_leaves_the_seen_markers_centre_where_it_is():
 
 
 def test_places_are_those_of_the_required_component():
-    finder = WholeObjectFinder(Target("towed", MODEL, RED))
+    finder = WholeObjectFinder(Target("towed", MODEL, RED), DEFAULTS)
     assert finder.same_place(CAMERA, at(0.0, 0.5), at(0.0, 0.5)).tolist() == [True]
     assert finder.same_place(CAMERA, at(0.3, 0.5), at(0.0, 0.5)).tolist() == [False]
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from settings import DEFAULTS, settings
 from solids import BODY, RED, camera_of, chain, pose, random_poses, render, truck, turn_between
 
 from artrec_ros.core.base.config import RecognizerConfig
@@ -12,7 +13,6 @@ from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose import seeds as seeds_module
 from artrec_ros.core.pose.guesses import Guesser
 from artrec_ros.core.pose.seeds import Seeds
 from artrec_ros.core.pose.surface_model import SpatialModel
@@ -22,9 +22,9 @@ TRUCK = truck()
 AT = pose(0.02, 0.0, 0.6, 0.4, model=TRUCK, joints={"fore": 0.5, "hind": -0.3})
 
 
-def seeds_of(labels, which, blob_of, deadline=None):
+def seeds_of(labels, which, blob_of, deadline=None, config=DEFAULTS):
     target = Target("truck", TRUCK, RED)
-    seeds = Seeds(target, SpatialModel(TRUCK, RED))
+    seeds = Seeds(target, SpatialModel(TRUCK, RED, config.votes), config)
     blobs = find_blobs(labels, {RED}, RecognizerConfig())
     frame = ImageFrame(LabelField(labels), CAMERA, deadline or Deadline())
     return getattr(seeds, which)(frame, blob_of(blobs))
@@ -63,16 +63,32 @@ def test_without_time_nothing_is_guessed(which):
     assert not len(seeds_of(render(CAMERA, [(TRUCK, AT, RED)]), which, largest, Deadline(0.0)))
 
 
-@pytest.mark.parametrize("least", ["PLAIN_PX", "PLAIN_VOTES"])
-def test_a_speck_is_no_object_in_plain_view(monkeypatch, least):
+@pytest.mark.parametrize("least", ["plain_px", "plain_votes"])
+def test_a_speck_is_no_object_in_plain_view(least):
     """Too small a blob, or too few votes for what it may be: either alone says so."""
     labels = np.full((240, 320), BODY, np.uint8)
     labels[100:104, 100:106] = RED
-    monkeypatch.setattr(seeds_module, "PLAIN_PX", 0.0)
-    monkeypatch.setattr(seeds_module, "PLAIN_VOTES", -np.inf)
-    assert len(seeds_of(labels, "few", largest))
-    monkeypatch.setattr(seeds_module, least, {"PLAIN_PX": 30.0, "PLAIN_VOTES": 300.0}[least])
-    assert not len(seeds_of(labels, "few", largest))
+    none = {"plain_px": 0.0, "plain_votes": 0.0}
+    assert len(seeds_of(labels, "few", largest, config=settings(**none)))
+    one = none | {least: getattr(DEFAULTS.guesses, least)}
+    assert not len(seeds_of(labels, "few", largest, config=settings(**one)))
+
+
+@pytest.mark.parametrize("which", ["few", "all"])
+@pytest.mark.parametrize(
+    "out, within",
+    [
+        ({"max_range_m": 0.25}, {"max_range_m": 0.65}),
+        ({"min_range_m": 1.5}, {"min_range_m": 0.55}),
+        ({"min_scale": 1200.0}, {"min_scale": 450.0}),
+        ({"max_scale": 200.0}, {"max_scale": 560.0}),
+    ],
+)
+def test_guesses_out_of_reach_are_left_out(which, out, within):
+    """The object stands at 0.6 m, where a metre is 500 px; a fit moves guesses, but not from half or twice as far."""
+    labels = render(CAMERA, [(TRUCK, AT, RED)])
+    assert not near(seeds_of(labels, which, largest, config=settings(**out)), AT)
+    assert near(seeds_of(labels, which, largest, config=settings(**within)), AT)
 
 
 @pytest.mark.parametrize("label, asked", [(RED, 3), (RED + 1, 1)])
@@ -83,16 +99,16 @@ def test_only_components_of_its_class_are_sought_in_a_blob(monkeypatch, label, a
     labels = render(CAMERA, [(TRUCK, AT, RED)])
     blobs = find_blobs(labels, {RED}, RecognizerConfig())
     frame = ImageFrame(LabelField(labels), CAMERA)
-    Seeds(Target("truck", model, RED), SpatialModel(model, RED)).all(frame, smallest(blobs))
+    Seeds(Target("truck", model, RED), SpatialModel(model, RED, DEFAULTS.votes), DEFAULTS).all(frame, smallest(blobs))
     assert count == [RED] * asked
 
 
 @pytest.mark.parametrize("component", ["base", "arm", "finger"])
 def test_bending_leaves_a_component_where_it_is(component):
     model = chain()
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     c = [p.name for p in model.components].index(component)
-    guesser, kin = Guesser(model, surface, c), surface.kinematics
+    guesser, kin = Guesser(model, surface, c, DEFAULTS), surface.kinematics
     rest = random_poses(np.random.default_rng(2), model, 4)
     rest.q[:] = (kin.lower + kin.upper) / 2
     bent = guesser.bent(rest)

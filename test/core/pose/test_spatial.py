@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import (
     BENT,
     BODY,
@@ -29,10 +30,10 @@ from artrec_ros.core.image.label_field import OWNED, LabelField
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.surface import contains
 from artrec_ros.core.pose.pose_fit import contour_fit
-from artrec_ros.core.pose.surface_model import RING_WIDTH_PX, Poses, SpatialModel
-from artrec_ros.core.pose.votes import INSIDE, RIM, RING
+from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 
 CAMERA = camera_of((160, 120), 150.0)
+INSIDE, RIM, RING = DEFAULTS.votes.inside, DEFAULTS.votes.rim, DEFAULTS.votes.ring
 
 
 def judged(surface, labels, poses, camera=CAMERA, occlusion=True, patches=None):
@@ -51,14 +52,14 @@ def test_hypotheses_are_picked_and_joined():
 def normals_of(surface, camera, poses):
     """(H, M, m, 2) outward normals of all contours in the image."""
     frame = ImageFrame(LabelField(np.zeros(camera.size[::-1], np.uint8)), camera)
-    return contour_fit(surface, frame, poses, np.ones((len(poses), len(surface.markers)), bool), 2).normal
+    return contour_fit(surface, frame, poses, np.ones((len(poses), len(surface.markers)), bool), 2, DEFAULTS.fit).normal
 
 
 @pytest.mark.parametrize("lens", [(), BENT], ids=len)
 def test_normals_point_out_of_the_projected_outline(lens):
     camera = camera_of(distortion=lens)
     model = truck()
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     rng = np.random.default_rng(3)
     at = jolted(rng, pose(0, 0, 0.9, model=model), 5, 0.05, 0.3, 0.3)
     frames, normals = frames_of(surface, at), normals_of(surface, camera, at)
@@ -85,7 +86,7 @@ def test_a_disc_under_slant_has_an_ellipses_normals(slant):
     ring = np.arange(2880) * np.pi / 1440
     disc = marker("face", radius * np.column_stack([np.cos(ring), np.sin(ring)]), RIGHT_SIDE, (0, 0, 0))
     model = ObjectModel("disc", (Component("plate", (disc,), required=True),))
-    surface, at = SpatialModel(model, RED), pose(0.1, -0.06, 0.5, slant, 0.4, model)
+    surface, at = SpatialModel(model, RED, DEFAULTS.votes), pose(0.1, -0.06, 0.5, slant, 0.4, model)
     plane = at.R[0] @ RIGHT_SIDE
     homography = camera.matrix @ np.column_stack([plane[:, :2], at.t[0]])
     inverse = np.linalg.inv(homography)
@@ -100,7 +101,7 @@ def test_a_disc_under_slant_has_an_ellipses_normals(slant):
 @pytest.mark.uncompiled
 @pytest.mark.parametrize("slant", [0.3, -0.9, 1.3])
 def test_normals_are_perpendicular_to_the_sides_in_the_image(slant):
-    camera, surface = camera_of(), SpatialModel(sign(), RED)
+    camera, surface = camera_of(), SpatialModel(sign(), RED, DEFAULTS.votes)
     at = pose(0.05, 0.02, 0.6, slant, 0.2)
     room = np.empty((4, surface.contour.shape[1]))
     view = ImageFrame(LabelField(np.zeros((240, 320), np.uint8)), camera).view
@@ -124,7 +125,7 @@ def test_normals_are_perpendicular_to_the_sides_in_the_image(slant):
 def test_an_image_of_one_class_says_the_same_everywhere(label):
     """Votes are pixels times what a label says inside, and the contour's length times what it says on either side."""
     model = sign()
-    surface, at = SpatialModel(model, RED), pose(0, 0, 0.5, 0.7, model=model)
+    surface, at = SpatialModel(model, RED, DEFAULTS.votes), pose(0, 0, 0.5, 0.7, model=model)
     scores = judged(surface, np.full((120, 160), label, np.uint8), at)
     normal, centre = at.R[0] @ surface.normal[0], at.R[0] @ surface.centre[0] + at.t[0]
     cosine, f2 = -normal @ centre / np.linalg.norm(centre), CAMERA.matrix[0, 0] * CAMERA.matrix[1, 1]
@@ -133,7 +134,7 @@ def test_an_image_of_one_class_says_the_same_everywhere(label):
     assert scores.agree[0, 0] == (label == RED)
     votes = {RED: (INSIDE[0], RIM[0] + RING[0]), BODY: (INSIDE[2], RIM[2] + RING[2])}
     votes |= {0: (INSIDE[1], RIM[1] + RING[1]), OWNED: (INSIDE[1], 0.0)}
-    ring_px = surface.perimeter[0] * (1 + cosine) / 2 * np.sqrt(f2) / centre[2] * RING_WIDTH_PX
+    ring_px = surface.perimeter[0] * (1 + cosine) / 2 * np.sqrt(f2) / centre[2] * DEFAULTS.votes.ring_width_px
     inside, ring = votes[label]
     assert scores.votes[0, 0] == pytest.approx(inside * area_px + ring * ring_px, rel=1e-6)
 
@@ -141,7 +142,7 @@ def test_an_image_of_one_class_says_the_same_everywhere(label):
 @pytest.mark.uncompiled
 def test_of_two_classes_each_has_the_share_of_points_that_lie_on_it():
     model = sign()
-    surface, at = SpatialModel(model, RED), pose(0.01, 0, 0.5, 0.7, model=model)
+    surface, at = SpatialModel(model, RED, DEFAULTS.votes), pose(0.01, 0, 0.5, 0.7, model=model)
     labels = np.full((120, 160), RED, np.uint8)
     labels[:, 80:] = BODY
     inside = project(CAMERA, surface.points @ at.R[0].T + at.t[0])[:, 0]
@@ -154,7 +155,7 @@ def test_of_two_classes_each_has_the_share_of_points_that_lie_on_it():
 @pytest.mark.parametrize("make", [chain, truck], ids=lambda m: m.__name__)
 def test_each_joint_is_found_at_the_value_of_its_grid_that_the_labels_like_best(make):
     model = make()
-    surface, rng = SpatialModel(model, RED), np.random.default_rng(4)
+    surface, rng = SpatialModel(model, RED, DEFAULTS.votes), np.random.default_rng(4)
     coarse = rng.choice([0, RED, BODY, 1], (12, 16)).astype(np.uint8)
     kin, labels = surface.kinematics, np.kron(coarse, np.ones((10, 10), np.uint8))
     frame = ImageFrame(LabelField(labels), CAMERA)
@@ -175,7 +176,7 @@ def test_each_joint_is_found_at_the_value_of_its_grid_that_the_labels_like_best(
 
 
 def test_joints_left_at_the_deadline_stay():
-    surface = SpatialModel(truck(), RED)
+    surface = SpatialModel(truck(), RED, DEFAULTS.votes)
     poses = random_poses(np.random.default_rng(4), truck(), 5)
     late = ImageFrame(LabelField(np.zeros((120, 160), np.uint8)), CAMERA, Deadline(0.0))
     found = surface.search_joints(late, poses, 0.4)
@@ -185,7 +186,7 @@ def test_joints_left_at_the_deadline_stay():
 @pytest.mark.parametrize("bodies", [True, False])
 def test_the_truth_gets_more_votes_than_what_is_near_it(bodies):
     model = truck(bodies)
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     truth = pose(0, 0, 0.9, 0.4, model=model, joints={"fore": 0.4, "hind": -0.3})
     labels = render(CAMERA, [(model, truth, RED)])
     rng = np.random.default_rng(4)
@@ -199,7 +200,7 @@ def test_the_truth_gets_more_votes_than_what_is_near_it(bodies):
 
 def test_what_is_measured_of_a_marker_in_full_view():
     model = sign()
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     truth = pose(0.02, 0.01, 0.5, 0.5, 0.3)
     labels = render(CAMERA, [(model, truth, RED)])
     scores = judged(surface, labels, truth)
@@ -214,7 +215,7 @@ def test_what_is_measured_of_a_marker_in_full_view():
 
 def test_a_marker_behind_another_part_is_not_judged():
     model = truck()
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     labels = np.full((120, 160), BODY, np.uint8)
     leg = next(i for i in surface.markers if surface.patches[i].marker.name == "outer_left")
     turned = pose(0, 0, 0.9, 0.0, model=model, joints={"fore": 0.3})
@@ -226,7 +227,7 @@ def test_a_marker_behind_another_part_is_not_judged():
 
 
 def test_no_hypotheses_give_no_scores():
-    surface = SpatialModel(truck(), RED)
+    surface = SpatialModel(truck(), RED, DEFAULTS.votes)
     none = pose(model=truck())[np.zeros(0, int)]
     scores = judged(surface, np.ones((120, 160), np.uint8), none)
     assert scores.votes.shape == scores.area_px.shape == (0, len(surface.patches))
@@ -236,7 +237,7 @@ def test_no_hypotheses_give_no_scores():
 
 def test_patches_scores_do_not_depend_on_which_others_are_asked_for():
     model = truck()
-    surface = SpatialModel(model, RED)
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
     truth = pose(0, 0, 0.9, 0.4, model=model)
     labels = render(CAMERA, [(model, truth, RED)])
     whole = judged(surface, labels, truth)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import RED, camera_of, random_poses, truck
 
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -28,7 +29,8 @@ def scene(rng):
     """A truck's surface, poses of it in view, and a frame whose labels have something to say on them."""
     coarse = np.random.default_rng(4).choice([0, RED, 5, 1], (24, 32), p=[0.2, 0.4, 0.3, 0.1])
     labels = np.kron(coarse, np.ones((10, 10))).astype(np.uint8)
-    return SpatialModel(truck(), RED), random_poses(rng, truck(), 12), ImageFrame(LabelField(labels), camera_of())
+    frame = ImageFrame(LabelField(labels), camera_of())
+    return SpatialModel(truck(), RED, DEFAULTS.votes), random_poses(rng, truck(), 12), frame
 
 
 def test_hypotheses_that_are_no_numbers_score_nothing(scene):
@@ -93,9 +95,9 @@ def test_a_long_step_is_scaled_down_and_keeps_its_direction():
 def test_a_fit_from_no_numbers_harms_no_other(scene):
     surface, poses, frame = scene
     use = np.ones((len(poses), len(surface.markers)), bool)
-    alone = fit_poses(surface, frame, poses, use, (4, 3))
+    alone = fit_poses(surface, frame, poses, use, (4, 3), DEFAULTS.fit)
     broken = replace(poses, t=np.where(np.arange(len(poses))[:, None] % 3 == 0, np.nan, poses.t))
-    found = fit_poses(surface, frame, broken, use, (4, 3))
+    found = fit_poses(surface, frame, broken, use, (4, 3), DEFAULTS.fit)
     good = np.arange(len(poses)) % 3 != 0
     for name in ("R", "t", "q"):
         np.testing.assert_array_equal(getattr(found, name)[good], getattr(alone, name)[good])

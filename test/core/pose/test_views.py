@@ -3,15 +3,17 @@
 import cv2
 import numpy as np
 import pytest
-from scene import disc
+from scene import apply_similarity, disc
 from scene import flag as flat_flag
-from solids import BENT, CAB, RED, RIGHT_SIDE, camera_of, marker
+from settings import DEFAULTS
+from solids import BENT, CAB, RED, RIGHT_SIDE, camera_of, marker, sign
 
 from artrec_ros.core.geometry.projection import project
-from artrec_ros.core.geometry.transforms import apply_similarity, rotation_from_rotvec
+from artrec_ros.core.geometry.transforms import rotation_from_rotvec
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
-from artrec_ros.core.pose.view_bank import LEAST_AREA_PX, BlobShape, ViewBank
+from artrec_ros.core.pose.surface_model import SpatialModel
+from artrec_ros.core.pose.view_bank import BlobShape, ViewBank
 from artrec_ros.core.pose.views import anchors_of, blob_couples, flips_of, lift, moments_of, view_bank
 from artrec_ros.core.pose.votes import VoteRoles
 
@@ -32,7 +34,7 @@ def filled(outline, size=(200, 160)):
 
 @pytest.mark.parametrize("shape", [FLAG, flat_flag(), flat_flag(mirrored=True), disc("disc", 0.05)])
 def test_a_view_is_the_outline_squeezed_along_one_direction(shape):
-    bank = view_bank(shape)
+    bank = view_bank(shape, DEFAULTS.guesses)
     assert bank[0].turn == 0
     assert shoelace(bank[0].outline) == pytest.approx(shape.area)
     for view in bank:
@@ -47,18 +49,18 @@ def test_a_view_is_the_outline_squeezed_along_one_direction(shape):
 
 
 def test_no_two_views_of_a_bank_are_the_same_and_a_disc_needs_fewer():
-    keys = {np.round(v.outline, 9).tobytes() for v in view_bank(FLAG)}
-    assert len(keys) == len(view_bank(FLAG))
-    assert 1 < len(view_bank(disc("disc", 0.05))) < len(keys)
+    keys = {np.round(v.outline, 9).tobytes() for v in view_bank(FLAG, DEFAULTS.guesses)}
+    assert len(keys) == len(view_bank(FLAG, DEFAULTS.guesses))
+    assert 1 < len(view_bank(disc("disc", 0.05), DEFAULTS.guesses)) < len(keys)
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 50.0])
 def test_anchors_are_the_corners_whatever_the_size(size):
-    anchors = anchors_of(FLAG.image_outline * size)
+    anchors = anchors_of(FLAG.image_outline * size, 0.02)
     assert len(anchors) == len(CAB)
     distance = np.linalg.norm(anchors[:, None] - FLAG.image_outline * size, axis=2).min(axis=1)
     assert distance.max() < 1e-3 * size
-    assert 6 <= len(anchors_of(disc("disc", 0.05).image_outline * size)) <= 24
+    assert 6 <= len(anchors_of(disc("disc", 0.05).image_outline * size, 0.02)) <= 24
 
 
 def test_couples_join_each_anchor_with_the_next_and_the_one_after():
@@ -80,9 +82,10 @@ def shape_of(contour, couples=True, area_px=None):
 
 
 def aligned(views, labels, shape, most=10_000):
-    roles = VoteRoles()
+    roles = VoteRoles(DEFAULTS.votes)
     inside, ring = roles.inside(RED), roles.ring(RED, 0)
-    bank = ViewBank(views, roles.table[inside], roles.table[ring])
+    limits = SpatialModel(sign(), RED, DEFAULTS.votes).limits
+    bank = ViewBank(views, roles.table[inside], roles.table[ring], limits, DEFAULTS.guesses)
     return bank.align(ImageFrame(LabelField(labels), camera_of((200, 160))), shape, most)
 
 
@@ -94,7 +97,7 @@ def far_between(view, T, contour):
 @pytest.mark.uncompiled
 @pytest.mark.parametrize("number", [0, 3, 12, -1])
 def test_the_best_alignment_of_a_view_with_its_own_blob_is_the_truth(number):
-    view = view_bank(FLAG)[number]
+    view = view_bank(FLAG, DEFAULTS.guesses)[number]
     contour = apply_similarity(np.array([[90.0, 70.0, 0.7, 450.0]]), view.outline)[0]
     T, votes, of = aligned([view], filled(contour), shape_of(contour))
     assert far_between(view, T[:1], contour)[0] < 1.5
@@ -103,7 +106,7 @@ def test_the_best_alignment_of_a_view_with_its_own_blob_is_the_truth(number):
 
 @pytest.mark.uncompiled
 def test_of_all_views_the_blobs_own_has_most_votes():
-    bank = view_bank(FLAG)
+    bank = view_bank(FLAG, DEFAULTS.guesses)
     contour = apply_similarity(np.array([[90.0, 70.0, 0.7, 900.0]]), bank[12].outline)[0]
     T, votes, of = aligned(bank, filled(contour), shape_of(contour), 40)
     assert len(T) == len(votes) == len(of) == 40 and len(set(of.tolist())) > 1
@@ -112,17 +115,17 @@ def test_of_all_views_the_blobs_own_has_most_votes():
 
 @pytest.mark.uncompiled
 def test_alignments_far_too_small_or_large_for_the_blob_are_left_out():
-    view = view_bank(FLAG)[0]
+    view = view_bank(FLAG, DEFAULTS.guesses)[0]
     contour = apply_similarity(np.array([[90.0, 70.0, 0.0, 450.0]]), view.outline)[0]
     T, _, _ = aligned([view], filled(contour), shape_of(contour))
     seen = view.area * T[:, 3] ** 2
-    assert len(T) and seen.min() > LEAST_AREA_PX and seen.max() < 2 * shoelace(contour)
+    assert len(T) and seen.min() > DEFAULTS.guesses.least_area_px and seen.max() < 2 * shoelace(contour)
     assert not len(aligned([view], filled(contour), shape_of(contour, area_px=1.0))[0])
 
 
 @pytest.mark.uncompiled
 def test_a_blob_without_couples_is_aligned_by_its_moments():
-    view = view_bank(FLAG)[0]
+    view = view_bank(FLAG, DEFAULTS.guesses)[0]
     contour = apply_similarity(np.array([[60.0, 50.0, -0.4, 500.0]]), view.outline)[0]
     T, _, _ = aligned([view], filled(contour), shape_of(contour, couples=False))
     assert 1 <= len(T) <= 4 and far_between(view, T[:1], contour)[0] < 0.5
@@ -133,7 +136,7 @@ def test_a_blob_without_couples_is_aligned_by_its_moments():
 @pytest.mark.parametrize("label, inside, ring", [(RED, 4.0, -4.0), (1, -3.5, 0.3), (0, -0.3, 0.0)])
 def test_a_similaritys_votes_are_areas_times_what_the_labels_say(label, inside, ring):
     """In an image of one class."""
-    view, k = view_bank(FLAG)[7], 500.0
+    view, k = view_bank(FLAG, DEFAULTS.guesses)[7], 500.0
     contour = apply_similarity(np.array([[100.0, 80.0, 0.3, k]]), view.outline)[0]
     _, votes, _ = aligned([view], np.full((160, 200), label, np.uint8), shape_of(contour, couples=False))
     expected = inside * view.area * k**2 + ring * view.perimeter * k * 1.5
@@ -145,7 +148,7 @@ def test_a_similaritys_votes_are_areas_times_what_the_labels_say(label, inside, 
 def test_both_lifted_poses_look_like_the_view(lens):
     camera = camera_of(distortion=lens)
     rng = np.random.default_rng(1)
-    bank = view_bank(FLAG)
+    bank = view_bank(FLAG, DEFAULTS.guesses)
     n = len(bank)
     T = np.column_stack([rng.uniform(60, 260, n), rng.uniform(50, 190, n), rng.uniform(-3, 3, n), np.full(n, 60.0)])
     flips = flips_of(np.array([v.turn for v in bank]), np.array([v.direction for v in bank]))
@@ -168,7 +171,7 @@ def test_both_lifted_poses_look_like_the_view(lens):
 
 
 def test_any_frame_fixed_to_a_marker_is_lifted():
-    rng, bank = np.random.default_rng(2), view_bank(FLAG)
+    rng, bank = np.random.default_rng(2), view_bank(FLAG, DEFAULTS.guesses)
     flips = flips_of(np.array([v.turn for v in bank]), np.array([v.direction for v in bank]))
     view, T = rng.integers(0, len(bank), 30), rng.uniform((0, 0, -3, 30), (320, 240, 3, 400), (30, 4))
     R_marker, t_marker = lift(flips, view, T, camera_of(), np.zeros(3))

@@ -202,7 +202,7 @@ def test_switched_on_again_it_starts_anew():
 
 
 def test_everything_else_of_a_result_stays():
-    given = replace(frame(posed(0.0)), timing_ms={"total": 3.0}, complete=False)
+    given = replace(frame(posed(0.0)), timing_ms={"total": 3.0}, ended_by=("recognizer.time_budget_ms",))
     got = Tracker(TrackingConfig()).update(START, given)
     assert got == given  # the first id is 0
 

@@ -1,10 +1,12 @@
 """Verdicts on claims whose scores are given by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from settings import DEFAULTS, settings
 from solids import RED, pose, sign, truck
 
-from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import PatchScores
@@ -12,10 +14,10 @@ from artrec_ros.core.verdict.acceptance import verdict_of
 from artrec_ros.core.verdict.claims import Claim
 from artrec_ros.core.verdict.judge import Judge
 
-CONFIG = RecognizerConfig()
-JUDGE = Judge(CONFIG.verdict.min_votes, CONFIG.min_probability)
-STRICT = Judge(CONFIG.verdict.min_votes, 1.0)
-FINDERS = {m.name: WholeObjectFinder(Target(m.name, m, RED)) for m in (truck(), sign())}
+CONFIG = DEFAULTS
+JUDGE = Judge.of(CONFIG)
+STRICT = replace(JUDGE, min_probability=1.0)
+FINDERS = {m.name: WholeObjectFinder(Target(m.name, m, RED), DEFAULTS) for m in (truck(), sign())}
 
 
 def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, per_px=3.0):
@@ -100,6 +102,33 @@ def test_without_its_required_component_there_is_no_object():
     assert JUDGE.reason(verdict) == "its required component torso is not confirmed"
     whole = verdict_of(claim(WHOLE, votes=3000.0))
     assert JUDGE.trust(whole) == whole.probability > CONFIG.min_probability
+
+
+@pytest.mark.parametrize("wanted, confirmed", [(0, 1), (1, 1), (2, 2), (3, 3), (9, 3)])
+def test_so_many_components_must_be_confirmed_the_required_one_included_and_no_more_than_there_are(wanted, confirmed):
+    judge = Judge(0.0, 0.0, min_components=wanted)
+    seen = [{TORSO: 300.0}, {TORSO: 300.0, FORE: 60.0}, WHOLE]
+    reasons = [judge.reason(verdict_of(claim(s))) for s in seen]
+    assert [r is None for r in reasons] == [n >= confirmed for n in (1, 2, 3)]
+    for n, reason in enumerate(reasons[: confirmed - 1], 1):
+        assert reason == f"{n} of its components confirmed, {confirmed} are wanted"
+
+
+@pytest.mark.parametrize(
+    "limits, reason",
+    [
+        ({"max_range_m": 2.5}, "2.9 m away, beyond max_range_m 2.5"),
+        ({"min_range_m": 3.0}, "2.9 m away, nearer than min_range_m 3"),
+        ({"min_scale": 120.0}, "100 px/m, below min_scale 120"),
+        ({"max_scale": 80.0}, "100 px/m, above max_scale 80"),
+        ({"min_range_m": 2.0, "max_range_m": 3.0, "min_scale": 90.0, "max_scale": 110.0}, None),
+        ({}, None),
+    ],
+)
+def test_what_is_out_of_reach_is_no_object_and_says_by_how_much(limits, reason):
+    judge, verdict = Judge.of(settings(**limits)), verdict_of(replace(claim(WHOLE), depth_m=2.9, scale=100.0))
+    assert judge.reason(verdict) == reason
+    assert judge.trust(verdict) == (0.0 if reason else verdict.probability)
 
 
 def test_a_low_probability_is_named_with_what_was_confirmed_and_what_came_nearest():

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import BACKGROUND, BENT, RED, camera_of, pose, render, sign, truck
 
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -19,7 +20,7 @@ LEFT = pose(-0.25, 0, 1.0, 0.3, model=TRUCK)
 
 def mask_of(model, at, camera=CAMERA, shape=(240, 320)):
     field = LabelField(np.full(shape, BACKGROUND, np.uint8))
-    return field.without(silhouette(SpatialModel(model, RED), camera, at)).labels == OWNED
+    return field.without(silhouette(SpatialModel(model, RED, DEFAULTS.votes), camera, at)).labels == OWNED
 
 
 def grown(mask, px):
@@ -54,10 +55,13 @@ def test_silhouettes_beyond_the_border_are_cut_and_those_out_of_view_are_empty()
 
 def test_each_hypothesis_has_a_claim_in_its_order():
     frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, LEFT, RED)])), CAMERA)
-    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     poses = Poses.concatenate([pose(5.0, 0, 1.0, model=TRUCK), LEFT])
     beyond, seen = claims_of(finder, poses, frame)
     assert beyond.votes == 0 < seen.votes
     np.testing.assert_array_equal(seen.poses.t, LEFT.t)
     np.testing.assert_allclose(seen.votes, finder.votes(frame, LEFT, occlusion=True)[0])
+    anchor = LEFT.R[0] @ finder.surface.anchor + LEFT.t[0]  # no joint carries the required component
+    assert seen.depth_m == pytest.approx(anchor[2])
+    assert seen.scale == pytest.approx(CAMERA.focal_px / anchor[2])
     assert claims_of(finder, poses[:0], frame) == []

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import RED, camera_of, frames_of, pose, render, sign, truck
 
 from artrec_ros.core.geometry.projection import project
@@ -23,7 +24,7 @@ CAMERA = camera_of()
 def scene(model, *poses):
     """A describer, the verdicts on true poses, and the image that shows them."""
     frame = ImageFrame(LabelField(render(CAMERA, [(model, p, RED) for p in poses])), CAMERA)
-    finder = WholeObjectFinder(Target(model.name, model, RED))
+    finder = WholeObjectFinder(Target(model.name, model, RED), DEFAULTS)
     verdicts = [verdict_of(c) for c in claims_of(finder, Poses.concatenate(list(poses)), frame)]
     return Describer(finder), verdicts, frame
 
@@ -113,7 +114,7 @@ def test_a_fit_that_loses_its_votes_is_not_taken(monkeypatch):
     model = MODELS["truck"]
     poses = Poses.concatenate([pose(x, 0, 1.0, 0.3, model=model) for x in (-0.25, 0.0, 0.25)])
     frame = ImageFrame(LabelField(render(CAMERA, [(model, poses[[n]], RED) for n in range(3)])), CAMERA)
-    finder = WholeObjectFinder(Target("truck", model, RED))
+    finder = WholeObjectFinder(Target("truck", model, RED), DEFAULTS)
     fitted = replace(poses, t=poses.t + [[0.001, 0, 0], [0, 0.5, 0], [0.002, 0, 0]])
     monkeypatch.setattr(whole_object, "fit_poses", lambda *_: fitted)
     settled = finder.settled(frame, poses, np.ones((3, len(finder.surface.markers)), bool))

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import BENT, BLUE, RED, StubJudge, camera_of, chain, jolted, pose, render, truck
 
 from artrec_ros.core.base.deadline import Deadline
@@ -40,7 +41,7 @@ def crowd(seed=0, n=6):
 @pytest.mark.parametrize("seed", range(3))
 def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
     frame = image_of_two()
-    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     found = [(finder, candidates(finder, frame, crowd(seed)))]
     accepted, _ = share_out(found, frame, JUDGE)
     assert len(accepted) == 2
@@ -59,7 +60,7 @@ def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
 )
 def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, meet):
     frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, near, RED), (TRUCK, far, RED)])), CAMERA)
-    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     poses = Poses.concatenate([near, far])
     accepted, _ = share_out([(finder, candidates(finder, frame, poses))], frame, JUDGE)
     assert len(accepted) == 2
@@ -77,18 +78,18 @@ def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, mee
 
 def test_targets_compete_for_pixels():
     frame = image_of_two()
-    finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
+    finders = [WholeObjectFinder(Target(name, TRUCK, RED), DEFAULTS) for name in ("one", "other")]
     found = [(f, candidates(f, frame, crowd())) for f in finders]
     accepted, _ = share_out(found, frame, JUDGE)
     assert len(accepted) == 2
-    blue = WholeObjectFinder(Target("blue", TRUCK, BLUE))
+    blue = WholeObjectFinder(Target("blue", TRUCK, BLUE), DEFAULTS)
     accepted, _ = share_out([(blue, candidates(blue, frame, crowd()))], frame, JUDGE)
     assert accepted == []
 
 
 def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
     frame = image_of_two()
-    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     found = [(finder, candidates(finder, frame, crowd()))]
     accepted, others = share_out(found, frame, StubJudge(given=lambda verdict: 0.0))
     assert accepted == [] and len(others) == 2
@@ -102,7 +103,7 @@ def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
 
 def test_nothing_found_gives_nothing():
     frame = image_of_two()
-    finder = WholeObjectFinder(Target("chain", chain(), RED))
+    finder = WholeObjectFinder(Target("chain", chain(), RED), DEFAULTS)
     none = pose(model=chain())[np.zeros(0, int)]
     for found in ([], [(finder, none)]):
         accepted, others = share_out(found, frame, JUDGE)
@@ -116,7 +117,7 @@ def test_nothing_found_gives_nothing():
 def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
     camera = camera_of(distortion=lens)
     frame = ImageFrame(LabelField(render(camera, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)])), camera)
-    finder, judged = WholeObjectFinder(Target("truck", TRUCK, RED)), []
+    finder, judged = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS), []
     judge = finder.judge
     monkeypatch.setattr(finder, "judge", lambda f, poses, **k: judged.append(len(poses)) or judge(f, poses, **k))
     poses = Poses.concatenate([LEFT, RIGHT, jolted(np.random.default_rng(1), LEFT, 3, 0.002, 0.02, 0.02)])
@@ -128,7 +129,7 @@ def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
 def test_claims_keep_their_order_when_some_are_judged_again():
     """Which of two equal claims goes first does not hang on what was judged before."""
     frame = image_of_two()
-    finders = [WholeObjectFinder(Target(name, TRUCK, RED)) for name in ("one", "other")]
+    finders = [WholeObjectFinder(Target(name, TRUCK, RED), DEFAULTS) for name in ("one", "other")]
     far = pose(-0.25, -0.02, 2.2, 0.3, model=TRUCK)  # behind the left one: its votes fall when that owns its pixels
     found = [(finders[0], RIGHT), (finders[1], Poses.concatenate([LEFT, far, RIGHT]))]
     accepted, _ = share_out(found, frame, JUDGE)
@@ -137,7 +138,7 @@ def test_claims_keep_their_order_when_some_are_judged_again():
 
 def test_without_time_what_stands_in_an_objects_place_is_dropped_unjudged(monkeypatch):
     frame = image_of_two()
-    finder = WholeObjectFinder(Target("truck", TRUCK, RED))
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     poses = candidates(finder, frame, crowd())
     late, asked, judge = replace(frame, deadline=Deadline(0.0)), [], WholeObjectFinder.judge
 

@@ -38,9 +38,10 @@ def test_a_missed_object(tmp_path, frame, reason):
     assert failures(tmp_path, [true_thing()], *frame) == [("missed", reason)]
 
 
-def test_time_that_ran_out(tmp_path):
-    cut = FrameRecord(1, "/c", (160, 120), complete=False)
-    assert failures(tmp_path, [true_thing()], cut)[0][1] == "no candidate near it; the time budget ended the search"
+@pytest.mark.parametrize("limit", ["recognizer.time_budget_ms", "expert.grouping.search_nodes"])
+def test_a_search_that_a_limit_ended(tmp_path, limit):
+    cut = FrameRecord(1, "/c", (160, 120), ended_by=(limit,))
+    assert failures(tmp_path, [true_thing()], cut)[0][1] == f"no candidate near it; {limit} ended the search"
 
 
 def test_an_object_that_is_out_of_view_is_no_failure(tmp_path):

@@ -5,15 +5,20 @@ from .alignment import AlignmentConfig
 from .blobs import BlobsConfig
 from .constraints import ConstraintsConfig
 from .covariance import CovarianceConfig
+from .design import DesignConfig
 from .fit import FitConfig
 from .grouping import GroupingConfig
 from .guesses import GuessesConfig
 from .image import GREATEST_LABEL, ClassConfig, ImageConfig
+from .learning import LearningConfig
 from .node import NodeConfig
 from .paper import PaperConfig
 from .params import PATHS, param, room, rooms_of, validate, with_values
 from .recognition import ObjectConfig, RecognizerConfig
+from .seams import SeamsConfig
 from .search import SearchConfig
+from .sightings import SightingsConfig
+from .time import TimeConfig
 from .tracking import TrackingConfig
 from .verdict import VerdictConfig
 from .votes import VotesConfig
@@ -26,15 +31,20 @@ __all__ = [
     "ClassConfig",
     "ConstraintsConfig",
     "CovarianceConfig",
+    "DesignConfig",
     "FitConfig",
     "GroupingConfig",
     "GuessesConfig",
     "ImageConfig",
+    "LearningConfig",
     "NodeConfig",
     "ObjectConfig",
     "PaperConfig",
     "RecognizerConfig",
+    "SeamsConfig",
     "SearchConfig",
+    "SightingsConfig",
+    "TimeConfig",
     "TrackingConfig",
     "VerdictConfig",
     "VotesConfig",

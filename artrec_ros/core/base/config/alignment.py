@@ -22,6 +22,38 @@ class AlignmentConfig(Room):
         paths=_PLANE,
         origin="1 as published; 2 survives a false anchor between two true ones",
     )
+    anchor_share: float = param(
+        0.02,
+        "tolerance of the polygonal approximation that gives a shape its anchors, as a share of the root of its area",
+        low=0,
+        high=0.5,
+        paths=("plane", "paper"),
+        origin="outlines are drawn exactly: only what no image shows goes",
+    )
+    whole_blob_turns: int = param(
+        24,
+        "turns in which a shape is laid over a whole blob",
+        low=1,
+        high=360,
+        paths=_PLANE,
+        origin="15 degrees apart: refinement reaches half of that",
+    )
+    arc_spans: tuple[float, ...] = param(
+        (0.08, 0.16, 0.32),
+        "discs: how far apart the three points of a circle are along a contour, shares of its length",
+        low=0.001,
+        high=0.5,
+        paths=_PLANE,
+        origin="an arc of a twelfth tells a circle where a disc is merged with something; longer ones tell it better",
+    )
+    arc_points: int = param(
+        48,
+        "discs: points of a contour at which circles are laid",
+        low=3,
+        high=1000,
+        paths=_PLANE,
+        origin="closer than a tolerance on blobs of up to 30 px",
+    )
     tolerance_px: float = param(
         2.0,
         "a point this near to the contour matches it",
@@ -31,9 +63,18 @@ class AlignmentConfig(Room):
         paths=_PLANE,
         origin="as published",
     )
+    least_tolerance_px: float = param(
+        1.0,
+        "the tolerance of the smallest shapes",
+        unit="px",
+        low=0.3,
+        high=20,
+        paths=_PLANE,
+        origin="a pixel and its neighbour",
+    )
     tolerance_share: float = param(
         0.08,
-        "small shapes: tolerance as a share of the root of the shape's area, not below 1 px",
+        "small shapes: tolerance as a share of the root of the shape's area, not below least_tolerance_px",
         low=0,
         high=1,
         paths=_PLANE,
@@ -53,7 +94,7 @@ class AlignmentConfig(Room):
         low=1,
         high=100,
         paths=_PLANE,
-        origin="a blob that shade or another object robs of two thirds",
+        origin="a blob that shade or another object robs of two thirds; 1.5 loses one object in a hundred",
     )
     coarse_step: int = param(
         6,
@@ -87,6 +128,22 @@ class AlignmentConfig(Room):
         paths=_PLANE,
         origin="bounds the time; merged blobs hold up to four markers of a shape",
     )
+    contour_per_start: int = param(
+        8,
+        "points of a blob's contour for each hypothesis that is refined: a small blob has room for few",
+        low=1,
+        high=1000,
+        paths=_PLANE,
+        origin="a marker of 12 px has some 30",
+    )
+    least_starts: int = param(
+        4,
+        "hypotheses that are refined however small the blob",
+        low=1,
+        high=1000,
+        paths=_PLANE,
+        origin="the turns of a square",
+    )
     refine_steps: int = param(
         6,
         "steps of robust least squares",
@@ -95,6 +152,31 @@ class AlignmentConfig(Room):
         paths=_PLANE,
         origin="the gates narrow from 8 to 1.5 px in steps of a factor 1.4",
     )
+    gates_px: tuple[float, ...] = param(
+        (8.0, 1.5),
+        "reach of Tukey's weight in the first and in the last step of refinement",
+        unit="px",
+        low=0.5,
+        high=50,
+        paths=_PLANE,
+        origin="how far hypotheses may be off, and three times a contour's noise",
+    )
+    point_step: int = param(
+        2,
+        "refinement looks at every so many-th of a shape's 120 points",
+        low=1,
+        high=20,
+        paths=_PLANE,
+        origin="60 points place four unknowns as well as 120",
+    )
+    normal_agreement: float = param(
+        0.6,
+        "least cosine between an outline's normal and the contour's, for a point to match it",
+        low=0.01,
+        high=1,
+        paths=_PLANE,
+        origin="a staircase turns normals by up to 45 degrees",
+    )
     max_refined_scale: float = param(
         1.4,
         "greatest factor by which refinement may change a scale",
@@ -102,6 +184,14 @@ class AlignmentConfig(Room):
         high=10,
         paths=_PLANE,
         origin="hypotheses from anchors are within a fifth; more means that it slid to another contour",
+    )
+    slant_gain: float = param(
+        0.05,
+        "with max_slant_deg: how much more of an outline a squeezed one must match to go before the plain one",
+        low=0,
+        high=1,
+        paths=_PLANE,
+        origin="two more unknowns fit anything a little better",
     )
     min_visible: float = param(
         0.6,
@@ -149,3 +239,5 @@ class AlignmentConfig(Room):
         super().__post_init__()
         if not self.couple_spans:
             raise ConfigError("expert.alignment.couple_spans: none is given; one or more are needed")
+        if len(self.gates_px) != 2 or self.gates_px[1] > self.gates_px[0]:
+            raise ConfigError(f"expert.alignment.gates_px: {list(self.gates_px)} must be the first and a smaller last")

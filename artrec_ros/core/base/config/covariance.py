@@ -4,9 +4,88 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .params import Room
+from .params import Room, param
+
+_SPACE = ("space",)
 
 
 @dataclass(frozen=True)
 class CovarianceConfig(Room):
-    """Room `pose`: how uncertain a fit is."""
+    """What makes the residuals of a fit err together."""
+
+    reach_px: int = param(
+        3,
+        "how far edges are looked for about a fitted contour",
+        unit="px",
+        low=1,
+        high=50,
+        paths=_SPACE,
+        origin="by hand: what is farther off belongs to something else",
+    )
+    floor_px: float = param(
+        0.15,
+        "a contour's points are never surer than this",
+        unit="px",
+        low=0,
+        high=20,
+        paths=_SPACE,
+        origin="by hand, held against true poses by benchmarks/covariance.py",
+    )
+    seam_share: float = param(
+        0.6,
+        "deviation of an edge's place in a seam, the same all around, as a share of half the seam",
+        low=0,
+        high=10,
+        paths=_SPACE,
+        origin="that of an even distribution over the seam is 0.58",
+    )
+    shift_px: float = param(
+        0.1,
+        "deviation of a marker as a whole, in each direction",
+        unit="px",
+        low=0,
+        high=20,
+        paths=_SPACE,
+        origin="by hand, held against true poses by benchmarks/covariance.py",
+    )
+    stretches: int = param(
+        4,
+        "stretches of a contour, whose points err together",
+        low=1,
+        high=20,
+        paths=_SPACE,
+        origin="by hand: the sides of a marker",
+    )
+    stretch_share: float = param(
+        0.5,
+        "what of the stretches' residuals counts",
+        low=0,
+        high=10,
+        paths=_SPACE,
+        origin="the rest is the other terms' already: by hand, held against true poses by benchmarks/covariance.py",
+    )
+    least_freedom: float = param(
+        0.25,
+        "least degrees of freedom left by the fit, as a share of the points",
+        low=0.01,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: a fit to few points tells little of their spread",
+    )
+    most_turn_rad: float = param(
+        1.0,
+        "deviation of a pose's turn that no contour tells of",
+        unit="rad",
+        low=0.01,
+        high=10,
+        paths=_SPACE,
+        origin="by hand: it is known which side is seen",
+    )
+    most_range_share: float = param(
+        0.5,
+        "deviation of a pose's place that no contour tells of, as a share of the depth",
+        low=0.01,
+        high=10,
+        paths=_SPACE,
+        origin="by hand: its size in the image is seen",
+    )

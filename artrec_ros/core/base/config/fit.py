@@ -4,9 +4,127 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .params import Room
+from ..errors import ConfigError
+from .params import Room, param
+
+_SPACE = ("space",)
 
 
 @dataclass(frozen=True)
 class FitConfig(Room):
-    """Room `pose`: fits of poses and joints to contours."""
+    """How labels tell where an edge is, and how a fit balances edges, joints and short steps."""
+
+    coarse_reach_px: tuple[int, ...] = param(
+        (8, 6, 4, 3),
+        "how far the steps of a first fit look for edges",
+        unit="px",
+        low=1,
+        high=50,
+        paths=_SPACE,
+        origin="by hand: guesses are off by as much, each step by less",
+    )
+    fine_reach_px: tuple[int, ...] = param(
+        (4, 3, 3, 2, 2),
+        "how far the steps of a later fit do",
+        unit="px",
+        low=1,
+        high=50,
+        paths=_SPACE,
+        origin="by hand: what climbs leave",
+    )
+    edge_vote: float = param(
+        1.0,
+        "natural logarithm of what a known label says for one side of an edge",
+        low=0,
+        high=20,
+        paths=_SPACE,
+        origin="by hand: odds of seven to one between the sides",
+    )
+    seam_vote: float = param(
+        -0.1,
+        "natural logarithm of what a pixel in a seam says for the inner side of an edge",
+        low=-20,
+        high=20,
+        paths=_SPACE,
+        origin="by hand, nearly silent: an edge lies in a seam's middle, a tenth of a pixel to the marker's side",
+    )
+    edge_prior_width: float = param(
+        0.6,
+        "deviation of an edge's place from the contour before labels are looked at, as a share of the reach",
+        low=0.05,
+        high=10,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    edge_beyond: float = param(
+        0.3,
+        "where it is as likely as this that an edge lies beyond reach, there is none",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    border_px: float = param(
+        1.2,
+        "an edge so near to the image's border is none",
+        unit="px",
+        low=0,
+        high=20,
+        paths=_SPACE,
+        origin="a pixel and its rounding",
+    )
+    point_sigma_px: float = param(
+        0.7,
+        "deviation of a contour's point from its edge",
+        unit="px",
+        low=0.01,
+        high=20,
+        paths=_SPACE,
+        origin="by hand: labels place a boundary this well",
+    )
+    joint_sigma: float = param(
+        1.5,
+        "deviation of a joint from the middle of its range, in radians or shares of what slides",
+        low=0.01,
+        high=100,
+        paths=_SPACE,
+        origin="by hand; weak: keeps unseen joints determined",
+    )
+    shift_sigma: float = param(
+        0.05,
+        "a step should be no longer (Levenberg): of the place, as a share of the depth",
+        low=0.0001,
+        high=10,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    bend_sigma: float = param(
+        0.15,
+        "a step should be no longer (Levenberg): of a turn or a joint, in radians or shares of what slides",
+        low=0.0001,
+        high=10,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    most_shift: float = param(
+        0.15,
+        "a step may be no longer: of the place, as a share of the depth",
+        low=0.0001,
+        high=10,
+        paths=_SPACE,
+        origin="three deviations",
+    )
+    most_bend: float = param(
+        0.3,
+        "a step may be no longer: of a turn or a joint, in radians or shares of what slides",
+        low=0.0001,
+        high=10,
+        paths=_SPACE,
+        origin="two deviations",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("coarse_reach_px", "fine_reach_px"):
+            if not getattr(self, name):
+                raise ConfigError(f"expert.fit.{name}: none is given; one or more are needed")

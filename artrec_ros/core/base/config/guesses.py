@@ -4,9 +4,231 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .params import Room
+from ..errors import ConfigError
+from .params import Room, param
+
+_SPACE = ("space",)
 
 
 @dataclass(frozen=True)
 class GuessesConfig(Room):
-    """Room `pose`: where hypotheses of whole objects come from."""
+    """How the views of a marker are laid on a blob, and how many of the poses that they stand for go on."""
+
+    turns_rad: tuple[float, ...] = param(
+        (0.4, 0.7, 0.95, 1.15, 1.32),
+        "turns out of the image plane in which a marker is laid on a blob, besides none",
+        unit="rad",
+        low=0.05,
+        high=1.5,
+        paths=_SPACE,
+        origin="cosines .92 .76 .58 .41 .25: neighbours look alike enough to refine from",
+    )
+    directions: int = param(
+        6,
+        "directions of the image in which a marker is turned out of its plane",
+        low=1,
+        high=72,
+        paths=_SPACE,
+        origin="by hand: 30 degrees apart, a climb makes the rest good",
+    )
+    score_points: int = param(
+        24,
+        "points inside of a view, and on its outline, at which labels are looked up",
+        low=8,
+        high=400,
+        paths=_SPACE,
+        origin="three vector instructions; enough to put views in order",
+    )
+    anchor_tolerance: float = param(
+        0.02,
+        "tolerance of the polygon that gives a view's anchors, as a share of its extent",
+        low=0.001,
+        high=0.5,
+        paths=_SPACE,
+        origin="leaves a dozen of a disc, and all corners of a polygon",
+    )
+    blob_tolerances_px: tuple[float, ...] = param(
+        (1.0, 2.0),
+        "tolerances of the polygons that give a blob's anchors",
+        unit="px",
+        low=0.3,
+        high=20,
+        paths=_SPACE,
+        origin="a pixel's staircase, and twice it",
+    )
+    large_blob_px: float = param(
+        2000.0,
+        "from so large a blob on these tolerances are other ones",
+        unit="px^2",
+        low=1,
+        paths=_SPACE,
+        origin="about 45 px wide: two pixels no longer pass over ragged edges",
+    )
+    large_tolerance_px: float = param(
+        1.5,
+        "the first tolerance of a polygon about a large blob",
+        unit="px",
+        low=0.3,
+        high=20,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    large_tolerance_share: float = param(
+        0.03,
+        "the second one of a large blob, as a share of the root of its area",
+        low=0.001,
+        high=0.5,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    most_area_ratio: float = param(
+        1.6,
+        "greatest area of a view relative to its blob",
+        low=1,
+        high=100,
+        paths=_SPACE,
+        origin="by hand: shade, or what hides it, may take a third of a blob",
+    )
+    most_area_more_px: float = param(
+        12.0,
+        "greatest area of a view beyond most_area_ratio",
+        unit="px^2",
+        low=0,
+        high=1000,
+        paths=_SPACE,
+        origin="by hand: small blobs lose a pixel all around",
+    )
+    least_area_px: float = param(
+        14.0,
+        "a view smaller than this in the image decides nothing",
+        unit="px^2",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="four pixels wide and high",
+    )
+    least_share: float = param(
+        0.5,
+        "least votes of an alignment, as a share of the best one's",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: one with fewer decides nothing",
+    )
+    view_keep: int = param(
+        12,
+        "alignments of a view with a blob that go on",
+        low=1,
+        high=1000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    blob_keep: int = param(
+        48,
+        "poses of a marker from a blob that go on",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    alignments_per_pose: int = param(
+        2,
+        "alignments that are looked at for each pose that goes on",
+        low=1,
+        high=20,
+        paths=_SPACE,
+        origin="some are the same pose",
+    )
+    small_px: float = param(
+        200.0,
+        "so small a blob tells little of its marker's shape, and a segmenter may have taken much of it",
+        unit="px^2",
+        low=0,
+        paths=_SPACE,
+        origin="14 px wide",
+    )
+    growth: tuple[float, ...] = param(
+        (1.0, 1.2, 1.45),
+        "scales that small blobs are tried at, relative to the alignment's; large ones at the first alone",
+        low=0.1,
+        high=10,
+        paths=_SPACE,
+        origin="by hand: what is left of 14 px when a segmenter takes two on each side is 10",
+    )
+    joint_draws: int = param(
+        10,
+        "values of the joints that carry a component whose blob is started from",
+        low=1,
+        high=1000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    plain_px: float = param(
+        30.0,
+        "least area of a blob of an object in plain view",
+        unit="px^2",
+        low=0,
+        paths=_SPACE,
+        origin="by hand; saves time: an object with less is not beyond doubt",
+    )
+    plain_votes: float = param(
+        300.0,
+        "least votes for the required component of an object in plain view",
+        low=0,
+        paths=_SPACE,
+        origin="by hand; saves time: an object with less is not beyond doubt",
+    )
+    few_guesses: int = param(
+        24,
+        "poses of an object in plain view that are fitted",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="by hand: enough for most objects in plain view",
+    )
+    few_keep: int = param(
+        10,
+        "poses of an object in plain view that go on",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="by hand: enough for most objects in plain view",
+    )
+    root_keep: int = param(
+        40,
+        "poses of the required component that go on from a blob",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    limb_guesses: int = param(
+        32,
+        "poses of each other component of its class that go on, before their joints are bent",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    limb_keep: int = param(
+        64,
+        "poses from all blobs of other components that go on",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    range_slack: float = param(
+        0.25,
+        "where range or scale are limited: a guess may be so much too near or too far, as a share of its depth",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: small blobs and bent joints move a guess as far",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("turns_rad", "blob_tolerances_px", "growth"):
+            if not getattr(self, name):
+                raise ConfigError(f"expert.guesses.{name}: none is given; one or more are needed")

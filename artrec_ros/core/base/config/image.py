@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from ..errors import ConfigError
 from .params import param, validate
 
-GREATEST_LABEL = 253  # of a class: 254 and 255 have meanings of their own inside (core/evidence.py)
+GREATEST_LABEL = 253  # of a class: 254 and 255 have meanings of their own inside (core/pose/votes.py)
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ def param(
     unit: str = "",
     low: float | None = None,
     high: float | None = None,
+    length: int = 0,
     choices: tuple[str, ...] = (),
     paths: tuple[str, ...] = PATHS,
     calibrated: bool = False,
@@ -29,6 +30,7 @@ def param(
 ) -> Any:
     """A dataclass field that knows its unit, inclusive range or choices, and what it means.
 
+    :param length: how many numbers a list has; 0: any number.
     :param paths: the ways of recognition that read it, of `PATHS`.
     :param calibrated: whether it acts on calibrated images alone.
     :param origin: where the default comes from: a reason, a fit or a measured sensitivity.
@@ -37,7 +39,7 @@ def param(
         raise TypeError("use a tuple for defaults")
     if not set(paths) <= set(PATHS):
         raise TypeError(f"paths: {paths} are not all of {PATHS}")
-    meta = {"description": description, "unit": unit, "low": low, "high": high, "choices": choices}
+    meta = {"description": description, "unit": unit, "low": low, "high": high, "length": length, "choices": choices}
     return field(default=default, metadata={**meta, "paths": paths, "calibrated": calibrated, "origin": origin})
 
 
@@ -59,6 +61,8 @@ def validate(config: Any, prefix: str = "") -> None:
         value, meta, name = getattr(config, f.name), f.metadata, prefix + f.name
         if meta.get("choices") and value not in meta["choices"]:
             raise ConfigError(f"{name}: '{value}' is none of {', '.join(meta['choices'])}")
+        if meta.get("length") and len(value) != meta["length"]:
+            raise ConfigError(f"{name}: {len(value)} numbers are given; it has {meta['length']}")
         for v in value if isinstance(value, tuple) else (value,):
             if isinstance(v, (str, bool)):
                 continue

@@ -15,7 +15,9 @@ from .guesses import GuessesConfig
 from .image import GREATEST_LABEL
 from .paper import PaperConfig
 from .params import param, room, validate
+from .seams import SeamsConfig
 from .search import SearchConfig
+from .time import TimeConfig
 from .verdict import VerdictConfig
 from .votes import VotesConfig
 
@@ -47,12 +49,18 @@ class RecognizerConfig:
         5000.0, "a frame's search ends here with what was found by then", unit="ms", low=1, high=600000
     )
     min_blob_px: int = param(8, "blobs with fewer pixels are specks", unit="px^2", low=1, high=1000000)
-    min_components: int = param(2, "least components found (no more than the object has)", low=1, high=100)
+    min_components: int = param(
+        0,
+        "least components found, the required one included (no more than the object has); 0: two in the image plane, "
+        "in space the required one",
+        low=0,
+        high=100,
+    )
     min_scale: float = param(0.0, "least scale to look for", unit="px/m", low=0, paths=("plane", "space"))
     max_scale: float = param(0.0, "greatest scale to look for; 0: any", unit="px/m", low=0, paths=("plane", "space"))
     min_range_m: float = param(
         0.0,
-        "least distance from the camera; calibrated images only",
+        "least distance to look for, along the optical axis; calibrated images only",
         unit="m",
         low=0,
         paths=("plane", "space"),
@@ -60,7 +68,7 @@ class RecognizerConfig:
     )
     max_range_m: float = param(
         0.0,
-        "greatest distance from the camera; 0: any; calibrated images only",
+        "greatest distance to look for, along the optical axis; 0: any; calibrated images only",
         unit="m",
         low=0,
         paths=("plane", "space"),
@@ -88,7 +96,9 @@ class RecognizerConfig:
     min_class_confidence: float = param(
         0.5, "least confidence of a class; below it there is none", low=0, high=1, paths=("plane", "space")
     )
+    time: TimeConfig = room(TimeConfig)
     blobs: BlobsConfig = room(BlobsConfig)
+    seams: SeamsConfig = room(SeamsConfig)
     alignment: AlignmentConfig = room(AlignmentConfig)
     constraints: ConstraintsConfig = room(ConstraintsConfig)
     grouping: GroupingConfig = room(GroupingConfig)
@@ -99,6 +109,11 @@ class RecognizerConfig:
     covariance: CovarianceConfig = room(CovarianceConfig)
     verdict: VerdictConfig = room(VerdictConfig)
     paper: PaperConfig = room(PaperConfig)
+
+    @property
+    def min_in_plane(self) -> int:
+        """Least components of an object in the image plane."""
+        return self.min_components or 2
 
     def __post_init__(self) -> None:
         validate(self, "recognizer.")

@@ -4,9 +4,256 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .params import Room
+from ..errors import ConfigError
+from .params import Room, param
+
+_SPACE = ("space",)
 
 
 @dataclass(frozen=True)
 class SearchConfig(Room):
-    """Room `pose`: how a frame is searched for whole objects."""
+    """Which hypotheses differ, how they climb on the votes, and what ends the search of a blob."""
+
+    search_share: float = param(
+        0.9,
+        "what of the time that is left may go into the search",
+        low=0.01,
+        high=1,
+        paths=_SPACE,
+        origin="the rest is for judging what it found",
+    )
+    cell_place: float = param(
+        0.012,
+        "hypotheses nearer than this across the view are one, as a share of the depth",
+        low=0.0001,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: 0.7 degrees, a fit brings them to one place",
+    )
+    cell_log_depth: float = param(
+        0.06,
+        "hypotheses nearer than this in depth are one, as a share of it",
+        low=0.0001,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: a fit brings them to one place",
+    )
+    cell_axis: float = param(
+        0.2,
+        "hypotheses nearer than this in the components of their x and z axes are one; all three must be so",
+        low=0.001,
+        high=2,
+        paths=_SPACE,
+        origin="by hand: about 12 degrees, a fit brings them to one place",
+    )
+    niche_rad: float = param(
+        0.35,
+        "hypotheses of a sure object that are turned by less, and nearer than niche_range, climb to one",
+        unit="rad",
+        low=0,
+        high=3.14,
+        paths=_SPACE,
+        origin="by hand: how far climbs go",
+    )
+    niche_range: float = param(
+        0.12,
+        "hypotheses of a sure object nearer than this share of the range, turned by less than niche_rad, climb to one",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: how far climbs go",
+    )
+    joint_step: float = param(
+        0.15,
+        "joints are sought at values so far apart, in radians or shares of what slides",
+        low=0.01,
+        high=3,
+        paths=_SPACE,
+        origin="by hand: a fit to contours makes the rest good",
+    )
+    first_joint_step: float = param(
+        0.25,
+        "joints of hypotheses that are first looked at are sought at values so far apart",
+        low=0.01,
+        high=3,
+        paths=_SPACE,
+        origin="by hand: a climb makes the rest good",
+    )
+    joint_keep: int = param(
+        24,
+        "hypotheses of a blob that go on with their joints",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    fit_keep: int = param(
+        8,
+        "hypotheses of a blob that go on fitted",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    flip_keep: int = param(
+        3,
+        "the best, whose mirrored turns are looked at",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    rival: float = param(
+        0.8,
+        "share of a sure object's votes that makes a rival",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: mirrored turns keep so many",
+    )
+    hopeless_votes: float = param(
+        40.0,
+        "a candidate with fewer votes is not worth a climb",
+        low=0,
+        paths=_SPACE,
+        origin="by hand; saves time: a climb does not bring the rest of min_votes",
+    )
+    climb_hypotheses: tuple[int, ...] = param(
+        (10, 5, 3),
+        "at most so many hypotheses of a blob climb, climb after climb",
+        low=1,
+        high=1000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    climb_rounds: tuple[int, ...] = param(
+        (11, 13, 24),
+        "rounds of each of these climbs",
+        low=1,
+        high=1000,
+        paths=_SPACE,
+        origin="by hand; bounds the time",
+    )
+    climb_first_steps: tuple[float, ...] = param(
+        (1.5, 1.0, 0.7),
+        "first steps of each of these climbs, in units of step_px and the like",
+        low=0.01,
+        high=100,
+        paths=_SPACE,
+        origin="a later climb begins nearer",
+    )
+    plain_climb_rounds: int = param(
+        13,
+        "rounds of the climb of an object beyond doubt, which is else as the last one",
+        low=1,
+        high=1000,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    same_place: float = param(
+        0.6,
+        "objects whose required components lie nearer in the image are at one place, as a share of its size",
+        low=0,
+        high=10,
+        paths=_SPACE,
+        origin="by hand: half of one covers the other",
+    )
+    step_px: float = param(
+        1.5,
+        "unit of a climb's steps across the view",
+        unit="px",
+        low=0.01,
+        high=100,
+        paths=_SPACE,
+        origin="by hand: as far as votes about outlines tell",
+    )
+    step_depth: float = param(
+        0.03,
+        "unit of a climb's steps along the view, as a share of the depth",
+        low=0.0001,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: 1.5 px at the edge of an object of 100 px",
+    )
+    step_rad: float = param(
+        0.12,
+        "unit of a climb's steps of a turn",
+        unit="rad",
+        low=0.001,
+        high=3,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    step_joint: float = param(
+        0.15,
+        "unit of a climb's steps of a joint, in radians or shares of what slides",
+        low=0.001,
+        high=3,
+        paths=_SPACE,
+        origin="as joint_step",
+    )
+    lengthen: float = param(
+        1.6,
+        "a step of a climb that helped is longer by this factor the next time",
+        low=1,
+        high=10,
+        paths=_SPACE,
+        origin="by hand; Rosenbrock 1960 has 3, for more rounds",
+    )
+    turn: float = param(
+        -0.7,
+        "a step of a climb that did not help is multiplied with this",
+        low=-1,
+        high=-0.01,
+        paths=_SPACE,
+        origin="by hand; Rosenbrock 1960 has -0.5, for more rounds",
+    )
+    least_step: float = param(
+        0.01,
+        "a shorter step of a climb is not taken",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="a fit to the contours goes there in one step",
+    )
+    settled_votes: float = param(
+        0.85,
+        "share of a hypothesis' votes that must be left after its last fit",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: contours of merged blobs lead astray",
+    )
+    sure: float = param(
+        0.999,
+        "trust in an object whose pixels are not searched for others",
+        low=0,
+        high=2,
+        paths=_SPACE,
+        origin="one in a thousand may be wrong; above 1: none is sure",
+    )
+    likely: float = param(
+        0.995,
+        "trust in one whose blobs need not be looked at again for the same target",
+        low=0,
+        high=2,
+        paths=_SPACE,
+        origin="one in two hundred may be wrong; above 1: none is likely",
+    )
+    explained: float = param(
+        0.6,
+        "share of a blob's contour that must be a sure or a likely object's, for the blob to be done with",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="more than half, for a blob may be two that merged",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        climbs = len(self.climb_hypotheses), len(self.climb_rounds), len(self.climb_first_steps)
+        if not climbs[0] or len(set(climbs)) > 1:
+            raise ConfigError(
+                "expert.search.climb_hypotheses, climb_rounds, climb_first_steps: {}, {} and {} numbers are given; "
+                "one climb or more need one of each".format(*climbs)
+            )

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .params import param, validate
+from .params import param, room, validate
+from .sightings import SightingsConfig
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class TrackingConfig:
         low=1e-6,
         high=1e6,
     )
+    sightings: SightingsConfig = room(SightingsConfig)
 
     def __post_init__(self) -> None:
         validate(self, "tracking.")

@@ -9,7 +9,7 @@ from .params import Room, param
 
 @dataclass(frozen=True)
 class VerdictConfig(Room):
-    """What a whole object must have."""
+    """What a whole object must have, and which objects are judged together."""
 
     min_votes: float = param(
         100.0,
@@ -17,4 +17,21 @@ class VerdictConfig(Room):
         low=0,
         paths=("space",),
         origin="25 pixels of a marker at 4 votes each",
+    )
+    margin_px: float = param(
+        3.0,
+        "two objects that stand nearer in the image are judged again when one of them has got its pixels",
+        unit="px",
+        low=0,
+        high=100,
+        paths=("space",),
+        origin="ring_px and a pixel's rounding, of both",
+    )
+    margin_share: float = param(
+        0.1,
+        "such objects may be so much farther apart, as a share of the larger side",
+        low=0,
+        high=1,
+        paths=("space",),
+        origin="what a lens bends a box's edges out",
     )

@@ -4,9 +4,145 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .params import Room
+from .params import Room, param
+
+_SPACE = ("space",)
 
 
 @dataclass(frozen=True)
 class VotesConfig(Room):
-    """Room `pose`: what a pixel's label says for and against a hypothesis."""
+    """What pixels say, in natural logarithms of how much likelier a label is on a piece of the model than elsewhere.
+
+    Lists are votes of a piece's own label, of unknown pixels and of any other label, each of them clipped, so that no
+    pixel decides alone.
+    """
+
+    inside: tuple[float, ...] = param(
+        (4.0, -0.3, -3.5),
+        "on a marker",
+        low=-20,
+        high=20,
+        length=3,
+        paths=_SPACE,
+        origin="by hand; unknown says little: shade and seams make a third to a half of a real surface unknown",
+    )
+    rim: tuple[float, ...] = param(
+        (2.0, -1.2, -1.5),
+        "just inside of a marker's outline: what keeps a model from outgrowing its blob",
+        low=-20,
+        high=20,
+        length=3,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    ring: tuple[float, ...] = param(
+        (-4.0, 0.0, 0.3),
+        "just outside of a marker whose surroundings are not declared; its own label first",
+        low=-20,
+        high=20,
+        length=3,
+        paths=_SPACE,
+        origin="by hand: its own label outside speaks as strongly as another inside",
+    )
+    ring_on_body: tuple[float, ...] = param(
+        (-4.0, 0.0, -1.5),
+        "just outside of a marker that lies on a declared body; its own label first",
+        low=-20,
+        high=20,
+        length=3,
+        paths=_SPACE,
+        origin="by hand, on rendered and recorded scenes",
+    )
+    ring_body_label: float = param(
+        0.6,
+        "the body's label just outside of a marker that lies on it",
+        low=-20,
+        high=20,
+        paths=_SPACE,
+        origin="by hand: a little less than on the body's face",
+    )
+    body: tuple[float, ...] = param(
+        (0.7, -0.2, -2.0),
+        "on a body's face",
+        low=-20,
+        high=20,
+        length=3,
+        paths=_SPACE,
+        origin="a third of a marker's and less: bodies are large, plain, and like other things",
+    )
+    body_marker_label: float = param(
+        -1.0,
+        "the markers' label on a body's face",
+        low=-20,
+        high=20,
+        paths=_SPACE,
+        origin="by hand: half of what another label says",
+    )
+    hidden_cost: float = param(
+        0.5,
+        "votes per pixel that a component costs which should be seen and is not",
+        low=0,
+        high=20,
+        paths=_SPACE,
+        origin="by hand: low, for what hides it need not be modelled",
+    )
+    ring_px: float = param(
+        1.25,
+        "rim and ring are looked at so far inside and outside of an outline",
+        unit="px",
+        low=0.1,
+        high=20,
+        paths=_SPACE,
+        origin="outside of the seam that a segmenter leaves between two colours",
+    )
+    ring_width_px: float = param(
+        1.5,
+        "what a point of the ring stands for across the outline",
+        unit="px",
+        low=0.1,
+        high=20,
+        paths=_SPACE,
+        origin="by hand: from the outline to a little beyond ring_px",
+    )
+    ring_visible: float = param(
+        0.5,
+        "share of a marker that must not be hidden for its rim and ring to vote",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="else most of the outline is not the one in the image",
+    )
+    least_cosine: float = param(
+        0.12,
+        "cosine of the viewing angle below which a patch shows nothing",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="83 degrees: a marker of 16 px is then 2 px wide",
+    )
+    sunk_m: float = param(
+        0.002,
+        "a marker may be declared so much below the face that it sticks on",
+        unit="m",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: how exactly objects are measured",
+    )
+    supported_px: float = param(
+        8.0,
+        "least pixels of a marker for the labels to support it",
+        unit="px^2",
+        low=0,
+        high=10000,
+        paths=_SPACE,
+        origin="as min_blob_px: fewer are a speck",
+    )
+    supported_agree: float = param(
+        0.4,
+        "least share of a marker's pixels with its label for the labels to support it",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="by hand: half of a shaded marker is unknown",
+    )

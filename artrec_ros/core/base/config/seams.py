@@ -1,0 +1,30 @@
+"""Room `image`: the seams of unknown pixels that a segmenter leaves around classes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .params import Room, param
+
+
+@dataclass(frozen=True)
+class SeamsConfig(Room):
+    """How a class' seam is measured: from its border to the next pixel of another known class."""
+
+    reach_px: float = param(
+        4.0,
+        "a seam is no wider",
+        unit="px",
+        low=1,
+        high=20,
+        paths=("space",),
+        origin="segmenters leave two pixels where colours blend",
+    )
+    border_share: float = param(
+        0.2,
+        "least share of a class' border that must have another known class in reach, for it to have a seam",
+        low=0,
+        high=1,
+        paths=("space",),
+        origin="less is a neighbour that happens to be near",
+    )

@@ -1,0 +1,55 @@
+"""Compiled code is made before work begins, and the user sees it."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from tqdm import tqdm
+
+from ..core.base import kernel_cache
+from ..core.recognizer import parts_needed
+from ..core.warm_up import Told, get_ready
+from ..io.parameters.parameter_file import Setup
+from .interrupting import say
+
+_LINE_S = 10.0
+_BAR = "getting ready: {percentage:3.0f}% |{bar}| {elapsed}"
+
+
+def get_setup_ready(setup: Setup, calibrated: Collection[bool] = (True,)) -> None:
+    """Have the code that a set-up needs. :param calibrated: whether its sources are."""
+    parts = {p for c in calibrated for p in parts_needed(setup.targets, setup.recognizer, calibrated=c)}
+    with progress() as told:
+        get_ready(parts, told)
+
+
+@contextmanager
+def progress() -> Iterator[Told]:
+    """What tells how far the compiler is: a bar on a terminal, else a line now and then; nothing where all is there.
+
+    At the end, why the next start will compile again, if it will.
+    """
+    bar: list[Any] = []
+    said_s = [-math.inf]
+
+    def told(share: float) -> None:
+        if sys.stderr.isatty():
+            if not bar:
+                bar.append(tqdm(total=1.0, bar_format=_BAR, leave=False))
+            bar[0].update(share - bar[0].n)
+        elif time.monotonic() - said_s[0] >= _LINE_S:
+            said_s[0] = time.monotonic()
+            say(f"getting ready, {share:.0%}: compiling, once on a machine")
+
+    try:
+        yield told
+    finally:
+        for one in bar:
+            one.close()
+    if (bar or said_s[0] > 0) and kernel_cache.problem():
+        say(f"warning: {kernel_cache.problem()}")

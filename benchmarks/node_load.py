@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -98,21 +99,28 @@ def publish(args: argparse.Namespace, node: subprocess.Popen) -> tuple[np.ndarra
         pixels.append(array.array("B", image.tobytes()))
     sent: list[float] = []
     memory: list[tuple[float, float]] = []
-    began = time.monotonic()
-    end = began + WARM_UP_S + 60 * args.minutes
-    while (now := time.monotonic()) < end and node.poll() is None:
-        msg.data = pixels[len(sent) % len(pixels)]
+    for i in at_rate(args.rate, WARM_UP_S + 60 * args.minutes, node):
+        msg.data = pixels[i % len(pixels)]
         msg.header.stamp = peer.get_clock().now().to_msg()
         publisher.publish(msg)
         sent.append(time.time())
         if not memory or time.time() > memory[-1][0] + 1:
             memory.append((time.time(), resident_mib(node.pid)))
-        time.sleep(max(0.0, began + len(sent) / args.rate - time.monotonic()))
-        if now - began > (len(sent) + args.rate) / args.rate:  # never a burst to make up for what a busy machine cost
-            began = now - len(sent) / args.rate
     peer.destroy_node()
     rclpy.shutdown()
     return np.array(sent), memory
+
+
+def at_rate(rate_hz: float, seconds: float, node: subprocess.Popen) -> Iterator[int]:
+    """0, 1, 2, ... each in its time, while the node lives."""
+    began, count = time.monotonic(), 0
+    end = began + seconds
+    while (now := time.monotonic()) < end and node.poll() is None:
+        yield count
+        count += 1
+        time.sleep(max(0.0, began + count / rate_hz - time.monotonic()))
+        if now - began > (count + rate_hz) / rate_hz:  # never a burst to make up for what a busy machine cost
+            began = now - count / rate_hz
 
 
 def resident_mib(pid: int) -> float:

@@ -119,12 +119,16 @@ objects' frames also go to tf: `red_0`, with the node's namespace before it, und
 | `input` | rate; images processed, failed (not usable), dropped (a newer one came), lost (never arrived); last error |
 | `calibration` | whether metric poses can be told, and why not |
 | `recognition` | objects found; time from reception to publication, the recogniser's part of it, the rest: ms |
-| `output` | subscribers that cannot hear |
+| `output` | subscribers that cannot hear; other nodes that publish under the same names |
+
+`input` warns where most images are dropped or lost. `hardware_id` is the frame that images bear, or the topic until one
+has come.
 
 ## Lifecycle
 
 The node is a lifecycle node: `~/change_state`, `~/get_state` and their kin. By default (`autostart`) it configures and
-activates itself. Configuring reads the files anew; deactivating unsubscribes and deletes the markers.
+activates itself. Configuring reads the files anew; deactivating unsubscribes and deletes the markers; what
+is under way then is not published.
 """
 
 _YAML = """\

@@ -170,12 +170,13 @@ def test_a_lifecycle_manager_starts_and_stops_it(parameter_file: Path, picture: 
 
 
 def test_what_cannot_be_found_for_want_of_constraints_is_warned_of(
-    make: Callable[..., RecognizerNode], parameter_file: Path, monkeypatch: pytest.MonkeyPatch
+    make: Callable[..., RecognizerNode], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    parameter_file.write_text(parameter_file.read_text().replace("constraint_file: constraints/toy.yaml, ", ""))
-    model = parameter_file.parent / "objects" / "toy.yaml"
+    file = toy.write_files(tmp_path / "config")  # of its own: the others share theirs
+    file.write_text(file.read_text().replace("constraint_file: constraints/toy.yaml, ", ""))
+    model = file.parent / "objects" / "toy.yaml"
     model.write_text(model.read_text().replace("lever: {pose: {xyz: [0.02, 0, 0]}}", "lever: {}"))
-    node, warned = make("-p", "autostart:=false"), []
+    node, warned = make("-p", "autostart:=false", file=file), []
     logger = types.SimpleNamespace(info=lambda _: None, error=lambda _: None, warning=warned.append)
     monkeypatch.setattr(node, "get_logger", lambda: logger)
     assert node.trigger_configure() == SUCCESS

@@ -62,15 +62,6 @@ def test_no_value_is_compiled_for_anew():
     assert specialisations() == before
 
 
-@pytest.mark.parametrize("values", [{"min_blob_px": 5000}, {"min_range_m": 2.0, "min_scale": 100.0}], ids=str)
-def test_code_is_made_ready_whatever_the_values_leave_out(monkeypatch, values):
-    """Of the patch that it is tried on nothing would be looked at with these; and 2 m are beyond reach at 100 px/m."""
-    climbs, real = [], WholeObjectFinder._climb
-    monkeypatch.setattr(WholeObjectFinder, "_climb", lambda self, *args: climbs.append(True) or real(self, *args))
-    WholeObjectFinder(Target("sign", sign(), RED), settings(**values)).warm_up()
-    assert len(climbs) == 2
-
-
 @pytest.mark.uncompiled
 @pytest.mark.parametrize(
     "values, which",

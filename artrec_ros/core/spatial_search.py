@@ -9,11 +9,10 @@ from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .pose.finder import Climb, WholeObjectFinder
 from .pose.surface_model import Poses
+from .verdict.acceptance_curves import LIKELY, SURE
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
 
-SURE = 0.999  # trust in an object whose pixels are not searched for others
-LIKELY = 0.995  # in one whose blobs need not be looked at again
 EXPLAINED = 0.6  # of a blob's contour must be a sure or a likely object's
 CLIMBS = (Climb(10, 11, 1.5), Climb(5, 13, 1.0), Climb(3, 24, 0.7))
 PLAIN_CLIMB = Climb(3, 13, 0.7)  # of an object beyond doubt
@@ -75,9 +74,9 @@ class SpatialSearch:
         return self._judge.trust_in(finder, poses, self._frame) > SURE
 
     def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
-        """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.
+        """Keep hypotheses, the best one first; whether that is a SURE object, which takes its pixels.
 
-        A likely one may share them with a rival, but its own target's is not sought for them again.
+        A LIKELY one may share them with a rival, but its own target's is not sought for them again.
         """
         self._found.setdefault(finder, []).append(poses)
         trust = self._judge.trust_in(finder, poses, self._frame)

@@ -43,9 +43,9 @@ from artrec_ros.simulation.truth import ObjectTruth
 OUT = Path(acceptance_curves.__file__)
 # Of each case the evidence that lowers the log-loss on worlds left out; more of it does not
 COLUMNS = {
-    "alone": ("size", "edge", "body", "others"),
-    "deserted": ("edge", "bodied", "body", "shown", "colour", "faces", "missing"),
-    "borne out": ("size", "edge", "bodied", "shown", "colour", "edges", "backing", "faces"),
+    "alone": ("size", "edge", "bare", "body", "others"),
+    "deserted": ("size", "edge", "bare", "body", "shown", "others", "faces", "missing"),
+    "borne out": ("size", "edge", "shown", "colour", "edges", "backing", "faces"),
 }
 INDEX = {case: tuple(Evidence._fields.index(name) for name in names) for case, names in COLUMNS.items()}
 SURE_WRONG, LIKELY_WRONG = 0.03, 0.08  # of claims that the search takes for sure, or for likely, at most so many
@@ -218,7 +218,7 @@ def write(model: Model, fitted_on: Claims, held_out: Claims, sure: float, likely
         lines += [f'    "{case}": (', f"        {curves.bias:.3f},", "        {"]
         for name, (x, y) in zip(COLUMNS[case], curves.points, strict=True):
             xs, ys = (", ".join(f"{v:.3f}" for v in values) for values in (x, y))
-            lines += [f'            "{name}": (({xs}), ({ys})),']
+            lines += [f'            "{name}": (', *(f"                ({v})," for v in (xs, ys)), "            ),"]
         lines += ["        },", "    ),"]
     lines += ["}", "# What the search takes for sure, and for likely: of the claims that it asked about no more than"]
     lines += [f"# {SURE_WRONG:.0%} above the first and {LIKELY_WRONG:.0%} above the second are wrong"]

@@ -2,8 +2,8 @@
 
 The probability is that of an additive logistic model: each kind of evidence adds what its curve says, a line through a
 few points that never falls. Claims of which no other component should be in view, of which none is confirmed, and of
-which some are, have a model each. The curves are fitted on objects made up at random (`benchmarks/acceptance.py`), which
-also measures on others how well the probability is calibrated.
+which some are, have a model each. The curves are fitted on objects made up at random, and how well the probability is
+calibrated is measured on others (`benchmarks/acceptance.py`).
 """
 
 from __future__ import annotations
@@ -15,8 +15,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
 from ..pose.surface_model import RING_WIDTH_PX
-from ..pose.votes import INSIDE, RIM, RING
+from ..pose.votes import BODY, INSIDE, RIM, RING
 from .acceptance_curves import CURVES
 from .claims import Claim
 
@@ -31,20 +33,21 @@ class Evidence(NamedTuple):
 
     :param size: logarithm of all its votes: much is seldom alike by chance.
     :param edge: how well the required marker's outline parts its class from others: 1 all around, 0 or less nowhere.
-    :param bodied: 1 where faces in view of the required component's bodies have a class, else 0.
-    :param body: mean vote of these faces, 0 without: what is around the required marker.
+    :param bare: 1 where no body of the required component that has a class is in view: none can speak for it.
+    :param body: mean vote of the required component's bodies in view, which are around its marker; -2 where it is bare.
     :param shown: other components that something shows, be it too little to confirm them.
     :param colour: mean vote of the pixels of all markers that should be in view.
     :param others: the same of the other components' alone.
     :param edges: `edge` of the confirmed other components, the longer outlines counting more; 0 without.
     :param backing: logarithm of the confirmed other components' votes.
-    :param faces: mean vote of all bodies' faces, 0 without.
+    :param faces: the same of all components' bodies.
+    :param facing: cosine of the angle under which the required marker is seen: squeezed, much looks like it.
     :param missing: less the logarithm of the pixels of markers that should be in view and are not confirmed.
     """
 
     size: float
     edge: float
-    bodied: float
+    bare: float
     body: float
     shown: float
     colour: float
@@ -52,6 +55,7 @@ class Evidence(NamedTuple):
     edges: float
     backing: float
     faces: float
+    facing: float
     missing: float
 
 
@@ -97,7 +101,7 @@ class Verdict:
         """What speaks for it."""
         finder, (votes, area_px, _) = self.claim.finder, self._scores
         surface = finder.surface
-        faces = [p for p in surface.faces.tolist() if area_px[p] and surface.patches[p].label]
+        faces = [p for p in surface.classed_faces if area_px[p]]
         body = [p for p in faces if surface.patches[p].component == finder.root]
         others = [p for _, mine in self._others_markers() for p in mine]
         missing_px = sum(area_px[p] for c, mine in self._others_markers() if not self.confirmed[c] for p in mine)
@@ -106,17 +110,21 @@ class Verdict:
         def mean_vote(patches: list[int]) -> float:
             return sum(votes[p] for p in patches) / max(sum(area_px[p] for p in patches), 1.0)
 
+        def mean_face(patches: list[int]) -> float:
+            return mean_vote(patches) if patches else BODY[2]
+
         return Evidence(
             size=math.log(max(self.claim.votes, 1.0)),
             edge=self._outline(self.shown[finder.root])[0],
-            bodied=float(bool(body)),
-            body=mean_vote(body),
+            bare=float(not body),
+            body=mean_face(body),
             shown=float(sum(patch >= 0 for patch in self.shown) - 1),
             colour=mean_vote([*surface.markers_of[finder.root], *others]),
             others=mean_vote(others),
             edges=sum(fit * px for fit, px in outlines) / max(sum(px for _, px in outlines), 1e-9),
             backing=math.log1p(sum(max(self.marker_votes[c], 0.0) for c in self.others)),
-            faces=mean_vote(faces),
+            faces=mean_face(faces),
+            facing=self._facing(),
             missing=-math.log1p(missing_px),
         )
 
@@ -138,6 +146,14 @@ class Verdict:
         perimeter_px = marker.perimeter * math.sqrt(max(area_px[patch], 1e-9) / marker.area)
         inside = INSIDE[0] * agree[patch] * area_px[patch]
         return (votes[patch] - inside) / ((RIM[0] + RING[2]) * RING_WIDTH_PX * perimeter_px), perimeter_px
+
+    def _facing(self) -> float:
+        finder, poses = self.claim.finder, self.claim.poses
+        surface, patch = finder.surface, self.shown[finder.root]
+        frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+        R, t = frames.R[0, finder.root], frames.t[0, finder.root]
+        centre = R @ surface.centre[patch] + t
+        return float(-(R @ surface.normal[patch]) @ centre / max(float(np.linalg.norm(centre)), 1e-9))
 
     @property
     def doubt(self) -> str:

@@ -8,6 +8,7 @@ from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import PatchScores
+from artrec_ros.core.pose.votes import BODY
 from artrec_ros.core.verdict.acceptance import Evidence, verdict_of
 from artrec_ros.core.verdict.acceptance_curves import CURVES, LIKELY, SURE
 from artrec_ros.core.verdict.claims import Claim
@@ -36,7 +37,7 @@ def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, p
     return Claim(finder, pose(model=surface.model), votes, scores)
 
 
-TORSO, FORE, HIND = ("torso", "right"), ("fore", "outer_right"), ("hind", "outer_right")
+TORSO, FORE, HIND, FACE = ("torso", "right"), ("fore", "outer_right"), ("hind", "outer_right"), ("plate", "face")
 WHOLE = {TORSO: 300.0, FORE: 60.0, HIND: 60.0}
 
 
@@ -99,7 +100,7 @@ def test_no_curve_falls(case):
     [
         ("borne out", WHOLE, "truck"),
         ("deserted", {TORSO: 300.0}, "truck"),
-        ("alone", {("plate", "face"): 500.0}, "sign"),
+        ("alone", {FACE: 500.0}, "sign"),
     ],
 )
 def test_each_case_adds_up_its_own_curves(case, seen, name):
@@ -113,13 +114,14 @@ def test_each_case_adds_up_its_own_curves(case, seen, name):
 def test_evidence_is_what_the_labels_say():
     evidence = verdict_of(claim({TORSO: 300.0, FORE: 60.0})).evidence
     assert evidence.size == pytest.approx(np.log(800))
-    assert evidence.bodied == 1 and evidence.body == pytest.approx(0.5) == evidence.faces
+    assert evidence.bare == 0 and evidence.body == pytest.approx(0.5) == evidence.faces
     assert evidence.shown == 1
     assert evidence.others == pytest.approx((4.5 * 60 - 50) / 90)  # of the hind leg 30 px should be seen
     assert evidence.colour == pytest.approx((4.5 * 360 - 50) / 390)
     assert evidence.backing == pytest.approx(np.log1p(4.5 * 60))
     assert evidence.missing == pytest.approx(-np.log1p(30))
-    assert verdict_of(claim({("plate", "face"): 500.0}, name="sign")).evidence.bodied == 0
+    bare = verdict_of(claim({FACE: 500.0}, name="sign")).evidence
+    assert bare.bare == 1 and bare.body == bare.faces == BODY[2]
 
 
 def test_thresholds_of_the_search_are_in_order():
@@ -156,10 +158,10 @@ def test_a_low_probability_is_named_with_what_was_confirmed_and_what_came_neares
 
 
 def test_an_object_of_one_component_needs_no_other():
-    verdict = verdict_of(claim({("plate", "face"): 500.0}, votes=2250.0, name="sign"))
+    verdict = verdict_of(claim({FACE: 500.0}, votes=2250.0, name="sign"))
     assert JUDGE.reason(verdict) is None
     # inside right, outline wrong
-    blurred = verdict_of(claim({("plate", "face"): 500.0}, votes=1500.0, name="sign", per_px=3.0))
+    blurred = verdict_of(claim({FACE: 500.0}, votes=1500.0, name="sign", per_px=3.0))
     assert "outline" in (JUDGE.reason(blurred) or "")
     assert "plate" not in (STRICT.reason(verdict) or "")
 

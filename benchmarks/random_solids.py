@@ -2,7 +2,7 @@
 
 An object is a tree of one to twelve flat or solid parts. Its markers are polygons, silhouettes with notches, ribbons
 and discs, on one side or on several; bodies are there in another class, in an unknown colour, or not at all. Scenes
-hold up to five objects of one or two targets and of a stranger that nobody looks for and that bears their class (an
+hold up to ten objects of one or two targets and of a stranger that nobody looks for and that bears their class (an
 object of its own, or a part of a target), clutter in their classes, and are segmented exactly or badly.
 """
 
@@ -23,6 +23,7 @@ from artrec_ros.simulation.simulator import SimulatedFrame, pinhole_camera, simu
 LABELS, OTHER, BODY = (3, 2), 6, 5  # of targets; of components with a class of their own; of bodies
 SIZES, SHARES = ((208, 160), (320, 240), (640, 480)), (0.35, 0.5, 0.15)  # of images; how often
 COUNTS = (0, 1, 2, 3, 3, 4, 5, 5)  # of objects in a scene
+CROWDED = 0.4  # share of scenes with up to ten, as far as there is room, and none of them small
 LEAST_PX = 25.0  # apparent diameter of the smallest objects
 # Frames of an object's sides: columns right, up, out; its own: x forward, y left, z up
 RIGHT = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], float)
@@ -81,6 +82,8 @@ def random_frames(world: World, seed: int, scenes: int) -> Iterator[SimulatedFra
     for rng in (np.random.default_rng([12, seed, n]) for n in range(scenes)):
         size, count = SIZES[rng.choice(len(SIZES), p=SHARES)], int(rng.choice(COUNTS))
         least = np.exp(rng.uniform(np.log(LEAST_PX / size[0]), np.log(0.45)))
+        if rng.random() < CROWDED:
+            count, least = int(rng.integers(5, 11)), rng.uniform(0.15, 0.3)
         scene = SceneConfig(
             objects=(count, count),
             size=(float(least), float(min(least * rng.uniform(1, 2.5), 0.8))),

@@ -39,7 +39,6 @@ class Evidence(NamedTuple):
     :param colour: mean vote of the pixels of all markers that should be in view.
     :param others: the same of the other components' alone.
     :param edges: `edge` of the confirmed other components, the longer outlines counting more; 0 without.
-    :param backing: logarithm of the confirmed other components' votes.
     :param faces: the same of all components' bodies.
     :param facing: cosine of the angle under which the required marker is seen: squeezed, much looks like it.
     :param missing: less the logarithm of the pixels of markers that should be in view and are not confirmed.
@@ -53,7 +52,6 @@ class Evidence(NamedTuple):
     colour: float
     others: float
     edges: float
-    backing: float
     faces: float
     facing: float
     missing: float
@@ -122,7 +120,6 @@ class Verdict:
             colour=mean_vote([*surface.markers_of[finder.root], *others]),
             others=mean_vote(others),
             edges=sum(fit * px for fit, px in outlines) / max(sum(px for _, px in outlines), 1e-9),
-            backing=math.log1p(sum(max(self.marker_votes[c], 0.0) for c in self.others)),
             faces=mean_face(faces),
             facing=self._facing(),
             missing=-math.log1p(missing_px),

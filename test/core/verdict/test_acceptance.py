@@ -118,7 +118,6 @@ def test_evidence_is_what_the_labels_say():
     assert evidence.shown == 1
     assert evidence.others == pytest.approx((4.5 * 60 - 50) / 90)  # of the hind leg 30 px should be seen
     assert evidence.colour == pytest.approx((4.5 * 360 - 50) / 390)
-    assert evidence.backing == pytest.approx(np.log1p(4.5 * 60))
     assert evidence.missing == pytest.approx(-np.log1p(30))
     bare = verdict_of(claim({FACE: 500.0}, name="sign")).evidence
     assert bare.bare == 1 and bare.body == bare.faces == BODY[2]

@@ -12,7 +12,7 @@ from scipy.special import expit
 
 from artrec_ros.core.geometry.transforms import Array
 
-KNOTS, PULLS = (3, 4, 6, 8), (0.3, 1.0, 3.0)  # what is tried: points of a curve; weight of its squared rises
+KNOTS, PULLS = (4, 6, 8), (0.3, 1.0, 3.0)  # what is tried: points of a curve; weight of its squared rises
 FOLDS = 5
 ENDS = (0.02, 0.98)  # quantiles between which a curve rises
 BINS = (0.0, 0.05, 0.1, 0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)

@@ -32,7 +32,7 @@ class RecognizerConfig:
         True, "fit whole objects in space where markers have places and the camera is calibrated"
     )
     min_votes: float = param(100.0, "least votes of the label image for a whole object", low=0)
-    min_probability: float = param(0.25, "least probability of a whole object", low=0, high=1)
+    min_probability: float = param(0.3, "least probability of a whole object", low=0, high=1)
     # blobs and anchors
     min_blob_px: int = param(8, "blobs with fewer pixels are specks", unit="px^2", low=1, high=1000000)
     max_blobs: int = param(300, "at most so many blobs of a frame are looked at, the largest", low=1, high=10000)

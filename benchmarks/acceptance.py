@@ -1,6 +1,6 @@
 """Is an object in space there as often as its score says? Random objects, among clutter, strangers and each other.
 
-    python benchmarks/acceptance.py --save found.npz [--first 0] [--worlds 112] [--scenes 12]    # some ten minutes
+    python benchmarks/acceptance.py --save found.npz [--first 0] [--worlds 196] [--scenes 12]    # a quarter of an hour
     python benchmarks/acceptance.py --load found.npz [more.npz ...] [--fit]                      # at once
 
 Each world has one or two random targets (`benchmarks/random_solids.py`). The recogniser's own search and sharing out
@@ -98,7 +98,7 @@ def write(model: Model, fitted_on: Claims, held_out: Claims, sure: float, likely
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=0, help="number of the first world")
-    parser.add_argument("--worlds", type=int, default=112)
+    parser.add_argument("--worlds", type=int, default=196)
     parser.add_argument("--scenes", type=int, default=12, help="of each world")
     parser.add_argument("--save", type=Path, metavar="FILE.npz")
     parser.add_argument("--load", type=Path, nargs="+", metavar="FILE.npz")

@@ -13,6 +13,7 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.spatial_search import SpatialSearch
+from artrec_ros.core.verdict.acceptance_curves import LIKELY, SURE
 
 CAMERA = camera_of()
 TRUCK = truck()
@@ -64,7 +65,7 @@ def test_where_there_is_doubt_every_blob_gets_a_long_look(finder, looks):
 
 
 def test_other_blobs_of_likely_objects_get_no_long_look_either(finder, looks):
-    ((_, poses),), blobs = search(finder, trust=0.997)
+    ((_, poses),), blobs = search(finder, trust=(LIKELY + SURE) / 2)
     assert len(looks) == 2 < len(blobs)
     assert nearest(poses, LEFT) < 0.02 and nearest(poses, RIGHT) < 0.02
 

@@ -110,6 +110,7 @@ class SpatialModel:
         )
         self.markers = np.flatnonzero(self.is_marker)
         self.faces = np.flatnonzero(~self.is_marker)
+        self.classed_faces: list[int] = np.flatnonzero(~self.is_marker & (self.label > 0)).tolist()  # that can be told
         self.marker_labels: tuple[int, ...] = tuple(self.label[self.markers].tolist())
         self.markers_of = [self.markers[self.component[self.markers] == c].tolist() for c in range(len(bodies))]
         self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)

@@ -1,32 +1,58 @@
-"""Which claims are objects: a probability from what the labels confirm, and a reason where it is too low."""
+"""Which claims are objects: a probability from what the labels confirm, and a reason where it is too low.
+
+The probability is that of an additive logistic model: each kind of evidence adds what its curve says, a line through a
+few points that never falls. Claims of which no other component should be in view, of which none is confirmed, and of
+which some are, have a model each. The curves are fitted on objects made up at random, and how well the probability is
+calibrated is measured on others (`benchmarks/acceptance.py`).
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from .acceptance_curves import CURVES
 from .claims import Claim
 
-# Logistic weights: constant; other components confirmed (at most two); their votes; the body's mean vote; all votes;
-# how well the required marker's outline fits. Fitted to claims in rendered scenes of two kinds of objects, labels of
-# two segmenters, each set with the same weight; then all were brought to scale (Platt 1999) on claims whose required
-# component is confirmed.
-_WEIGHTS = (-2.55, 1.2, 1.75, 3.3, 0.35, 1.4)
-_COMPONENT_VOTES = 30.0  # about eight pixels of a marker
-_OBJECT_VOTES = 300.0
 _LEAST_PX = 8.0  # of a marker that could be recognised
-# By hand, such claims are too few to learn from:
-_LONE = 5.2  # what a lone marker's outline adds or takes, at ten times _OBJECT_VOTES, where nothing else could be seen
-_LONE_EDGE = (0.0, 0.2, 0.6)  # fits of an outline that take all of it, say nothing, add all of it
-_OUTGROWN = 3.5  # weight of an outline that does not end where its class does
-_MISSING, _MISSING_PX = -0.26, 10.0  # weight of other markers that should be seen and are not confirmed
 # A component of a found object is told where so much of its marker bears its label and the votes are not clearly
 # against it; seen nearly edge-on it may be too thin to count as confirmed.
 _TOLD_AGREE, _TOLD_VOTES = 0.2, -0.5  # share; votes per pixel
+
+
+class Evidence(NamedTuple):
+    """What speaks for a claim; the more of each, the likelier it is an object.
+
+    :param size: logarithm of all its votes: much is seldom alike by chance.
+    :param edge: how well the required marker's outline parts its class from others: 1 all around, 0 or less nowhere.
+    :param bare: 1 where no body of the required component that has a class is in view: none can speak for it.
+    :param body: mean vote of the required component's bodies in view, which are around its marker; -2 where it is bare.
+    :param shown: other components that something shows, be it too little to confirm them.
+    :param colour: mean vote of the pixels of all markers that should be in view.
+    :param others: the same of the other components' alone.
+    :param edges: `edge` of the confirmed other components, the longer outlines counting more; 0 without.
+    :param faces: the same of all components' bodies.
+    :param facing: cosine of the angle under which the required marker is seen: squeezed, much looks like it.
+    :param missing: less the logarithm of the pixels of markers that should be in view and are not confirmed.
+    """
+
+    size: float
+    edge: float
+    bare: float
+    body: float
+    shown: float
+    colour: float
+    others: float
+    edges: float
+    faces: float
+    facing: float
+    missing: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,59 +77,86 @@ class Verdict:
     @cached_property
     def probability(self) -> float:
         """That the claim is an object, 0 to 1."""
-        surface, scores = self.claim.finder.surface, self.claim.scores
-        other_votes = sum(max(self.marker_votes[c], 0.0) for c in self.others)
-        body_px = float(scores.area_px[0, surface.faces].sum())
-        body = float(scores.votes[0, surface.faces].sum()) / max(body_px, 1.0)
-        edge, size = self._edge_fit(), math.log(max(self.claim.votes, 1.0) / _OBJECT_VOTES)
-        features = (
-            1.0,
-            min(len(self.others), 2),
-            math.log1p(other_votes / _COMPONENT_VOTES),
-            body,
-            size,
-            min(max(edge, -1.0), 1.0),
-        )
-        logit = sum(weight * feature for weight, feature in zip(_WEIGHTS, features, strict=True))
-        logit += _OUTGROWN * min(max(edge, -1.0), 0.0)
-        logit += _MISSING * math.log1p(self._missing_px() / _MISSING_PX)
-        if not self._could_be_seen():
-            large = min(max(size / math.log(10), 0.0), 1.0)
-            logit += _LONE * float(np.interp(edge, _LONE_EDGE, (-1, 0, 1))) * large
+        bias, curves = CURVES[self.case]
+        evidence = self.evidence
+        logit = bias + sum(_at(getattr(evidence, name), *curve) for name, curve in curves.items())
         return 1 / (1 + math.exp(min(-logit, 700.0)))
 
-    def _missing_px(self) -> float:
-        """Pixels of other components' markers that should be in view and are not confirmed."""
-        area_px = self.claim.scores.area_px[0].tolist()
-        return sum(area_px[p] for c, mine in self._others_markers() if not self.confirmed[c] for p in mine)
+    @property
+    def case(self) -> str:
+        """The model that holds for it: 'borne out' where other components are confirmed, 'deserted' where none is that
+        should be in view, 'alone' where none should be."""
+        if self.others:
+            return "borne out"
+        _, area_px, _ = self._scores
+        seen = any(area_px[p] > _LEAST_PX for _, mine in self._others_markers() for p in mine)
+        return "deserted" if seen else "alone"
 
-    def _could_be_seen(self) -> bool:
-        """Whether the marker of any other component should be in view."""
-        area_px = self.claim.scores.area_px[0].tolist()
-        return any(area_px[p] > _LEAST_PX for _, mine in self._others_markers() for p in mine)
+    @cached_property
+    def evidence(self) -> Evidence:
+        """What speaks for it."""
+        finder, (votes, area_px, _) = self.claim.finder, self._scores
+        surface = finder.surface
+        faces = [p for p in surface.classed_faces if area_px[p]]
+        body = [p for p in faces if surface.patches[p].component == finder.root]
+        others = [p for _, mine in self._others_markers() for p in mine]
+        missing_px = sum(area_px[p] for c, mine in self._others_markers() if not self.confirmed[c] for p in mine)
+        outlines = [self._outline(self.shown[c]) for c in self.others]
+
+        def mean_vote(patches: list[int]) -> float:
+            return sum(votes[p] for p in patches) / max(sum(area_px[p] for p in patches), 1.0)
+
+        def mean_face(patches: list[int]) -> float:
+            return mean_vote(patches) if patches else surface.votes.body[2]
+
+        return Evidence(
+            size=math.log(max(self.claim.votes, 1.0)),
+            edge=self._outline(self.shown[finder.root])[0],
+            bare=float(not body),
+            body=mean_face(body),
+            shown=float(sum(patch >= 0 for patch in self.shown) - 1),
+            colour=mean_vote([*surface.markers_of[finder.root], *others]),
+            others=mean_vote(others),
+            edges=sum(fit * px for fit, px in outlines) / max(sum(px for _, px in outlines), 1e-9),
+            faces=mean_face(faces),
+            facing=self._facing(),
+            missing=-math.log1p(missing_px),
+        )
+
+    @cached_property
+    def _scores(self) -> tuple[list[float], list[float], list[float]]:
+        """Of each patch its votes, pixels and the share of them with its label."""
+        votes, area_px, agree = (values[0].tolist() for values in self.claim.scores.arrays)
+        return votes, area_px, agree
 
     def _others_markers(self) -> Iterator[tuple[int, list[int]]]:
         """Components besides the required one, each with its markers' patches."""
         finder = self.claim.finder
         return ((c, mine) for c, mine in enumerate(finder.surface.markers_of) if c != finder.root)
 
-    def _edge_fit(self) -> float:
-        """How well the required marker's outline parts its class from others: 1 all around, 0 or less nowhere."""
-        finder, scores = self.claim.finder, self.claim.scores
-        shown = self.shown[finder.root]
-        area_px, marker = float(scores.area_px[0, shown]), finder.surface.patches[shown].marker
+    def _outline(self, patch: int) -> tuple[float, float]:
+        """How well a marker's outline parts its class from others, 1 all around, 0 or less nowhere; its length, px."""
+        (votes, area_px, agree), marker = self._scores, self.claim.finder.surface.patches[patch].marker
         assert marker is not None  # what shows a component is a marker
-        perimeter_px = marker.perimeter * math.sqrt(max(area_px, 1e-9) / marker.area)
-        votes = finder.surface.votes
-        inside = votes.inside[0] * scores.agree[0, shown] * area_px
-        around = (votes.rim[0] + votes.ring[2]) * votes.ring_width_px * perimeter_px
-        return float((scores.votes[0, shown] - inside) / max(around, 1e-12))  # nothing, where outlines do not vote
+        perimeter_px = marker.perimeter * math.sqrt(max(area_px[patch], 1e-9) / marker.area)
+        v = self.claim.finder.surface.votes
+        inside = v.inside[0] * agree[patch] * area_px[patch]
+        around = (v.rim[0] + v.ring[2]) * v.ring_width_px * perimeter_px
+        return (votes[patch] - inside) / max(around, 1e-12), perimeter_px  # nothing, where outlines do not vote
+
+    def _facing(self) -> float:
+        finder, poses = self.claim.finder, self.claim.poses
+        surface, patch = finder.surface, self.shown[finder.root]
+        frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+        R, t = frames.R[0, finder.root], frames.t[0, finder.root]
+        centre = R @ surface.centre[patch] + t
+        return float(-(R @ surface.normal[patch]) @ centre / max(float(np.linalg.norm(centre)), 1e-9))
 
     @property
     def doubt(self) -> str:
         """What speaks against a claim: what is not confirmed of it."""
-        if not self._could_be_seen():
-            return f"its outline fits by {self._edge_fit():.2f}, and no other component should be in view"
+        if self.case == "alone":
+            return f"its outline fits by {self.evidence.edge:.2f}, and no other component should be in view"
         root, names = self.claim.finder.root, [c.name for c in self.claim.finder.surface.model.components]
         seen = [names[c] for c in self.others]
         missing = (c for c in range(len(names)) if c not in self.others and c != root)
@@ -112,6 +165,14 @@ class Verdict:
         if nearest is not None:
             text += f"; nearest to it {names[nearest]} with {self.marker_votes[nearest]:.0f} votes"
         return text
+
+
+def _at(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
+    """A line through points at x, level beyond its ends."""
+    i = bisect_right(xs, x)
+    if i in (0, len(xs)):
+        return ys[0 if i == 0 else -1]
+    return ys[i - 1] + (ys[i] - ys[i - 1]) * (x - xs[i - 1]) / (xs[i] - xs[i - 1])
 
 
 def verdict_of(claim: Claim) -> Verdict:

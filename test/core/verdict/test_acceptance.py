@@ -10,7 +10,8 @@ from solids import RED, pose, sign, truck
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import PatchScores
-from artrec_ros.core.verdict.acceptance import verdict_of
+from artrec_ros.core.verdict.acceptance import Evidence, verdict_of
+from artrec_ros.core.verdict.acceptance_curves import CURVES, LIKELY, SURE
 from artrec_ros.core.verdict.claims import Claim
 from artrec_ros.core.verdict.judge import Judge
 
@@ -20,7 +21,7 @@ STRICT = replace(JUDGE, min_probability=1.0)
 FINDERS = {m.name: WholeObjectFinder(Target(m.name, m, RED), DEFAULTS) for m in (truck(), sign())}
 
 
-def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, per_px=3.0):
+def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, per_px=4.5):
     """A claim on which the labels say what `seen` tells: (component, marker) -> pixels that support it."""
     finder = FINDERS[name]
     surface = finder.surface
@@ -37,7 +38,7 @@ def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, p
     return Claim(finder, pose(model=surface.model), votes, scores)
 
 
-TORSO, FORE, HIND = ("torso", "right"), ("fore", "outer_right"), ("hind", "outer_right")
+TORSO, FORE, HIND, FACE = ("torso", "right"), ("fore", "outer_right"), ("hind", "outer_right"), ("plate", "face")
 WHOLE = {TORSO: 300.0, FORE: 60.0, HIND: 60.0}
 
 
@@ -52,7 +53,7 @@ def test_a_whole_object_is_accepted():
     assert verdict.others == [1, 2]
     assert 0.5 < verdict.probability <= 1
     assert JUDGE.reason(verdict) is None
-    np.testing.assert_allclose(verdict.marker_votes, [900, 180, 180])
+    np.testing.assert_allclose(verdict.marker_votes, [1350, 270, 270])
 
 
 def test_each_component_is_shown_by_its_largest_supported_marker():
@@ -81,8 +82,51 @@ def test_more_evidence_never_lowers_the_probability():
     ]
     probability = [verdict_of(c).probability for c in ladder]
     assert probability == sorted(probability)
-    assert probability[0] < 0.5 < probability[-1]
+    assert probability[0] < probability[-1] > 0.95
     assert all(0 <= p <= 1 for p in probability)
+
+
+@pytest.mark.parametrize("case", CURVES)
+def test_no_curve_falls(case):
+    """Evidence is stated so that more of it speaks for an object."""
+    _, curves = CURVES[case]
+    assert set(curves) <= set(Evidence._fields)
+    for xs, ys in curves.values():
+        assert len(xs) == len(ys) >= 2
+        assert (np.diff(xs) > 0).all() and (np.diff(ys) >= 0).all()
+
+
+@pytest.mark.parametrize(
+    "case, seen, name",
+    [
+        ("borne out", WHOLE, "truck"),
+        ("deserted", {TORSO: 300.0}, "truck"),
+        ("alone", {FACE: 500.0}, "sign"),
+    ],
+)
+def test_each_case_adds_up_its_own_curves(case, seen, name):
+    verdict = verdict_of(claim(seen, name=name))
+    assert verdict.case == case
+    bias, curves = CURVES[case]
+    logit = bias + sum(np.interp(getattr(verdict.evidence, n), *curve) for n, curve in curves.items())
+    assert verdict.probability == pytest.approx(1 / (1 + np.exp(-logit)))
+
+
+def test_evidence_is_what_the_labels_say():
+    evidence = verdict_of(claim({TORSO: 300.0, FORE: 60.0})).evidence
+    assert evidence.size == pytest.approx(np.log(800))
+    assert evidence.bare == 0 and evidence.body == pytest.approx(0.5) == evidence.faces
+    assert evidence.shown == 1
+    assert evidence.others == pytest.approx((4.5 * 60 - 50) / 90)  # of the hind leg 30 px should be seen
+    assert evidence.colour == pytest.approx((4.5 * 360 - 50) / 390)
+    assert evidence.missing == pytest.approx(-np.log1p(30))
+    bare = verdict_of(claim({FACE: 500.0}, name="sign")).evidence
+    assert bare.bare == 1 and bare.body == bare.faces == CONFIG.votes.body[2]
+
+
+def test_thresholds_of_the_search_are_in_order():
+    assert CONFIG.min_probability < LIKELY <= SURE < 1
+    assert (CONFIG.search.sure, CONFIG.search.likely) == (SURE, LIKELY)  # what the fit wrote is what is used
 
 
 def test_a_body_that_is_not_there_speaks_against_an_object():
@@ -142,9 +186,10 @@ def test_a_low_probability_is_named_with_what_was_confirmed_and_what_came_neares
 
 
 def test_an_object_of_one_component_needs_no_other():
-    verdict = verdict_of(claim({("plate", "face"): 500.0}, votes=2250.0, name="sign", per_px=4.5))
+    verdict = verdict_of(claim({FACE: 500.0}, votes=2250.0, name="sign"))
     assert JUDGE.reason(verdict) is None
-    blurred = verdict_of(claim({("plate", "face"): 500.0}, votes=1500.0, name="sign"))  # inside right, outline wrong
+    # inside right, outline wrong
+    blurred = verdict_of(claim({FACE: 500.0}, votes=1500.0, name="sign", per_px=3.0))
     assert "outline" in (JUDGE.reason(blurred) or "")
     assert "plate" not in (STRICT.reason(verdict) or "")
 

@@ -85,7 +85,7 @@ class RecognizerConfig:
     min_match: float = param(
         0.55, "least share of a shape's visible outline that must match", low=0, high=1, paths=("plane",)
     )
-    min_probability: float = param(0.25, "least probability of a whole object", low=0, high=1, paths=("space",))
+    min_probability: float = param(0.4, "least probability of a whole object", low=0, high=1, paths=("space",))
     min_class_seen: float = param(
         0.7,
         "least share of a class's components, or joints, that an object must show to be of it",

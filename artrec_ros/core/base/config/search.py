@@ -225,20 +225,20 @@ class SearchConfig(Room):
         origin="by hand: contours of merged blobs lead astray",
     )
     sure: float = param(
-        0.999,
+        0.87,
         "trust in an object whose pixels are not searched for others",
         low=0,
         high=2,
         paths=_SPACE,
-        origin="one in a thousand may be wrong; above 1: none is sure",
+        origin="fit: 3 % of such claims may be wrong (benchmarks/acceptance.py --fit); above 1: none is sure",
     )
     likely: float = param(
-        0.995,
+        0.715,
         "trust in one whose blobs need not be looked at again for the same target",
         low=0,
         high=2,
         paths=_SPACE,
-        origin="one in two hundred may be wrong; above 1: none is likely",
+        origin="fit: 8 % of such claims may be wrong (benchmarks/acceptance.py --fit); above 1: none is likely",
     )
     explained: float = param(
         0.6,

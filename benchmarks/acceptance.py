@@ -1,0 +1,135 @@
+"""Is an object in space there as often as its score says? Random objects, among clutter, strangers and each other.
+
+    python benchmarks/acceptance.py --save found.npz [--first 0] [--worlds 196] [--scenes 12]    # a quarter of an hour
+    python benchmarks/acceptance.py --load found.npz [more.npz ...] [--fit]                      # at once
+
+Each world has one or two random targets (`benchmarks/random_solids.py`). The recogniser's own search and sharing out
+runs on its scenes, with no least probability, and each claim is right or wrong (`benchmarks/acceptance_claims.py`).
+`--fit` fits the curves of `core/verdict/acceptance.py` on even-numbered worlds and writes them; tables are always of
+odd-numbered ones. Which claims there are depends a little on the curves in force: after a change of the evidence, save
+and fit twice.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import fill
+
+import numpy as np
+from acceptance_claims import Claims, search
+from acceptance_fit import Curves, best_of_several, expected_error, log_loss, reliability, threshold
+
+from artrec_ros.core.geometry.transforms import Array
+from artrec_ros.core.verdict import acceptance_curves
+from artrec_ros.core.verdict.acceptance import Evidence
+
+OUT = Path(acceptance_curves.__file__)
+# Of each case the evidence that lowers the log-loss on worlds left out; more of it does not
+COLUMNS = {
+    "alone": ("size", "edge", "bare", "body", "facing"),
+    "deserted": ("size", "edge", "bare", "body", "shown", "others", "faces", "missing"),
+    "borne out": ("size", "edge", "shown", "colour", "edges", "faces", "facing"),
+}
+INDEX = {case: tuple(Evidence._fields.index(name) for name in names) for case, names in COLUMNS.items()}
+SURE_WRONG, LIKELY_WRONG = 0.03, 0.08  # of claims that the search takes for sure, or for likely, at most so many
+
+
+@dataclass(frozen=True)
+class Model:
+    """Curves of each case, and how they were chosen."""
+
+    curves: dict[str, Curves]
+    notes: dict[str, str]
+
+    @classmethod
+    def fitted(cls, claims: Claims) -> Model:
+        parts = {case: claims[claims.case == case] for case in INDEX}
+        found = {c: best_of_several(p.evidence[:, INDEX[c]], p.right, p.world) for c, p in parts.items()}
+        return cls({c: f[0] for c, f in found.items()}, {c: f[1] for c, f in found.items()})
+
+    def probability(self, claims: Claims) -> Array:
+        """(n,)"""
+        out = np.empty(len(claims.right))
+        for case, curves in self.curves.items():
+            rows = claims.case == case
+            out[rows] = curves.probability(claims.evidence[rows][:, INDEX[case]])
+        return out
+
+
+def summary(p: Array, claims: Claims) -> str:
+    return (
+        f"{len(p)} claims, {claims.right.mean():.3f} right: log-loss {log_loss(p, claims.right):.3f}, "
+        f"expected calibration error {expected_error(p, claims.right):.3f}"
+    )
+
+
+def report(title: str, p: Array, claims: Claims) -> None:
+    print(f"{title}: {summary(p, claims)}\nprobability   claims   mean   right")
+    for low, high, count, mean, share in reliability(p, claims.right):
+        print(f"{low:.2f} to {high:.2f}  {count:7d}  {mean:.3f}  {share:.3f}")
+
+
+def write(model: Model, fitted_on: Claims, held_out: Claims, sure: float, likely: float) -> None:
+    """The committed file of fitted numbers."""
+    final, worlds = held_out[held_out.final], np.unique(np.r_[fitted_on.world, held_out.world])
+    text = (
+        f"Fitted on {fitted_on.final.sum()} claims in the even-numbered of worlds {worlds.min()} to {worlds.max()} "
+        f"({'; '.join(f'{case}: {note}' for case, note in model.notes.items())}). On the odd-numbered ones: "
+        f"{summary(model.probability(final), final)}."
+    )
+    lines = ['"""The curves of `acceptance.py`, written by `python benchmarks/acceptance.py --fit`.', ""]
+    lines += [fill(text, 118), '"""', ""]
+    lines += ["# Of each case the bias, and of each evidence the points of its curve: how much there is, what it adds"]
+    lines += ["CURVES: dict[str, tuple[float, dict[str, tuple[tuple[float, ...], tuple[float, ...]]]]] = {"]
+    for case, curves in model.curves.items():
+        lines += [f'    "{case}": (', f"        {curves.bias:.3f},", "        {"]
+        for name, (x, y) in zip(COLUMNS[case], curves.points, strict=True):
+            xs, ys = (", ".join(f"{v:.3f}" for v in values) for values in (x, y))
+            lines += [f'            "{name}": (', *(f"                ({v})," for v in (xs, ys)), "            ),"]
+        lines += ["        },", "    ),"]
+    lines += ["}", "# What the search takes for sure, and for likely: of the claims that it asked about no more than"]
+    lines += [f"# {SURE_WRONG:.0%} above the first and {LIKELY_WRONG:.0%} above the second are wrong"]
+    lines += [f"SURE, LIKELY = {sure:.3f}, {likely:.3f}"]
+    OUT.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--first", type=int, default=0, help="number of the first world")
+    parser.add_argument("--worlds", type=int, default=196)
+    parser.add_argument("--scenes", type=int, default=12, help="of each world")
+    parser.add_argument("--save", type=Path, metavar="FILE.npz")
+    parser.add_argument("--load", type=Path, nargs="+", metavar="FILE.npz")
+    parser.add_argument("--fit", action="store_true", help=f"write {OUT.name}")
+    args = parser.parse_args()
+    claims = Claims.load(args.load) if args.load else search(args.first, args.worlds, args.scenes)
+    if args.save:
+        np.savez(args.save, **vars(claims))
+    even = claims.world % 2 == 0
+    final, asked = (claims[~even & kind] for kind in (claims.final, ~claims.final))
+    report("as they scored", final.score, final)
+    if args.fit:
+        model = Model.fitted(claims[even & claims.final])
+        known = claims[even & ~claims.final]
+        sure, likely = (threshold(model.probability(known), known.right, most) for most in (SURE_WRONG, LIKELY_WRONG))
+        write(model, claims[even], claims[~even], sure, likely)
+        report("fitted", model.probability(final), final)
+        for case in INDEX:
+            part = final[final.case == case]
+            print(f"{case}: {summary(model.probability(part), part)}")
+        p = model.probability(final)
+        for least in (0.2, 0.25, 0.3, 0.35, 0.4, 0.5):
+            taken = p >= least
+            kept = final.right[taken].sum() / final.right.sum()
+            print(f"min_probability {least:.2f}: expected precision {p[taken].mean():.3f},", end=" ")
+            print(f"precision {final.right[taken].mean():.3f}, {kept:.3f} of the right claims are kept")
+        p = model.probability(asked)
+        for name, least in (("sure", sure), ("likely", likely)):
+            print(f"{name}: above {least:.3f} are {np.mean(p > least):.3f} of what the search asks about,", end=" ")
+            print(f"{1 - asked.right[p > least].mean():.3f} of these are wrong")
+
+
+if __name__ == "__main__":
+    main()

@@ -37,17 +37,22 @@ def fill_rows(
 
     :param P, q: the component's frame; outline: normals in the image in its last two rows.
     """
-    on, nus, nvs, K = s.contour[k], outline[2], outline[3], view.K
+    on, nus, nvs = s.contour[k], outline[2], outline[3]
+    px, py, pz = on[0], on[1], on[2]
     gxs, gys, gzs, r3, r4, r5 = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
     xs, ys, zs = rows[n], rows[n + 1], rows[n + 2]
+    # numbers of their own: a loop that read them from arrays, which its results might overlie, would be no vector's
+    x0, x1, x2, y0, y1, y2 = P[0, 0], P[0, 1], P[0, 2], P[1, 0], P[1, 1], P[1, 2]
+    z0, z1, z2, qx, qy, qz = P[2, 0], P[2, 1], P[2, 2], q[0], q[1], q[2]
+    fx, fy, tx, ty, tz = view.K[0, 0], view.K[1, 1], placed.t[0], placed.t[1], placed.t[2]
     for i in range(len(nus)):
-        x = P[0, 0] * on[0, i] + P[0, 1] * on[1, i] + P[0, 2] * on[2, i] + q[0]
-        y = P[1, 0] * on[0, i] + P[1, 1] * on[1, i] + P[1, 2] * on[2, i] + q[1]
-        z = P[2, 0] * on[0, i] + P[2, 1] * on[1, i] + P[2, 2] * on[2, i] + q[2]
+        x = x0 * px[i] + x1 * py[i] + x2 * pz[i] + qx
+        y = y0 * px[i] + y1 * py[i] + y2 * pz[i] + qy
+        z = z0 * px[i] + z1 * py[i] + z2 * pz[i] + qz
         near = 1.0 / max(z, 1e-3)
-        gx, gy = nus[i] * K[0, 0] * near, nvs[i] * K[1, 1] * near
+        gx, gy = nus[i] * fx * near, nvs[i] * fy * near
         gz = -(gx * x + gy * y) * near
-        ax, ay, az = x - placed.t[0], y - placed.t[1], z - placed.t[2]
+        ax, ay, az = x - tx, y - ty, z - tz
         gxs[i], gys[i], gzs[i] = gx, gy, gz
         r3[i], r4[i], r5[i] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
         xs[i], ys[i], zs[i] = x, y, z

@@ -95,7 +95,7 @@ def find_edges(k: int, e: EdgeTerms, step: int, view: LabelView, room: EdgeRoom)
     inner, outer, last, silent, seam = room.flags[0], room.flags[1], room.flags[2], room.flags[3], room.flags[4]
     likelihood, total, mean, square, end = room.sums[0], room.sums[1], room.sums[2], room.sums[3], room.sums[4]
     likelihood[:], total[:], mean[:], square[:], seam[:] = 1.0, 0.0, 0.0, 0.0, 0
-    m = len(total)
+    m, step_in, step_seam, step_out = len(total), e.step_in, e.step_seam, e.step_out
     for n in range(2 * reach + 2):
         place, before = n - reach - 0.5, prior[n]
         for i in range(m):
@@ -110,7 +110,7 @@ def find_edges(k: int, e: EdgeTerms, step: int, view: LabelView, room: EdgeRoom)
         for i in range(m):
             in_seam = (row[i] == SILENT) & (n < last[i])
             seam[i] |= in_seam
-            likelihood[i] *= e.step_in if row[i] == OWN else (e.step_seam if in_seam else e.step_out)
+            likelihood[i] *= step_in if row[i] == OWN else (step_seam if in_seam else step_out)
     for i in range(m):
         room.edge[i] = room.weight[i] = 0.0
         if not (inner[i] and outer[i]) or prior[0] + end[i] >= e.beyond * total[i]:

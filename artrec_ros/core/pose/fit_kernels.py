@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import inlined, jit, lean
-from ..model.chain_kernels import Chain, forward, turn_by
+from ..model.chain_kernels import Chain, place_all, turn_by
 from .contour_term_kernels import ContourTerm, add_contours
 from .damping_kernels import Damping, add_damping, shorten
 from .edge_kernels import EdgeRoom, edge_room
@@ -82,25 +82,46 @@ def move(x: Any, placed: Placed, R: Any, t: Any, q: Any, scratch: Any) -> None:
             q[j] = min(max(value, joints.lower[j]), joints.upper[j])
 
 
+class FitRoom(NamedTuple):
+    """Scratch arrays of one hypothesis."""
+
+    R: Any  # (C, 3, 3) frames of its components
+    frame_t: Any  # (C, 3)
+    axis: Any  # (J, 3)
+    origin: Any  # (J, 3)
+    equations: Equations
+    x: Any  # (6 + J,)
+    columns: Any  # (6 + J,) int64
+    first: Any  # (6 + J,) int64
+    scratch: Any  # (3, 3, 3)
+    edges: EdgeRoom
+
+
+@lean
+def fit_one(terms: Terms, h: int, chain: Chain, joints: Joints, R: Any, t: Any, q: Any, room: FitRoom) -> None:
+    """Fit hypothesis `h`, R (3, 3), t (3,), q (J,), in place."""
+    for step in range(len(terms.contours.edges.reach)):
+        place_all(chain, R, t, q, room.R, room.frame_t, room.axis, room.origin, room.scratch)
+        placed = Placed(t, q, room.R, room.frame_t, room.axis, room.origin, joints)
+        add_all(terms, h, step, placed, room.equations, room.columns, room.edges)
+        solve(room.equations.A, room.equations.b, room.x, room.first)
+        shorten(terms.damping, placed, room.x)
+        for i in range(len(room.x)):
+            room.x[i] = -room.x[i]
+        move(room.x, placed, R, t, q, room.scratch)
+
+
 @jit
 def fit_each(terms: Terms, chain: Chain, joints: Joints, R: Any, t: Any, q: Any) -> None:
     """Fit hypotheses R (H, 3, 3), t (H, 3), q (H, J) in place; one that uses no marker stays."""
-    contours, n_c, n_joints = terms.contours, len(chain.parent), q.shape[1]
-    frames_R, frames_t = np.empty((1, n_c, 3, 3)), np.empty((1, n_c, 3))
-    axis, origin = np.empty((1, n_joints, 3)), np.empty((1, n_joints, 3))
-    equations, x = no_equations(n_joints), np.empty(6 + n_joints)
-    columns, first = np.empty(6 + n_joints, np.int64), np.empty(6 + n_joints, np.int64)
-    scratch = np.empty((3, 3, 3))
-    room = edge_room(contours.surface.contour.shape[2], contours.edges.reach.max(), 6 + n_joints)
+    use, contour, reach = terms.contours.use, terms.contours.surface.contour, terms.contours.edges.reach
+    n_c, n_joints = len(chain.parent), q.shape[1]
+    n = 6 + n_joints
+    room = FitRoom(
+        np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((n_joints, 3)), np.empty((n_joints, 3)),
+        no_equations(n_joints), np.empty(n), np.empty(n, np.int64), np.empty(n, np.int64), np.empty((3, 3, 3)),
+        edge_room(contour.shape[2], reach.max(), n),
+    )  # fmt: skip
     for h in range(len(R)):
-        if not contours.use[h].any():
-            continue
-        for step in range(len(contours.edges.reach)):
-            forward(chain, R[h : h + 1], t[h : h + 1], q[h : h + 1], frames_R, frames_t, axis, origin)
-            placed = Placed(t[h], q[h], frames_R[0], frames_t[0], axis[0], origin[0], joints)
-            add_all(terms, h, step, placed, equations, columns, room)
-            solve(equations.A, equations.b, x, first)
-            shorten(terms.damping, placed, x)
-            for i in range(len(x)):
-                x[i] = -x[i]
-            move(x, placed, R[h], t[h], q[h], scratch)
+        if use[h].any():
+            fit_one(terms, h, chain, joints, R[h], t[h], q[h], room)

@@ -10,6 +10,8 @@ from ..core.base.errors import ArtrecError
 from .stopping import Stop
 
 if TYPE_CHECKING:
+    from rclpy.executors import Executor
+
     from .node import RecognizerNode
 
 _HELP = """Recognises articulated objects in images: subscribes image and camera_info, publishes <object>/poses etc.
@@ -36,7 +38,7 @@ def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | N
 def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: Stop) -> int:
     try:
         import rclpy
-        from rclpy.executors import ExternalShutdownException
+        from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
         from rclpy.signals import SignalHandlerOptions, install_signal_handlers
         from rclpy.utilities import remove_ros_args
     except ImportError as error:
@@ -66,9 +68,11 @@ def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: St
         begun = True
         node = (node_class or RecognizerNode)(arguments)
         node.autostart()
+        executor = SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
         install_signal_handlers(SignalHandlerOptions.ALL)
         stop.spin()
-        _spin(node)
+        _spin(executor, node)
     except ExternalShutdownException:
         return 0
     except Exception as error:
@@ -91,15 +95,14 @@ def _refuse_others(arguments: list[str]) -> None:
     parser.parse_args(arguments)
 
 
-def _spin(node: RecognizerNode) -> None:
+def _spin(executor: Executor, node: RecognizerNode) -> None:
     """As rclpy.spin, which a fault in a callback ends: rclpy's own services raise at requests they do not expect.
 
     :raises Exception: a fault that nothing but faults follow.
     """
-    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+    from rclpy.executors import ExternalShutdownException
 
-    executor, faults = SingleThreadedExecutor(context=node.context), 0
-    executor.add_node(node)
+    faults = 0
     while node.context.ok():
         try:
             executor.spin_once()

@@ -67,12 +67,12 @@ class Stop:
             if self._take_down is None or self.asked:
                 os._exit(0)
             self.asked, asked_s = True, time.monotonic()
+            sys.unraisablehook = lambda _: None  # what breaks in destructors by this is of no interest
             threading.Thread(target=self._see_to_it, name="end", daemon=True).start()
 
     def _see_to_it(self) -> None:
         if self._is_ending.wait(self._grace_s):
             return
-        sys.unraisablehook = lambda _: None  # what breaks in the main thread by this is of no interest
         thread = threading.Thread(target=self.end, name="take down", daemon=True)
         thread.start()  # in a thread of its own: the main thread may hold what it needs
         thread.join(_TAKE_DOWN_S)

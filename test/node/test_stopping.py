@@ -13,9 +13,10 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 
 from peer import ROOT, WAIT_S, ros
 
-# Runs the node and sends itself the signal when it gets to a place: the import of a module, or the call of a function.
+# Runs the node and sends itself the signal when it gets to a place: the import of a module, or the call of a function,
+# which goes on at once (call), or when the signal has had time to work (late).
 PROGRAM = """
-import importlib, os, signal, sys
+import importlib, os, signal, sys, time
 number, place = signal.Signals[sys.argv[1]], sys.argv[2]
 if sys.argv[3] == "ignored":
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -23,6 +24,8 @@ if sys.argv[3] == "ignored":
 def strike():
     print("struck", file=sys.stderr, flush=True)
     os.kill(os.getpid(), number)
+    if place.startswith("late "):
+        time.sleep(0.5)
 
 class AtImport:
     def find_spec(self, name, path=None, target=None):
@@ -39,7 +42,7 @@ def at_call(owner, name):
     setattr(owner, name, wrapped)
 
 kind, _, rest = place.partition(" ")
-if kind == "call":
+if kind in ("call", "late"):
     module, _, path = rest.partition(":")
     owner = importlib.import_module(module)
     *owners, name = path.split(".")
@@ -62,6 +65,7 @@ PLACES = (
     f"{NODE}.on_configure",
     "call artrec_ros.io.parameters.parameter_file:Setup.build",
     f"{NODE}.on_activate",
+    "late rclpy.executors:SingleThreadedExecutor.__init__",
     f"{NODE}._report",
 )
 CASES = [(place, "SIGTERM", "default") for place in PLACES] + [

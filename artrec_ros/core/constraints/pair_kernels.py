@@ -29,7 +29,7 @@ class Boxes(NamedTuple):
 
 
 class PoseArrays(NamedTuple):
-    """`candidates.Poses` with what else tells candidates apart. :param key: of the marker."""
+    """`candidates.ImagePoses` with what else tells candidates apart. :param key: of the marker."""
 
     x: np.ndarray
     y: np.ndarray

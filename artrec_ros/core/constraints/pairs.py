@@ -149,7 +149,7 @@ def configuration(first: Any, second: Any) -> dict[str, Array]:
 def configuration_noise(first: Any, second: Any, T: Mapping[str, Array]) -> dict[str, Array]:
     """Standard deviation of each dimension of a configuration T that is checked.
 
-    :param first, second: `candidates.Poses`: places with their own noise.
+    :param first, second: `candidates.ImagePoses`: places with their own noise.
     """
     place_px = np.hypot(first.place_noise_px, second.place_noise_px)
     place = place_px / np.sqrt(first.scale * second.scale)

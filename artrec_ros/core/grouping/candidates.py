@@ -23,7 +23,7 @@ ShapeOf = dict[tuple[str, str], int]  # (component, marker) -> number of its sha
 
 
 @dataclass(frozen=True)
-class Poses:
+class ImagePoses:
     """Where candidates lie: arrays of one shape, units as in `Instance`.
 
     :param place_noise_px, theta_noise, scale_noise: standard deviations; that of the scale is relative.
@@ -41,8 +41,8 @@ class Poses:
     def arrays(self) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
         return (self.x, self.y, self.theta, self.scale, self.place_noise_px, self.theta_noise, self.scale_noise)
 
-    def at(self, index: Any) -> Poses:
-        return Poses(*(a[index] for a in self.arrays))
+    def at(self, index: Any) -> ImagePoses:
+        return ImagePoses(*(a[index] for a in self.arrays))
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Candidates:
     marker: NDArray[np.int64]
     role: NDArray[np.int64]
     match: NDArray[np.int64]
-    poses: Poses
+    poses: ImagePoses
     share: Array
     score: Array
     weight: Array
@@ -153,4 +153,4 @@ def candidates_of_roles(roles: Roles, matches: Matches, config: RecognizerConfig
     noise = config.constraints.contour_noise_px, config.constraints.model_noise
     shapes = pack_shapes(tuple(matches.shapes))
     p, marker, *values = candidates(matches.packed, roles.packed, shapes, config.alignment.symmetry_px, *noise)
-    return Candidates(roles, p.component, marker, p.key, p.match, Poses(*p[:7]), *values)
+    return Candidates(roles, p.component, marker, p.key, p.match, ImagePoses(*p[:7]), *values)

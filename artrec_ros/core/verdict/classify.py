@@ -16,7 +16,7 @@ from ..constraints.constraint_set import ConstraintSet
 from ..constraints.intervals import Interval
 from ..constraints.pairs import ANGLES, Key, PairConstraint, at_one_scale, configuration, configuration_noise
 from ..geometry.transforms import Array
-from ..grouping.candidates import Poses
+from ..grouping.candidates import ImagePoses
 from ..model.found import ClassFit, Detection, Instance
 from ..model.kinematics import Kinematics
 from ..model.objects import ObjectModel
@@ -165,7 +165,7 @@ class _ClassModel:
         return ClassScore(c.name, tuple(terms), len(components) / max(len(everything), 1))
 
     def _pair_terms(
-        self, p: PairConstraint, found: Mapping[Key, Poses], own: Mapping[Key, Instance], weight: float
+        self, p: PairConstraint, found: Mapping[Key, ImagePoses], own: Mapping[Key, Instance], weight: float
     ) -> Iterator[Term]:
         a, b = found[p.first], found[p.second]
         T = configuration(a, b)
@@ -182,7 +182,7 @@ class _ClassModel:
             more = self._config.constraints.class_noise * (1.0 if d in ANGLES else float(T["distance_m"]))
             yield Term(name, float(T[d]), float(np.hypot(noise[d], more)), folded, max(span, folded.width), weight)
 
-    def _pose(self, key: Key, i: Instance) -> Poses:
+    def _pose(self, key: Key, i: Instance) -> ImagePoses:
         radius_px = self._shapes[key].rms_radius_m * i.scale
         noise = self._config.constraints
         place = float(np.hypot(noise.contour_noise_px, noise.model_noise * radius_px))
@@ -190,7 +190,7 @@ class _ClassModel:
         values: tuple[Array, ...] = tuple(
             np.asarray(v, float) for v in (i.x, i.y, i.theta, i.scale, place, relative, relative)
         )
-        return Poses(*values)
+        return ImagePoses(*values)
 
     def _order(self, key: Key, i: Instance) -> int:
         """In how many directions a marker looks the same at its scale; 1 where its direction has no meaning."""

@@ -9,7 +9,7 @@ from ..constraints.constraint_set import ConstraintSet
 from ..constraints.pair_boxes import reach_m
 from ..constraints.pairs import PairConstraint, configuration, configuration_noise
 from ..geometry.transforms import Array, wrap_angle
-from ..grouping.candidates import Candidates, Poses
+from ..grouping.candidates import Candidates, ImagePoses
 from ..grouping.group_search import GroupSearch
 from ..grouping.solution import Lost
 from ..model.found import ConstraintFailure
@@ -37,7 +37,7 @@ def failure_of(candidates: Candidates, a: int, b: int) -> ConstraintFailure | No
     return ConstraintFailure(names[0], names[1], worst, value, interval.low, interval.high, outside[worst])
 
 
-def violations(p: PairConstraint, first: Poses, second: Poses) -> dict[str, Array]:
+def violations(p: PairConstraint, first: ImagePoses, second: ImagePoses) -> dict[str, Array]:
     """Per dimension, by how much T_ij lies outside what is allowed beyond twice its noise; 0 inside."""
     T = configuration(first, second)
     noise = configuration_noise(first, second, T)

@@ -72,6 +72,7 @@ VARIED_PROGRAM = (
     + """
 from dataclasses import replace
 
+import pickle
 import numpy as np
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
 from artrec_ros.core.geometry.transforms import Pose
@@ -101,7 +102,7 @@ found = 0
 for targets in (aibo.targets, (alone,), (alone, *aibo.targets)):
     for profile in ("default", "paper"):
         each = Recognizer(targets, RecognizerConfig(profile=profile), Segmenter(ImageConfig()))
-        for camera in (plain, bent):
+        for camera in (plain, bent, pickle.loads(pickle.dumps(bent))):  # the last as from another process
             for n, frame in enumerate(simulate(targets, camera, scene, SensorConfig(), 2, 5)):
                 for known in (camera, None)[: 1 + (n == 0 and profile == "default")]:
                     result = each.recognize(frame.labels, known)

@@ -16,7 +16,7 @@ class LabelView(NamedTuple):
     padded: Any  # labels with a border of one pixel, flat
     width: int
     height: int
-    K: Any  # (3, 3)
+    K: Any  # (3, 3) a copy
     d: Any  # (8,) distortion
     bent: bool  # there is distortion
     fold: float  # squared radius at which the distortion folds back

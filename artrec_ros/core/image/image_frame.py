@@ -43,9 +43,14 @@ class ImageFrame:
 
     @cached_property
     def view(self) -> LabelView:
-        """What compiled code needs of the labels and the camera."""
+        """What compiled code needs of the labels and the camera.
+
+        The camera's arrays are copied: those of one that came from another process may be written to, and compiled code
+        would take them for another kind.
+        """
         camera = self.camera
-        return LabelView(self.field.padded, *self.size, camera.matrix, camera.rational, camera.bent, camera.fold)
+        K, d = np.array(camera.matrix), np.array(camera.rational)
+        return LabelView(self.field.padded, *self.size, K, d, camera.bent, camera.fold)
 
     def without(self, solids: Sequence[NDArray[np.float32]]) -> ImageFrame:
         """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody."""

@@ -68,14 +68,16 @@ class Player:
         if self._wait_for is not None:
             self._await_answers(self._wait_for)
         used = [p for p in self._publishers.values() if p is not None]
-        self._settle(lambda: all(self._is_heard_well(p) for p in used))
-        if self._wait_for is not None:
+        self._settle(lambda: all(self._is_heard_well(p) for p in used), _SETTLE_S)
+        if self._wait_for is not None:  # some topics nobody may listen to; but each that somebody does counts
+            heard = [p for p in used if self._node.count_subscribers(p.topic_name)]
+            self._settle(lambda: all(self._is_heard_well(p) for p in heard), self._timeout_s)
             self._awaited = self._images_to_await(self._wait_for)
             self._say(f"waiting for the answer to each image of {', '.join(sorted(self._awaited))}")
 
-    def _settle(self, condition: Callable[[], Any]) -> None:
+    def _settle(self, condition: Callable[[], Any], patience_s: float) -> None:
         """Until the condition has held for a while: who subscribes anew counts twice for a moment, or not at all."""
-        end_s, since_s = time.monotonic() + _SETTLE_S, time.monotonic()
+        end_s, since_s = time.monotonic() + patience_s, time.monotonic()
         while (now_s := time.monotonic()) < min(end_s, since_s + _STEADY_S):
             self._executor.spin_once(timeout_sec=_DISCOVERY_S)
             if not condition():
@@ -118,6 +120,8 @@ class Player:
             if not self._spin_until(lambda: stamp_ns in self._answers):
                 self.unanswered.append(stamp_ns)
                 self._say(f"{message.topic}: the image of {stamp_ns} ns was not answered in {self._timeout_s:g} s")
+        elif self._wait_for and message.msgtype.endswith("/CameraInfo"):  # which is to be there before the next image
+            publisher.wait_for_all_acked(Duration(seconds=_SETTLE_S))
 
     def _send_clock(self, now_ns: int) -> None:
         msg = Clock()

@@ -20,6 +20,7 @@ from .conversions import message_class
 _CLOCK_PERIOD_S = 0.025
 _DEPTH = 10
 _DISCOVERY_S = 0.1
+_STEADY_S = 0.5
 _SETTLE_S = 5.0  # discovery may take so long, and a node to follow what is offered
 
 
@@ -67,9 +68,20 @@ class Player:
         if self._wait_for is not None:
             self._await_answers(self._wait_for)
         used = [p for p in self._publishers.values() if p is not None]
-        end_s = time.monotonic() + _SETTLE_S
-        while time.monotonic() < end_s and not all(self._is_heard_well(p) for p in used):
+        self._settle(lambda: all(self._is_heard_well(p) for p in used), _SETTLE_S)
+        if self._wait_for is not None:  # some topics nobody may listen to; but each that somebody does counts
+            heard = [p for p in used if self._node.count_subscribers(p.topic_name)]
+            self._settle(lambda: all(self._is_heard_well(p) for p in heard), self._timeout_s)
+            self._awaited = self._images_to_await(self._wait_for)
+            self._say(f"waiting for the answer to each image of {', '.join(sorted(self._awaited))}")
+
+    def _settle(self, condition: Callable[[], Any], patience_s: float) -> None:
+        """Until the condition has held for a while: who subscribes anew counts twice for a moment, or not at all."""
+        end_s, since_s = time.monotonic() + patience_s, time.monotonic()
+        while (now_s := time.monotonic()) < min(end_s, since_s + _STEADY_S):
             self._executor.spin_once(timeout_sec=_DISCOVERY_S)
+            if not condition():
+                since_s = now_s
 
     def play(self, messages: Iterable[RawMessage], rate: float) -> None:
         """Publishes until the end, and until all is received.
@@ -108,6 +120,8 @@ class Player:
             if not self._spin_until(lambda: stamp_ns in self._answers):
                 self.unanswered.append(stamp_ns)
                 self._say(f"{message.topic}: the image of {stamp_ns} ns was not answered in {self._timeout_s:g} s")
+        elif self._wait_for and message.msgtype.endswith("/CameraInfo"):  # which is to be there before the next image
+            publisher.wait_for_all_acked(Duration(seconds=_SETTLE_S))
 
     def _send_clock(self, now_ns: int) -> None:
         msg = Clock()
@@ -128,32 +142,32 @@ class Player:
         def kind() -> str:
             return next((types[0] for name, types in self._node.get_topic_names_and_types() if name == topic), "")
 
-        def heard() -> set[str]:
-            return self._images_heard_by(self._node.get_publishers_info_by_topic(topic))
+        def is_heard() -> bool:
+            return any(p and p.get_subscription_count() for name, p in self._publishers.items() if name in self._images)
 
         self._say(f"waiting for somebody who listens to images and publishes {topic}")
         if not self._spin_until(kind):
             raise SourceError(f"waited {self._timeout_s:g} s: nobody publishes {topic}")
         # raw: a message that begins with a header tells its stamp, whatever its type
         answers = self._node.create_subscription(message_class(kind()), topic, self._on_answer, _DEPTH, raw=True)
-        if not self._spin_until(lambda: answers.get_publisher_count() and heard()):
+        if not self._spin_until(lambda: answers.get_publisher_count() and is_heard()):
             raise SourceError(f"waited {self._timeout_s:g} s: nobody listens to the images; --remap gives other names")
-        self._awaited = heard()
-        self._say(f"waiting for the answer to each image of {', '.join(sorted(self._awaited))}")
 
-    def _images_heard_by(self, answering: Iterable[Any]) -> set[str]:
-        """The bag's topics of images that one of the answering nodes listens to.
+    def _images_to_await(self, topic: str) -> set[str]:
+        """The bag's topics of images that one of the nodes which publish `topic` listens to.
 
         None of them may: then others stand between, and whatever is listened to leads to them.
         """
-        nodes = {(p.node_name, p.node_namespace) for p in answering}
+        nodes = {(p.node_name, p.node_namespace) for p in self._node.get_publishers_info_by_topic(topic)}
         heard, direct = set(), set()
         for name, publisher in self._publishers.items():
-            if name in self._images and publisher is not None and publisher.get_subscription_count():
+            listeners = []
+            if name in self._images and publisher is not None:
                 listeners = self._node.get_subscriptions_info_by_topic(publisher.topic_name)
+            if listeners:
                 heard.add(name)
-                if nodes & {(s.node_name, s.node_namespace) for s in listeners}:
-                    direct.add(name)
+            if nodes & {(s.node_name, s.node_namespace) for s in listeners}:
+                direct.add(name)
         return direct or heard
 
     def _is_heard_well(self, publisher: Any) -> bool:

@@ -55,8 +55,8 @@ def play(bag: Path, *arguments: str, listening: Peer | None = None) -> subproces
     command = [sys.executable, "-m", "artrec_ros.tools.main", "play", str(bag), *arguments]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(command, env={**os.environ, "PYTHONPATH": path}, **pipes) as process:
-        if listening is not None:
-            assert listening.spin_until(lambda: process.poll() is not None)
+        if listening is not None and not listening.spin_until(lambda: process.poll() is not None):
+            process.kill()
         out, errors = process.communicate(timeout=WAIT_S)
     return subprocess.CompletedProcess(command, process.returncode, out, errors)
 

@@ -136,10 +136,11 @@ def _tell(summary: Summary, folder: Path, what: str) -> int:
         print(line)
     for line in summary.failures():
         say(line)
-    if summary.frames == summary.errors.total():
+    nothing = summary.frames == summary.errors.total()
+    if nothing and not (summary.interrupted and not summary.frames):  # else the user knows why there is none
         say(f"artrec: {f'none of {summary.frames} frames could be used' if summary.frames else 'there was no frame'}")
     print(f"{what} in {folder}")
-    return int(summary.interrupted or summary.frames == summary.errors.total())
+    return int(summary.interrupted or nothing)
 
 
 def _image_count(text: str) -> int | None:

@@ -17,7 +17,3 @@ class ImageError(ArtrecError):
 
 class SourceError(ArtrecError):
     """A bag or folder cannot be read."""
-
-
-class IllPosedError(ArtrecError):
-    """A computation has no answer for this input (too few points, all of them on one line, ...)."""

@@ -19,11 +19,6 @@ def reach_m(p: PairConstraint) -> float:
     return max([abs(end) for i in lengths for end in (i.low, i.high)] + [1e-9])
 
 
-def key_starts(target: Target) -> np.ndarray:
-    """(N + 1,) markers of all components have consecutive keys; where each component's start."""
-    return np.cumsum([0] + [len(c.markers) for c in target.model.components])
-
-
 def pack_boxes(target: Target) -> Boxes:
     """All constraints of a target."""
     keys = [(c.name, m.name) for c in target.model.components for m in c.markers]

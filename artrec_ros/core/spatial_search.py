@@ -30,7 +30,7 @@ class SpatialSearch:
     def run(self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of each target: first objects in plain view, then what takes more to find; the largest blobs
         first."""
-        queue = [(f, b) for f in finders for b in blobs if b.label == f.root_label]
+        queue = [(f, b) for f in finders for b in blobs if b.label in f.root_labels]
         queue.sort(key=lambda fb: -fb[1].area_px)
         for look in (self._look_for_plain, self._look_closely):
             left = []

@@ -29,8 +29,8 @@ class Seeds:
         self._patches: dict[tuple[tuple[int, ...], bool], np.ndarray] = {}
         self._guessers = {
             c: Guesser(target.model, surface, c, config)
-            for c, label in enumerate(surface.labels)
-            if label == surface.labels[self._root]
+            for c, labels in enumerate(surface.labels)
+            if set(labels) & set(surface.labels[self._root])
         }
 
     def few(self, frame: ImageFrame, blob: Blob) -> Poses:

@@ -32,8 +32,8 @@ def header(stamp_ns: int, frame_id: str) -> Message:
 
 
 def instance_name(detection: Detection) -> str:
-    """What an object is called in messages: red_0."""
-    return f"{detection.object}_{detection.id}"
+    """What an object is called in messages: red_0, or yellow_gr."""
+    return detection.name
 
 
 def xyz(values: Sequence[float] | Any, kind: str = "Point") -> Message:

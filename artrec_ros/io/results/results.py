@@ -12,7 +12,16 @@ import numpy as np
 
 from ...core.base.errors import SourceError
 from ...core.geometry.transforms import Pose, rotation_from_quaternion
-from ...core.model.found import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
+from ...core.model.found import (
+    ClassFit,
+    ConstraintFailure,
+    Detection,
+    FrameResult,
+    IdentityFit,
+    ImagePose,
+    Instance,
+    Rejection,
+)
 from ..base.yaml_files import size_of_file
 
 DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
@@ -114,6 +123,9 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
     told: dict[str, Any] = {} if d.class_fit is None else {"class": _class_to_dict(d.class_fit)}
     if d.margin is not None:
         told["margin"] = _f(d.margin, 4)
+    if d.identity is not None:
+        told |= {"identity": d.identity.name, "identity_probability": _f(d.identity.probability, 4)}
+        told |= {"identity_runner_up": d.identity.runner_up, "identity_unique": d.identity.unique}
     return {
         "object": d.object,
         "id": d.id,
@@ -173,4 +185,11 @@ def _detection_from_dict(o: dict[str, Any]) -> Detection:
         joints=dict(o["joints"]),
         class_fit=ClassFit(**o["class"]) if o.get("class") else None,
         margin=o.get("margin"),
+        identity=_identity_from_dict(o),
     )
+
+
+def _identity_from_dict(o: dict[str, Any]) -> IdentityFit | None:
+    if "identity_probability" not in o:
+        return None
+    return IdentityFit(o["identity"], o["identity_probability"], o["identity_runner_up"], o["identity_unique"])

@@ -8,6 +8,7 @@ from ..errors import ConfigError
 from .params import Room, param
 
 _SPACE = ("space",)
+_WHOLE = ("space", "facing")
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class GuessesConfig(Room):
         "points inside of a view, and on its outline, at which labels are looked up",
         low=8,
         high=400,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="three vector instructions; enough to put views in order",
     )
     anchor_tolerance: float = param(
@@ -86,7 +87,7 @@ class GuessesConfig(Room):
         "greatest area of a view relative to its blob",
         low=1,
         high=100,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: shade, or what hides it, may take a third of a blob",
     )
     most_area_more_px: float = param(
@@ -95,7 +96,7 @@ class GuessesConfig(Room):
         unit="px^2",
         low=0,
         high=1000,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: small blobs lose a pixel all around",
     )
     least_area_px: float = param(

@@ -15,8 +15,24 @@ class VerdictConfig(Room):
         100.0,
         "least votes of the label image for a whole object",
         low=0,
-        paths=("space",),
+        paths=("space", "facing"),
         origin="25 pixels of a marker at 4 votes each",
+    )
+    identity_independent: float = param(
+        0.05,
+        "share of a marker's pixels that tell its class independently of each other",
+        low=0.0001,
+        high=1,
+        paths=("space", "facing"),
+        origin="blur, compression and shade join pixels to patches of 4 to 5 px",
+    )
+    identity_floor: float = param(
+        0.02,
+        "least likelihood of a pixel under any class of its marker",
+        low=0.0001,
+        high=0.5,
+        paths=("space", "facing"),
+        origin="a pixel in fifty shows something else: no pixel decides alone",
     )
     margin_px: float = param(
         3.0,
@@ -24,7 +40,7 @@ class VerdictConfig(Room):
         unit="px",
         low=0,
         high=100,
-        paths=("space",),
+        paths=("space", "facing"),
         origin="ring_px and a pixel's rounding, of both",
     )
     margin_share: float = param(
@@ -32,6 +48,6 @@ class VerdictConfig(Room):
         "such objects may be so much farther apart, as a share of the larger side",
         low=0,
         high=1,
-        paths=("space",),
+        paths=("space", "facing"),
         origin="what a lens bends a box's edges out",
     )

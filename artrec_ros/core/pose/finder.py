@@ -213,7 +213,7 @@ class WholeObjectFinder:
         return both[np.arange(len(poses)) + len(poses) * (after > self._search.settled_votes * before)]
 
     def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray) -> Poses:
-        """Fits to the contours of the markers in use (H, M); what faces the camera stays within the limits of its scale."""
+        """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""
         fit = self.config.fit
         fitted = fit_poses(self.surface, frame, poses, use, fit.fine_reach_px, fit, facing=self.facing)
         if not self.facing:

@@ -87,21 +87,21 @@ class _Choice:
         rows = {name: n for n, name in enumerate(owners)}
         self._owner = np.array([rows.get(r.owner or "", self._rest) for r in offered])
         colours, self._true, self._weight = _weighed(samples, [*owners, None])
-        costs = np.stack([np.minimum(cost(colours, r, image), _TOO_FAR) for r in offered])
-        self._likelihood = np.exp(-costs.astype(np.float64) / 2)  # (candidates, samples)
+        self._likelihood = np.exp(-_costs(colours, offered, image).astype(float) / 2)  # (candidates, samples)
         self._unknown = np.exp(-(image.max_deviation**2) / 2)
         self.taken: list[int] = []
         self._now = self._rows([])
         self._loss = self._total(self._now)
 
     def next(self) -> int | None:
-        """The candidate that brings most; None: none brings enough. Each class gets one before any gets a second."""
+        """The candidate that brings most; None: none brings enough. Each class, and the background where it is shown,
+        gets one before any gets a second."""
         counts = np.bincount(self._owner[self.taken], minlength=self._rest + 1)
-        without = np.flatnonzero(counts[: self._rest] == 0)
+        without = np.setdiff1d(self._owner, self._owner[self.taken])
         most = np.append(np.full(self._rest, _LEARNING.most_colours), _LEARNING.most_background)
         open_rows = without if len(without) else np.flatnonzero(counts < most)
         losses = np.full(len(self._owner), np.inf)
-        for row in open_rows:
+        for row in open_rows.tolist():
             mine = np.flatnonzero(self._owner == row)
             losses[mine] = self._with(row, self._likelihood[mine])
         best = int(np.argmin(losses))
@@ -114,11 +114,10 @@ class _Choice:
         self._loss = self._total(self._now)
 
     def drop(self) -> None:
-        """Leaves out what later ones have made superfluous; no class its last."""
+        """Leaves out what later ones have made superfluous; nobody's last."""
         for candidate in list(self.taken):
             rest = [n for n in self.taken if n != candidate]
-            owner = self._owner[candidate]
-            if owner < self._rest and owner not in self._owner[rest]:
+            if self._owner[candidate] not in self._owner[rest]:
                 continue
             loss = self._total(self._rows(rest))
             if loss < self._loss + _LEARNING.least_gain:
@@ -133,9 +132,9 @@ class _Choice:
         return rows
 
     def _own(self, rows: Array) -> Array:
-        """(samples,) likelihood of what each sample is; what the background does not know is unknown, and right."""
+        """(samples,) likelihood of what each sample is; of the background's, unknown is half right."""
         own = rows[self._true, np.arange(len(self._true))]
-        return np.asarray(own + np.where(self._true == self._rest, rows[-1], 0.0))
+        return np.asarray(own + np.where(self._true == self._rest, rows[-1] / 2, 0.0))
 
     def _total(self, rows: Array) -> float:
         return float(self._weight @ _loss(self._own(rows), rows.sum(axis=0)))
@@ -154,29 +153,35 @@ def _loss(own: Array, every: Array) -> Array:
 def _weighed(
     samples: Mapping[str | None, Sequence[Colours]], owners: Sequence[str | None]
 ) -> tuple[Colours, NDArray[np.intp], Array]:
-    """Colours (n, 3) in their own light and in other, the row of each one's owner, its weight; weights add up to 1."""
+    """Colours (n, 3), some of them in other light as well, the row of each one's owner, its weight; weights add up to
+    1."""
     colours, rows, weights = list[Colours](), list[NDArray[np.intp]](), list[Array]()
     for row, owner in enumerate(owners):
         groups = samples.get(owner, ())
         total = _LEARNING.weight_background if owner is None else 1.0
         for group in groups:
-            for light in (1.0, *_OTHER_LIGHT):
-                share = 1.0 if light == 1.0 else _LEARNING.weight_other_light
-                colours.append(np.minimum(group * np.float32(light), 1.0))
-                rows.append(np.full(len(group), row))
-                weights.append(np.full(len(group), total * share / (len(groups) * len(group))))
+            count = int(np.ceil(_LEARNING.share_other_light * len(group)))
+            shown = [group]
+            for n, light in enumerate(_OTHER_LIGHT):
+                shown.append(np.minimum(np.roll(group, -n * count, axis=0)[:count] * np.float32(light), 1.0))
+            colours += shown
+            number = sum(map(len, shown))
+            rows.append(np.full(number, row))
+            weights.append(np.full(number, total / (len(groups) * number)))
     weight = np.concatenate(weights)
     return np.concatenate(colours), np.concatenate(rows), weight / weight.sum()
 
 
-def cost(colours: Colours, reference: Reference, image: ImageConfig) -> Colours:
-    """(n,) -2 log likelihood of colours (n, 3) under a reference; more, for one that is no grey, of what is like one."""
+def _costs(colours: Colours, references: Sequence[Reference], image: ImageConfig) -> Colours:
+    """(references, n) -2 log likelihood of colours (n, 3); more, under one that is no grey, of what is like a grey."""
     usual = ClassConfig()
-    factors, shown = ray(reference.colour, reference.light)
-    on_ray = np.add(*deviation(colours, shown, usual.spread, image.noise))
-    found = (on_ray + (np.log(factors) / image.light_spread) ** 2).min(axis=1)
     greys = np.linspace(0, 1, _GREY_LEVELS, dtype=np.float32)[:, None].repeat(3, axis=1)
-    if deviation(reference.colour[None], greys, usual.spread, image.noise)[0].min() > _GREY**2:
-        as_grey = np.add(*deviation(colours, greys, usual.spread, image.noise)).min(axis=1)
-        found = found + 2 * np.logaddexp(0, (on_ray.min(axis=1) - as_grey) / 2)
-    return np.asarray(found, np.float32)
+    as_grey = np.add(*deviation(colours, greys, usual.spread, image.noise)).min(axis=1)
+    costs = np.empty((len(references), len(colours)), np.float32)
+    for n, reference in enumerate(references):
+        factors, shown = ray(reference.colour, reference.light)
+        on_ray = np.add(*deviation(colours, shown, usual.spread, image.noise))
+        costs[n] = (on_ray + (np.log(factors) / image.light_spread) ** 2).min(axis=1)
+        if deviation(reference.colour[None], greys, usual.spread, image.noise)[0].min() > _GREY**2:
+            costs[n] += 2 * np.logaddexp(0, (on_ray.min(axis=1) - as_grey) / 2)
+    return np.minimum(costs, _TOO_FAR)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -65,19 +65,31 @@ def sample_colours(
     return found
 
 
-def learn_colours(samples: Samples, labels: Mapping[str, int], image: ImageConfig, seed: int = 0) -> Learned:
+def check_samples(samples: Samples, labels: Collection[str]) -> None:
+    """:raises ConfigError: a class without enough samples."""
+    for name in labels:
+        count = len(samples.get(name, ()))
+        if count < _LEARNING.least_samples:
+            raise ConfigError(f"class '{name}': {count} pixels show it, at least {_LEARNING.least_samples} are needed")
+
+
+def learn_colours(
+    samples: Samples, labels: Mapping[str, int], image: ImageConfig, doubtful: Collection[str] = (), seed: int = 0
+) -> Learned:
     """Reference colours from samples.
 
     :param samples: name -> (n, 3) uint8 BGR; names that are no class are background.
     :param labels: class -> its label.
     :param image: noise and the like; its classes and background are replaced.
+    :param doubtful: backgrounds in which classes are seen, too, as in what a segmenter left without a label.
     :raises ConfigError: a class without enough samples, or of pixels too dark to have a colour.
     """
+    check_samples(samples, labels)
     rng = np.random.default_rng(seed)
-    own: dict[str, list[Colours]] = {name: [_samples(name, samples, image, rng)] for name in labels}
-    rest = [_scaled(_some(c, _KEPT, rng)) for name, c in samples.items() if name not in labels]
-    rest = [left for c in rest if len(left := without_classes(c, own)) >= _LEARNING.least_samples]
-    chosen = choose({**own, None: rest}, image)
+    own: dict[str | None, Sequence[Colours]] = {name: [_samples(name, samples, image, rng)] for name in labels}
+    rest = {name: _scaled(_some(c, 3 * _KEPT, rng)) for name, c in samples.items() if name not in labels}
+    rest = {name: without_classes(c, own) if name in doubtful else c for name, c in rest.items()}
+    chosen = choose({**own, None: [c for c in rest.values() if len(c) >= _LEARNING.least_samples]}, image)
     classes = {name: _class(label, [r for r in chosen if r.owner == name]) for name, label in labels.items()}
     background = _as_rgb([r.colour for r in chosen if r.owner is None])
     learned = replace(image, kind="colour", classes=classes, background=background)
@@ -87,17 +99,14 @@ def learn_colours(samples: Samples, labels: Mapping[str, int], image: ImageConfi
 
 def _samples(name: str, samples: Samples, image: ImageConfig, rng: np.random.Generator) -> Colours:
     """(n, 3) BGR 0..1, some of a class' samples; darker ones have no colour."""
-    found = samples.get(name, np.zeros((0, 3), np.uint8))
-    if len(found) < _LEARNING.least_samples:
-        raise ConfigError(f"class '{name}': {len(found)} pixels show it, at least {_LEARNING.least_samples} are needed")
-    colours = _scaled(found)
+    colours = _scaled(samples[name])
     colours = colours[np.linalg.norm(colours, axis=1) > 3 * image.noise]
-    if len(colours) < max(_LEARNING.least_samples, len(found) / 10):
+    if len(colours) < max(_LEARNING.least_samples, len(samples[name]) / 10):
         raise ConfigError(f"class '{name}': its pixels are too dark to name a colour")
     return _some(colours, _KEPT, rng)
 
 
-def without_classes(colours: Colours, classes: Mapping[str, list[Colours]]) -> Colours:
+def without_classes(colours: Colours, classes: Mapping[str | None, Sequence[Colours]]) -> Colours:
     """Colours of a background (n, 3) less those that more of a class' samples have than of the background's: what
     nobody has labelled, or marked, shows classes too."""
     kept = np.ones(len(colours), bool)

@@ -23,8 +23,8 @@ class ClassConfig:
     )
     light: tuple[float, ...] = param(
         (0.35, 1.8),
-        "colour images, with rgb: deepest shade and brightest light, over the usual; for all references, or two numbers "
-        "for each",
+        "colour images, with rgb: deepest shade and brightest light, over the usual; for all references, or two "
+        "numbers for each",
         low=0.02,
         high=10,
     )

@@ -90,9 +90,9 @@ class LearningConfig(Room):
         high=100,
         origin="small robots in changing light: less leaves floors to classes, more costs markers in the shade",
     )
-    weight_other_light: float = param(
+    share_other_light: float = param(
         0.3,
-        "weight of samples as they would look in other light, in those in their own",
+        "share of the samples that are also looked at as they would be in each other light",
         low=0,
         high=1,
         origin="small robots in changing light",

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,24 +15,33 @@ from numpy.typing import NDArray
 
 from ..core.base.config import ImageConfig
 from ..core.base.errors import ConfigError
-from ..core.learning.colour_learning import Learned, learn_colours, sample_colours
+from ..core.learning.colour_learning import (
+    Pair,
+    check_samples,
+    choose_sharpening,
+    learn_colours,
+    sample_colours,
+)
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
-from ..io.learned.regions import load_regions
+from ..io.learned.marked_objects import REST, load_marked_objects
+from ..io.learned.regions import MarkedImage, load_regions
 from ..io.sources.opening import Frame, SourceOptions, open_sources
+from .colour_report import report
+from .colour_setup import ColourSetup, load_colour_setup
 
 _UNMARKED = 255  # number of the pixels that nobody has marked
-_SHARPEN_PX = 1
-_WORTH_TELLING = 0.01  # share of a class that gets another's label
+_TRIED = 24  # images at most that sharpening is tried on
 
-Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]  # colour image, class numbers
+Samples = dict[str, NDArray[np.uint8]]
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     p = subparsers.add_parser(
         "learn-colours", help="learn a camera's colours", description=__doc__,
         epilog="Either SOURCE comes with label images (bags hold them; folders need --label-images), or --annotations "
-        "are boxes and polygons drawn in images. Labels and categories that --classes does not name are background.",
+        "are boxes and polygons drawn in images, or, with --params-file, the axes of objects as for artrec train: its "
+        "objects' files tell outlines and classes. What is of no class is background.",
     )  # fmt: skip
     p.add_argument("sources", metavar="SOURCE", nargs="*", type=Path, help="bag or folder of colour images")
     p.add_argument("--topic", help="topic of the colour images (else the only one with three channels)")
@@ -38,10 +49,21 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     p.add_argument("--label-images", type=Path, metavar="DIR", help="label images named as the colour images, PNG")
     p.add_argument(
         "--annotations", type=Path, nargs="+", default=[], metavar="COCO.json",
-        help="boxes or polygons; their category is the class",
+        help="boxes or polygons, whose category is the class; with --params-file, keypoints COMPONENT/MARKER.tail and "
+        ".head, whose category is the object",
     )  # fmt: skip
     p.add_argument(
-        "--classes", required=True, nargs="+", type=_named_label, metavar="NAME=LABEL", help="the classes to learn"
+        "--params-file", type=Path, metavar="NODE.yaml", help="the objects that are annotated, and their classes"
+    )
+    p.add_argument("--images", type=Path, metavar="DIR", help="where annotated images lie (default: beside each file)")
+    p.add_argument(
+        "--around", type=float, default=math.inf, metavar="PX",
+        help="with --params-file: learn as background only what is so near to an annotated marker; for images in which "
+        "not all objects are annotated (default: all of the image)",
+    )  # fmt: skip
+    p.add_argument(
+        "--classes", nargs="+", type=_named_label, default=[], metavar="NAME=LABEL",
+        help="the classes to learn (with --params-file: those that it has no name for)",
     )  # fmt: skip
     p.add_argument("--every", type=int, default=1, metavar="N", help="use every Nth image (default: all)")
     p.add_argument("-o", "--output", required=True, type=Path, metavar="COLOURS.yaml", help="file to write")
@@ -49,43 +71,89 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Learns, writes the colours, prints how well they tell the classes apart."""
-    labels = dict(args.classes)
-    if args.every < 1:
-        raise ConfigError(f"--every: {args.every} is below 1")
-    if bool(args.sources) == bool(args.annotations):
-        raise ConfigError("give either SOURCE with label images, or --annotations")
-    if args.annotations:
-        samples = samples_of_regions(args.annotations, labels)
-    else:
-        samples = samples_of_labels(_pairs(args), labels, args.every)
-    learned = learn_colours(samples, labels, ImageConfig(sharpen_px=_SHARPEN_PX))
+    check(args)
+    setup = load_colour_setup(args.params_file, dict(args.classes)) if args.params_file else None
+    labels = dict(args.classes) if setup is None else dict(setup.labels)
+    samples, told = _samples(args, labels, setup)
+    check_samples(samples, labels)
+    _say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
+    doubtful = [name for name in samples if name not in labels] if args.sources else []
+    learned = learn_colours(samples, labels, ImageConfig(), doubtful)
+    learned = replace(learned, image=choose_sharpening(learned.image, told.pairs, told.labels))
     save_colours(args.output, learned.image)
     print("\n".join(report(learned)))
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")
     return 0
 
 
-def samples_of_labels(pairs: Iterable[Pair], labels: dict[str, int], every: int) -> dict[str, NDArray[np.uint8]]:
+def check(args: argparse.Namespace) -> None:
+    """:raises ConfigError: options that do not go together."""
+    if args.every < 1:
+        raise ConfigError(f"--every: {args.every} is below 1")
+    if not args.around > 0:
+        raise ConfigError(f"--around: {args.around} is not above 0")
+    if bool(args.sources) == bool(args.annotations):
+        raise ConfigError("give either SOURCE with label images, or --annotations")
+    if args.params_file and not args.annotations:
+        raise ConfigError("--params-file tells what --annotations are of; give these, too")
+    if not args.params_file and not args.classes:
+        raise ConfigError("--classes: name the classes to learn, such as red=3, or give --params-file")
+    if not args.params_file and (args.images or math.isfinite(args.around)):
+        raise ConfigError("--images and --around go with --params-file")
+
+
+@dataclass
+class Told:
+    """Some of the images with their class numbers, and class number -> label; 0: background."""
+
+    labels: Mapping[int, int]
+    pairs: list[Pair] = field(default_factory=list)
+
+
+def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup | None) -> tuple[Samples, Told]:
+    if setup is not None:
+        names = {label: name for name, label in setup.labels.items()}
+        marked = load_marked_objects(args.annotations, setup.targets, names, args.images, args.around)
+        return samples_of_regions(marked[:: args.every], labels, setup.blank)
+    if args.annotations:
+        return samples_of_regions(load_regions(args.annotations)[:: args.every], labels)
+    return samples_of_labels(_pairs(args), labels, args.every)
+
+
+def samples_of_labels(pairs: Iterable[Pair], labels: dict[str, int], every: int) -> tuple[Samples, Told]:
     """Colours by class from images with label images; other labels as 'label N'."""
     names = {n: f"label {n}" for n in range(_UNMARKED)} | {label: name for name, label in labels.items()}
-    return _collect((pair for i, pair in enumerate(pairs) if i % every == 0), names)
+    return _collect((pair for i, pair in enumerate(pairs) if i % every == 0), names, labels)
 
 
-def samples_of_regions(paths: Iterable[Path], labels: dict[str, int]) -> dict[str, NDArray[np.uint8]]:
-    """Colours by category from images with marked regions."""
-    marked = load_regions(paths)
-    names = dict(enumerate(dict.fromkeys([*labels, *(name for m in marked for name, _ in m.regions)]), start=1))
+def samples_of_regions(
+    marked: Iterable[MarkedImage], labels: dict[str, int], blank: tuple[int, ...] = ()
+) -> tuple[Samples, Told]:
+    """Colours by category from images with marked regions. :param blank: rectangles that are not looked at."""
+    marked = list(marked)
+    found = dict.fromkeys([*labels, *(name for m in marked for name, _ in m.regions)])
+    names = {0: REST} | dict(enumerate((name for name in found if name != REST), start=1))
     numbers = {name: n for n, name in names.items()}
-    return _collect((m.read(numbers, _UNMARKED) for m in marked), names)
+    pairs = (_blanked(m.read(numbers, _UNMARKED), blank) for m in marked)
+    return _collect(pairs, names, labels)
 
 
-def _collect(pairs: Iterable[Pair], names: dict[int, str]) -> dict[str, NDArray[np.uint8]]:
+def _blanked(pair: Pair, blank: tuple[int, ...]) -> Pair:
+    for x, y, width, height in np.reshape(blank, (-1, 4)).astype(int).tolist():
+        pair[1][y : y + height, x : x + width] = _UNMARKED
+    return pair
+
+
+def _collect(pairs: Iterable[Pair], names: dict[int, str], labels: Mapping[str, int]) -> tuple[Samples, Told]:
     rng = np.random.default_rng(0)
     found = defaultdict(list)
-    for image, labels in pairs:
-        for name, colours in sample_colours(image, labels, names, rng).items():
+    told = Told({n: labels.get(name, 0) for n, name in names.items()})
+    for image, numbers in pairs:
+        for name, colours in sample_colours(image, numbers, names, rng).items():
             found[name].append(colours)
-    return {name: np.concatenate(parts) for name, parts in found.items()}
+        if len(told.pairs) < _TRIED:
+            told.pairs.append((image, numbers))
+    return {name: np.concatenate(parts) for name, parts in found.items()}, told
 
 
 def _pairs(args: argparse.Namespace) -> Iterator[Pair]:
@@ -135,25 +203,6 @@ def _checked(pairs: Iterable[tuple[Frame, Frame]]) -> Iterator[Pair]:
                 f"{frame.image.shape} and {label.image.shape}"
             )
         yield frame.image, label.image
-
-
-def report(learned: Learned) -> Iterator[str]:
-    """The lines that `artrec learn-colours` prints: per class its references, and what they make of its pixels."""
-    width = max(len(name) for name in learned.samples)
-    yield f"{'class':{width}}   pixels   right  references r,g,b"
-    for name, shares in learned.confusion.items():
-        cls = learned.image.classes.get(name)
-        right = shares.get(name if cls else "unknown", 0.0)
-        references = (
-            "; ".join(",".join(map(str, rgb)) for rgb in np.reshape(cls.rgb, (-1, 3))) if cls else "(background)"
-        )
-        yield f"{name:{width}}  {learned.samples[name]:7d}  {right:6.1%}  {references}"
-        others = [(share, other) for other, share in shares.items() if other not in (name, "unknown")]
-        for share, other in sorted(others, reverse=True):
-            if share >= _WORTH_TELLING:
-                yield f"{'':{width}}    {share:.1%} of its pixels are taken for {other}"
-    background = np.reshape(learned.image.background, (-1, 3))
-    yield f"background: {'; '.join(','.join(map(str, rgb)) for rgb in background) or 'no colour of its own'}"
 
 
 def _named_label(text: str) -> tuple[str, int]:

@@ -9,6 +9,8 @@ less, as it should be. In log-chromaticity the same says: shade shifts brightnes
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +88,7 @@ def _costs(config: ImageConfig) -> tuple[dict[int, Colours], dict[int, Colours]]
     background = ClassConfig(label=0, rgb=config.background)
     for cls in (*config.classes.values(), *([background] if config.background else [])):
         if cls.rgb:
-            both = [_cost(bgr, reference, cls, config) for reference in references_bgr(cls)]
+            both = [_cost(bgr, references_bgr(one)[0], one, config) for one in lone(cls)]
             cost, held = (np.min(c, axis=0) for c in zip(*both, strict=True))
         else:
             cost = held = np.where(_in_class(hsv, cls), np.float32(_BY_RANGE), np.float32(np.inf))
@@ -98,6 +100,15 @@ def _costs(config: ImageConfig) -> tuple[dict[int, Colours], dict[int, Colours]]
 def references_bgr(cls: ClassConfig) -> Colours:
     """(n, 3) a class' reference colours, channels blue, green, red, 0..1."""
     return np.asarray(np.reshape(cls.rgb, (-1, 3))[:, ::-1] / 255, np.float32)
+
+
+def lone(cls: ClassConfig) -> list[ClassConfig]:
+    """A class with reference colours as classes of one each, with the light of that one."""
+    colours, lights = np.reshape(cls.rgb, (-1, 3)).tolist(), np.reshape(cls.light, (-1, 2)).tolist()
+    lights = lights * len(colours) if len(lights) == 1 else lights
+    return [
+        replace(cls, rgb=tuple(colour), light=tuple(light)) for colour, light in zip(colours, lights, strict=True)
+    ]
 
 
 def ray(reference: Colours, light: tuple[float, ...]) -> tuple[Colours, Colours]:

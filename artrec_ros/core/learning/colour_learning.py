@@ -1,13 +1,8 @@
-"""Reference colours of classes, learned from pixels that are known to show them.
-
-Greedy cover: of many samples taken as rays, the one whose ray holds most of the others; its reference is the median
-of those; they are taken away, and what remains is looked at again, till too little remains to be a colour. So wrong
-samples do not pull a reference, and a class of several colours gets several.
-"""
+"""Reference colours of classes, learned from pixels that are known to show them, and how well they tell them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -16,15 +11,19 @@ from numpy.typing import NDArray
 
 from ..base.config import ClassConfig, ImageConfig, LearningConfig
 from ..base.errors import ConfigError
-from ..image.colour_table import Colours, deviation, ray, references_bgr
+from ..image.colour_table import Colours, deviation, ray
 from ..image.segmentation import Segmenter
+from .colour_choice import Reference, choose, clusters
 
 _LEARNING = LearningConfig()
-_TRIED = 48  # samples tried as rays: of a colour that a twentieth has, one is among them nine times in ten
-_KEPT = 6_000  # samples a class that are looked at: bounds the time
+_KEPT = 500  # samples a class that references are chosen by: bounds the time
+_COUNTED = 6_000  # samples a class that are counted in the end
 _KEPT_PER_IMAGE = 1_000
-_SAME_LIGHT = (0.5, 2.0)  # a background colour that is a class' colour in such light is the class', not labelled
+_LARGE_PX = 20  # markers larger than this, square root of their area, gain by sharpening where it cannot be measured
+_ALIKE = 0.005  # shares that differ by less are equal
+_SAME = (0.8, 1.25)  # light in which a colour still is the same
 
+Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]  # colour image (H, W, 3) BGR, class numbers (H, W)
 Samples = Mapping[str, NDArray[np.uint8]]
 
 
@@ -47,79 +46,113 @@ def sample_colours(
 ) -> dict[str, NDArray[np.uint8]]:
     """Name -> (n, 3) colours of a part of the pixels with its label, none of them at an edge.
 
+    Of a class whose pixels all lie near edges, as in patches of some 10 px, the third that lies deepest.
+
     :param image: (H, W, 3) uint8 BGR. :param labels: (H, W) class numbers; numbers without a name are passed over.
     """
     found = {}
     for label in np.unique(labels).tolist():
         if label not in names:
             continue
+        own = (labels == label).astype(np.uint8)
         margin = _LEARNING.margin_px if label else _LEARNING.margin_unknown_px
-        square = np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)
-        colours = image[cv2.erode((labels == label).astype(np.uint8), square) > 0]
-        if len(colours):
-            found[names[label]] = _some(colours, _KEPT_PER_IMAGE, rng)
+        inside = cv2.erode(own, np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)) > 0
+        if label and np.count_nonzero(inside) < np.count_nonzero(own) / 3:
+            depth = cv2.distanceTransform(own, cv2.DIST_L2, 3)
+            inside = depth >= max(float(np.quantile(depth[own > 0], 2 / 3)), 1e-3)
+        if inside.any():
+            found[names[label]] = _some(image[inside], _KEPT_PER_IMAGE, rng)
     return found
 
 
-def learn_colours(samples: Samples, labels: Mapping[str, int], image: ImageConfig, seed: int = 0) -> Learned:
+def check_samples(samples: Samples, labels: Collection[str]) -> None:
+    """:raises ConfigError: a class without enough samples."""
+    for name in labels:
+        count = len(samples.get(name, ()))
+        if count < _LEARNING.least_samples:
+            raise ConfigError(f"class '{name}': {count} pixels show it, at least {_LEARNING.least_samples} are needed")
+
+
+def learn_colours(
+    samples: Samples, labels: Mapping[str, int], image: ImageConfig, doubtful: Collection[str] = (), seed: int = 0
+) -> Learned:
     """Reference colours from samples.
 
     :param samples: name -> (n, 3) uint8 BGR; names that are no class are background.
     :param labels: class -> its label.
     :param image: noise and the like; its classes and background are replaced.
-    :raises ConfigError: a class without enough samples.
+    :param doubtful: backgrounds in which classes are seen, too, as in what a segmenter left without a label.
+    :raises ConfigError: a class without enough samples, or of pixels too dark to have a colour.
     """
+    check_samples(samples, labels)
     rng = np.random.default_rng(seed)
-    kept = {name: _some(colours, _KEPT, rng) for name, colours in samples.items()}
-    classes = {}
-    for name, label in labels.items():
-        count = len(kept.get(name, ()))
-        if count < _LEARNING.least_samples:
-            raise ConfigError(f"class '{name}': {count} pixels show it, at least {_LEARNING.least_samples} are needed")
-        usual = ClassConfig(label=label)
-        references = _cover(_scaled(kept[name]), usual, image, _LEARNING.least_share, rng)
-        if not references:
-            raise ConfigError(f"class '{name}': its pixels are too dark or too unlike each other to name a colour")
-        classes[name] = replace(usual, rgb=_as_rgb(references))
-    background = [
-        reference
-        for name, colours in kept.items()
-        if name not in labels and len(colours) >= _LEARNING.least_samples
-        for reference in _cover(_scaled(colours), ClassConfig(), image, _LEARNING.least_share_background, rng)
-        if not any(_is_shown(reference, cls, image) for cls in classes.values())
-    ]
-    learned = replace(image, kind="colour", classes=classes, background=_as_rgb(background))
-    return Learned(learned, _confusion(kept, learned), {name: len(c) for name, c in samples.items()})
+    own: dict[str | None, Sequence[Colours]] = {name: [_samples(name, samples, image, rng)] for name in labels}
+    rest = {name: _scaled(_some(c, 3 * _KEPT, rng)) for name, c in samples.items() if name not in labels}
+    rest = {name: without_classes(c, own) if name in doubtful else c for name, c in rest.items()}
+    chosen = choose({**own, None: [c for c in rest.values() if len(c) >= _LEARNING.least_samples]}, image)
+    classes = {name: _class(label, [r for r in chosen if r.owner == name]) for name, label in labels.items()}
+    background = _as_rgb([r.colour for r in chosen if r.owner is None])
+    learned = replace(image, kind="colour", classes=classes, background=background)
+    counted = {name: _some(colours, _COUNTED, rng) for name, colours in samples.items() if len(colours)}
+    return Learned(learned, _confusion(counted, learned), {name: len(c) for name, c in samples.items()})
 
 
-def _cover(
-    colours: Colours, cls: ClassConfig, image: ImageConfig, least_share: float, rng: np.random.Generator
-) -> list[Colours]:
-    """(3,) BGR 0..1 reference colours, the one that holds most first."""
-    rest = colours[np.linalg.norm(colours, axis=1) > 3 * image.noise]  # darker ones have no colour
-    least, references = max(least_share * len(colours), 1), list[Colours]()
-    while len(references) < _LEARNING.most_colours and len(rest) >= least:
-        tried = rest[rng.choice(len(rest), min(_TRIED, len(rest)), replace=False)]
-        held = max((_held(rest, reference, cls, image) for reference in tried), key=np.count_nonzero)
-        if np.count_nonzero(held) < least:
-            break
-        reference = np.median(rest[held], axis=0).astype(np.float32)
-        held |= _held(rest, reference, cls, image)
-        references.append(reference)
-        rest = rest[~held]
-    return references
+def _samples(name: str, samples: Samples, image: ImageConfig, rng: np.random.Generator) -> Colours:
+    """(n, 3) BGR 0..1, some of a class' samples; darker ones have no colour."""
+    colours = _scaled(samples[name])
+    colours = colours[np.linalg.norm(colours, axis=1) > 3 * image.noise]
+    if len(colours) < max(_LEARNING.least_samples, len(samples[name]) / 10):
+        raise ConfigError(f"class '{name}': its pixels are too dark to name a colour")
+    return _some(colours, _KEPT, rng)
 
 
-def _held(colours: Colours, reference: Colours, cls: ClassConfig, image: ImageConfig) -> NDArray[np.bool_]:
-    """(N,) whether a colour is a reference's in more or less light."""
-    shown = ray(reference, cls.light)[1]
-    squared, _ = deviation(colours, shown, cls.spread, image.noise)
+def without_classes(colours: Colours, classes: Mapping[str | None, Sequence[Colours]]) -> Colours:
+    """Colours of a background (n, 3) less those that more of a class' samples have than of the background's: what
+    nobody has labelled, or marked, shows classes too."""
+    kept = np.ones(len(colours), bool)
+    for centre in clusters(colours, _LEARNING.clusters_background, 0.0):
+        mine = _held(colours, centre)
+        if any(_held(c, centre).mean() > mine.mean() for groups in classes.values() for c in groups):
+            kept &= ~mine
+    return colours[kept]
+
+
+def _held(colours: Colours, centre: Colours) -> NDArray[np.bool_]:
+    """(n,) whether colours are as good as this one."""
+    image = ImageConfig()
+    squared, _ = deviation(colours, ray(centre, _SAME)[1], ClassConfig().spread / 2, image.noise)
     return np.asarray(squared.min(axis=1) <= (image.max_deviation / 2) ** 2)
 
 
-def _is_shown(reference: Colours, cls: ClassConfig, image: ImageConfig) -> bool:
-    near = replace(cls, light=_SAME_LIGHT)
-    return any(bool(_held(reference[None], own, near, image)[0]) for own in references_bgr(cls))
+def _class(label: int, references: list[Reference]) -> ClassConfig:
+    lights = [r.light for r in references]
+    once = lights[:1] if len(set(lights)) == 1 else lights
+    return ClassConfig(label, _as_rgb([r.colour for r in references]), tuple(v for light in once for v in light))
+
+
+def choose_sharpening(image: ImageConfig, pairs: Iterable[Pair], labels: Mapping[int, int]) -> ImageConfig:
+    """The configuration, sharpened or not, whichever gets more of the marked pixels right; of equals, sharpened where
+    markers are large.
+
+    :param pairs: images and the class numbers that somebody has told, edges included.
+    :param labels: class number -> label; 0: the background's. Numbers that it does not have are passed over.
+    """
+    tried = [replace(image, sharpen_px=radius) for radius in (0, 1)]
+    segmenters = [Segmenter(config) for config in tried]
+    shares, sizes = [], []
+    for colours, told in pairs:
+        read = [segmenter.labels(colours) for segmenter in segmenters]
+        for number in np.unique(told).tolist():
+            if number in labels:
+                own = told == number
+                shares.append([np.mean(labelled[own] == labels[number]) for labelled in read])
+                if labels[number]:
+                    areas = cv2.connectedComponentsWithStats(own.astype(np.uint8))[2][1:, cv2.CC_STAT_AREA]
+                    sizes += np.sqrt(areas).tolist()
+    gain = float(np.diff(np.mean(shares, axis=0))[0]) if shares else 0.0
+    if abs(gain) < _ALIKE:
+        return tried[int(bool(sizes) and float(np.median(sizes)) > _LARGE_PX)]
+    return tried[int(gain > 0)]
 
 
 def _confusion(samples: Samples, image: ImageConfig) -> dict[str, dict[str, float]]:
@@ -132,7 +165,7 @@ def _confusion(samples: Samples, image: ImageConfig) -> dict[str, dict[str, floa
     return confusion
 
 
-def _some(colours: NDArray[np.uint8], most: int, rng: np.random.Generator) -> NDArray[np.uint8]:
+def _some(colours: NDArray, most: int, rng: np.random.Generator) -> NDArray:
     if len(colours) <= most:
         return colours
     return colours[np.sort(rng.choice(len(colours), most, replace=False))]

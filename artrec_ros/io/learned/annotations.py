@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +32,9 @@ class AnnotatedObject:
 
     :param points: keypoint name -> (2,) pixels, of the keypoints that are labelled.
     :param size: the image's (width, height) in pixels, where the file tells it.
+    :param attributes: what the annotation tells besides, as CVAT writes it; text only.
+    :param box: (4, 2) corners of its `bbox`, where it has one that holds something.
+    :param incomplete: some keypoints of its category are not labelled.
     """
 
     image: Path
@@ -39,6 +42,9 @@ class AnnotatedObject:
     place: str
     points: Mapping[str, Array]
     size: tuple[int, int] | None = None
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    box: Array | None = None
+    incomplete: bool = False
 
 
 @dataclass(frozen=True)
@@ -188,7 +194,22 @@ def _annotation(
     name, keypoints = categories[category.raw]
     points = _points(coco_entry(value, "keypoints"), keypoints)
     path, size = images[image.raw]
-    return AnnotatedObject(path, name, f"{value.file}: {value.key}", points, size)
+    place, entries = f"{value.file}: {value.key}", value.entries()
+    attributes = {k: v.raw for k, v in _attributes(entries).items() if isinstance(v.raw, str)}
+    incomplete = len(points) < len(keypoints)
+    return AnnotatedObject(path, name, place, points, size, attributes, _box(entries), incomplete)
+
+
+def _attributes(entries: Mapping[str, Value]) -> Mapping[str, Value]:
+    told = entries.get("attributes")
+    return told.entries() if told is not None and isinstance(told.raw, dict) else {}
+
+
+def _box(entries: Mapping[str, Value]) -> Array | None:
+    if "bbox" not in entries or entries["bbox"].raw in (None, []):
+        return None
+    x, y, width, height = entries["bbox"].vector(4)
+    return np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]]) if width * height > 0 else None
 
 
 def _points(value: Value, names: Sequence[str]) -> dict[str, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,13 +17,23 @@ from ..base.yaml_files import Value
 from ..images.decoding import read_image
 from .annotations import coco_entry, coco_image, read_coco
 
+_SUBPIXEL_BITS = 4
+
 
 @dataclass(frozen=True)
 class MarkedImage:
-    """An image and its regions: category and outline (n, 2) in pixels, in the file's order."""
+    """An image and its regions: category and outline (n, 2) in pixels, in the file's order.
+
+    :param rest: category of what lies outside all regions; None: nobody has marked it.
+    :param around_px: what is farther than this from every region is not marked at all.
+    :param ignored: outlines of what is not marked, whatever lies there; regions go before.
+    """
 
     path: Path
     regions: tuple[tuple[str, Array], ...]
+    rest: str | None = None
+    around_px: float = math.inf
+    ignored: tuple[Array, ...] = ()
 
     def read(self, numbers: dict[str, int], unmarked: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """The image (H, W, 3) BGR, and (H, W) each category's number, `unmarked` elsewhere."""
@@ -32,10 +43,22 @@ class MarkedImage:
             raise ConfigError(f"{self.path}: {error}") from None
         if image.ndim != 3:
             raise ConfigError(f"{self.path}: a colour image is wanted; this one has one channel")
-        labels = np.full(image.shape[:2], unmarked, np.uint8)
+        labels = np.full(image.shape[:2], unmarked if self.rest is None else numbers[self.rest], np.uint8)
+        if math.isfinite(self.around_px):
+            marked = np.ones(labels.shape, np.uint8)
+            for _, outline in self.regions:
+                _fill(marked, outline, 0)
+            labels[cv2.distanceTransform(marked, cv2.DIST_L2, 5) > self.around_px] = unmarked
+        for outline in self.ignored:
+            _fill(labels, outline, unmarked)
         for category, outline in self.regions:
-            cv2.fillPoly(labels, [np.rint(outline).astype(np.int32)], numbers[category])
+            _fill(labels, outline, numbers[category])
         return image, labels
+
+
+def _fill(labels: NDArray[np.uint8], outline: Array, number: int) -> None:
+    fine = np.rint(np.asarray(outline) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+    cv2.fillPoly(labels, [fine], number, shift=_SUBPIXEL_BITS)
 
 
 def load_regions(paths: Iterable[str | Path]) -> list[MarkedImage]:
@@ -52,12 +75,13 @@ def load_regions(paths: Iterable[str | Path]) -> list[MarkedImage]:
                 raise category.error(f"there is no category {category.raw}")
             if image.integer() not in images:
                 raise image.error(f"there is no image {image.raw}")
-            regions[image.raw] += [(names[category.raw], outline) for outline in _outlines(annotation)]
+            regions[image.raw] += [(names[category.raw], outline) for outline in outlines_of(annotation)]
         marked += [MarkedImage(images[number], tuple(own)) for number, own in regions.items() if own]
     return marked
 
 
-def _outlines(annotation: Value) -> Iterator[Array]:
+def outlines_of(annotation: Value) -> Iterator[Array]:
+    """An annotation's polygons, else its box, each (n, 2) pixels."""
     entries = annotation.entries()
     if isinstance(entries.get("segmentation", annotation).raw, list) and entries["segmentation"].raw:
         for polygon in entries["segmentation"].items():

@@ -62,7 +62,7 @@ def test_a_class_of_two_colours_gets_two_references() -> None:
 def test_what_is_no_class_becomes_background_unless_it_is_a_class_colour() -> None:
     floor = (120, 90, 60)
     samples = {"red": shown(RED), "label 0": np.concatenate([shown(floor), shown(RED, seed=7)])}
-    learned = learn_colours(samples, {"red": 3}, ImageConfig())
+    learned = learn_colours(samples, {"red": 3}, ImageConfig(), doubtful=["label 0"])
     assert len(learned.image.background) == 3
     assert direction(learned.image.background) @ direction(floor) > 0.999
 

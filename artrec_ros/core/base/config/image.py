@@ -22,7 +22,11 @@ class ClassConfig:
         high=255,
     )
     light: tuple[float, ...] = param(
-        (0.35, 1.8), "colour images, with rgb: deepest shade and brightest light, over the usual", low=0.02, high=10
+        (0.35, 1.8),
+        "colour images, with rgb: deepest shade and brightest light, over the usual; for all references, or two "
+        "numbers for each",
+        low=0.02,
+        high=10,
     )
     spread: float = param(
         0.08, "colour images, with rgb: scatter of the class' colour, share of its brightness", low=0, high=1
@@ -41,10 +45,13 @@ class ClassConfig:
             raise ConfigError(f"{prefix}rgb: give a class either rgb or ranges of hue, saturation and value")
         if len(self.hue) % 2:
             raise ConfigError(f"{prefix}hue: {list(self.hue)} must be pairs from,to,from,to,... in degrees")
-        for name in ("saturation", "value", "light"):
+        for name, pairs in (("saturation", 1), ("value", 1), ("light", len(self.rgb) // 3)):
             limits = getattr(self, name)
-            if len(limits) != 2 or limits[0] > limits[1]:
-                raise ConfigError(f"{prefix}{name}: {list(limits)} must be the least and the greatest, in this order")
+            if len(limits) not in (2, 2 * pairs) or any(a > b for a, b in zip(limits[::2], limits[1::2], strict=True)):
+                each = ", once or for each reference colour" if name == "light" else ""
+                raise ConfigError(
+                    f"{prefix}{name}: {list(limits)} must be the least and the greatest, in this order{each}"
+                )
 
 
 @dataclass(frozen=True)

@@ -42,25 +42,60 @@ class LearningConfig(Room):
         origin="examples too few for more are reported as such",
     )
     most_colours: int = param(
-        4,
+        8,
         "reference colours of a class at most",
         low=1,
         high=100,
-        origin="a marker's own, and its glare",
+        origin="a marker's own in three lights, clipped, in shade, and its glare",
+    )
+    most_background: int = param(
+        16,
+        "the same of the background",
+        low=1,
+        high=100,
+        origin="it holds a bit of everything",
+    )
+    clusters: int = param(
+        12,
+        "clusters of a class' samples, whose centres may become reference colours",
+        low=1,
+        high=100,
+        origin="half as many again as references",
+    )
+    clusters_background: int = param(
+        20,
+        "the same of the background",
+        low=1,
+        high=100,
+        origin="as of a class",
     )
     least_share: float = param(
-        0.05,
-        "least share of a class' samples that a further colour must hold",
+        0.02,
+        "least share of the samples that such a cluster must hold",
         low=0,
         high=1,
-        origin="wrong samples are fewer",
+        origin="smaller ones are wrong samples and blends",
     )
-    least_share_background: float = param(
-        0.1,
-        "the same of what is unknown",
+    least_gain: float = param(
+        0.001,
+        "cross-entropy by which a reference colour must lower the mean over all samples to be taken",
         low=0,
         high=1,
-        origin="it holds a bit of everything",
+        origin="small robots in changing light: half of it and twice it tell as well, with more and fewer references",
+    )
+    weight_background: float = param(
+        3.0,
+        "weight of the background's samples, in those of a class",
+        low=0,
+        high=100,
+        origin="small robots in changing light: less leaves floors to classes, more costs markers in the shade",
+    )
+    share_other_light: float = param(
+        0.3,
+        "share of the samples that are also looked at as they would be in each other light",
+        low=0,
+        high=1,
+        origin="small robots in changing light",
     )
     least_samples: int = param(
         20,

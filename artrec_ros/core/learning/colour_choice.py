@@ -1,0 +1,187 @@
+"""The reference colours that tell classes best, chosen one after the other from candidates.
+
+A candidate is a colour of a class, or of the background, with a range of light. Of all of them the one is taken that
+lowers the loss most, till none does so by enough. The loss is the cross-entropy: the mean over samples of minus the
+logarithm of their own class' probability, by the same likelihoods that recognition goes by. So a dull red is red's
+where red is likelier there, and the floor's where the floor is, and a class gets as many references as tell it from the
+others, no more. Samples are also counted as they would look in more and in less light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import ClassConfig, ImageConfig, LearningConfig
+from ..geometry.transforms import Array
+from ..image.colour_table import Colours, deviation, ray
+
+_LEARNING = LearningConfig()
+_LIGHTS = ((0.35, 1.8), (0.6, 1.5), (0.8, 1.2))  # ranges of light that a class' reference may have: the usual one first
+_OTHER_LIGHT = (0.5, 0.7, 1.4)  # light in which samples are looked at besides their own
+_GREY_LEVELS = 24
+_GREY = 2.0  # a reference within so many standard deviations of grey is a grey
+_WORST = 6.0  # loss of a sample at most: wrong samples decide nothing
+_TOO_FAR = 200.0  # -2 log likelihood that stands for any greater
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A reference colour (3,) BGR 0..1 of a class, by its name; None: the background's. `light`: as `ClassConfig`'s."""
+
+    owner: str | None
+    colour: Colours
+    light: tuple[float, float]
+
+
+def clusters(colours: Colours, count: int, least_share: float, seed: int = 0) -> list[Colours]:
+    """The medians of the clusters (k-means) that hold at least this share of colours (n, 3)."""
+    count = min(count, len(colours))
+    cv2.setRNGSeed(seed)
+    start = np.zeros((0, 1), np.int32)
+    how = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 20, 1e-3)
+    member = cv2.kmeans(colours, count, start, how, 1, cv2.KMEANS_PP_CENTERS)[1].ravel()
+    sizes = np.bincount(member, minlength=count)
+    kept = np.flatnonzero(sizes >= max(least_share * len(colours), 1))
+    return [np.median(colours[member == k], axis=0).astype(np.float32) for k in kept[np.argsort(-sizes[kept])]]
+
+
+def candidates(samples: Mapping[str | None, Sequence[Colours]]) -> list[Reference]:
+    """Per owner the centres of its samples' clusters, each in every range of light; the background's in the usual."""
+    found = []
+    for owner, groups in samples.items():
+        for colours in groups:
+            count = _LEARNING.clusters_background if owner is None else _LEARNING.clusters
+            for centre in clusters(colours, count, _LEARNING.least_share):
+                found += [Reference(owner, centre, light) for light in (_LIGHTS[:1] if owner is None else _LIGHTS)]
+    return found
+
+
+def choose(samples: Mapping[str | None, Sequence[Colours]], image: ImageConfig) -> list[Reference]:
+    """The references that together tell best which class a colour is of.
+
+    :param samples: class -> groups of its colours (n, 3) BGR 0..1, each group weighs the same; None: the background's.
+        Every class has samples.
+    :param image: noise and the like.
+    """
+    offered = candidates(samples)
+    choice = _Choice(samples, offered, image)
+    while (best := choice.next()) is not None:
+        choice.take(best)
+    choice.drop()
+    return [offered[n] for n in choice.taken]
+
+
+class _Choice:
+    """What has been chosen so far, and what a further candidate would bring."""
+
+    def __init__(
+        self, samples: Mapping[str | None, Sequence[Colours]], offered: Sequence[Reference], image: ImageConfig
+    ) -> None:
+        owners = [name for name in samples if name is not None]
+        self._rest = len(owners)  # the background's row; unknown has the one after it
+        rows = {name: n for n, name in enumerate(owners)}
+        self._owner = np.array([rows.get(r.owner or "", self._rest) for r in offered])
+        colours, self._true, self._weight = _weighed(samples, [*owners, None])
+        self._likelihood = np.exp(-_costs(colours, offered, image).astype(float) / 2)  # (candidates, samples)
+        self._unknown = np.exp(-(image.max_deviation**2) / 2)
+        self.taken: list[int] = []
+        self._now = self._rows([])
+        self._loss = self._total(self._now)
+
+    def next(self) -> int | None:
+        """The candidate that brings most; None: none brings enough. Each class, and the background where it is shown,
+        gets one before any gets a second."""
+        counts = np.bincount(self._owner[self.taken], minlength=self._rest + 1)
+        without = np.setdiff1d(self._owner, self._owner[self.taken])
+        most = np.append(np.full(self._rest, _LEARNING.most_colours), _LEARNING.most_background)
+        open_rows = without if len(without) else np.flatnonzero(counts < most)
+        losses = np.full(len(self._owner), np.inf)
+        for row in open_rows.tolist():
+            mine = np.flatnonzero(self._owner == row)
+            losses[mine] = self._with(row, self._likelihood[mine])
+        best = int(np.argmin(losses))
+        enough = losses[best] < self._loss - _LEARNING.least_gain
+        return best if np.isfinite(losses[best]) and (len(without) or enough) else None
+
+    def take(self, candidate: int) -> None:
+        self.taken.append(candidate)
+        self._now = self._rows(self.taken)
+        self._loss = self._total(self._now)
+
+    def drop(self) -> None:
+        """Leaves out what later ones have made superfluous; nobody's last."""
+        for candidate in list(self.taken):
+            rest = [n for n in self.taken if n != candidate]
+            if self._owner[candidate] not in self._owner[rest]:
+                continue
+            loss = self._total(self._rows(rest))
+            if loss < self._loss + _LEARNING.least_gain:
+                self.taken, self._loss = rest, loss
+
+    def _rows(self, taken: Sequence[int]) -> Array:
+        """(classes + 2, samples) likelihood under each class, the background, unknown."""
+        rows = np.zeros((self._rest + 2, len(self._true)))
+        rows[-1] = self._unknown
+        for n in taken:
+            np.maximum(rows[self._owner[n]], self._likelihood[n], out=rows[self._owner[n]])
+        return rows
+
+    def _own(self, rows: Array) -> Array:
+        """(samples,) likelihood of what each sample is; of the background's, unknown is half right."""
+        own = rows[self._true, np.arange(len(self._true))]
+        return np.asarray(own + np.where(self._true == self._rest, rows[-1] / 2, 0.0))
+
+    def _total(self, rows: Array) -> float:
+        return float(self._weight @ _loss(self._own(rows), rows.sum(axis=0)))
+
+    def _with(self, row: int, likelihood: Array) -> Array:
+        """(n,) losses with one of these candidates (n, samples) of a row added."""
+        gained = np.maximum(likelihood - self._now[row], 0.0)
+        own = self._own(self._now) + np.where(self._true == row, gained, 0.0)
+        return np.asarray(_loss(own, self._now.sum(axis=0) + gained) @ self._weight)
+
+
+def _loss(own: Array, every: Array) -> Array:
+    return np.asarray(np.minimum(np.log(every) - np.log(own + 1e-300), _WORST))
+
+
+def _weighed(
+    samples: Mapping[str | None, Sequence[Colours]], owners: Sequence[str | None]
+) -> tuple[Colours, NDArray[np.intp], Array]:
+    """Colours (n, 3), some of them in other light as well, the row of each one's owner, its weight; weights add up to
+    1."""
+    colours, rows, weights = list[Colours](), list[NDArray[np.intp]](), list[Array]()
+    for row, owner in enumerate(owners):
+        groups = samples.get(owner, ())
+        total = _LEARNING.weight_background if owner is None else 1.0
+        for group in groups:
+            count = int(np.ceil(_LEARNING.share_other_light * len(group)))
+            shown = [group]
+            for n, light in enumerate(_OTHER_LIGHT):
+                shown.append(np.minimum(np.roll(group, -n * count, axis=0)[:count] * np.float32(light), 1.0))
+            colours += shown
+            number = sum(map(len, shown))
+            rows.append(np.full(number, row))
+            weights.append(np.full(number, total / (len(groups) * number)))
+    weight = np.concatenate(weights)
+    return np.concatenate(colours), np.concatenate(rows), weight / weight.sum()
+
+
+def _costs(colours: Colours, references: Sequence[Reference], image: ImageConfig) -> Colours:
+    """(references, n) -2 log likelihood of colours (n, 3); more, under one that is no grey, of what is like a grey."""
+    usual = ClassConfig()
+    greys = np.linspace(0, 1, _GREY_LEVELS, dtype=np.float32)[:, None].repeat(3, axis=1)
+    as_grey = np.add(*deviation(colours, greys, usual.spread, image.noise)).min(axis=1)
+    costs = np.empty((len(references), len(colours)), np.float32)
+    for n, reference in enumerate(references):
+        factors, shown = ray(reference.colour, reference.light)
+        on_ray = np.add(*deviation(colours, shown, usual.spread, image.noise))
+        costs[n] = (on_ray + (np.log(factors) / image.light_spread) ** 2).min(axis=1)
+        if deviation(reference.colour[None], greys, usual.spread, image.noise)[0].min() > _GREY**2:
+            costs[n] += 2 * np.logaddexp(0, (on_ray.min(axis=1) - as_grey) / 2)
+    return np.minimum(costs, _TOO_FAR)

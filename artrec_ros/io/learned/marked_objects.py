@@ -1,0 +1,147 @@
+"""Regions of classes from COCO keypoint files: where objects are annotated for training, nothing is marked twice.
+
+The two ends of a marker's axis fix its place, so its outline in the image follows, and the object file knows its class.
+What lies outside all outlines of an image is background.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ...core.base.errors import ConfigError
+from ...core.geometry.transforms import Array
+from ...core.model.found import Instance
+from ...core.model.objects import Component, Marker
+from ...core.model.target import Target
+from ..base.yaml_files import nearest
+from .annotations import AnnotatedObject, Annotations, coco_entry, coco_image, load_coco, read_coco
+from .regions import MarkedImage, outlines_of
+
+REST = "unmarked"
+"""Category of what lies outside all outlines."""
+
+
+def load_marked_objects(
+    paths: Sequence[str | Path],
+    targets: Sequence[Target],
+    names: Mapping[int, str],
+    images_folder: Path | None = None,
+    around_px: float = math.inf,
+) -> list[MarkedImage]:
+    """The images of COCO keypoint files that have annotated objects; crowds (`iscrowd`) are regions to ignore.
+
+    :param names: class label -> name.
+    :param images_folder: where the images lie; without it, beside each file.
+    :param around_px: what is farther than this from all markers is no background either.
+    :raises ConfigError: an annotation that is of none of the targets, or does not tell a component's class.
+    """
+    annotations = load_coco(paths, images_folder)
+    regions: dict[Path, list[tuple[str, Array]]] = defaultdict(list)
+    ignored: dict[Path, list[Array]] = defaultdict(list)
+    for o in annotations.objects:
+        regions[o.image] += object_regions(o, annotations, targets, names)
+        ignored[o.image] += hidden_parts(o)
+    for image, outline in crowds(paths, images_folder):
+        ignored[image].append(outline)
+    return [
+        MarkedImage(image, tuple(own), REST, around_px, tuple(ignored[image])) for image, own in regions.items() if own
+    ]
+
+
+def object_regions(
+    annotated: AnnotatedObject, annotations: Annotations, targets: Sequence[Target], names: Mapping[int, str]
+) -> Iterator[tuple[str, Array]]:
+    """Class name and outline (n, 2) in pixels of each marker whose axis is annotated."""
+    target, shown = what_is_shown(annotated, targets)
+    keypoints = {annotated.category: annotations.categories[annotated.category]}
+    example = Annotations(keypoints, (annotated,)).examples(target.model)[0]
+    for (name, marker), place in example.items():
+        component = target.model.component(name)
+        label = label_of(component, target.label, shown.get(name), annotated)
+        if label not in names:
+            raise ConfigError(f"{annotated.place}: component '{name}' has the label {label}, which no class has")
+        yield names[label], outline_px(component.marker(marker), place)
+
+
+def what_is_shown(annotated: AnnotatedObject, targets: Sequence[Target]) -> tuple[Target, Mapping[str, str]]:
+    """Which target an annotation is of, and component -> class name where one has alternatives.
+
+    Its category is the target's name, its identity's name, or both joined by _. Attributes tell what the category does
+    not: `identity`, or a component's class by the component's name.
+    """
+    found = [
+        (target, identity)
+        for target in targets
+        for identity in (None, *identities_of(target))
+        if annotated.category in _called(target, identity)
+    ]
+    if not found and len(targets) == 1:
+        found = [(targets[0], None)]
+    if len(found) != 1:
+        known = [name for t in targets for i in (None, *identities_of(t)) for name in _called(t, i)[:1]]
+        what = "could be any of several objects" if found else "is no object of the parameter file"
+        raise ConfigError(
+            f"{annotated.place}: category '{annotated.category}' {what}{nearest(annotated.category, known)}"
+        )
+    target, identity = found[0]
+    identity = annotated.attributes.get("identity", identity)
+    known_identities = identities_of(target)
+    if identity is not None and identity not in known_identities:
+        raise ConfigError(
+            f"{annotated.place}: object '{target.name}' has no identity '{identity}'"
+            f"{nearest(identity, known_identities)}"
+        )
+    classes = dict(known_identities[identity]) if identity is not None else {}
+    components = {c.name for c in target.model.components}
+    return target, {**classes, **{k: v for k, v in annotated.attributes.items() if k in components}}
+
+
+def _called(target: Target, identity: str | None) -> tuple[str, ...]:
+    return (target.name,) if identity is None else (f"{target.name}_{identity}", identity)
+
+
+def identities_of(target: Target) -> dict[str, Mapping[str, str]]:
+    """Identity -> component -> class name."""
+    return {i.name: i.classes for i in getattr(target.model, "identities", ())}
+
+
+def label_of(component: Component, own: int, class_name: str | None, annotated: AnnotatedObject) -> int:
+    """The label of a component's markers in an annotation. :param own: the object's."""
+    classes: Mapping[str, int] = getattr(component, "classes", {})
+    if not classes:
+        return own if component.label is None else component.label
+    if class_name is None or class_name not in classes:
+        known = ", ".join(classes)
+        raise ConfigError(
+            f"{annotated.place}: the class of component '{component.name}' is not told; name it in the annotation's "
+            f"attributes, as identity or as {component.name} (known: {known})"
+        )
+    return classes[class_name]
+
+
+def outline_px(marker: Marker, place: Instance) -> Array:
+    """(n, 2) a marker's outline at its place in the image."""
+    z = place.scale * np.exp(1j * (place.theta - marker.axis_angle))
+    points = complex(place.x, place.y) + z * (marker.image_outline @ np.array([1, 1j]))
+    return np.stack([points.real, points.imag], axis=1)
+
+
+def hidden_parts(annotated: AnnotatedObject) -> list[Array]:
+    """The box of an object some of whose markers are not annotated: they may yet be seen in part."""
+    return [annotated.box] if annotated.box is not None and annotated.incomplete else []
+
+
+def crowds(paths: Iterable[str | Path], images_folder: Path | None) -> Iterator[tuple[Path, Array]]:
+    """Image and outline of what is annotated as a crowd: something of which nothing is told."""
+    for path in map(Path, paths):
+        top = read_coco(path)
+        images = dict(coco_image(v, images_folder or path.parent) for v in top["images"].items())
+        for annotation in top["annotations"].items():
+            if annotation.raw.get("iscrowd") in (1, True):
+                image = images[coco_entry(annotation, "image_id").integer()][0]
+                yield from ((image, outline) for outline in outlines_of(annotation))

@@ -1,0 +1,54 @@
+"""What `artrec learn-colours` prints: each class' references and what they make of the pixels that were shown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from ..core.learning.colour_learning import Learned
+
+_WORTH_TELLING = 0.01  # share of a class that gets another's label
+_MUCH = 0.05  # share of a background that a class may take before something should be done
+
+
+def report(learned: Learned) -> Iterator[str]:
+    """Per class its references, and what they make of its pixels; what a background's go to, and what to do."""
+    width = max(len(name) for name in learned.samples)
+    yield f"{'class':{width}}   pixels   right  references r,g,b"
+    for name, shares in learned.confusion.items():
+        cls = learned.image.classes.get(name)
+        if cls is None:
+            others = sum(share for other, share in shares.items() if other != "unknown")
+            yield f"{name:{width}}  {learned.samples[name]:7d}  {1 - others:6.1%}  (background)"
+        else:
+            yield f"{name:{width}}  {learned.samples[name]:7d}  {shares.get(name, 0.0):6.1%}  {_colours(cls.rgb)}"
+        yield from (f"{'':{width}}    {line}" for line in _taken(name, shares))
+    yield f"background: {_colours(learned.image.background) or 'no colour of its own'}"
+    yield f"sharpen_px: {learned.image.sharpen_px}"
+    yield from _advice(learned)
+
+
+def _taken(name: str, shares: Mapping[str, float]) -> Iterator[str]:
+    others = [(share, other) for other, share in shares.items() if other not in (name, "unknown")]
+    for share, other in sorted(others, reverse=True):
+        if share >= _WORTH_TELLING:
+            yield f"{share:.1%} of its pixels are taken for {other}"
+
+
+def _advice(learned: Learned) -> Iterator[str]:
+    """A line for each class that takes much of a background."""
+    for name, shares in learned.confusion.items():
+        if name in learned.image.classes:
+            continue
+        for other, share in shares.items():
+            if other in learned.image.classes and share >= _MUCH:
+                yield (
+                    f"{other} takes {share:.0%} of '{name}'. If things of its colour lie there, mark or ignore them; "
+                    f"if objects that nobody has marked, mark them or give --around; else it is too like: choose "
+                    f"another colour, or lower image.{other}.spread"
+                )
+
+
+def _colours(rgb: tuple[int, ...]) -> str:
+    return "; ".join(",".join(map(str, colour)) for colour in np.reshape(rgb, (-1, 3)).astype(int))

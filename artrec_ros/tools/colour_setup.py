@@ -1,0 +1,60 @@
+"""The objects whose colours `artrec learn-colours` learns, from a parameter file that has no colours yet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..core.base.config import ImageConfig
+from ..core.base.errors import ConfigError
+from ..core.model.target import Target
+from ..io.base.shared_files import resolve_path
+from ..io.parameters.parameter_file import read_flat, setup_from_flat
+
+
+@dataclass(frozen=True)
+class ColourSetup:
+    """The objects, the labels of the classes that their markers have, by name, and the rectangles to ignore."""
+
+    targets: tuple[Target, ...]
+    labels: Mapping[str, int]
+    blank: tuple[int, ...]
+
+
+def load_colour_setup(path: Path, more: Mapping[str, int]) -> ColourSetup:
+    """From a node's parameter file; of its `image` only names and labels of classes, and `blank`, are read.
+
+    A class is named by `more` (name -> label), by `image.classes`, or by the object or component whose label it is.
+    """
+    flat = {key: value.raw for key, value in read_flat(path).items()}
+    classes = [
+        *(flat.get("image.classes") or []),
+        *(name for name in more if name not in flat.get("image.classes", [])),
+    ]
+    kept = {k: v for k, v in flat.items() if k.split(".")[0] != "image" and not k.endswith(".constraint_file")}
+    kept |= {k: flat[k] for k in ("image.blank", *(f"image.{name}.label" for name in classes)) if k in flat}
+    kept |= {f"image.{name}.label": label for name, label in more.items()}
+    kept |= {"image.classes": classes} if classes else {}
+    folder, config_dir = path.absolute().parent, flat.get("config_dir")
+    setup = setup_from_flat(kept, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, path)
+    named = {cls.label: name for name, cls in reversed(setup.image.classes.items())} | {n: k for k, n in more.items()}
+    labels: dict[str, int] = {}
+    for name, label in _shown(setup.targets):
+        name = named.setdefault(label, name)
+        if labels.setdefault(name, label) != label or name in vars(ImageConfig()):
+            raise ConfigError(f"{path}: label {label} has no name for its class; give one with --classes NAME={label}")
+    return ColourSetup(setup.targets, labels, setup.image.blank)
+
+
+def _shown(targets: tuple[Target, ...]) -> Iterator[tuple[str, int]]:
+    """A name for each label that markers may have, in the objects' order."""
+    for target in targets:
+        for component in target.model.components:
+            alternatives: Mapping[str, int] = getattr(component, "classes", {})
+            if alternatives:
+                yield from alternatives.items()
+            elif component.label is None:
+                yield target.name, target.label
+            else:
+                yield component.name, component.label

@@ -55,11 +55,6 @@ class Matches:
     def perimeter_px(self) -> Array1:
         return np.array([s.perimeter_m for s in self.shapes])[self.placed.shape] * np.abs(self.placed.z)
 
-    def axis_direction(self, n: int, axis_angle: float) -> float:
-        """Direction in the image, radians, of an axis that has `axis_angle` in the shape."""
-        axis = np.exp(1j * axis_angle)
-        return float(np.angle(self.placed.z[n] * axis + self.placed.w[n] * np.conj(axis)))
-
     def explained(self, n: int) -> NDArray[np.int32]:
         """Contour points that an instance explains: those it matches, and those that lie between two such."""
         if self.cmap is None:

@@ -180,8 +180,8 @@ class WholeObjectFinder:
 
     def supported(self, scores: PatchScores) -> np.ndarray:
         """(H, M) markers that the labels support."""
-        m, votes = self.surface.markers, self.config.votes
-        seen = (scores.area_px[:, m] > votes.supported_px) & (scores.agree[:, m] > votes.supported_agree)
+        m, config = self.surface.markers, self.config
+        seen = (scores.area_px[:, m] > config.min_blob_px) & (scores.agree[:, m] > config.votes.supported_agree)
         return np.asarray(seen & (scores.votes[:, m] > 0))
 
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:

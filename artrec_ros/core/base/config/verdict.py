@@ -18,6 +18,23 @@ class VerdictConfig(Room):
         paths=("space",),
         origin="25 pixels of a marker at 4 votes each",
     )
+    told_agree: float = param(
+        0.2,
+        "least share of a marker's pixels with its label for its component to be told, though it is not confirmed: "
+        "seen nearly edge-on it may be too thin for that",
+        low=0,
+        high=1,
+        paths=("space",),
+        origin="@AGREE",
+    )
+    told_votes: float = param(
+        -0.5,
+        "least votes per pixel of such a component's markers",
+        low=-20,
+        high=20,
+        paths=("space",),
+        origin="@VOTES",
+    )
     margin_px: float = param(
         3.0,
         "two objects that stand nearer in the image are judged again when one of them has got its pixels",

@@ -129,15 +129,6 @@ class VotesConfig(Room):
         paths=_SPACE,
         origin="by hand: how exactly objects are measured",
     )
-    supported_px: float = param(
-        8.0,
-        "least pixels of a marker for the labels to support it",
-        unit="px^2",
-        low=0,
-        high=10000,
-        paths=_SPACE,
-        origin="as min_blob_px: fewer are a speck",
-    )
     supported_agree: float = param(
         0.4,
         "least share of a marker's pixels with its label for the labels to support it",

@@ -47,40 +47,6 @@ class GuessesConfig(Room):
         paths=_SPACE,
         origin="leaves a dozen of a disc, and all corners of a polygon",
     )
-    blob_tolerances_px: tuple[float, ...] = param(
-        (1.0, 2.0),
-        "tolerances of the polygons that give a blob's anchors",
-        unit="px",
-        low=0.3,
-        high=20,
-        paths=_SPACE,
-        origin="a pixel's staircase, and twice it",
-    )
-    large_blob_px: float = param(
-        2000.0,
-        "from so large a blob on these tolerances are other ones",
-        unit="px^2",
-        low=1,
-        paths=_SPACE,
-        origin="about 45 px wide: two pixels no longer pass over ragged edges",
-    )
-    large_tolerance_px: float = param(
-        1.5,
-        "the first tolerance of a polygon about a large blob",
-        unit="px",
-        low=0.3,
-        high=20,
-        paths=_SPACE,
-        origin="by hand, on rendered and recorded scenes",
-    )
-    large_tolerance_share: float = param(
-        0.03,
-        "the second one of a large blob, as a share of the root of its area",
-        low=0.001,
-        high=0.5,
-        paths=_SPACE,
-        origin="by hand, on rendered and recorded scenes",
-    )
     most_area_ratio: float = param(
         1.6,
         "greatest area of a view relative to its blob",
@@ -131,14 +97,6 @@ class GuessesConfig(Room):
         paths=_SPACE,
         origin="by hand, on rendered and recorded scenes",
     )
-    alignments_per_pose: int = param(
-        2,
-        "alignments that are looked at for each pose that goes on",
-        low=1,
-        high=20,
-        paths=_SPACE,
-        origin="some are the same pose",
-    )
     small_px: float = param(
         200.0,
         "so small a blob tells little of its marker's shape, and a segmenter may have taken much of it",
@@ -162,21 +120,6 @@ class GuessesConfig(Room):
         high=1000,
         paths=_SPACE,
         origin="by hand, on rendered and recorded scenes",
-    )
-    plain_px: float = param(
-        30.0,
-        "least area of a blob of an object in plain view",
-        unit="px^2",
-        low=0,
-        paths=_SPACE,
-        origin="by hand; saves time: an object with less is not beyond doubt",
-    )
-    plain_votes: float = param(
-        300.0,
-        "least votes for the required component of an object in plain view",
-        low=0,
-        paths=_SPACE,
-        origin="by hand; saves time: an object with less is not beyond doubt",
     )
     few_guesses: int = param(
         24,
@@ -229,6 +172,6 @@ class GuessesConfig(Room):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("turns_rad", "blob_tolerances_px", "growth"):
+        for name in ("turns_rad", "growth"):
             if not getattr(self, name):
                 raise ConfigError(f"expert.guesses.{name}: none is given; one or more are needed")

@@ -111,13 +111,6 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="by hand: mirrored turns keep so many",
     )
-    hopeless_votes: float = param(
-        40.0,
-        "a candidate with fewer votes is not worth a climb",
-        low=0,
-        paths=_SPACE,
-        origin="by hand; saves time: a climb does not bring the rest of min_votes",
-    )
     climb_hypotheses: tuple[int, ...] = param(
         (10, 5, 3),
         "at most so many hypotheses of a blob climb, climb after climb",
@@ -149,14 +142,6 @@ class SearchConfig(Room):
         high=1000,
         paths=_SPACE,
         origin="by hand, on rendered and recorded scenes",
-    )
-    same_place: float = param(
-        0.6,
-        "objects whose required components lie nearer in the image are at one place, as a share of its size",
-        low=0,
-        high=10,
-        paths=_SPACE,
-        origin="by hand: half of one covers the other",
     )
     step_px: float = param(
         1.5,

@@ -35,20 +35,3 @@ class VerdictConfig(Room):
         paths=("space",),
         origin="@VOTES",
     )
-    margin_px: float = param(
-        3.0,
-        "two objects that stand nearer in the image are judged again when one of them has got its pixels",
-        unit="px",
-        low=0,
-        high=100,
-        paths=("space",),
-        origin="ring_px and a pixel's rounding, of both",
-    )
-    margin_share: float = param(
-        0.1,
-        "such objects may be so much farther apart, as a share of the larger side",
-        low=0,
-        high=1,
-        paths=("space",),
-        origin="what a lens bends a box's edges out",
-    )

@@ -116,13 +116,14 @@ def accept(
     scales: ScaleLimits,
 ) -> Matches:
     """Those that match well enough, the best of each place, at most `max_instances` a shape and class."""
-    found = evidence(cmap, shapes, placed, config, blank)
+    found, scale = evidence(cmap, shapes, placed, config, blank), placed.scale
     good = (
         (found.share >= config.min_match)
         & (found.visible >= config.alignment.min_visible)
         & (placed.area_px(shapes) >= config.min_blob_px)
+        & (scale >= scales.least)
+        & (scale <= scales.greatest)
     )
-    good &= (placed.scale >= scales.least) & (placed.scale <= scales.greatest)
     passed = np.flatnonzero(good)
     placed = placed.replace(score=found.score).take(passed)
     everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape

@@ -127,7 +127,8 @@ class VotesConfig(Room):
         low=0,
         high=1,
         paths=_SPACE,
-        origin="by hand: how exactly objects are measured",
+        origin="how exactly objects are measured; where markers lie on their faces, as in all that were tried, it "
+        "does nothing",
     )
     supported_agree: float = param(
         0.4,

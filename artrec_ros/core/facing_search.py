@@ -47,7 +47,7 @@ class FacingSearch:
         order = order[found.votes[order] > self._config.verdict.min_votes]
         anchors = self.finder.anchors(found.poses[order])
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
-        reach = self._config.search.same_place * self.finder.surface.extent * frame.camera.focal_px / anchors[:, 2]
+        reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other
         near = np.linalg.norm(at[:, None] - at, axis=2) < reach[:, None]
         kept: list[int] = []
         for i in range(len(order)):

@@ -54,7 +54,7 @@ class SpatialSearch:
         """Hypotheses of which a component made a blob, or part of one, best first."""
         found, sure = finder.guesses(self._frame, blob), False
         for climb in self._climbs:
-            if self._frame.deadline.expired or found.votes.max(initial=0.0) < self._config.hopeless_votes:
+            if self._frame.deadline.expired or not (found.votes > 0).any():
                 break
             sure = sure or self._is_sure(finder, found.poses)
             if not sure or climb is self._climbs[-1]:

@@ -159,10 +159,10 @@ class WholeObjectFinder:
         return out
 
     def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
-        """(H,) bool: whose required component would cover that of `one` in the image."""
+        """(H,) bool: whose required component would lie over the middle of that of `one` in the image."""
         there, here, extent = self.anchors(poses), self.anchors(one), self.surface.extent
         depth = np.maximum(np.maximum(there[:, 2], here[:, 2]), 1e-6)
-        radius = self._search.same_place * camera.focal_px * extent / depth
+        radius = camera.focal_px * extent / depth
         distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
 
@@ -200,8 +200,8 @@ class WholeObjectFinder:
 
     def supported(self, scores: PatchScores) -> np.ndarray:
         """(H, M) markers that the labels support."""
-        m, votes = self.surface.markers, self.config.votes
-        seen = (scores.area_px[:, m] > votes.supported_px) & (scores.agree[:, m] > votes.supported_agree)
+        m, config = self.surface.markers, self.config
+        seen = (scores.area_px[:, m] > config.min_blob_px) & (scores.agree[:, m] > config.votes.supported_agree)
         return np.asarray(seen & (scores.votes[:, m] > 0))
 
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:

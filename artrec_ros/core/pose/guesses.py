@@ -41,7 +41,7 @@ class Guesser:
     def guess(self, frame: ImageFrame, blob: Blob) -> Poses:
         """Object poses from one blob within reach, the best of each marker by the votes for it, as many as there is
         time for; joints mid-range."""
-        shape, growth = blob_shape(blob, frame.field.seam_px(blob.label), self._config), self._config.growth
+        shape, growth = blob_shape(blob, frame.field.seam_px(blob.label), self._all.blobs), self._config.growth
         grown = growth if is_small(blob, self._config) else growth[:1]
         found = [self._none]
         for m in range(len(self._markers)):
@@ -60,7 +60,7 @@ class Guesser:
 
     def _of_marker(self, m: int, frame: ImageFrame, shape: BlobShape, grown: tuple[float, ...]) -> Poses:
         keep = self._config.blob_keep
-        T, votes, view = self._banks[m].align(frame, shape, self._config.alignments_per_pose * keep)
+        T, votes, view = self._banks[m].align(frame, shape, keep)
         if len(grown) > 1:
             T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
         R, t = lift(self._flips[m], view, T, frame.camera, self._origins[m])

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..base.config import GuessesConfig
+from ..base.config import BlobsConfig, GuessesConfig
 from ..base.jit import LANES
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
@@ -32,14 +32,11 @@ class BlobShape:
     moments: tuple[Array, float]
 
 
-def blob_shape(blob: Blob, seam_px: float, config: GuessesConfig) -> BlobShape:
-    """A blob's contour moved out by a seam, and its anchors at two tolerances (method, step 2)."""
+def blob_shape(blob: Blob, seam_px: float, config: BlobsConfig) -> BlobShape:
+    """A blob's contour moved out by a seam, and its anchors at each tolerance (method, step 2)."""
     contour = blob.contour + seam_px * blob.normals
     area = blob.area_px + seam_px * len(contour)
-    tolerances = config.blob_tolerances_px
-    if area >= config.large_blob_px:
-        tolerances = config.large_tolerance_px, config.large_tolerance_share * float(np.sqrt(area))
-    return BlobShape(contour, area, blob_couples(contour, tolerances), moments_of(contour))
+    return BlobShape(contour, area, blob_couples(contour, config.tolerances_px(area)), moments_of(contour))
 
 
 class ViewBank:

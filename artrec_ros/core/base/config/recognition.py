@@ -50,7 +50,13 @@ class RecognizerConfig:
     time_budget_ms: float = param(
         5000.0, "a frame's search ends here with what was found by then", unit="ms", low=1, high=600000
     )
-    min_blob_px: int = param(8, "blobs with fewer pixels are specks", unit="px^2", low=1, high=1000000)
+    min_blob_px: int = param(
+        8,
+        "blobs with fewer pixels are specks, and markers that show fewer say nothing",
+        unit="px^2",
+        low=1,
+        high=1000000,
+    )
     min_components: int = param(
         0,
         "least components found, the required one included (no more than the object has); 0: two in the image plane, "

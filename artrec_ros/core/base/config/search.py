@@ -112,13 +112,6 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="by hand: mirrored turns keep so many",
     )
-    hopeless_votes: float = param(
-        40.0,
-        "a candidate with fewer votes is not worth a climb",
-        low=0,
-        paths=_SPACE,
-        origin="by hand; saves time: a climb does not bring the rest of min_votes",
-    )
     climb_hypotheses: tuple[int, ...] = param(
         (10, 5, 3),
         "at most so many hypotheses of a blob climb, climb after climb",
@@ -150,14 +143,6 @@ class SearchConfig(Room):
         high=1000,
         paths=_SPACE,
         origin="by hand, on rendered and recorded scenes",
-    )
-    same_place: float = param(
-        0.6,
-        "objects whose required components lie nearer in the image are at one place, as a share of its size",
-        low=0,
-        high=10,
-        paths=_WHOLE,
-        origin="by hand: half of one covers the other",
     )
     step_px: float = param(
         1.5,
@@ -247,7 +232,7 @@ class SearchConfig(Room):
         low=0,
         high=1,
         paths=_SPACE,
-        origin="more than half, for a blob may be two that merged",
+        origin="more than half, for a blob may be two that merged; 0.12 loses one object in 80, 0.9 takes longer",
     )
 
     def __post_init__(self) -> None:

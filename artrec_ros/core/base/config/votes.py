@@ -127,16 +127,8 @@ class VotesConfig(Room):
         low=0,
         high=1,
         paths=_WHOLE,
-        origin="by hand: how exactly objects are measured",
-    )
-    supported_px: float = param(
-        8.0,
-        "least pixels of a marker for the labels to support it",
-        unit="px^2",
-        low=0,
-        high=10000,
-        paths=_WHOLE,
-        origin="as min_blob_px: fewer are a speck",
+        origin="how exactly objects are measured; where markers lie on their faces, as in all that were tried, it "
+        "does nothing",
     )
     supported_agree: float = param(
         0.4,

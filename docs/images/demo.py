@@ -64,7 +64,7 @@ def without_space(demo: Path) -> Path:
         component.pop("joint", None), component.pop("body", None)
         for use in component["markers"].values():
             use.pop("pose", None)
-    (demo / "config" / "objects" / "flat.yaml").write_text(yaml.safe_dump(model), encoding="utf-8")
+    (demo / "config" / "objects" / "flat.yaml").write_text(yaml.safe_dump(model, sort_keys=False), encoding="utf-8")
     text = (demo / "config" / "excavator.yaml").read_text(encoding="utf-8")
     flat = demo / "config" / "flat.yaml"
     flat.write_text(text.replace("objects/excavator.yaml", "objects/flat.yaml"), encoding="utf-8")

@@ -25,6 +25,7 @@ from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
 from .model.found import FrameResult, Rejection
 from .model.target import Target
+from .pose.by_size import SizePlacer
 from .spatial_stage import SpatialStage
 from .verdict.classify import Classifier
 from .warm_up import Told, get_ready
@@ -109,6 +110,7 @@ class Recognizer:
         of = partial(of_way, targets=self._targets, config=config)
         self._spatial = SpatialStage(of(SPACE, calibrated=True), config, segmenter.meaning)
         self._facing = FacingStage(of(FACING, calibrated=False), config, segmenter.meaning)
+        self._placer = SizePlacer(self._targets, config)
         self._classifier = Classifier(self._targets if config.profile == "default" else (), config)
         self._wanted = {
             label for target in self._targets for c in target.model.components for label in c.labels(target.label)
@@ -148,6 +150,9 @@ class Recognizer:
             found = whole.recognize(frame, blobs)
         detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
         detections = self._classifier.classified(detections)
+        if camera is not None and self._config.profile == "default":
+            with watch.stage("pose"):
+                detections = self._placer.placed(detections, frame)
         limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
         ended_by = tuple(name for name, hit in limits.items() if hit)
         return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels)

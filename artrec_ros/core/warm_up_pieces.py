@@ -155,6 +155,7 @@ def _plane() -> None:
         stage = _stage(profile)
         _, rejected, _ = stage.group(example().frame, stage.align(example().frame, example().blobs))
         list(rejected)
+    example().frame.field.seam_px(_LABEL)  # asked where images are calibrated
 
 
 def _space() -> None:

@@ -106,9 +106,7 @@ def lone(cls: ClassConfig) -> list[ClassConfig]:
     """A class with reference colours as classes of one each, with the light of that one."""
     colours, lights = np.reshape(cls.rgb, (-1, 3)).tolist(), np.reshape(cls.light, (-1, 2)).tolist()
     lights = lights * len(colours) if len(lights) == 1 else lights
-    return [
-        replace(cls, rgb=tuple(colour), light=tuple(light)) for colour, light in zip(colours, lights, strict=True)
-    ]
+    return [replace(cls, rgb=tuple(colour), light=tuple(light)) for colour, light in zip(colours, lights, strict=True)]
 
 
 def ray(reference: Colours, light: tuple[float, ...]) -> tuple[Colours, Colours]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,11 @@ class ClassFit:
     reason: str = ""
 
 
+PoseSource = Literal["fit", "size"]
+"""How a pose in space is known: the whole object was fitted; or it was found flat, and is taken to face the camera,
+with its size in the image telling how far off it is."""
+
+
 @dataclass(frozen=True)
 class IdentityFit:
     """Which one of several like objects an object is.
@@ -80,14 +86,17 @@ class IdentityFit:
 
 @dataclass(frozen=True)
 class Detection:
-    """One recognised object. `pose` is the object's frame in the camera's optical frame, None without calibration.
+    """One recognised object. `pose` is the object's frame in another one, None where it is not known.
 
+    :param frame_id: the frame in which `pose` is; empty: the camera's optical frame.
+    :param pose_from: how `pose` is known.
     :param joints: component name -> joint angle in radians (metres for prismatic joints).
     :param margin: how much lighter the best choice of objects without this one is, as a share of what this one explains
         (1: nothing else explains it, 0: another choice is as good); None where that is not known.
     :param identity: None where the object has no identities.
     :param class_fit: None where the object has no classes of configurations.
-    :param pose_covariance: (6, 6) of (x, y, z, rotation about x, y, z fixed axes), m^2 and rad^2; None without pose.
+    :param pose_covariance: (6, 6) of (x, y, z, rotation about x, y, z fixed axes), m^2 and rad^2, along the axes of the
+        frame in which `pose` is; None without pose.
     """
 
     object: str
@@ -101,6 +110,8 @@ class Detection:
     class_fit: ClassFit | None = None
     margin: float | None = None
     identity: IdentityFit | None = None
+    frame_id: str = ""
+    pose_from: PoseSource = "fit"
 
     @property
     def name(self) -> str:

@@ -1,4 +1,4 @@
-"""Room `pose`: how uncertain a fit is."""
+"""Room `pose`: how uncertain a pose is."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from .params import Room, param
 
-_WHOLE = ("space", "facing")
+_WHOLE, _PLANE = ("space", "facing"), ("plane",)
 
 
 @dataclass(frozen=True)
 class CovarianceConfig(Room):
-    """What makes the residuals of a fit err together."""
+    """What makes the residuals of a fit err together, and by what poses err that follow from an object's size."""
 
     reach_px: int = param(
         3,
@@ -88,4 +88,24 @@ class CovarianceConfig(Room):
         high=10,
         paths=_WHOLE,
         origin="by hand: its size in the image is seen",
+    )
+    flat_tilt_deg: float = param(
+        35.0,
+        "objects found in the image plane may be tilted by so much; more where recognizer.max_slant_deg allows more",
+        unit="deg",
+        low=0,
+        high=75,
+        paths=_PLANE,
+        calibrated=True,
+        origin="markers turned away by more are missed there",
+    )
+    flat_edge_px: float = param(
+        0.5,
+        "deviation of such an object's outline, the same all around, outwards or inwards",
+        unit="px",
+        low=0,
+        high=20,
+        paths=_PLANE,
+        calibrated=True,
+        origin="measured: simulated squares of 8 to 80 px, with and without a seam, tilted by up to 35 deg",
     )

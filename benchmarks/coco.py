@@ -31,8 +31,10 @@ class CocoWriter:
         images.append({"id": len(images), "file_name": file_name, "width": width, "height": height})
         return len(images) - 1
 
-    def add_object(self, image_id: int, category: str, axes: Mapping[str, Axis]) -> None:
-        """:param axes: COMPONENT/MARKER -> axis, of those that are seen."""
+    def add_object(
+        self, image_id: int, category: str, axes: Mapping[str, Axis], attributes: Mapping[str, str] | None = None
+    ) -> None:
+        """:param axes: COMPONENT/MARKER -> axis, of those that are seen. :param attributes: as CVAT writes them."""
         points: list[float] = []
         for marker in self._markers:
             for end in axes.get(marker, ()):
@@ -41,6 +43,7 @@ class CocoWriter:
         entry = {"image_id": image_id, "category_id": self._ids[category], "keypoints": points, "iscrowd": 0}
         self._content["annotations"].append(
             {"id": len(self._content["annotations"]), **entry, "num_keypoints": 2 * len(axes)}
+            | ({"attributes": dict(attributes)} if attributes else {})
         )
 
     def write(self, path: Path) -> None:

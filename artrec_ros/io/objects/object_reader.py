@@ -162,10 +162,11 @@ def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], label
 
 def _read_classes(value: Value, labels: _Labels) -> dict[str, int]:
     """Alternatives: short name -> label, a number or a class' name."""
-    found = {name: labels.resolve(entry) for name, entry in value.entries().items()}
+    # a class without a number, where labels do not matter, gets some number: it is one of several all the same
+    found = {name: labels.resolve(entry) or n for n, (name, entry) in enumerate(value.entries().items(), 1)}
     if len(found) < 2:
         raise value.error("alternatives are two classes or more; a component of one class has a label")
-    return {name: label for name, label in found.items() if label is not None}
+    return found
 
 
 def _read_identities(value: Value) -> tuple[Identity, ...]:

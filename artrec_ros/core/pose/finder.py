@@ -81,7 +81,7 @@ class WholeObjectFinder:
         found = Ranked(bent, self.votes(frame, bent, occlusion=True)).best(climb.most, search)
         found = self._with_rival_flips(frame, self._sweep(frame, found))
         found = self._climb(frame, found, climb)
-        return self._fit_all(frame, found.poses).best(len(found), search)
+        return self._with_lookalikes(frame, self._fit_all(frame, found.poses).best(len(found), search))
 
     def _with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""

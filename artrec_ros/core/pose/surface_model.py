@@ -12,7 +12,7 @@ from ..base.config import VotesConfig
 from ..base.jit import LANES
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from ..image.label_field import OUTSIDE
+from ..image.label_field import OUTSIDE, OWNED
 from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
@@ -71,6 +71,7 @@ def _limits(votes: VotesConfig) -> SurfaceLimits:
         float(votes.ring_visible),
         BEHIND,
         OUTSIDE,
+        OWNED,
     )
 
 

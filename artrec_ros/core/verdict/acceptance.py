@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..pose.surface_model import PatchScores
 from .acceptance_curves import CURVES
 from .claims import Claim
 
@@ -24,6 +25,7 @@ _LEAST_PX = 8.0  # of a marker that could be recognised
 # A component of a found object is told where so much of its marker bears its label and the votes are not clearly
 # against it; seen nearly edge-on it may be too thin to count as confirmed.
 _TOLD_AGREE, _TOLD_VOTES = 0.2, -0.5  # share; votes per pixel
+_Scores = tuple[list[float], list[float], list[float]]  # of each patch
 
 
 class Evidence(NamedTuple):
@@ -40,6 +42,9 @@ class Evidence(NamedTuple):
     :param faces: the same of all components' bodies.
     :param facing: cosine of the angle under which the required marker is seen: squeezed, much looks like it.
     :param missing: less the logarithm of the pixels of markers that should be in view and are not confirmed.
+    :param parted: `Claim.parted` of the required marker: a piece that another object left over goes on in what it owns.
+    :param open: share of the required marker that nobody better owns.
+    :param kept: logarithm of the share of its votes by all labels that is left by these; 0 where it is all or more.
     """
 
     size: float
@@ -53,6 +58,9 @@ class Evidence(NamedTuple):
     faces: float
     facing: float
     missing: float
+    parted: float
+    open: float
+    kept: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +104,7 @@ class Verdict:
     def evidence(self) -> Evidence:
         """What speaks for it."""
         finder, (votes, area_px, _) = self.claim.finder, self._scores
-        surface = finder.surface
+        surface, root = finder.surface, self.shown[finder.root]
         faces = [p for p in surface.classed_faces if area_px[p]]
         body = [p for p in faces if surface.patches[p].component == finder.root]
         others = [p for _, mine in self._others_markers() for p in mine]
@@ -111,7 +119,7 @@ class Verdict:
 
         return Evidence(
             size=math.log(max(self.claim.votes, 1.0)),
-            edge=self._outline(self.shown[finder.root])[0],
+            edge=self._outline(root)[0],
             bare=float(not body),
             body=mean_face(body),
             shown=float(sum(patch >= 0 for patch in self.shown) - 1),
@@ -121,13 +129,15 @@ class Verdict:
             faces=mean_face(faces),
             facing=self._facing(),
             missing=-math.log1p(missing_px),
+            parted=self.claim.parted(root),
+            open=min(area_px[root] / max(float(self.claim.all_scores.area_px[0, root]), 1e-9), 1.0),
+            kept=min(math.log(max(self.claim.votes, 1.0) / max(self.claim.all_votes, 1.0)), 0.0),
         )
 
     @cached_property
-    def _scores(self) -> tuple[list[float], list[float], list[float]]:
+    def _scores(self) -> _Scores:
         """Of each patch its votes, pixels and the share of them with its label."""
-        votes, area_px, agree = (values[0].tolist() for values in self.claim.scores.arrays)
-        return votes, area_px, agree
+        return _lists(self.claim.scores)
 
     def _others_markers(self) -> Iterator[tuple[int, list[int]]]:
         """Components besides the required one, each with its markers' patches."""
@@ -167,6 +177,12 @@ class Verdict:
         return text
 
 
+def _lists(scores: PatchScores) -> _Scores:
+    """A handful of numbers: plain Python is faster than arrays."""
+    votes, area_px, agree = (values[0].tolist() for values in scores.arrays)
+    return votes, area_px, agree
+
+
 def _at(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
     """A line through points at x, level beyond its ends."""
     i = bisect_right(xs, x)
@@ -178,9 +194,8 @@ def _at(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
 def verdict_of(claim: Claim) -> Verdict:
     """Which components the labels confirm, and by which marker."""
     surface = claim.finder.surface
-    # a handful of numbers: plain Python is faster than arrays
     supported = set(surface.markers[claim.finder.supported(claim.scores)[0]].tolist())
-    patch_votes, area_px, agree = (values[0].tolist() for values in claim.scores.arrays)
+    patch_votes, area_px, agree = _lists(claim.scores)
     votes, shown, confirmed = [], [], []
     for c, mine in enumerate(surface.markers_of):
         votes.append(sum(patch_votes[p] for p in mine))

@@ -9,6 +9,7 @@ import numpy as np
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
 from ..image.image_frame import ImageFrame
+from ..image.label_field import OWNED
 from ..model.found import Detection, ImagePose, Instance
 from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
@@ -75,6 +76,8 @@ class Describer:
         inside = pixels[:, : self._first_drawn[0]].reshape(len(pixels), *self._inside, 2)
         seen = surface.shown(frames, surface.markers, INSIDE_POINTS)
         seen &= ((inside > -0.5) & (inside < (width - 0.5, height - 0.5))).all(axis=-1)
+        for h, verdict in enumerate(verdicts):  # nor is there what another object hides
+            seen[h] &= verdict.claim.frame.field.at(inside[h]) != OWNED
         weight = seen[..., None]
         count = weight.sum(axis=2)
         centroid, tail, head = (pixels[:, self._first_drawn[:-1] + i] for i in range(3))  # (H, M, 2)

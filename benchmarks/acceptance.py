@@ -18,7 +18,7 @@ from pathlib import Path
 from textwrap import fill
 
 import numpy as np
-from acceptance_claims import Claims, search
+from acceptance_claims import Claims, Parts, load, save, watch
 from acceptance_fit import Curves, best_of_several, expected_error, log_loss, reliability, threshold
 
 from artrec_ros.core.geometry.transforms import Array
@@ -104,9 +104,9 @@ def main() -> None:
     parser.add_argument("--load", type=Path, nargs="+", metavar="FILE.npz")
     parser.add_argument("--fit", action="store_true", help=f"write {OUT.name}")
     args = parser.parse_args()
-    claims = Claims.load(args.load) if args.load else search(args.first, args.worlds, args.scenes)
+    claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
     if args.save:
-        np.savez(args.save, **vars(claims))
+        save(args.save, claims, parts)
     even = claims.world % 2 == 0
     final, asked = (claims[~even & kind] for kind in (claims.final, ~claims.final))
     report("as they scored", final.score, final)

@@ -15,25 +15,12 @@ import time
 from collections import defaultdict
 
 import numpy as np
-from random_patterns import Pattern, pattern_frames, random_pattern
+from random_patterns import pattern_frames, random_pattern, same_places
 from tqdm import tqdm
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
-from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.recognizer import Recognizer
-
-ACROSS, ALONG = 1 / 3, 0.05
-
-
-def is_right(pattern: Pattern, told: Pose, true: Pose) -> bool:
-    there, here = told.apply(pattern.centres), true.apply(pattern.centres)
-    size = pattern.target.model.required.markers[0].area ** 0.5
-    away = there[:, None] - here
-    along = np.einsum("ijk,jk->ij", away, here) / np.linalg.norm(here, axis=1)
-    across = np.sqrt(np.maximum(np.sum(away**2, axis=2) - along**2, 0))
-    near = (across < ACROSS * size) & (np.abs(along) < ALONG * np.linalg.norm(here, axis=1))
-    return bool(near.any(axis=0).all() and near.any(axis=1).all())
 
 
 def main() -> None:
@@ -51,7 +38,7 @@ def main() -> None:
             poses = [d.pose for d in recognizer.recognize(frame.labels, frame.camera).detections if d.pose]
             cpu_ms = 1e3 * (time.process_time() - start)
             there = [t.placed.T_camera_object for t in frame.truths]
-            hits = sum(is_right(pattern, p, t) for t in there for p in poses)
+            hits = sum(same_places(pattern.target.model, p, t) for t in there for p in poses)
             found = hits > 0 or not there
             row = (found and len(poses) == len(there), found, len(poses) - min(hits, 1), cpu_ms)
             for key in ("all", pattern.kind, pattern.shape):

@@ -22,11 +22,15 @@ from artrec_ros.simulation.scene import PlacedObject, Scene
 from artrec_ros.simulation.simulator import SimulatedFrame, pinhole_camera, render_frame
 from artrec_ros.simulation.surfaces import Surface
 
+PATTERN = "pattern"  # their name
 LABEL, PLATE = 3, 5  # of markers and clutter; of plates
 KINDS, SHAPES = ("grid", "ring", "row"), ("square", "disc", "ribbon")
 LEAST_SIDE_PX = 12.0  # of a marker
 FACING = np.diag([1.0, -1.0, -1.0])  # a plate's frame (x right, y up, z out) in a camera that faces it
 PLATE_M = 0.004
+
+
+ACROSS, ALONG = 1 / 3, 0.05  # how far a marker may be off: across the view of its size, along it of its range
 
 
 @dataclass(frozen=True)
@@ -57,8 +61,8 @@ def random_pattern(seed: int) -> Pattern:
     bare = [Component(f"c{n}", (m,), n == required) for n, m in enumerate(markers)]
     solid = [*bare]
     solid[required] = Component(f"c{required}", (markers[required],), True, None, None, (plate,), PLATE)
-    shown = Target("pattern", ObjectModel("pattern", tuple(solid)), LABEL)
-    declared = shown if rng.random() < 0.3 else Target("pattern", ObjectModel("pattern", tuple(bare)), LABEL)
+    shown = Target(PATTERN, ObjectModel(PATTERN, tuple(solid)), LABEL)
+    declared = shown if rng.random() < 0.3 else Target(PATTERN, ObjectModel(PATTERN, tuple(bare)), LABEL)
     return Pattern(declared, shown, kind, shape)
 
 
@@ -86,7 +90,21 @@ def _marker(shape: str, width: float, height: float, at: Array, turn: float) -> 
     return Marker("m", outline, np.array([-half[0], 0]), np.array([half[0], 0]), radius, T)
 
 
-def pattern_frames(pattern: Pattern, seed: int, scenes: int, size: tuple[int, int] = (640, 480)) -> Iterator[SimulatedFrame]:
+def same_places(model: ObjectModel, told: Pose, true: Pose) -> bool:
+    """Whether each marker of a rigid object, all of one kind, lies on one of it in its true pose, and none of these is
+    left over. How it is turned is asked as far as its markers tell."""
+    centres = np.array([c.markers[0].centre for c in model.components])
+    there, here = told.apply(centres), true.apply(centres)
+    away, range_m, size = there[:, None] - here, np.linalg.norm(here, axis=1), model.required.markers[0].area ** 0.5
+    along = np.einsum("ijk,jk->ij", away, here) / range_m
+    across = np.sqrt(np.maximum(np.sum(away**2, axis=2) - along**2, 0))
+    near = (across < ACROSS * size) & (np.abs(along) < ALONG * range_m)
+    return bool(near.any(axis=0).all() and near.any(axis=1).all())
+
+
+def pattern_frames(
+    pattern: Pattern, seed: int, scenes: int, size: tuple[int, int] = (640, 480)
+) -> Iterator[SimulatedFrame]:
     """Scenes of one pattern, in every sixth of none, with clutter of its class over a tenth to two fifths of the image,
     segmented exactly or badly."""
     camera = pinhole_camera(size, 60)

@@ -15,9 +15,10 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from .distinct import best_distinct
-from .guesses import Guesser, is_small
+from .guesses import Guesser, Key, is_small
 from .pose_fit import fit_poses
 from .surface_model import Poses, SpatialModel
+from .view_bank import ViewBank
 
 
 class Seeds:
@@ -27,8 +28,9 @@ class Seeds:
         self._surface, self._root = surface, surface.root
         self._config, self._search, self._fit = config.guesses, config.search, config.fit
         self._patches: dict[tuple[tuple[int, ...], bool], np.ndarray] = {}
+        banks: dict[Key, ViewBank] = {}
         self._guessers = {
-            c: Guesser(target.model, surface, c, config)
+            c: Guesser(target.model, surface, c, config, banks)
             for c, label in enumerate(surface.labels)
             if label == surface.labels[self._root]
         }

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..pose.surface_model import PatchScores
-from .acceptance_curves import CURVES
+from .acceptance_curves import CURVES, Model
 from .claims import Claim
 
 _LEAST_PX = 8.0  # of a marker that could be recognised
@@ -44,6 +44,7 @@ class Evidence(NamedTuple):
     :param missing: less the logarithm of the pixels of markers that should be in view and are not confirmed.
     :param parted: `Claim.parted` of the required marker: a piece that another object left over goes on in what it owns.
     :param open: share of the required marker that nobody better owns.
+    :param own: logarithm of the required marker's pixels that bear its label.
     :param kept: logarithm of the share of its votes by all labels that is left by these; 0 where it is all or more.
     """
 
@@ -60,6 +61,7 @@ class Evidence(NamedTuple):
     missing: float
     parted: float
     open: float
+    own: float
     kept: float
 
 
@@ -85,10 +87,7 @@ class Verdict:
     @cached_property
     def probability(self) -> float:
         """That the claim is an object, 0 to 1."""
-        bias, curves = CURVES[self.case]
-        evidence = self.evidence
-        logit = bias + sum(_at(getattr(evidence, name), *curve) for name, curve in curves.items())
-        return 1 / (1 + math.exp(min(-logit, 700.0)))
+        return logistic(CURVES[self.case], self.evidence)
 
     @property
     def case(self) -> str:
@@ -103,13 +102,13 @@ class Verdict:
     @cached_property
     def evidence(self) -> Evidence:
         """What speaks for it."""
-        finder, (votes, area_px, _) = self.claim.finder, self._scores
+        finder, (votes, area_px, agree) = self.claim.finder, self._scores
         surface, root = finder.surface, self.shown[finder.root]
         faces = [p for p in surface.classed_faces if area_px[p]]
         body = [p for p in faces if surface.patches[p].component == finder.root]
         others = [p for _, mine in self._others_markers() for p in mine]
         missing_px = sum(area_px[p] for c, mine in self._others_markers() if not self.confirmed[c] for p in mine)
-        outlines = [self._outline(self.shown[c]) for c in self.others]
+        outlines = [self.outline(self.shown[c]) for c in self.others]
 
         def mean_vote(patches: list[int]) -> float:
             return sum(votes[p] for p in patches) / max(sum(area_px[p] for p in patches), 1.0)
@@ -119,7 +118,7 @@ class Verdict:
 
         return Evidence(
             size=math.log(max(self.claim.votes, 1.0)),
-            edge=self._outline(root)[0],
+            edge=self.outline(root)[0],
             bare=float(not body),
             body=mean_face(body),
             shown=float(sum(patch >= 0 for patch in self.shown) - 1),
@@ -131,6 +130,7 @@ class Verdict:
             missing=-math.log1p(missing_px),
             parted=self.claim.parted(root),
             open=min(area_px[root] / max(float(self.claim.all_scores.area_px[0, root]), 1e-9), 1.0),
+            own=math.log1p(agree[root] * area_px[root]),
             kept=min(math.log(max(self.claim.votes, 1.0) / max(self.claim.all_votes, 1.0)), 0.0),
         )
 
@@ -144,7 +144,7 @@ class Verdict:
         finder = self.claim.finder
         return ((c, mine) for c, mine in enumerate(finder.surface.markers_of) if c != finder.root)
 
-    def _outline(self, patch: int) -> tuple[float, float]:
+    def outline(self, patch: int) -> tuple[float, float]:
         """How well a marker's outline parts its class from others, 1 all around, 0 or less nowhere; its length, px."""
         (votes, area_px, agree), marker = self._scores, self.claim.finder.surface.patches[patch].marker
         assert marker is not None  # what shows a component is a marker
@@ -175,6 +175,13 @@ class Verdict:
         if nearest is not None:
             text += f"; nearest to it {names[nearest]} with {self.marker_votes[nearest]:.0f} votes"
         return text
+
+
+def logistic(model: Model, evidence: NamedTuple) -> float:
+    """The probability from what each kind of evidence adds."""
+    bias, curves = model
+    logit = bias + sum(_at(getattr(evidence, name), *curve) for name, curve in curves.items())
+    return 1 / (1 + math.exp(min(-logit, 700.0)))
 
 
 def _lists(scores: PatchScores) -> _Scores:

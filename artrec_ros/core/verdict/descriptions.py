@@ -17,6 +17,7 @@ from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict
+from .parts import part_probabilities
 
 
 class Describer:
@@ -44,7 +45,8 @@ class Describer:
         used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
         poses = finder.settled(frame.unhurried(), Poses.concatenate([v.claim.poses for v in verdicts]), used)
         covariances = pose_covariances(surface, frame, poses, used, finder.config)
-        parts = self._instances(verdicts, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
+        told = [self._told(verdict) for verdict in verdicts]
+        parts = self._instances(verdicts, told, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [
             self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy())
             for n, verdict in enumerate(verdicts)
@@ -55,8 +57,9 @@ class Describer:
     ) -> Detection:
         target, kin = self._finder.target, self._finder.surface.kinematics
         root = next(p for p in parts if p.component == target.model.required.name)
-        seen = [c for c, patch in enumerate(verdict.shown) if patch >= 0]
-        told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component in view
+        names = {p.component for p in parts}
+        seen = [c for c, component in enumerate(target.model.components) if component.name in names]
+        told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component that is told
         return Detection(
             target.name,
             number,
@@ -68,7 +71,14 @@ class Describer:
             covariance,
         )
 
-    def _instances(self, verdicts: Sequence[Verdict], frames: Frames, frame: ImageFrame) -> list[tuple[Instance, ...]]:
+    def _told(self, verdict: Verdict) -> dict[int, float]:
+        """The components that are told, and their probabilities."""
+        least, root = self._finder.config.min_component_probability, self._finder.root
+        return {c: p for c, p in part_probabilities(verdict).items() if c == root or p >= least}
+
+    def _instances(
+        self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]], frames: Frames, frame: ImageFrame
+    ) -> list[tuple[Instance, ...]]:
         """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre."""
         surface, camera, (width, height) = self._finder.surface, frame.camera, frame.size
         X = surface.place(frames, self._points, self._on)
@@ -86,17 +96,16 @@ class Describer:
         scale = camera.focal_px / np.maximum(X[:, self._first_drawn[:-1], 2], 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
         return [
-            tuple(self._instance(v, p, pixels[h], *values[h][self._row[p]]) for p in v.shown if p >= 0)
+            tuple(self._instance(v.shown[c], p, pixels[h], *values[h][self._row[v.shown[c]]]) for c, p in told[h].items())
             for h, v in enumerate(verdicts)
         ]
 
     def _instance(
-        self, verdict: Verdict, patch: int, pixels: Array, x: float, y: float, theta: float, scale: float
+        self, patch: int, score: float, pixels: Array, x: float, y: float, theta: float, scale: float
     ) -> Instance:
         """The component that a patch shows. :param pixels: (n, 2) of all markers' points."""
         shown, row = self._finder.surface.patches[patch], self._row[patch]
         assert shown.marker is not None  # what shows a component is a marker
-        agree = min(max(float(verdict.claim.scores.agree[0, patch]), 0.0), 1.0)
         outline = pixels[self._first_drawn[row] + 3 : self._first_drawn[row + 1]]  # behind centroid, tail and head
         name = self._finder.target.model.components[shown.component].name
-        return Instance(name, shown.marker.name, agree, x, y, theta, scale, outline.copy())
+        return Instance(name, shown.marker.name, score, x, y, theta, scale, outline.copy())

@@ -86,6 +86,14 @@ class RecognizerConfig:
         0.55, "least share of a shape's visible outline that must match", low=0, high=1, paths=("plane",)
     )
     min_probability: float = param(0.4, "least probability of a whole object", low=0, high=1, paths=("space",))
+    min_component_probability: float = param(
+        0.4,
+        "least probability that a component of an object found in space lies on its own marker; others, and joints that "
+        "no component tells, are left out",
+        low=0,
+        high=1,
+        paths=("space",),
+    )
     min_class_seen: float = param(
         0.7,
         "least share of a class's components, or joints, that an object must show to be of it",

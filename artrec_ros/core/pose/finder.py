@@ -53,8 +53,8 @@ class WholeObjectFinder:
         markers = target.model.required.markers
         self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
         self._marker_centres = np.array([m.centre for m in markers])
-        self._seeds = Seeds(target, self.surface, config)
         self._lookalikes = Lookalikes(self.surface)
+        self._seeds = Seeds(target, self.surface, self._lookalikes, config)
 
     def warm_up(self, frame: ImageFrame, poses: Poses) -> None:
         """Have the compiled code that counts votes and climbs on them ready, by a step from some poses."""

@@ -38,6 +38,11 @@ class Lookalikes:
     def __len__(self) -> int:
         return len(self._on)
 
+    def leads_to(self, component: int) -> bool:
+        """Whether the required component lies on this one in some lookalike of a rigid object: a pose that takes its blob
+        for the required component's is found to be one of these."""
+        return not self._kin.n_joints and bool((self._on == component).any())
+
     def of(self, poses: Poses) -> Poses:
         """(H * K) poses, those of the first one first."""
         frames = self._kin.forward(poses.R, poses.t, poses.q)

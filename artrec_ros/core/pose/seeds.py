@@ -16,6 +16,7 @@ from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from .distinct import best_distinct
 from .guesses import Guesser, Key, is_small
+from .lookalikes import Lookalikes
 from .pose_fit import fit_poses
 from .surface_model import Poses, SpatialModel
 from .view_bank import ViewBank
@@ -24,7 +25,10 @@ from .view_bank import ViewBank
 class Seeds:
     """Guesses of one target's pose, from each blob of its required component's class."""
 
-    def __init__(self, target: Target, surface: SpatialModel, config: RecognizerConfig) -> None:
+    def __init__(
+        self, target: Target, surface: SpatialModel, lookalikes: Lookalikes, config: RecognizerConfig
+    ) -> None:
+        """:param lookalikes: a component whose blob these lead from to the required one need not be started from."""
         self._surface, self._root = surface, surface.root
         self._config, self._search, self._fit = config.guesses, config.search, config.fit
         self._patches: dict[tuple[tuple[int, ...], bool], np.ndarray] = {}
@@ -32,7 +36,7 @@ class Seeds:
         self._guessers = {
             c: Guesser(target.model, surface, c, config, banks)
             for c, label in enumerate(surface.labels)
-            if label == surface.labels[self._root]
+            if label == surface.labels[self._root] and not (c != self._root and lookalikes.leads_to(c))
         }
 
     def few(self, frame: ImageFrame, blob: Blob) -> Poses:

@@ -118,6 +118,15 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="by hand; saves time: a climb does not bring the rest of min_votes",
     )
+    hopeless: float = param(
+        0.003,
+        "a candidate that is less probable is not worth a climb, nor is, after the first one, one whose required component "
+        "is not confirmed",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="of 162 long looks at crowds that were such after a climb, none ended in an object",
+    )
     climb_hypotheses: tuple[int, ...] = param(
         (10, 5, 3),
         "at most so many hypotheses of a blob climb, climb after climb",

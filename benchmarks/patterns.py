@@ -46,7 +46,8 @@ def main() -> None:
     print("patterns   scenes  right  found  false a scene  CPU ms")
     for key, rows in tally.items():
         right, found, false, ms = np.array(rows, float).T
-        print(f"{key:10} {len(rows):6d}  {right.mean():.3f}  {found.mean():.3f}  {false.mean():13.3f}  {np.median(ms):6.1f}")
+        rates = f"{right.mean():.3f}  {found.mean():.3f}  {false.mean():13.3f}"
+        print(f"{key:10} {len(rows):6d}  {rates}  {np.median(ms):6.1f}")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..alignment.symmetry import distance_to_outline
-from ..geometry.transforms import Array, Pose, rotation_from_rotvec
+from ..geometry.transforms import Pose, rotation_from_rotvec
 from ..model.objects import Marker
 from ..model.surface import sample_contour
 from .surface_model import Poses, SpatialModel
@@ -39,8 +39,8 @@ class Lookalikes:
         return len(self._on)
 
     def leads_to(self, component: int) -> bool:
-        """Whether the required component lies on this one in some lookalike of a rigid object: a pose that takes its blob
-        for the required component's is found to be one of these."""
+        """Whether the required component lies on this one in some lookalike of a rigid object: from a pose that takes
+        its blob for the required component's one comes to the right one."""
         return not self._kin.n_joints and bool((self._on == component).any())
 
     def of(self, poses: Poses) -> Poses:
@@ -75,7 +75,8 @@ def _placements(surface: SpatialModel) -> list[tuple[int, Pose]]:
     found = list(_all_placements(markers, surface.root))
     if surface.kinematics.n_joints:
         return [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in found]
-    least, out = max(2.0, _SHARE * len(markers)), {}
+    least = max(2.0, _SHARE * len(markers))
+    out: dict[tuple[float, ...], tuple[int, int, Pose]] = {}
     for mine, there, T in found:
         moved = there.whole @ T @ mine.whole.inverse()
         covered = _covered(moved, markers)

@@ -25,9 +25,7 @@ from .view_bank import ViewBank
 class Seeds:
     """Guesses of one target's pose, from each blob of its required component's class."""
 
-    def __init__(
-        self, target: Target, surface: SpatialModel, lookalikes: Lookalikes, config: RecognizerConfig
-    ) -> None:
+    def __init__(self, target: Target, surface: SpatialModel, lookalikes: Lookalikes, config: RecognizerConfig) -> None:
         """:param lookalikes: a component whose blob these lead from to the required one need not be started from."""
         self._surface, self._root = surface, surface.root
         self._config, self._search, self._fit = config.guesses, config.search, config.fit

@@ -36,7 +36,6 @@ class Claim:
     depth_m: float = math.nan  # of the required component, along the optical axis; NaN: not asked for
     scale: float = math.nan  # pixels per metre there
 
-
     def parted(self, patch: int) -> float:
         """Share of a marker's outline, as far as its class is seen inside, beyond which the class does not go on in
         what somebody owns: what is left over of a blob does not end where another object does."""
@@ -56,11 +55,16 @@ class Claim:
         return float(1 - (seen & goes_on).sum() / max(seen.sum(), 1))
 
 
-def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Claim]:
-    """A claim for each hypothesis."""
+def claims_of(
+    finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, all_scores: PatchScores | None = None
+) -> list[Claim]:
+    """A claim for each hypothesis.
+
+    :param all_scores: what all labels say of them, where that is known: it does not change with who owns them.
+    """
     scores = of_all = finder.judge(frame, poses, occlusion=True)
     if frame.unowned is not frame:
-        of_all = finder.judge(frame.unowned, poses, occlusion=True)
+        of_all = finder.judge(frame.unowned, poses, occlusion=True) if all_scores is None else all_scores
     depth_m = finder.anchors(poses)[:, 2]
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
     votes, all_votes = (finder.total(s).tolist() for s in (scores, of_all))

@@ -95,9 +95,10 @@ class Describer:
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
         scale = camera.focal_px / np.maximum(X[:, self._first_drawn[:-1], 2], 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
+        patches = [[(v.shown[c], p) for c, p in each.items()] for v, each in zip(verdicts, told, strict=True)]
         return [
-            tuple(self._instance(v.shown[c], p, pixels[h], *values[h][self._row[v.shown[c]]]) for c, p in told[h].items())
-            for h, v in enumerate(verdicts)
+            tuple(self._instance(patch, p, pixels[h], *values[h][self._row[patch]]) for patch, p in patches[h])
+            for h in range(len(verdicts))
         ]
 
     def _instance(

@@ -1,4 +1,4 @@
-"""Which components of an accepted object lie on their own markers: a probability of each from what the labels say there.
+"""Which components of an accepted object lie on their own markers: a probability of each from what labels say there.
 
 An additive logistic model, as for whole objects (`acceptance.py`), fitted by the same program on the same worlds. That
 a component is where the model says, and not on a sibling's pixels or on nothing, is asked of each one by itself.

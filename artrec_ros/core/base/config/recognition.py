@@ -88,8 +88,8 @@ class RecognizerConfig:
     min_probability: float = param(0.4, "least probability of a whole object", low=0, high=1, paths=("space",))
     min_component_probability: float = param(
         0.4,
-        "least probability that a component of an object found in space lies on its own marker; others, and joints that "
-        "no component tells, are left out",
+        "least probability that a component of an object found in space lies on its own marker; others, and joints "
+        "that no component tells, are left out",
         low=0,
         high=1,
         paths=("space",),

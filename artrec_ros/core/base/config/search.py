@@ -120,8 +120,8 @@ class SearchConfig(Room):
     )
     hopeless: float = param(
         0.003,
-        "a candidate that is less probable is not worth a climb, nor is, after the first one, one whose required component "
-        "is not confirmed",
+        "a candidate that is less probable is not worth a climb, nor is, after the first one, one whose required "
+        "component is not confirmed",
         low=0,
         high=1,
         paths=_SPACE,

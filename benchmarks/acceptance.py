@@ -30,11 +30,11 @@ from artrec_ros.core.verdict.parts import PartEvidence
 OUT = Path(acceptance_curves.__file__)
 # Of each case the evidence that lowers the log-loss on worlds left out; more of it does not
 COLUMNS = {
-    "alone": ("size", "edge", "bare", "body", "kept"),
-    "deserted": ("size", "edge", "bare", "body", "shown", "others", "missing"),
+    "alone": ("size", "edge", "bare", "body", "facing"),
+    "deserted": ("size", "edge", "bare", "body", "shown", "others", "faces", "missing"),
     "borne out": ("size", "edge", "shown", "edges", "faces", "facing", "missing"),
 }
-PART_COLUMNS = ("own", "alone", "open", "agree", "colour", "edge", "confirmed", "whole")  # of components
+PART_COLUMNS = ("own", "alone", "open", "edge", "whole")  # of components
 INDEX = {case: tuple(Evidence._fields.index(name) for name in names) for case, names in COLUMNS.items()}
 PART_INDEX = tuple(PartEvidence._fields.index(name) for name in PART_COLUMNS)
 SURE_WRONG, LIKELY_WRONG = 0.03, 0.08  # of claims that the search takes for sure, or for likely, at most so many

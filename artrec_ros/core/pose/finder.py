@@ -54,7 +54,7 @@ class WholeObjectFinder:
         self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
         self._marker_centres = np.array([m.centre for m in markers])
         self._lookalikes = Lookalikes(self.surface)
-        self._seeds = Seeds(target, self.surface, self._lookalikes, config)
+        self._seeds = Seeds(target, self.surface, config, self._lookalikes)
 
     def warm_up(self, frame: ImageFrame, poses: Poses) -> None:
         """Have the compiled code that counts votes and climbs on them ready, by a step from some poses."""

@@ -25,7 +25,9 @@ from .view_bank import ViewBank
 class Seeds:
     """Guesses of one target's pose, from each blob of its required component's class."""
 
-    def __init__(self, target: Target, surface: SpatialModel, lookalikes: Lookalikes, config: RecognizerConfig) -> None:
+    def __init__(
+        self, target: Target, surface: SpatialModel, config: RecognizerConfig, lookalikes: Lookalikes | None = None
+    ) -> None:
         """:param lookalikes: a component whose blob these lead from to the required one need not be started from."""
         self._surface, self._root = surface, surface.root
         self._config, self._search, self._fit = config.guesses, config.search, config.fit
@@ -34,7 +36,7 @@ class Seeds:
         self._guessers = {
             c: Guesser(target.model, surface, c, config, banks)
             for c, label in enumerate(surface.labels)
-            if label == surface.labels[self._root] and not (c != self._root and lookalikes.leads_to(c))
+            if label == surface.labels[self._root] and not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
 
     def few(self, frame: ImageFrame, blob: Blob) -> Poses:

@@ -8,11 +8,13 @@ Part of such a pattern looks like all of it moved by a pitch, or turned. `benchm
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Array, Pose, rotation_from_rotvec
 from artrec_ros.core.model.objects import Box, Component, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
@@ -20,12 +22,13 @@ from artrec_ros.simulation.config import SensorConfig
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import PlacedObject, Scene
 from artrec_ros.simulation.simulator import SimulatedFrame, pinhole_camera, render_frame
-from artrec_ros.simulation.surfaces import Surface
+from artrec_ros.simulation.surfaces import Surface, component_poses
 
 PATTERN = "pattern"  # their name
 LABEL, PLATE = 3, 5  # of markers and clutter; of plates
 KINDS, SHAPES = ("grid", "ring", "row"), ("square", "disc", "ribbon")
 LEAST_SIDE_PX = 12.0  # of a marker
+SHADED = 0.04  # share of markers that lose their labels
 FACING = np.diag([1.0, -1.0, -1.0])  # a plate's frame (x right, y up, z out) in a camera that faces it
 PLATE_M = 0.004
 
@@ -115,7 +118,24 @@ def pattern_frames(
         depth = float(placed[0].T_camera_object.position[2]) if placed else 1.0
         clutter = random_clutter(camera, LABEL, rng.uniform(0.1, 0.4), depth, rng)
         sensor = SensorConfig(speckle=0.0).scaled(float(rng.choice([0.0, 0.5, 1.0])))
-        yield render_frame(n, renderer, Scene(placed, tuple(clutter), None), sensor, rng)
+        yield shaded(render_frame(n, renderer, Scene(placed, tuple(clutter), None), sensor, rng), rng)
+
+
+def shaded(frame: SimulatedFrame, rng: np.random.Generator) -> SimulatedFrame:
+    """The same frame with some markers so deep in shade that a segmenter knows nothing of them."""
+    labels = frame.labels.copy()
+    for truth in frame.truths:
+        model, poses = truth.placed.target.model, component_poses(truth.placed.target.model, truth.placed.joints)
+        for seen in truth.markers:
+            if rng.random() < SHADED:
+                marker = model.component(seen.component).marker(seen.marker)
+                assert marker.T_component_marker is not None  # scenes are made of models with places only
+                T = truth.placed.T_camera_object @ poses[seen.component] @ marker.T_component_marker
+                outline = project(frame.camera, T.apply(np.pad(marker.outline, ((0, 0), (0, 1)))))
+                mask = np.zeros_like(labels)
+                cv2.fillPoly(mask, [np.rint(np.clip(outline, -1e4, 1e4)).astype(np.int32)], 1)
+                labels[cv2.dilate(mask, np.ones((3, 3), np.uint8)).astype(bool)] = 0
+    return replace(frame, labels=labels)
 
 
 def _place(pattern: Pattern, camera: Camera, rng: np.random.Generator) -> PlacedObject:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from random_patterns import random_clutter
+from random_patterns import random_clutter, shaded
 
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Array, Pose, rotation_from_rotvec
@@ -103,7 +103,7 @@ def random_frames(world: World, seed: int, scenes: int) -> Iterator[SimulatedFra
             depth = max((p.T_camera_object.position[2] for p in drawn.objects), default=1.0)
             clutter = random_clutter(camera, LABELS[0], rng.uniform(0.05, 0.35), float(depth), rng)
             drawn = replace(drawn, distractors=(*drawn.distractors, *clutter))
-        yield render_frame(0, Renderer(camera), drawn, sensor, rng)
+        yield shaded(render_frame(0, Renderer(camera), drawn, sensor, rng), rng)
 
 
 def random_model(name: str, rng: np.random.Generator) -> ObjectModel:

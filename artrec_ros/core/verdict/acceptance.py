@@ -42,10 +42,8 @@ class Evidence(NamedTuple):
     :param faces: the same of all components' bodies.
     :param facing: cosine of the angle under which the required marker is seen: squeezed, much looks like it.
     :param missing: less the logarithm of the pixels of markers that should be in view and are not confirmed.
-    :param parted: `Claim.parted` of the required marker: a piece that another object left over goes on in what it owns.
-    :param open: share of the required marker that nobody better owns.
-    :param own: logarithm of the required marker's pixels that bear its label.
-    :param kept: logarithm of the share of its votes by all labels that is left by these; 0 where it is all or more.
+    :param lacking: less the share of the pixels of all markers that should be in view whose components are not
+        confirmed.
     """
 
     size: float
@@ -59,10 +57,7 @@ class Evidence(NamedTuple):
     faces: float
     facing: float
     missing: float
-    parted: float
-    open: float
-    own: float
-    kept: float
+    lacking: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +97,12 @@ class Verdict:
     @cached_property
     def evidence(self) -> Evidence:
         """What speaks for it."""
-        finder, (votes, area_px, agree) = self.claim.finder, self._scores
+        finder, (votes, area_px, _) = self.claim.finder, self._scores
         surface, root = finder.surface, self.shown[finder.root]
         faces = [p for p in surface.classed_faces if area_px[p]]
         body = [p for p in faces if surface.patches[p].component == finder.root]
         others = [p for _, mine in self._others_markers() for p in mine]
+        all_markers = [*surface.markers_of[finder.root], *others]
         missing_px = sum(area_px[p] for c, mine in self._others_markers() if not self.confirmed[c] for p in mine)
         outlines = [self.outline(self.shown[c]) for c in self.others]
 
@@ -122,16 +118,13 @@ class Verdict:
             bare=float(not body),
             body=mean_face(body),
             shown=float(sum(patch >= 0 for patch in self.shown) - 1),
-            colour=mean_vote([*surface.markers_of[finder.root], *others]),
+            colour=mean_vote(all_markers),
             others=mean_vote(others),
             edges=sum(fit * px for fit, px in outlines) / max(sum(px for _, px in outlines), 1e-9),
             faces=mean_face(faces),
             facing=self._facing(),
             missing=-math.log1p(missing_px),
-            parted=self.claim.parted(root),
-            open=min(area_px[root] / max(float(self.claim.all_scores.area_px[0, root]), 1e-9), 1.0),
-            own=math.log1p(agree[root] * area_px[root]),
-            kept=min(math.log(max(self.claim.votes, 1.0) / max(self.claim.all_votes, 1.0)), 0.0),
+            lacking=-missing_px / max(sum(area_px[p] for p in all_markers), 1.0),
         )
 
     @cached_property

@@ -13,7 +13,6 @@ from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from ..image.label_field import OWNED
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import PatchScores, Poses, SpatialModel
 
@@ -22,7 +21,7 @@ from ..pose.surface_model import PatchScores, Poses, SpatialModel
 class Claim:
     """A candidate and what the labels that nobody better owns say of it.
 
-    :param votes, scores: of these labels. :param all_votes, all_scores: of all labels, whoever owns them.
+    :param scores: of these labels. :param all_scores: of all labels, whoever owns them.
     :param frame: where it is said.
     """
 
@@ -30,29 +29,10 @@ class Claim:
     poses: Poses  # one hypothesis
     votes: float
     scores: PatchScores
-    all_votes: float
     all_scores: PatchScores
     frame: ImageFrame
     depth_m: float = math.nan  # of the required component, along the optical axis; NaN: not asked for
     scale: float = math.nan  # pixels per metre there
-
-    def parted(self, patch: int) -> float:
-        """Share of a marker's outline, as far as its class is seen inside, beyond which the class does not go on in
-        what somebody owns: what is left over of a blob does not end where another object does."""
-        surface, frame = self.finder.surface, self.frame
-        if frame.unowned is frame:
-            return 1.0
-        frames, n = surface.kinematics.forward(self.poses.R, self.poses.t, self.poses.q), surface.contour.shape[1]
-        points = surface.contour[int(np.searchsorted(surface.markers, patch))]
-        outline = project(frame.camera, surface.place(frames, points, np.full(n, surface.component[patch])))[0]
-        along = np.roll(outline, -1, axis=0) - np.roll(outline, 1, axis=0)
-        out = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(np.linalg.norm(along, axis=1), 1e-9)[:, None]
-        x, y = outline.T
-        out *= surface.limits.ring_px * np.sign(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-        label = surface.label[patch]
-        seen, beyond = frame.field.at(outline - out) == label, frame.field.at(outline + out) == OWNED
-        goes_on = beyond & (frame.unowned.field.at(outline + out) == label)
-        return float(1 - (seen & goes_on).sum() / max(seen.sum(), 1))
 
 
 def claims_of(
@@ -67,10 +47,10 @@ def claims_of(
         of_all = finder.judge(frame.unowned, poses, occlusion=True) if all_scores is None else all_scores
     depth_m = finder.anchors(poses)[:, 2]
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
-    votes, all_votes = (finder.total(s).tolist() for s in (scores, of_all))
+    numbers = zip(finder.total(scores).tolist(), depth_m.tolist(), scale.tolist(), strict=True)
     return [
-        Claim(finder, poses[i : i + 1], votes[i], scores[i : i + 1], all_votes[i], of_all[i : i + 1], frame, *place)
-        for i, place in enumerate(zip(depth_m.tolist(), scale.tolist(), strict=True))
+        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], of_all[i : i + 1], frame, *place)
+        for i, (votes, *place) in enumerate(numbers)
     ]
 
 

@@ -4,35 +4,39 @@
     python benchmarks/acceptance.py --load found.npz [more.npz ...] [--fit]                      # at once
 
 Each world has one or two random targets (`benchmarks/random_solids.py`). The recogniser's own search and sharing out
-runs on its scenes, with no least probability, and each claim is right or wrong (`benchmarks/acceptance_claims.py`).
-`--fit` fits the curves of `core/verdict/acceptance.py` on even-numbered worlds and writes them; tables are always of
-odd-numbered ones. Which claims there are depends a little on the curves in force: after a change of the evidence, save
-and fit twice.
+runs on its scenes, and each claim, and each of its components, is right or wrong (`benchmarks/acceptance_claims.py`).
+`--fit` fits the curves of `core/verdict/acceptance.py` and `parts.py` on even-numbered worlds and writes them; tables
+are always of odd-numbered ones. Which claims there are depends a little on the curves in force: after a change of the
+evidence, save and fit twice.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
 
 import numpy as np
-from acceptance_claims import Claims, search
+from acceptance_claims import Claims, Parts, load, save, watch
 from acceptance_fit import Curves, best_of_several, expected_error, log_loss, reliability, threshold
 
 from artrec_ros.core.geometry.transforms import Array
 from artrec_ros.core.verdict import acceptance_curves
 from artrec_ros.core.verdict.acceptance import Evidence
+from artrec_ros.core.verdict.parts import PartEvidence
 
 OUT = Path(acceptance_curves.__file__)
 # Of each case the evidence that lowers the log-loss on worlds left out; more of it does not
 COLUMNS = {
     "alone": ("size", "edge", "bare", "body", "facing"),
     "deserted": ("size", "edge", "bare", "body", "shown", "others", "faces", "missing"),
-    "borne out": ("size", "edge", "shown", "colour", "edges", "faces", "facing"),
+    "borne out": ("size", "edge", "shown", "edges", "faces", "facing", "missing"),
 }
+PART_COLUMNS = ("own", "alone", "open", "edge", "whole")  # of components
 INDEX = {case: tuple(Evidence._fields.index(name) for name in names) for case, names in COLUMNS.items()}
+PART_INDEX = tuple(PartEvidence._fields.index(name) for name in PART_COLUMNS)
 SURE_WRONG, LIKELY_WRONG = 0.03, 0.08  # of claims that the search takes for sure, or for likely, at most so many
 
 
@@ -58,38 +62,48 @@ class Model:
         return out
 
 
-def summary(p: Array, claims: Claims) -> str:
+def summary(p: Array, claims: Claims | Parts, name: str = "claims") -> str:
     return (
-        f"{len(p)} claims, {claims.right.mean():.3f} right: log-loss {log_loss(p, claims.right):.3f}, "
+        f"{len(p)} {name}, {claims.right.mean():.3f} right: log-loss {log_loss(p, claims.right):.3f}, "
         f"expected calibration error {expected_error(p, claims.right):.3f}"
     )
 
 
-def report(title: str, p: Array, claims: Claims) -> None:
-    print(f"{title}: {summary(p, claims)}\nprobability   claims   mean   right")
+def report(title: str, p: Array, claims: Claims | Parts, name: str = "claims") -> None:
+    print(f"{title}: {summary(p, claims, name)}\nprobability   claims   mean   right")
     for low, high, count, mean, share in reliability(p, claims.right):
         print(f"{low:.2f} to {high:.2f}  {count:7d}  {mean:.3f}  {share:.3f}")
 
 
-def write(model: Model, fitted_on: Claims, held_out: Claims, sure: float, likely: float) -> None:
-    """The committed file of fitted numbers."""
-    final, worlds = held_out[held_out.final], np.unique(np.r_[fitted_on.world, held_out.world])
-    text = (
-        f"Fitted on {fitted_on.final.sum()} claims in the even-numbered of worlds {worlds.min()} to {worlds.max()} "
-        f"({'; '.join(f'{case}: {note}' for case, note in model.notes.items())}). On the odd-numbered ones: "
-        f"{summary(model.probability(final), final)}."
-    )
-    lines = ['"""The curves of `acceptance.py`, written by `python benchmarks/acceptance.py --fit`.', ""]
-    lines += [fill(text, 118), '"""', ""]
+def fitted_parts(parts: Parts) -> tuple[Curves, str]:
+    return best_of_several(parts.evidence[:, PART_INDEX], parts.right, parts.world)
+
+
+def literal(curves: Curves, columns: Sequence[str], indent: str) -> list[str]:
+    """Lines of a `Model`."""
+    lines = [f"{indent}{curves.bias:.3f},", f"{indent}{{"]
+    for name, (x, y) in zip(columns, curves.points, strict=True):
+        xs, ys = (", ".join(f"{v:.3f}" for v in values) for values in (x, y))
+        lines += [f'{indent}    "{name}": (', *(f"{indent}        ({v})," for v in (xs, ys)), f"{indent}    ),"]
+    return [*lines, f"{indent}}},"]
+
+
+def write(model: Model, of_parts: tuple[Curves, str], said: Sequence[str], sure: float, likely: float) -> None:
+    """The committed file of fitted numbers.
+
+    :param said: what they were fitted on, and how they do on the rest.
+    """
+    lines = ['"""The curves of `acceptance.py` and `parts.py`, written by `python benchmarks/acceptance.py --fit`.', ""]
+    notes = "; ".join(f"{case}: {note}" for case, note in {**model.notes, "components": of_parts[1]}.items())
+    lines += [fill(text, 118) for text in (said[0], f"Chosen: {notes}.", *said[1:])]
+    lines += ['"""', "", "Model = tuple[float, dict[str, tuple[tuple[float, ...], tuple[float, ...]]]]", ""]
     lines += ["# Of each case the bias, and of each evidence the points of its curve: how much there is, what it adds"]
-    lines += ["CURVES: dict[str, tuple[float, dict[str, tuple[tuple[float, ...], tuple[float, ...]]]]] = {"]
+    lines += ["CURVES: dict[str, Model] = {"]
     for case, curves in model.curves.items():
-        lines += [f'    "{case}": (', f"        {curves.bias:.3f},", "        {"]
-        for name, (x, y) in zip(COLUMNS[case], curves.points, strict=True):
-            xs, ys = (", ".join(f"{v:.3f}" for v in values) for values in (x, y))
-            lines += [f'            "{name}": (', *(f"                ({v})," for v in (xs, ys)), "            ),"]
-        lines += ["        },", "    ),"]
-    lines += ["}", "# What the search takes for sure, and for likely: of the claims that it asked about no more than"]
+        lines += [f'    "{case}": (', *literal(curves, COLUMNS[case], " " * 8), "    ),"]
+    lines += ["}", "# The same of components besides the required one"]
+    lines += ["PARTS: Model = (", *literal(of_parts[0], PART_COLUMNS, " " * 4), ")"]
+    lines += ["# What the search takes for sure, and for likely: of the claims that it asked about no more than"]
     lines += [f"# {SURE_WRONG:.0%} above the first and {LIKELY_WRONG:.0%} above the second are wrong"]
     lines += [f"SURE, LIKELY = {sure:.3f}, {likely:.3f}"]
     OUT.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -104,18 +118,28 @@ def main() -> None:
     parser.add_argument("--load", type=Path, nargs="+", metavar="FILE.npz")
     parser.add_argument("--fit", action="store_true", help=f"write {OUT.name}")
     args = parser.parse_args()
-    claims = Claims.load(args.load) if args.load else search(args.first, args.worlds, args.scenes)
+    claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
     if args.save:
-        np.savez(args.save, **vars(claims))
-    even = claims.world % 2 == 0
+        save(args.save, claims, parts)
+    even, even_part = claims.world % 2 == 0, parts.world % 2 == 0
     final, asked = (claims[~even & kind] for kind in (claims.final, ~claims.final))
     report("as they scored", final.score, final)
+    report("components as they scored", parts[~even_part].score, parts[~even_part], "components")
     if args.fit:
-        model = Model.fitted(claims[even & claims.final])
-        known = claims[even & ~claims.final]
+        model, of_parts = Model.fitted(claims[even & claims.final]), fitted_parts(parts[even_part])
+        known, odd_parts = claims[even & ~claims.final], parts[~even_part]
         sure, likely = (threshold(model.probability(known), known.right, most) for most in (SURE_WRONG, LIKELY_WRONG))
-        write(model, claims[even], claims[~even], sure, likely)
+        p_parts = of_parts[0].probability(odd_parts.evidence[:, PART_INDEX])
+        worlds = np.unique(claims.world)
+        said = (
+            f"Fitted on {(even & claims.final).sum()} claims and {even_part.sum()} components in the even-numbered of "
+            f"worlds {worlds.min()} to {worlds.max()}.",
+            f"On the odd-numbered ones: {summary(model.probability(final), final)}; "
+            f"{summary(p_parts, odd_parts, 'components')}.",
+        )
+        write(model, of_parts, said, sure, likely)
         report("fitted", model.probability(final), final)
+        report("components, fitted", p_parts, odd_parts, "components")
         for case in INDEX:
             part = final[final.case == case]
             print(f"{case}: {summary(model.probability(part), part)}")

@@ -2,33 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from random_solids import World, random_frames, random_world
+from random_patterns import PATTERN, pattern_frames, random_pattern, same_places
+from random_solids import random_frames, random_world
 from tqdm import tqdm
 
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.geometry.projection import project
-from artrec_ros.core.geometry.transforms import Array
+from artrec_ros.core.geometry.transforms import Array, Pose
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.spatial_search import SpatialSearch
-from artrec_ros.core.verdict.acceptance import Verdict
+from artrec_ros.core.verdict.acceptance import Evidence, Verdict
+from artrec_ros.core.verdict.descriptions import Describer
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.core.verdict.ownership import share_out
+from artrec_ros.core.verdict.parts import PartEvidence, part_evidence
 from artrec_ros.simulation.simulator import SimulatedFrame
 from artrec_ros.simulation.surfaces import component_poses
-from artrec_ros.simulation.truth import ObjectTruth
+from artrec_ros.simulation.truth import MarkerTruth, ObjectTruth
 
 # How far a claim may be off: of its marker's size in the image and of its range, and pixels of that size
 SIZE_SHARE, RANGE_SHARE, SIZE_PX, RANGE_PX = 0.35, 0.1, 1.0, 2.0
+LIKELY_ENOUGH = 0.25  # of claims whose components are looked at
 
 
 @dataclass(frozen=True)
@@ -66,6 +72,9 @@ def is_at(verdict: Verdict, truth: ObjectTruth, frame: SimulatedFrame) -> bool:
     placed, model = truth.placed, truth.placed.target.model
     if placed.target.name != verdict.claim.finder.target.name:
         return False
+    if placed.target.name == PATTERN:  # any of its markers may be where another one is
+        poses = verdict.claim.poses
+        return same_places(model, Pose(poses.R[0], poses.t[0]), placed.T_camera_object)
     claimed = shown_centre(verdict)
     T = placed.T_camera_object @ component_poses(model, placed.joints)[model.required.name]
     for seen in truth.markers:
@@ -83,7 +92,7 @@ def is_at(verdict: Verdict, truth: ObjectTruth, frame: SimulatedFrame) -> bool:
 class Claims:
     """n claims.
 
-    :param world: (n,) their worlds' numbers. :param final: (n,) bool: of those that pixels were shared out to; else
+    :param world: (n,) their worlds' numbers. :param final: (n,) bool: of those that pixels were shared out among; else
         the search asked about it. :param case: (n,) `Verdict.case`. :param right: (n,) 1 or 0.
     :param score: (n,) what they got. :param evidence: (n, columns) `Evidence`.
     """
@@ -96,51 +105,125 @@ class Claims:
     evidence: Array
 
     @classmethod
-    def of(cls, rows: list[tuple[int, bool, Verdict, bool]]) -> Claims:
-        world, final, verdicts, right = zip(*rows, strict=True)
+    def of(cls, world: int, rows: list[tuple[bool, Verdict, bool]]) -> Claims:
+        final, verdicts, right = zip(*rows, strict=True) if rows else ((), (), ())
         return cls(
-            np.array(world),
-            np.array(final),
-            np.array([v.case for v in verdicts]),
+            np.full(len(rows), world),
+            np.array(final, bool),
+            np.array([v.case for v in verdicts], "<U16"),
             np.array(right, float),
             np.array([v.probability for v in verdicts]),
-            np.array([v.evidence for v in verdicts], float),
+            np.array([v.evidence for v in verdicts], float).reshape(len(rows), len(Evidence._fields)),
         )
-
-    @classmethod
-    def load(cls, files: list[Path]) -> Claims:
-        parts = [np.load(f) for f in files]
-        return cls(**{name: np.concatenate([p[name] for p in parts]) for name in cls.__annotations__})
 
     def __getitem__(self, rows: NDArray) -> Claims:
         return Claims(**{name: values[rows] for name, values in vars(self).items()})
 
 
-def claims_in(frame: SimulatedFrame, finders: list[WholeObjectFinder]) -> Iterator[tuple[bool, Verdict, bool]]:
-    """Claims in a scene: whether pixels were shared out to it, and whether it is right. Of several at an object's
-    place only the first, the one with the most votes, is."""
-    config = RecognizerConfig(min_probability=0.0)
-    judge = Recorder(config.verdict.min_votes, config.min_probability)
-    image = ImageFrame(LabelField(frame.labels), frame.camera)
-    blobs = find_blobs(frame.labels, {label for f in finders for label in f.surface.labels}, config)
-    accepted, _ = share_out(SpatialSearch(image, judge, config.search).run(finders, blobs), image, judge)
-    left = list(frame.truths)
-    for verdict in accepted:
-        there = next((n for n, truth in enumerate(left) if is_at(verdict, truth, frame)), None)
-        if there is not None:
-            del left[there]
-        yield True, verdict, there is not None
-    for verdict in judge.asked:
-        if verdict.confirmed[verdict.claim.finder.root]:
-            yield False, verdict, any(is_at(verdict, truth, frame) for truth in frame.truths)
+@dataclass(frozen=True)
+class Parts:
+    """n components, but the required ones, of likely claims.
+
+    :param world, right, score: as of `Claims`. :param evidence: (n, columns) `PartEvidence`.
+    """
+
+    world: NDArray[np.int_]
+    right: Array
+    score: Array
+    evidence: Array
+
+    @classmethod
+    def of(cls, world: int, rows: list[tuple[float, PartEvidence, bool]]) -> Parts:
+        score, evidence, right = zip(*rows, strict=True) if rows else ((), (), ())
+        table = np.array(evidence, float).reshape(len(rows), len(PartEvidence._fields))
+        return cls(np.full(len(rows), world), np.array(right, float), np.array(score, float), table)
+
+    def __getitem__(self, rows: NDArray) -> Parts:
+        return Parts(**{name: values[rows] for name, values in vars(self).items()})
 
 
-def search(first: int, worlds: int, scenes: int) -> Claims:
-    """Claims in the scenes of so many worlds."""
-    rows = []
+T = TypeVar("T", Claims, Parts)
+
+
+def joined(parts: Sequence[T]) -> T:
+    return type(parts[0])(*(np.concatenate([getattr(p, name) for p in parts]) for name in vars(parts[0])))
+
+
+def save(file: Path, claims: Claims, parts: Parts) -> None:
+    np.savez(file, **vars(claims), **{f"part_{name}": values for name, values in vars(parts).items()})
+
+
+def load(files: Sequence[Path]) -> tuple[Claims, Parts]:
+    found = [np.load(f) for f in files]
+    claims = [Claims(**{name: f[name] for name in Claims.__annotations__}) for f in found]
+    return joined(claims), joined([Parts(**{name: f[f"part_{name}"] for name in Parts.__annotations__}) for f in found])
+
+
+class Watcher:
+    """Searches scenes for some targets, and notes which claims and which of their components are right."""
+
+    def __init__(self, targets: Sequence[Target]) -> None:
+        self._config = RecognizerConfig(min_component_probability=0.0)
+        self._finders = [WholeObjectFinder(t, self._config) for t in targets]
+        self._describers = {f.target.name: Describer(f) for f in self._finders}
+        self.claims: list[tuple[bool, Verdict, bool]] = []
+        self.parts: list[tuple[float, PartEvidence, bool]] = []
+
+    def look(self, frame: SimulatedFrame) -> None:
+        """Of several claims at an object's place only the first accepted one, the one with the most votes, is right."""
+        judge = Recorder.of(self._config)
+        image = ImageFrame(LabelField(frame.labels), frame.camera)
+        blobs = find_blobs(frame.labels, {label for f in self._finders for label in f.surface.labels}, self._config)
+        search = SpatialSearch(image, judge, self._config.search)
+        accepted, others = share_out(search.run(self._finders, blobs), image, judge)
+        left = list(frame.truths)
+        for verdict in (*accepted, *(v for v in others if v.confirmed[v.claim.finder.root])):
+            there = next((truth for truth in left if is_at(verdict, truth, frame)), None)
+            self.claims.append((True, verdict, there is not None))
+            if verdict.probability > LIKELY_ENOUGH:
+                self._note_parts(verdict, there, image)
+            if there is not None:
+                left = [truth for truth in left if truth is not there]
+        for verdict in judge.asked:
+            if verdict.confirmed[verdict.claim.finder.root]:
+                self.claims.append((False, verdict, any(is_at(verdict, truth, frame) for truth in frame.truths)))
+
+    def _note_parts(self, verdict: Verdict, truth: ObjectTruth | None, image: ImageFrame) -> None:
+        """A component is right where it is told within a third of its size of where the image shows it. Of a pattern of
+        equal markers each is as good as another."""
+        surface, pattern = verdict.claim.finder.surface, verdict.claim.finder.target.name == PATTERN
+        rows = part_evidence(verdict)
+        numbers = {component.name: c for c, component in enumerate(surface.model.components)}
+        for part in self._describers[verdict.claim.finder.target.name].describe([verdict], image)[0].components:
+            c = numbers[part.component]
+            if c != verdict.claim.finder.root:
+                seen = [m for m in truth.markers if pattern or m.component == part.component] if truth else []
+                right = any(_is_on(np.array([part.x, part.y]), m) for m in seen)
+                self.parts.append((part.score, rows[c], right))
+
+
+def _is_on(place: Array, marker: MarkerTruth) -> bool:
+    least = SIZE_SHARE * max(marker.full_px, 9.0) ** 0.5 + SIZE_PX
+    return marker.centre is not None and float(np.linalg.norm(place - marker.centre)) <= least
+
+
+def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
+    """Claims, and components of claims, in the scenes of so many worlds."""
+    claims, parts = [], []
     for number in tqdm(range(first, first + worlds), desc="worlds", disable=None):
-        world: World = random_world(number)
-        finders = [WholeObjectFinder(t, RecognizerConfig()) for t in world.targets]
-        for frame in random_frames(world, number, scenes):
-            rows += [(number, *claim) for claim in claims_in(frame, finders)]
-    return Claims.of(rows)
+        targets, frames = _world(number, scenes)
+        watcher = Watcher(targets)
+        for frame in frames:
+            watcher.look(frame)
+        claims.append(Claims.of(number, watcher.claims))
+        parts.append(Parts.of(number, watcher.parts))
+    return joined(claims), joined(parts)
+
+
+def _world(number: int, scenes: int) -> tuple[Sequence[Target], Iterator[SimulatedFrame]]:
+    """Targets and scenes: every sixth world has a pattern of equal markers, as even-numbered as odd-numbered ones."""
+    if number % 12 in (4, 9):
+        pattern = random_pattern(number)
+        return [pattern.target], pattern_frames(pattern, number, scenes)
+    world = random_world(number)
+    return world.targets, random_frames(world, number, scenes)

@@ -12,17 +12,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from random_patterns import random_clutter, shaded
 
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Array, Pose, rotation_from_rotvec
 from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
-from artrec_ros.simulation.simulator import SimulatedFrame, pinhole_camera, simulate
+from artrec_ros.simulation.render import Renderer
+from artrec_ros.simulation.scene import sample_scene
+from artrec_ros.simulation.simulator import SimulatedFrame, pinhole_camera, render_frame
 
 LABELS, OTHER, BODY = (3, 2), 6, 5  # of targets; of components with a class of their own; of bodies
 SIZES, SHARES = ((208, 160), (320, 240), (640, 480)), (0.35, 0.5, 0.15)  # of images; how often
 COUNTS = (0, 1, 2, 3, 3, 4, 5, 5)  # of objects in a scene
+CLUTTERED = 0.15  # share of scenes with patches of the first target's class over much of the image
 CROWDED = 0.4  # share of scenes with up to ten, as far as there is room, and none of them small
 LEAST_PX = 25.0  # apparent diameter of the smallest objects
 # Frames of an object's sides: columns right, up, out; its own: x forward, y left, z up
@@ -94,7 +98,12 @@ def random_frames(world: World, seed: int, scenes: int) -> Iterator[SimulatedFra
         sensor = SensorConfig(spots=int(rng.choice([0, 10])), motion_blur_px=float(rng.choice([0.0, 2.0])))
         sensor = sensor.scaled(float(rng.choice([0.0, 0.5, 1.0, 1.5])))
         camera: Camera = pinhole_camera(size, 60)
-        yield from simulate([*world.targets, *world.strangers], camera, scene, sensor, int(rng.integers(1 << 31)), 1)
+        drawn = sample_scene([*world.targets, *world.strangers], camera, scene, rng)
+        if rng.random() < CLUTTERED:
+            depth = max((p.T_camera_object.position[2] for p in drawn.objects), default=1.0)
+            clutter = random_clutter(camera, LABELS[0], rng.uniform(0.05, 0.35), float(depth), rng)
+            drawn = replace(drawn, distractors=(*drawn.distractors, *clutter))
+        yield shaded(render_frame(0, Renderer(camera), drawn, sensor, rng), rng)
 
 
 def random_model(name: str, rng: np.random.Generator) -> ObjectModel:

@@ -9,6 +9,7 @@ from .base.config import SearchConfig
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .pose.finder import Climb, WholeObjectFinder
+from .pose.ranked import Ranked
 from .pose.surface_model import Poses
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
@@ -53,8 +54,8 @@ class SpatialSearch:
     def _look_closely(self, finder: WholeObjectFinder, blob: Blob) -> Poses:
         """Hypotheses of which a component made a blob, or part of one, best first."""
         found, sure = finder.guesses(self._frame, blob), False
-        for climb in self._climbs:
-            if self._frame.deadline.expired or not (found.votes > 0).any():
+        for number, climb in enumerate(self._climbs):
+            if self._frame.deadline.expired or self._is_hopeless(finder, found, climbs=number):
                 break
             sure = sure or self._is_sure(finder, found.poses)
             if not sure or climb is self._climbs[-1]:
@@ -70,6 +71,18 @@ class SpatialSearch:
 
     def _is_sure(self, finder: WholeObjectFinder, poses: Poses) -> bool:
         return self._judge.trust_in(finder, poses, self._frame) > self._config.sure
+
+    def _is_hopeless(self, finder: WholeObjectFinder, found: Ranked, *, climbs: int) -> bool:
+        """Whether no climb will make an object of the best one: what it lacks to be one it does not find on its way.
+
+        A climb may yet bring the required component to its place; the next one does not.
+        """
+        if not (found.votes > 0).any():
+            return True
+        verdict = self._judge.verdicts(finder, found.poses[:1], self._frame)[0]
+        if verdict is None or not verdict.confirmed[finder.root]:
+            return climbs > 0
+        return verdict.probability < self._config.hopeless
 
     def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
         """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.

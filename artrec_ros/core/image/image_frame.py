@@ -23,11 +23,13 @@ class ImageFrame:
     :param field: the label image.
     :param calibration: of the camera that took it; None: not known, and nothing is sought in space.
     :param deadline: when the search ends with what it has.
+    :param all_pixels: the labels before anybody owned some; None: nobody does.
     """
 
     field: LabelField
     calibration: Camera | None = None
     deadline: Deadline = of(default_factory=Deadline)
+    all_pixels: LabelField | None = None
 
     @property
     def camera(self) -> Camera:
@@ -54,7 +56,12 @@ class ImageFrame:
 
     def without(self, solids: Sequence[NDArray[np.float32]]) -> ImageFrame:
         """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody."""
-        return replace(self, field=self.field.without(solids))
+        return replace(self, field=self.field.without(solids), all_pixels=self.all_pixels or self.field)
+
+    @cached_property
+    def unowned(self) -> ImageFrame:
+        """The same frame with no pixel owned by anybody."""
+        return self if self.all_pixels is None else replace(self, field=self.all_pixels, all_pixels=None)
 
     def faced(self) -> ImageFrame:
         """The same frame to objects that face the camera, whichever took it."""

@@ -23,11 +23,13 @@ from ..model.target import Target
 from . import climb_kernels as climbing
 from .climb_kernels import Steps, Value
 from .distinct import apart
+from .lookalikes import Lookalikes
 from .pose_fit import fit_poses
 from .ranked import Ranked
 from .seeds import Seeds
 from .surface_model import PatchScores, Poses, SpatialModel
 
+_MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
 # times a rotation: its mirror image in the marker's and in the image's plane
 _MIRRORED = np.outer((1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 
@@ -59,7 +61,8 @@ class WholeObjectFinder:
         markers = target.model.required.markers
         self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
         self._marker_centres = np.array([m.centre for m in markers])
-        self._seeds = Seeds(target, self.surface, config)
+        self._lookalikes = Lookalikes(self.surface)
+        self._seeds = Seeds(target, self.surface, config, self._lookalikes)
 
     def warm_up(self, frame: ImageFrame, poses: Poses) -> None:
         """Have the compiled code that counts votes and climbs on them ready, by a step from some poses."""
@@ -86,7 +89,7 @@ class WholeObjectFinder:
         found = Ranked(bent, self.votes(frame, bent, occlusion=True)).best(climb.most, search)
         found = self._with_rival_flips(frame, self._sweep(frame, found))
         found = self._climb(frame, found, climb)
-        return self._fit_all(frame, found.poses).best(len(found), search)
+        return self._with_lookalikes(frame, self._fit_all(frame, found.poses).best(len(found), search))
 
     def polished(self, frame: ImageFrame, poses: Poses, climb: Climb) -> Ranked:
         """Hypotheses after a climb on the votes and a fit to the contours, and as they were."""
@@ -100,7 +103,24 @@ class WholeObjectFinder:
         search = self._search
         poses = self.surface.search_joints(frame, poses, search.first_joint_step)
         found = Ranked(poses, self.votes(frame, poses, occlusion=False)).best(search.joint_keep, search)
-        return self._fit_all(frame, self._with_flips(found)).best(search.fit_keep, search)
+        found = self._fit_all(frame, self._with_flips(found)).best(search.fit_keep, search)
+        return self._with_lookalikes(frame, found)
+
+    def _with_lookalikes(self, frame: ImageFrame, found: Ranked) -> Ranked:
+        """Add those of the best one's lookalikes that come near to it, and theirs in turn while they are better."""
+        search = self._search
+        for _ in range(_MOST_MOVES * (len(found) > 0 and len(self._lookalikes) > 0)):
+            poses = self._lookalikes.of(found.poses[:1])
+            poses = self.surface.search_joints(frame, poses, search.first_joint_step)
+            others = Ranked(poses, self.votes(frame, poses, occlusion=True)).best(search.flip_keep, search)
+            others = others[others.votes > search.rival * found.votes[0]]
+            if not len(others):
+                break
+            best, others = found.votes[0], self._fit_all(frame, others.poses)
+            found = (found + others).best(search.fit_keep, search)
+            if found.votes[0] <= best:
+                break
+        return found
 
     def _with_rival_flips(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the best one's siblings that come near to it."""

@@ -12,8 +12,11 @@ from ..image.image_frame import ImageFrame
 from ..model.objects import Marker, ObjectModel
 from .distinct import best_distinct
 from .surface_model import Poses, SpatialModel
-from .view_bank import BlobShape, ViewBank, blob_shape
+from .view_bank import ViewBank
 from .views import lift, view_bank
+from .votes import Labels
+
+Key = tuple[bytes, float | None, Labels]
 
 
 class Guesser:
@@ -22,16 +25,27 @@ class Guesser:
     :ivar labels: classes of which the blobs are that the component makes.
     """
 
-    def __init__(self, model: ObjectModel, surface: SpatialModel, component: int, config: RecognizerConfig) -> None:
+    def __init__(
+        self,
+        model: ObjectModel,
+        surface: SpatialModel,
+        component: int,
+        config: RecognizerConfig,
+        banks: dict[Key, ViewBank] | None = None,
+    ) -> None:
+        """:param banks: of other components of the class: equal markers on equal bodies share one."""
+        banks = {} if banks is None else banks
         self._all, self._config, self._search = config, config.guesses, config.search
         part, labels = model.components[component], surface.labels[component]
         self.labels, self._none = labels, surface.no_poses
         self._markers = part.markers
         inside = surface.table[surface.roles.inside(labels)]
-        ring = surface.table[surface.roles.ring(labels, () if part.body_label is None else (part.body_label,))]
-        self._banks = [
-            ViewBank(view_bank(m, config.guesses), inside, ring, surface.limits, config.guesses) for m in self._markers
-        ]
+        body = () if part.body_label is None else (part.body_label,)
+        ring = surface.table[surface.roles.ring(labels, body)]
+        for m in self._markers:
+            if (key := _key(m, body)) not in banks:
+                banks[key] = ViewBank(view_bank(m, config.guesses), inside, ring, surface.limits, config.guesses)
+        self._banks = [banks[_key(m, body)] for m in self._markers]
         self._q, self._R, self._t = _draws(surface, component, config.guesses.joint_draws)
         in_marker = [self._object_in_marker(m) for m in self._markers]
         # the object's frame, see `lift`: (2, V, 3, 3) of each marker's views, and (3,) its origin along its own axes
@@ -41,13 +55,13 @@ class Guesser:
     def guess(self, frame: ImageFrame, blob: Blob) -> Poses:
         """Object poses from one blob within reach, the best of each marker by the votes for it, as many as there is
         time for; joints mid-range."""
-        shape, growth = blob_shape(blob, frame.field.seam_px(blob.label), self._all.blobs), self._config.growth
+        growth = self._config.growth
         grown = growth if is_small(blob, self._config) else growth[:1]
         found = [self._none]
         for m in range(len(self._markers)):
             if frame.deadline.expired:
                 break
-            found.append(self._of_marker(m, frame, shape, grown))
+            found.append(self._of_marker(m, frame, blob, grown))
         return Poses.concatenate(found)
 
     def bent(self, poses: Poses) -> Poses:
@@ -58,9 +72,9 @@ class Guesser:
         t = t_c[:, None] - np.einsum("hdij,dj->hdi", R, self._t)
         return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.tile(self._q, (len(poses), 1)))
 
-    def _of_marker(self, m: int, frame: ImageFrame, shape: BlobShape, grown: tuple[float, ...]) -> Poses:
+    def _of_marker(self, m: int, frame: ImageFrame, blob: Blob, grown: tuple[float, ...]) -> Poses:
         keep = self._config.blob_keep
-        T, votes, view = self._banks[m].align(frame, shape, keep)
+        T, votes, view = self._banks[m].align_blob(frame, blob, keep, self._all.blobs)
         if len(grown) > 1:
             T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
         R, t = lift(self._flips[m], view, T, frame.camera, self._origins[m])
@@ -78,6 +92,10 @@ class Guesser:
         assert T is not None  # the model is spatial
         R = (self._R[0] @ T.rotation).T
         return R, -R @ (self._R[0] @ marker.centre + self._t[0])
+
+
+def _key(marker: Marker, body: Labels) -> Key:
+    return (marker.outline - marker.centroid).round(9).tobytes(), marker.disc_radius, body
 
 
 def _draws(surface: SpatialModel, component: int, draws: int) -> tuple[Array, Array, Array]:

@@ -15,23 +15,30 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from .distinct import best_distinct
-from .guesses import Guesser, is_small
+from .guesses import Guesser, Key, is_small
+from .lookalikes import Lookalikes
 from .pose_fit import fit_poses
 from .surface_model import Poses, SpatialModel
+from .view_bank import ViewBank
 
 
 class Seeds:
     """Guesses of one target's pose, from each blob of its required component's class."""
 
-    def __init__(self, target: Target, surface: SpatialModel, config: RecognizerConfig) -> None:
+    def __init__(
+        self, target: Target, surface: SpatialModel, config: RecognizerConfig, lookalikes: Lookalikes | None = None
+    ) -> None:
+        """:param lookalikes: a component whose blob these lead from to the required one need not be started from."""
         self._surface, self._root = surface, surface.root
         self._config, self._search, self._fit = config.guesses, config.search, config.fit
         self._min_votes = config.verdict.min_votes
         self._patches: dict[tuple[tuple[int, ...], bool], np.ndarray] = {}
+        banks: dict[Key, ViewBank] = {}
         self._guessers = {
-            c: Guesser(target.model, surface, c, config)
+            c: Guesser(target.model, surface, c, config, banks)
             for c, labels in enumerate(surface.labels)
             if set(labels) & set(surface.labels[self._root])
+            and not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
 
     def few(self, frame: ImageFrame, blob: Blob) -> Poses:

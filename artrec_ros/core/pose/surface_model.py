@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from ..base.config import VotesConfig
 from ..base.jit import LANES
 from ..geometry.transforms import Array
-from ..image.codes import LABELS, OUTSIDE, Codes
+from ..image.codes import LABELS, OUTSIDE, OWNED, Codes
 from ..image.image_frame import ImageFrame
 from ..image.label_field import LabelField
 from ..model.chain_kernels import place_points
@@ -62,6 +63,10 @@ class PatchScores:
     def __getitem__(self, index: NDArray | list[int] | slice) -> PatchScores:
         return PatchScores(self.votes[index], self.area_px[index], self.agree[index])
 
+    @classmethod
+    def concatenate(cls, parts: Sequence[PatchScores]) -> PatchScores:
+        return cls(*(np.concatenate(values) for values in zip(*(p.arrays for p in parts), strict=True)))
+
 
 def _limits(votes: VotesConfig) -> SurfaceLimits:
     """For compiled code; a whole number would be compiled for anew."""
@@ -72,6 +77,7 @@ def _limits(votes: VotesConfig) -> SurfaceLimits:
         float(votes.ring_visible),
         BEHIND,
         OUTSIDE,
+        OWNED,
     )
 
 

@@ -13,6 +13,7 @@ from ..base.jit import LANES
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
+from ..image.label_field import LabelField
 from . import guess_kernels as guessing
 from .surface_kernels import SurfaceLimits
 from .views import MarkerView, blob_couples, flips_of, moments_of, scale_range
@@ -65,6 +66,7 @@ class ViewBank:
         xy = lambda name: np.ascontiguousarray(stack(name).transpose(0, 2, 1))  # noqa: E731
         self._arrays = (anchors, n, xy("inside"), xy("contour"), xy("contour_normal"), stack("area"))
         self._perimeter = stack("perimeter")
+        self._last: tuple[LabelField, Blob, int, tuple[Array, Array, np.ndarray]] | None = None
         self._moments = np.array([v.moments[0] for v in views]), np.array([v.moments[1] for v in views])
 
     @cached_property
@@ -72,6 +74,16 @@ class ViewBank:
         """For compiled code, at any scale."""
         scale = np.tile([0.0, np.inf], (len(self._perimeter), 1))
         return guessing.BankArrays(*self._arrays, self._perimeter, scale, *self._moments)
+
+    def align_blob(
+        self, frame: ImageFrame, blob: Blob, most: int, config: BlobsConfig
+    ) -> tuple[Array, Array, np.ndarray]:
+        """`align` of a blob; what was last asked for is known, for all components that have this marker."""
+        last = self._last
+        if last is None or last[0] is not frame.field or last[1] is not blob or last[2] != most:
+            shape = blob_shape(blob, frame.field.seam_px(blob.label), config)
+            self._last = last = frame.field, blob, most, self.align(frame, shape, most)
+        return last[3]
 
     def align(self, frame: ImageFrame, shape: BlobShape, most: int) -> tuple[Array, Array, np.ndarray]:
         """Of the best few similarities of each view the best, at most so many: (H, 4), their votes (H,), and each

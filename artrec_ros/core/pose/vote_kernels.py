@@ -71,8 +71,10 @@ def score_hypothesis(
         for i in range(count):
             if n_near and room.hidden[i]:
                 continue
-            seen += 1
             found = view.padded[room.at[0, i]]
+            if found == limits.owned:
+                continue
+            seen += 1
             total += role[found]
             same += own[found]
         size, visible = s.area[p] * f2 / mz**2 * cosine, seen / count

@@ -17,8 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .acceptance_curves import CURVES
+from ..pose.surface_model import PatchScores
+from .acceptance_curves import CURVES, Model
 from .claims import Claim
+
+_Scores = tuple[list[float], list[float], list[float]]  # of each patch
 
 
 class Evidence(NamedTuple):
@@ -35,6 +38,8 @@ class Evidence(NamedTuple):
     :param faces: the same of all components' bodies.
     :param facing: cosine of the angle under which the required marker is seen: squeezed, much looks like it.
     :param missing: less the logarithm of the pixels of markers that should be in view and are not confirmed.
+    :param lacking: less the share of the pixels of all markers that should be in view whose components are not
+        confirmed.
     """
 
     size: float
@@ -48,6 +53,7 @@ class Evidence(NamedTuple):
     faces: float
     facing: float
     missing: float
+    lacking: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +78,7 @@ class Verdict:
     @cached_property
     def probability(self) -> float:
         """That the claim is an object, 0 to 1."""
-        bias, curves = CURVES[self.case]
-        evidence = self.evidence
-        logit = bias + sum(_at(getattr(evidence, name), *curve) for name, curve in curves.items())
-        return 1 / (1 + math.exp(min(-logit, 700.0)))
+        return logistic(CURVES[self.case], self.evidence)
 
     @property
     def case(self) -> str:
@@ -91,12 +94,13 @@ class Verdict:
     def evidence(self) -> Evidence:
         """What speaks for it."""
         finder, (votes, area_px, _) = self.claim.finder, self._scores
-        surface = finder.surface
+        surface, root = finder.surface, self.shown[finder.root]
         faces = [p for p in surface.classed_faces if area_px[p]]
         body = [p for p in faces if surface.patches[p].component == finder.root]
         others = [p for _, mine in self._others_markers() for p in mine]
+        all_markers = [*surface.markers_of[finder.root], *others]
         missing_px = sum(area_px[p] for c, mine in self._others_markers() if not self.confirmed[c] for p in mine)
-        outlines = [self._outline(self.shown[c]) for c in self.others]
+        outlines = [self.outline(self.shown[c]) for c in self.others]
 
         def mean_vote(patches: list[int]) -> float:
             return sum(votes[p] for p in patches) / max(sum(area_px[p] for p in patches), 1.0)
@@ -106,30 +110,30 @@ class Verdict:
 
         return Evidence(
             size=math.log(max(self.claim.votes, 1.0)),
-            edge=self._outline(self.shown[finder.root])[0],
+            edge=self.outline(root)[0],
             bare=float(not body),
             body=mean_face(body),
             shown=float(sum(patch >= 0 for patch in self.shown) - 1),
-            colour=mean_vote([*surface.markers_of[finder.root], *others]),
+            colour=mean_vote(all_markers),
             others=mean_vote(others),
             edges=sum(fit * px for fit, px in outlines) / max(sum(px for _, px in outlines), 1e-9),
             faces=mean_face(faces),
             facing=self._facing(),
             missing=-math.log1p(missing_px),
+            lacking=-missing_px / max(sum(area_px[p] for p in all_markers), 1.0),
         )
 
     @cached_property
-    def _scores(self) -> tuple[list[float], list[float], list[float]]:
+    def _scores(self) -> _Scores:
         """Of each patch its votes, pixels and the share of them with its label."""
-        votes, area_px, agree = (values[0].tolist() for values in self.claim.scores.arrays)
-        return votes, area_px, agree
+        return _lists(self.claim.scores)
 
     def _others_markers(self) -> Iterator[tuple[int, list[int]]]:
         """Components besides the required one, each with its markers' patches."""
         finder = self.claim.finder
         return ((c, mine) for c, mine in enumerate(finder.surface.markers_of) if c != finder.root)
 
-    def _outline(self, patch: int) -> tuple[float, float]:
+    def outline(self, patch: int) -> tuple[float, float]:
         """How well a marker's outline parts its class from others, 1 all around, 0 or less nowhere; its length, px."""
         (votes, area_px, agree), marker = self._scores, self.claim.finder.surface.patches[patch].marker
         assert marker is not None  # what shows a component is a marker
@@ -162,6 +166,19 @@ class Verdict:
         return text
 
 
+def logistic(model: Model, evidence: NamedTuple) -> float:
+    """The probability from what each kind of evidence adds."""
+    bias, curves = model
+    logit = bias + sum(_at(getattr(evidence, name), *curve) for name, curve in curves.items())
+    return 1 / (1 + math.exp(min(-logit, 700.0)))
+
+
+def _lists(scores: PatchScores) -> _Scores:
+    """A handful of numbers: plain Python is faster than arrays."""
+    votes, area_px, agree = (values[0].tolist() for values in scores.arrays)
+    return votes, area_px, agree
+
+
 def _at(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
     """A line through points at x, level beyond its ends."""
     i = bisect_right(xs, x)
@@ -174,9 +191,8 @@ def verdict_of(claim: Claim) -> Verdict:
     """Which components the labels confirm, and by which marker."""
     surface, config = claim.finder.surface, claim.finder.config
     least = config.verdict
-    # a handful of numbers: plain Python is faster than arrays
     supported = set(surface.markers[claim.finder.supported(claim.scores)[0]].tolist())
-    patch_votes, area_px, agree = (values[0].tolist() for values in claim.scores.arrays)
+    patch_votes, area_px, agree = _lists(claim.scores)
     votes, shown, confirmed = [], [], []
     for c, mine in enumerate(surface.markers_of):
         votes.append(sum(patch_votes[p] for p in mine))

@@ -19,24 +19,38 @@ from ..pose.surface_model import PatchScores, Poses, SpatialModel
 
 @dataclass(frozen=True, eq=False)
 class Claim:
-    """A candidate and what the labels that nobody better owns say of it."""
+    """A candidate and what the labels that nobody better owns say of it.
+
+    :param scores: of these labels. :param all_scores: of all labels, whoever owns them.
+    :param frame: where it is said.
+    """
 
     finder: WholeObjectFinder
     poses: Poses  # one hypothesis
     votes: float
     scores: PatchScores
+    all_scores: PatchScores
+    frame: ImageFrame
     depth_m: float = math.nan  # of the required component, along the optical axis; NaN: not asked for
     scale: float = math.nan  # pixels per metre there
 
 
-def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Claim]:
-    """A claim for each hypothesis."""
-    scores = finder.judge(frame, poses, occlusion=True)
+def claims_of(
+    finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, all_scores: PatchScores | None = None
+) -> list[Claim]:
+    """A claim for each hypothesis.
+
+    :param all_scores: what all labels say of them, where that is known: it does not change with who owns them.
+    """
+    scores = of_all = finder.judge(frame, poses, occlusion=True)
+    if frame.unowned is not frame:
+        of_all = finder.judge(frame.unowned, poses, occlusion=True) if all_scores is None else all_scores
     depth_m = finder.anchors(poses)[:, 2]
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
     numbers = zip(finder.total(scores).tolist(), depth_m.tolist(), scale.tolist(), strict=True)
     return [
-        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], *place) for i, (votes, *place) in enumerate(numbers)
+        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], of_all[i : i + 1], frame, *place)
+        for i, (votes, *place) in enumerate(numbers)
     ]
 
 

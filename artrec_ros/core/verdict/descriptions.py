@@ -8,6 +8,7 @@ import numpy as np
 
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
+from ..image.codes import OWNED
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, ImagePose, Instance, Rejection
 from ..model.kinematics import Frames
@@ -18,6 +19,7 @@ from ..pose.surface_model import Poses
 from .acceptance import Verdict
 from .identity import Identifier
 from .judge import Judge
+from .parts import part_probabilities
 
 
 class Describer:
@@ -47,7 +49,8 @@ class Describer:
         poses = finder.settled(frame.unhurried(), Poses.concatenate([v.claim.poses for v in verdicts]), used)
         identities = self._identifier.identify(frame, poses)
         covariances = pose_covariances(surface, frame, poses, used, finder.config)
-        parts = self._instances(verdicts, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
+        told = [self._told(verdict) for verdict in verdicts]
+        parts = self._instances(verdicts, told, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [
             self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy(), identities[n])
             for n, verdict in enumerate(verdicts)
@@ -64,8 +67,9 @@ class Describer:
     ) -> Detection:
         target, kin = self.finder.target, self.finder.surface.kinematics
         root = next(p for p in parts if p.component == target.model.required.name)
-        seen = [c for c, patch in enumerate(verdict.shown) if patch >= 0]
-        told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component in view
+        names = {p.component for p in parts}
+        seen = [c for c, component in enumerate(target.model.components) if component.name in names]
+        told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component that is told
         return Detection(
             target.name,
             number,
@@ -78,7 +82,14 @@ class Describer:
             identity=identity,
         )
 
-    def _instances(self, verdicts: Sequence[Verdict], frames: Frames, frame: ImageFrame) -> list[tuple[Instance, ...]]:
+    def _told(self, verdict: Verdict) -> dict[int, float]:
+        """The components that are told, and their probabilities."""
+        least, root = self.finder.config.min_component_probability, self.finder.root
+        return {c: p for c, p in part_probabilities(verdict).items() if c == root or p >= least}
+
+    def _instances(
+        self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]], frames: Frames, frame: ImageFrame
+    ) -> list[tuple[Instance, ...]]:
         """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre."""
         surface, camera, (width, height) = self.finder.surface, frame.camera, frame.size
         X = surface.place(frames, self._points, self._on)
@@ -86,6 +97,8 @@ class Describer:
         inside = pixels[:, : self._first_drawn[0]].reshape(len(pixels), *self._inside, 2)
         seen = surface.shown(frames, surface.markers, INSIDE_POINTS)
         seen &= ((inside > -0.5) & (inside < (width - 0.5, height - 0.5))).all(axis=-1)
+        for h, verdict in enumerate(verdicts):  # nor is there what another object hides
+            seen[h] &= verdict.claim.frame.field.at(inside[h]) != OWNED
         weight = seen[..., None]
         count = weight.sum(axis=2)
         centroid, tail, head = (pixels[:, self._first_drawn[:-1] + i] for i in range(3))  # (H, M, 2)
@@ -93,21 +106,21 @@ class Describer:
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
         scale = camera.focal_px / np.maximum(X[:, self._first_drawn[:-1], 2], 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
+        patches = [[(v.shown[c], p) for c, p in each.items()] for v, each in zip(verdicts, told, strict=True)]
         return [
-            tuple(self._instance(v, p, pixels[h], *values[h][self._row[p]]) for p in v.shown if p >= 0)
-            for h, v in enumerate(verdicts)
+            tuple(self._instance(patch, p, pixels[h], *values[h][self._row[patch]]) for patch, p in patches[h])
+            for h in range(len(verdicts))
         ]
 
     def _instance(
-        self, verdict: Verdict, patch: int, pixels: Array, x: float, y: float, theta: float, scale: float
+        self, patch: int, score: float, pixels: Array, x: float, y: float, theta: float, scale: float
     ) -> Instance:
         """The component that a patch shows. :param pixels: (n, 2) of all markers' points."""
         shown, row = self.finder.surface.patches[patch], self._row[patch]
         assert shown.marker is not None  # what shows a component is a marker
-        agree = min(max(float(verdict.claim.scores.agree[0, patch]), 0.0), 1.0)
         outline = pixels[self._first_drawn[row] + 3 : self._first_drawn[row + 1]]  # behind centroid, tail and head
         name = self.finder.target.model.components[shown.component].name
-        return Instance(name, shown.marker.name, agree, x, y, theta, scale, outline.copy())
+        return Instance(name, shown.marker.name, score, x, y, theta, scale, outline.copy())
 
 
 def rejection_of(verdict: Verdict, frame: ImageFrame, judge: Judge) -> Rejection:

@@ -12,7 +12,7 @@ from ..geometry.camera import Camera
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
+from ..pose.surface_model import PatchScores, Poses
 from .acceptance import Verdict
 from .claims import corners_of, silhouette
 from .judge import Judge
@@ -32,10 +32,9 @@ def share_out(
     groups = [_Group(finder, poses, frame.camera, judge) for finder, poses in found]
     alive = [s for group in groups for s in group.judged(range(len(group.poses)), frame) if s is not None]
     while True:
-        trusted = [(weight, s) for s in alive if (weight := judge.trust(s.verdict))]
-        if not trusted:
+        best = _best(alive, judge)
+        if best is None:
             return accepted, _best_of_each_place([s.verdict for s in alive], frame)
-        best = max(trusted, key=lambda t: t[0] * t[1].verdict.claim.votes)[1]
         accepted.append(best.verdict)
         alive.remove(best)
         if frame.deadline.expired:
@@ -43,6 +42,18 @@ def share_out(
         elif alive:
             frame = frame.without(silhouette(best.group.finder.surface, frame.camera, best.verdict.claim.poses))
             alive = _judged_again(alive, best, frame)
+
+
+def _best(alive: list[_Standing], judge: Judge) -> _Standing | None:
+    """The one with the most trusted votes; None where none is an object. Who has fewer votes at all is not asked."""
+    best, most = None, 0.0
+    for standing in sorted(alive, key=lambda s: -s.verdict.claim.votes):
+        if standing.verdict.claim.votes <= most:
+            break
+        trusted = judge.trust(standing.verdict) * standing.verdict.claim.votes
+        if trusted > most:
+            best, most = standing, trusted
+    return best
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +78,15 @@ class _Group:
             margin = margin + np.linalg.norm(np.ptp(moved, axis=1), axis=1, keepdims=True)
         return np.stack([low - margin, high + margin], axis=1)
 
-    def judged(self, rows: Sequence[int], frame: ImageFrame) -> list[_Standing | None]:
-        """Claims of some of the hypotheses; None for those without votes enough."""
-        verdicts = self.judge.verdicts(self.finder, self.poses[list(rows)], frame)
+    def judged(
+        self, rows: Sequence[int], frame: ImageFrame, before: Sequence[_Standing] = ()
+    ) -> list[_Standing | None]:
+        """Claims of some of the hypotheses; None for those without votes enough.
+
+        :param before: the same claims when others owned less.
+        """
+        known = PatchScores.concatenate([s.verdict.claim.all_scores for s in before]) if before else None
+        verdicts = self.judge.verdicts(self.finder, self.poses[list(rows)], frame, known)
         return [_Standing(self, row, v) if v is not None else None for row, v in zip(rows, verdicts, strict=True)]
 
 
@@ -95,17 +112,19 @@ def _judged_again(alive: list[_Standing], owner: _Standing, frame: ImageFrame) -
             met.setdefault(standing.group, []).append(standing)
     anew: dict[_Standing, _Standing | None] = {}
     for group, mine in met.items():
-        anew.update(zip(mine, group.judged([s.row for s in mine], frame), strict=True))
+        anew.update(zip(mine, group.judged([s.row for s in mine], frame, mine), strict=True))
     return [now for now in (anew.get(s, s) for s in alive) if now is not None]
 
 
 def _best_of_each_place(verdicts: list[Verdict], frame: ImageFrame) -> list[Verdict]:
-    out: list[Verdict] = []
-    for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
-        if frame.deadline.expired:
-            break
-        claim = verdict.claim
-        near = (v.claim for v in out if v.claim.finder is claim.finder)
-        if not any(claim.finder.same_place(frame.camera, claim.poses, c.poses)[0] for c in near):
-            out.append(verdict)
+    left, out = sorted(verdicts, key=lambda v: -v.claim.votes), []
+    while left and not frame.deadline.expired:
+        best, left = left[0], left[1:]
+        out.append(best)
+        mine = [v for v in left if v.claim.finder is best.claim.finder]
+        if mine:
+            poses = Poses.concatenate([v.claim.poses for v in mine])
+            near = best.claim.finder.same_place(frame.camera, poses, best.claim.poses)
+            gone = {id(v) for v, there in zip(mine, near, strict=True) if there}
+            left = [v for v in left if id(v) not in gone]
     return out

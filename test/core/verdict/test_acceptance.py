@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from settings import DEFAULTS, settings
-from solids import RED, pose, sign, truck
+from solids import RED, camera_of, pose, sign, truck
 
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import PatchScores
@@ -18,6 +20,7 @@ from artrec_ros.core.verdict.judge import Judge
 CONFIG = DEFAULTS
 JUDGE = Judge.of(CONFIG)
 STRICT = replace(JUDGE, min_probability=1.0)
+BLANK = ImageFrame(LabelField(np.zeros((2, 2), np.uint8)), camera_of((2, 2)))  # nobody owns anything
 FINDERS = {m.name: WholeObjectFinder(Target(m.name, m, RED), DEFAULTS) for m in (truck(), sign())}
 
 
@@ -35,7 +38,7 @@ def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, p
             scores.area_px[0, i], scores.votes[0, i], scores.agree[0, i] = px, per_px * px, agree
         elif patch.marker.name in ("right", "outer_right"):  # it should be seen and is not
             scores.area_px[0, i], scores.votes[0, i] = 30.0, against
-    return Claim(finder, pose(model=surface.model), votes, scores)
+    return Claim(finder, pose(model=surface.model), votes, scores, scores, BLANK)
 
 
 TORSO, FORE, HIND, FACE = ("torso", "right"), ("fore", "outer_right"), ("hind", "outer_right"), ("plate", "face")
@@ -120,6 +123,7 @@ def test_evidence_is_what_the_labels_say():
     assert evidence.others == pytest.approx((4.5 * 60 - 50) / 90)  # of the hind leg 30 px should be seen
     assert evidence.colour == pytest.approx((4.5 * 360 - 50) / 390)
     assert evidence.missing == pytest.approx(-np.log1p(30))
+    assert evidence.lacking == pytest.approx(-30 / 390)
     bare = verdict_of(claim({FACE: 500.0}, name="sign")).evidence
     assert bare.bare == 1 and bare.body == bare.faces == CONFIG.votes.body[2]
 

@@ -75,7 +75,7 @@ def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, mee
         assert claim.votes == pytest.approx(float(finder.votes(left, claim.poses, occlusion=True)[0]))
         left = left.without(silhouette(finder.surface, CAMERA, claim.poses))
     alone = finder.votes(frame, accepted[1].claim.poses, occlusion=True)[0]
-    assert (accepted[1].claim.votes < alone) == meet  # what they share went to the first
+    assert (accepted[1].claim.votes != pytest.approx(float(alone))) == meet  # what they share went to the first
 
 
 def test_targets_compete_for_pixels():

@@ -96,6 +96,14 @@ class RecognizerConfig:
         0.55, "least share of a shape's visible outline that must match", low=0, high=1, paths=("plane",)
     )
     min_probability: float = param(0.4, "least probability of a whole object", low=0, high=1, paths=("space", "facing"))
+    min_component_probability: float = param(
+        0.4,
+        "least probability that a component of an object found as a whole lies on its own marker; others, and joints "
+        "that no component tells, are left out",
+        low=0,
+        high=1,
+        paths=("space", "facing"),
+    )
     min_identity_probability: float = param(
         0.8,
         "least probability, against the next best, of which one of several like objects it is; below it none is told",

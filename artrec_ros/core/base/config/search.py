@@ -112,6 +112,15 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="by hand: mirrored turns keep so many",
     )
+    hopeless: float = param(
+        0.003,
+        "a candidate that is less probable is not worth a climb, nor is, after the first one, one whose required "
+        "component is not confirmed",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="of 162 long looks at crowds that were such after a climb, none ended in an object",
+    )
     climb_hypotheses: tuple[int, ...] = param(
         (10, 5, 3),
         "at most so many hypotheses of a blob climb, climb after climb",
@@ -211,7 +220,7 @@ class SearchConfig(Room):
         origin="by hand: contours of merged blobs lead astray",
     )
     sure: float = param(
-        0.87,
+        0.81,
         "trust in an object whose pixels are not searched for others",
         low=0,
         high=2,
@@ -219,7 +228,7 @@ class SearchConfig(Room):
         origin="fit: 3 % of such claims may be wrong (benchmarks/acceptance.py --fit); above 1: none is sure",
     )
     likely: float = param(
-        0.715,
+        0.61,
         "trust in one whose blobs need not be looked at again for the same target",
         low=0,
         high=2,

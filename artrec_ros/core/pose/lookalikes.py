@@ -1,0 +1,146 @@
+"""Poses in which an object looks much like itself: its required component put where another of its kind is.
+
+Of squares in rows a pose moved by a pitch, or turned by a quarter, covers most of them. What is said of a pose is
+worth no more than what is known of these rivals: they are few, known ahead, and cost votes alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..alignment.symmetry import distance_to_outline
+from ..geometry.transforms import Pose, rotation_from_rotvec
+from ..model.objects import Marker
+from ..model.surface import sample_contour
+from .surface_model import Poses, SpatialModel
+
+_TURNS = 2 * np.pi * np.arange(144) / 144  # that are looked at: 2.5 degrees apart
+_SAMPLES = 48  # of an outline
+_ALIKE = 0.08  # outlines that differ by less are taken for one another: rms, as a share of the root of their area
+_NEAR = 0.25  # markers whose centres are nearer cover one another, as a share of the same
+_SHARE = 1 / 3  # of a rigid object's markers that a lookalike must have where it has some; others are no rivals
+
+
+class Lookalikes:
+    """One object's: poses with one of the required component's markers where the pose has one of the same class and
+    outline, of any component, in each of the turns in which the two look the same; joints as they are."""
+
+    def __init__(self, surface: SpatialModel) -> None:
+        self._kin, self._root = surface.kinematics, surface.root
+        found = _placements(surface)
+        self._on = np.array([c for c, _ in found], int)  # the required component's frame, and on which one it is
+        self._R = np.array([T.rotation for _, T in found]).reshape(-1, 3, 3)
+        self._t = np.array([T.position for _, T in found]).reshape(-1, 3)
+
+    def __len__(self) -> int:
+        return len(self._on)
+
+    def leads_to(self, component: int) -> bool:
+        """Whether the required component lies on this one in some lookalike of a rigid object: from a pose that takes
+        its blob for the required component's one comes to the right one."""
+        return not self._kin.n_joints and bool((self._on == component).any())
+
+    def of(self, poses: Poses) -> Poses:
+        """(H * K) poses, those of the first one first."""
+        frames = self._kin.forward(poses.R, poses.t, poses.q)
+        R_root, t_root = frames.R[:, self._root], frames.t[:, self._root]
+        R_object = R_root.transpose(0, 2, 1) @ poses.R  # the object's frame in the required component's
+        t_object = np.einsum("hji,hj->hi", R_root, poses.t - t_root)
+        R_there = frames.R[:, self._on] @ self._R  # (H, K, 3, 3)
+        t_there = np.einsum("hkij,kj->hki", frames.R[:, self._on], self._t) + frames.t[:, self._on]
+        R = R_there @ R_object[:, None]
+        t = np.einsum("hkij,hj->hki", R_there, t_object) + t_there
+        return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.repeat(poses.q, len(self), axis=0))
+
+
+class _Placed(NamedTuple):
+    """A marker of the required component's class.
+
+    :param inside: its frame at its centroid in its component's frame; whole: in the object's, joints mid-range.
+    """
+
+    component: int
+    marker: Marker
+    inside: Pose
+    whole: Pose
+
+
+def _placements(surface: SpatialModel) -> list[tuple[int, Pose]]:
+    """The required component's frame where a lookalike has it, in the frame of a component; those that have most in
+    common first. A rigid object's that have little are no rivals, and those that have all are the same to the eye."""
+    markers = _placed_markers(surface)
+    found = list(_all_placements(markers, surface.root))
+    if surface.kinematics.n_joints:
+        return [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in found]
+    least = max(2.0, _SHARE * len(markers))
+    out: dict[tuple[float, ...], tuple[int, int, Pose]] = {}
+    for mine, there, T in found:
+        moved = there.whole @ T @ mine.whole.inverse()
+        covered = _covered(moved, markers)
+        if least <= covered < len(markers):
+            key = tuple(np.rint(np.append(moved.rotation[:, :2].ravel(), moved.position / mine.marker.area**0.5) * 20))
+            out.setdefault(key, (covered, there.component, there.inside @ T @ mine.inside.inverse()))
+    return [(c, T) for _, c, T in sorted(out.values(), key=lambda o: -o[0])]
+
+
+def _placed_markers(surface: SpatialModel) -> list[_Placed]:
+    kin, label, out = surface.kinematics, surface.labels[surface.root], []
+    frames = kin.forward(np.eye(3)[None], np.zeros((1, 3)), (kin.lower + kin.upper)[None] / 2)
+    for c, component in enumerate(surface.model.components):
+        for marker in component.markers if surface.labels[c] == label else ():
+            assert marker.T_component_marker is not None  # the model is spatial
+            inside = marker.T_component_marker @ Pose(np.eye(3), np.append(marker.centroid, 0.0))
+            out.append(_Placed(c, marker, inside, Pose(frames.R[0, c], frames.t[0, c]) @ inside))
+    return out
+
+
+def _all_placements(markers: list[_Placed], root: int) -> Iterator[tuple[_Placed, _Placed, Pose]]:
+    """A marker of the required component, the one whose place it takes, and how it is turned there."""
+    for mine in (m for m in markers if m.component == root):
+        for there in markers:
+            both = mine.marker, there.marker
+            discs = all(m.disc_radius for m in both) and _same_size(*both)
+            for turn in _turns_of_discs(mine, there, markers) if discs else _turns(*both):
+                if there is not mine or np.cos(turn) < 1 - 1e-6:
+                    yield mine, there, Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
+
+
+def _covered(moved: Pose, markers: list[_Placed]) -> int:
+    """How many markers of a rigid object lie on some of its own of their size when it is moved in its own frame."""
+    at = np.array([m.whole.position for m in markers])
+    out = np.array([m.whole.rotation[:, 2] for m in markers])
+    size = np.array([m.marker.area**0.5 for m in markers])
+    near = np.linalg.norm(moved.apply(at)[:, None] - at, axis=2) < _NEAR * size
+    alike = (np.abs(np.log(size[:, None] / size)) < _ALIKE) & ((out @ moved.rotation.T) @ out.T > 0.9)
+    return int((near & alike).any(axis=1).sum())
+
+
+def _turns_of_discs(mine: _Placed, there: _Placed, markers: list[_Placed]) -> list[float]:
+    """Turns of a disc on another one that bring some other marker's centre to another one's."""
+    polar = []
+    for at in (mine, there):
+        others = np.array([m.whole.position for m in markers if m is not at]).reshape(-1, 3)
+        polar.append(at.whole.inverse().apply(others)[:, :2] @ np.array([1, 1j]))
+    first, second = polar[0], polar[1][:, None]
+    same = np.abs(np.abs(second) - np.abs(first)) < _NEAR * mine.marker.area**0.5
+    return sorted({round(float(turn), 1) for turn in np.angle((second * first.conj())[same])})
+
+
+def _turns(mine: Marker, there: Marker) -> list[float]:
+    """Turns of one marker in which it looks like another."""
+    if not _same_size(mine, there):
+        return []
+    outline, size = there.outline - there.centroid, there.area**0.5
+    points = sample_contour(mine.outline - mine.centroid, _SAMPLES)[0] @ np.array([1, 1j])
+    turned = np.exp(1j * _TURNS)[:, None] * points
+    flat = np.column_stack([turned.real.ravel(), turned.imag.ravel()])
+    off = np.sqrt(np.mean(distance_to_outline(flat, outline).reshape(turned.shape) ** 2, axis=1)) / size
+    lowest = (off <= np.roll(off, 1)) & (off < np.roll(off, -1)) & (off < _ALIKE)
+    return _TURNS[lowest].tolist()
+
+
+def _same_size(a: Marker, b: Marker) -> bool:
+    return abs(float(np.log(a.area / b.area))) < 2 * _ALIKE

@@ -48,9 +48,22 @@ class FacingConfig(Room):
         paths=_FACING,
         origin="a square's four turns",
     )
-    rounds: int = param(10, "rounds of a climb", low=1, high=1000, paths=_FACING, origin="as plain_climb_rounds")
+    rounds: tuple[int, ...] = param(
+        (4, 8),
+        "rounds of a climb of all hypotheses, and of another of the few that are left of each place",
+        low=1,
+        high=1000,
+        length=2,
+        paths=_FACING,
+        origin="after four rounds the best of a place seldom changes",
+    )
     first_step: float = param(
-        0.7, "first steps of a climb, in its units", low=0.01, high=100, paths=_FACING, origin="as the last climb's"
+        0.7,
+        "first steps of the first climb, in its units; of the other one half of them",
+        low=0.01,
+        high=100,
+        paths=_FACING,
+        origin="as the last climb's",
     )
     cell_px: float = param(
         2.0,

@@ -90,8 +90,16 @@ setup(
         # The page of artrec evaluate: 102 MB, nearly all of it matplotlib and what comes with it.
         "report": REPORT,
         "test": [
-            *REPORT, *CLUSTER, *TUNE, "hypothesis>=6", "mypy>=1.8", "pytest>=7.4", "ruff>=0.6", "svgelements>=1.9",
-            "types-PyYAML", "types-tqdm",
+            *REPORT,
+            *CLUSTER,
+            *TUNE,
+            "hypothesis>=6",
+            "mypy>=1.8",
+            "pytest>=7.4",
+            "ruff>=0.6",
+            "svgelements>=1.9",
+            "types-PyYAML",
+            "types-tqdm",
         ],  # fmt: skip
     },
     entry_points={

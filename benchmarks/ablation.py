@@ -27,7 +27,6 @@ from artrec_ros.core.model import surface
 from artrec_ros.core.pose import finder as whole_object
 from artrec_ros.core.pose import seeds
 from artrec_ros.core.pose import view_bank as bank
-from artrec_ros.core.verdict import acceptance
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.tools.main import main
 
@@ -95,7 +94,7 @@ VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] =
         patches((seeds.Seeds, "_of_limbs", lambda self, *_: self._surface.no_poses)), {}),
     "required component need not be confirmed": (patches((Judge, "reason", likely)), {}),
     "blobs aligned by moments alone": (patches((bank, "blob_couples", no_couples)), {}),
-    "without telling grazing components": (patches((acceptance, "_TOLD_AGREE", 2.0)), {}),
+    "without telling grazing components": (patches(), {"verdict": {"told_agree": 1.0}}),
     "flat path: learned constraints, no space": (patches(), {"whole_object": False}),
     "profile paper": (patches(), {"profile": "paper"}),
 }  # fmt: skip

@@ -144,7 +144,7 @@ class Canvas:
         """Name, score and class; the name alone where there is room for no more, nothing where there is none."""
         contours = [c.contour for c in detection.components if len(c.contour)]
         about = self._area(np.vstack(contours or [np.array([[detection.image.x, detection.image.y]])]))
-        name = f"{detection.object}_{detection.id}"
+        name = detection.name
         if not self.label([f"{name}: {detection.score:.2f}{class_text(detection)}"], about, colour, _USUAL):
             self.label([name], about, colour, _SMALL)
 

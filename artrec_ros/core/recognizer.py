@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -15,17 +16,22 @@ from .base.deadline import Deadline
 from .base.deferred import Deferred
 from .base.errors import ConfigError
 from .constraints.constraint_set import ConstraintSet
+from .facing_stage import FacingStage
 from .flat_stage import FlatStage
 from .geometry.camera import Camera
 from .image.blobs import find_blobs
+from .image.codes import Codes
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
 from .model.found import FrameResult, Rejection
 from .model.target import Target
+from .pose.by_size import SizePlacer
 from .spatial_stage import SpatialStage
 from .verdict.classify import Classifier
 from .warm_up import Told, get_ready
-from .warm_up_pieces import PLANE, SPACE
+from .warm_up_pieces import PLANE as PLANE_PARTS
+from .warm_up_pieces import SPACE as WHOLE_PARTS
+from .ways import FACING, PAPER, PLANE, SPACE, of_way, way_of
 
 
 class Labeller(Protocol):
@@ -35,8 +41,12 @@ class Labeller(Protocol):
     def blank(self) -> tuple[int, ...]:
         """Ignored rectangles x,y,width,height,..."""
 
-    def labels(self, image: NDArray) -> NDArray[np.uint8]:
-        """(H, W) class numbers."""
+    @property
+    def meaning(self) -> Codes:
+        """Of the codes that it reads."""
+
+    def codes(self, image: NDArray) -> NDArray[np.uint8]:
+        """(H, W) what pixels show."""
 
 
 class Stopwatch:
@@ -67,16 +77,10 @@ def check_targets(targets: Sequence[Target]) -> None:
             target.constraints.check_model(target.model)
 
 
-def spatial_targets(targets: Sequence[Target], config: RecognizerConfig) -> tuple[Target, ...]:
-    """Those that are found in space where the camera is calibrated."""
-    fits = config.profile == "default" and config.whole_object
-    return tuple(t for t in targets if fits and t.model.is_spatial)
-
-
 def parts_needed(targets: Sequence[Target], config: RecognizerConfig, *, calibrated: bool) -> tuple[str, ...]:
     """Which parts of the method, for `warm_up`, are at work in images with or without calibration."""
-    spatial = spatial_targets(targets, config) if calibrated else ()
-    return (SPACE,) * bool(spatial) + (PLANE,) * (len(spatial) < len(targets))
+    ways = {way_of(t, config, calibrated=calibrated) for t in targets}
+    return (WHOLE_PARTS,) * bool(ways & {SPACE, FACING}) + (PLANE_PARTS,) * bool(ways & {PLANE, PAPER})
 
 
 class Recognizer:
@@ -102,15 +106,20 @@ class Recognizer:
         self._segmenter = segmenter
         check_targets(self._targets)
         self.get_ready(calibrated, told)
-        spatial = spatial_targets(self._targets, config)
-        self._spatial = SpatialStage(spatial, config)
-        self._flat = FlatStage(self._targets, config, segmenter.blank)  # without calibration
-        rest = tuple(t for t in self._targets if t not in spatial)
-        self._flat_rest = FlatStage(rest, config, segmenter.blank)
+        self._flat = {c: FlatStage(self._in_plane(calibrated=c), config, segmenter.blank) for c in (True, False)}
+        of = partial(of_way, targets=self._targets, config=config)
+        self._spatial = SpatialStage(of(SPACE, calibrated=True), config, segmenter.meaning)
+        self._facing = FacingStage(of(FACING, calibrated=False), config, segmenter.meaning)
+        self._placer = SizePlacer(self._targets, config)
         self._classifier = Classifier(self._targets if config.profile == "default" else (), config)
         self._wanted = {
-            target.label if c.label is None else c.label for target in self._targets for c in target.model.components
+            label for target in self._targets for c in target.model.components for label in c.labels(target.label)
         }
+
+    def _in_plane(self, *, calibrated: bool) -> tuple[Target, ...]:
+        """Targets whose markers are found one by one."""
+        ways = [way_of(t, self._config, calibrated=calibrated) for t in self._targets]
+        return tuple(t for t, way in zip(self._targets, ways, strict=True) if way in (PLANE, PAPER))
 
     def get_ready(self, calibrated: bool, told: Told = lambda share: None) -> None:
         """Have the compiled code for images with or without calibration, before one comes that would wait for it."""
@@ -127,20 +136,23 @@ class Recognizer:
         watch = Stopwatch()
         deadline = Deadline(self._config.time_budget_ms / 1e3)
         with watch.stage("segmentation"):
-            labels = self._segmenter.labels(image)
-        frame = ImageFrame(LabelField(labels, self._config.seams), camera, deadline)
-        flat = self._flat if camera is None else self._flat_rest
+            field = LabelField(self._segmenter.codes(image), self._config.seams, self._segmenter.meaning)
+            labels = field.labels
+        frame = ImageFrame(field, camera, deadline)
+        flat, whole = self._flat[camera is not None], self._facing if camera is None else self._spatial
         with watch.stage("blobs"):
             blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank, deadline)
         with watch.stage("alignment"):
             matches = flat.align(frame.hurried(self._config.time.alignment_share), blobs)
         with watch.stage("grouping"):
             detections, rejected, out_of_nodes = flat.group(frame, matches)
-        if camera is not None:
-            with watch.stage("pose"):
-                found = self._spatial.recognize(frame, blobs)
-            detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
+        with watch.stage("pose"):
+            found = whole.recognize(frame, blobs)
+        detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
         detections = self._classifier.classified(detections)
+        if camera is not None and self._config.profile == "default":
+            with watch.stage("pose"):
+                detections = self._placer.placed(detections, frame)
         limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
         ended_by = tuple(name for name, hit in limits.items() if hit)
         return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels)

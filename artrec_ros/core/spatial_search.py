@@ -30,7 +30,7 @@ class SpatialSearch:
     def run(self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of each target: first objects in plain view, then what takes more to find; the largest blobs
         first."""
-        queue = [(f, b) for f in finders for b in blobs if b.label == f.root_label]
+        queue = [(f, b) for f in finders for b in blobs if b.label in f.root_labels]
         queue.sort(key=lambda fb: -fb[1].area_px)
         for look in (self._look_for_plain, self._look_closely):
             left = []
@@ -54,7 +54,7 @@ class SpatialSearch:
         """Hypotheses of which a component made a blob, or part of one, best first."""
         found, sure = finder.guesses(self._frame, blob), False
         for climb in self._climbs:
-            if self._frame.deadline.expired or found.votes.max(initial=0.0) < self._config.hopeless_votes:
+            if self._frame.deadline.expired or not (found.votes > 0).any():
                 break
             sure = sure or self._is_sure(finder, found.poses)
             if not sure or climb is self._climbs[-1]:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .base.config import RecognizerConfig
-from .geometry.projection import project
 from .image.blobs import Blob
+from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .model.found import Detection, Rejection
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .spatial_search import SpatialSearch
-from .verdict.acceptance import Verdict
-from .verdict.descriptions import Describer
+from .verdict.descriptions import Describer, rejection_of
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
 
@@ -21,9 +20,9 @@ from .verdict.ownership import share_out
 class SpatialStage:
     """Finds the targets whose markers have places in space, in frames of a calibrated camera."""
 
-    def __init__(self, targets: Sequence[Target], config: RecognizerConfig) -> None:
+    def __init__(self, targets: Sequence[Target], config: RecognizerConfig, codes: Codes = LABELS) -> None:
         self._config = config
-        self._finders = [WholeObjectFinder(t, config) for t in targets]
+        self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
         self._describers = [Describer(f) for f in self._finders]
         self._judge = Judge.of(config)
 
@@ -31,6 +30,8 @@ class SpatialStage:
         self, frame: ImageFrame, blobs: Sequence[Blob]
     ) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
         """Detections by target and score, and what was turned down, with reasons."""
+        if not self._finders:
+            return (), ()
         search = self._config.search
         found = SpatialSearch(frame.hurried(search.search_share), self._judge, search).run(self._finders, blobs)
         accepted, others = share_out(found, frame, self._judge)
@@ -39,9 +40,4 @@ class SpatialStage:
             for finder, describer in zip(self._finders, self._describers, strict=True)
             for detection in describer.describe([v for v in accepted if v.claim.finder is finder], frame)
         ]
-        return tuple(detections), tuple(self._rejection(v, frame) for v in others)
-
-    def _rejection(self, verdict: Verdict, frame: ImageFrame) -> Rejection:
-        x, y = project(frame.camera, verdict.claim.poses.t)[0]
-        name, reason = verdict.claim.finder.target.name, self._judge.reason(verdict)
-        return Rejection(name, reason or "its pixels belong to another", verdict.probability, float(x), float(y))
+        return tuple(detections), tuple(rejection_of(v, frame, self._judge) for v in others)

@@ -22,6 +22,7 @@ from .base.deadline import Deadline
 from .constraints.constraint_set import ConstraintSet
 from .constraints.intervals import Interval
 from .constraints.pairs import PairConstraint
+from .facing_stage import FacingStage
 from .flat_stage import FlatStage
 from .geometry.camera import Camera
 from .geometry.transforms import Pose
@@ -154,10 +155,17 @@ def _plane() -> None:
         stage = _stage(profile)
         _, rejected, _ = stage.group(example().frame, stage.align(example().frame, example().blobs))
         list(rejected)
+    example().frame.field.seam_px(_LABEL)  # asked where images are calibrated
 
 
 def _space() -> None:
     detections, _ = SpatialStage((example().target,), example().config).recognize(example().frame, example().blobs)
+    assert detections, "the example is found, so that all of the method has run"
+
+
+def _face() -> None:
+    example_of, stage = example(), FacingStage((example().target,), example().config)
+    detections, _ = stage.recognize(replace(example_of.frame, calibration=None), example_of.blobs)
     assert detections, "the example is found, so that all of the method has run"
 
 
@@ -171,4 +179,4 @@ PIECES = {
     "show": Piece(SPACE, 5, _show),
 }
 # last, with all that the pieces do not call themselves
-WHOLE = {PLANE: (_group, _plane), SPACE: (_bend, _fit, _climb, _guess, _show, _space)}
+WHOLE = {PLANE: (_group, _plane), SPACE: (_bend, _fit, _climb, _guess, _show, _space, _face)}

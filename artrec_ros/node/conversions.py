@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import array
 import importlib
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from numpy.typing import NDArray
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, MultiDOFJointState
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
 from ..core.base.errors import ImageError
 from ..core.geometry.camera import Camera
-from ..core.model.found import Detection
 from ..io.bags.topics import camera_of, decode_message
-from ..io.messages import detection_messages as messages
-from ..io.messages.detection_messages import Message
+from ..io.messages.detection_messages import HeaderOf, Message
 
 
 def image_from_msg(msg: Image | CompressedImage) -> NDArray[Any]:
@@ -73,27 +68,6 @@ def message_class(msgtype: str) -> Any:
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
-def pose_array(detections: Sequence[Detection], header: Header) -> PoseArray:
-    """The metric poses, in the detections' order."""
-    return to_ros(messages.detected_poses(detections, header))
-
-
-def robots(detections: Sequence[Detection], header: Header) -> MultiDOFJointState:
-    """The same poses with names, in one message."""
-    return to_ros(messages.robots(detections, header))
-
-
-def joint_states(detections: Sequence[Detection], header: Header) -> JointState:
-    """The joints of all objects; names red_0/front_left, radians (metres where a joint is prismatic)."""
-    return to_ros(messages.joint_states(detections, header))
-
-
-def classes(detections: Sequence[Detection], header: Header) -> DiagnosticArray:
-    """The class of each object that has classes of configurations."""
-    return to_ros(messages.classes(detections, header))
-
-
-def best_pose(detections: Sequence[Detection], header: Header) -> PoseWithCovarianceStamped | None:
-    """The pose with the best score among those whose covariance is known; None: there is none."""
-    message = messages.best_pose(detections, header)
-    return message and to_ros(message)
+def header_of(header: Header) -> HeaderOf:
+    """Headers with the same stamp and other frames."""
+    return lambda frame_id: Header(stamp=header.stamp, frame_id=frame_id)

@@ -41,6 +41,7 @@ class NodeState:
     :param shared: who else publishes under the same names, a line each.
     :param busy_s: since when one image is looked at; 0: none is.
     :param getting_ready: share of the code that is compiled, 0 to 1; None: no image waits for it.
+    :param fault: why the newest parameters are not in use; empty: they are.
     :param active: the node's lifecycle state lets it work.
     """
 
@@ -55,6 +56,7 @@ class NodeState:
     busy_s: float = 0.0
     active: bool = True
     getting_ready: float | None = None
+    fault: str = ""
 
 
 def getting_ready(share: float) -> str:
@@ -134,6 +136,8 @@ class Diagnostics:
             level, text = OK, "not active: the lifecycle manager has not activated this node"
         elif state.getting_ready is not None:
             level, text = OK, f"{getting_ready(state.getting_ready)}; {state.dropped} image(s) dropped so far"
+        elif state.fault and new.dropped and not looked_at:
+            level, text = ERROR, f"{new.dropped} image(s) dropped: there is no recogniser"
         elif silent and not state.publishers:
             level, text = WARN, f"no images: nobody publishes {state.topic}"
         elif silent and state.incompatible:
@@ -175,6 +179,8 @@ class Diagnostics:
         level, text = OK, f"{objects} object(s) in {len(reports)} image(s)"
         if state.getting_ready is not None:
             level, text = WARN, getting_ready(state.getting_ready)
+        elif state.fault:
+            level, text = ERROR, state.fault
         elif not reports:
             text = "no image processed"
         elif not objects:

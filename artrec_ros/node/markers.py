@@ -11,7 +11,7 @@ from visualization_msgs.msg import MarkerArray
 from ..core.model.found import Detection
 from ..core.model.target import Target
 from ..io.messages import marker_messages
-from .conversions import to_ros
+from .conversions import header_of, to_ros
 
 
 class MarkerScene:
@@ -25,11 +25,7 @@ class MarkerScene:
 
         :param lifetime_s: RViz drops what is not renewed for so long, as when the node dies; 0: never.
         """
-
-        def header_of(frame_id: str) -> Header:
-            return Header(stamp=header.stamp, frame_id=frame_id)
-
-        scene: MarkerArray = to_ros(self._scene.update(detections, header.frame_id, header_of))
+        scene: MarkerArray = to_ros(self._scene.update(detections, header.frame_id, header_of(header)))
         lifetime = Duration(seconds=lifetime_s).to_msg()
         for marker in scene.markers:
             marker.lifetime = lifetime

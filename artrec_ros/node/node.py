@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import traceback
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import cv2
@@ -105,7 +106,10 @@ class RecognizerNode(LifecycleNode):
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Subscribe."""
+        """Subscribe; refused where the recogniser could not be built."""
+        if self._pipeline is not None and self._pipeline.problem:
+            self.get_logger().error(self._pipeline.problem)
+            return TransitionCallbackReturn.FAILURE
         setup = self._live.setup
         self._inputs = Inputs(self, setup.node, self.take_camera_info, self.take_image)
         names = ", ".join(t.name for t in setup.targets)
@@ -177,7 +181,7 @@ class RecognizerNode(LifecycleNode):
     @property
     def is_ready(self) -> bool:
         """Whether images are recognised, and do not wait for what is built and compiled."""
-        return self._pipeline is not None and self._pipeline.getting_ready is None
+        return self._pipeline is not None and self._pipeline.is_ready
 
     @property
     def counters(self) -> Counters:
@@ -204,7 +208,7 @@ class RecognizerNode(LifecycleNode):
         state, header = self._state(), Header(stamp=self.get_clock().now().to_msg())
         if state.getting_ready is not None:
             self.get_logger().info(getting_ready(state.getting_ready), throttle_duration_sec=10.0)
-        elif self._waited:
+        elif self._waited and self.is_ready:
             self.get_logger().info("ready")
         self._waited = state.getting_ready is not None
         silence_s = self._live.setup.node.no_image_after_s
@@ -220,9 +224,20 @@ class RecognizerNode(LifecycleNode):
                 throttle_duration_sec=60.0,
             )
         pipeline = self._pipeline
-        ready, early = (pipeline.getting_ready, pipeline.dropped) if pipeline is not None else (None, 0)
+        ready, early, fault = None, 0, ""
+        if pipeline is not None:
+            ready, early, fault = pipeline.getting_ready, pipeline.dropped, pipeline.problem
+        state = NodeState("", 0, "", early, 0, problem, unheard, shared, active=False, getting_ready=ready, fault=fault)
         if inputs is None:
-            return NodeState("", calibration=problem, unheard=unheard, shared=shared, active=False, getting_ready=ready)
+            return state
         image = inputs.image
-        counted = (image.publishers, image.incompatible, inputs.dropped + early, image.lost)
-        return NodeState(image.topic, *counted, problem, unheard, shared, inputs.busy_s, getting_ready=ready)
+        return replace(
+            state,
+            topic=image.topic,
+            publishers=image.publishers,
+            incompatible=image.incompatible,
+            dropped=inputs.dropped + early,
+            lost=image.lost,
+            busy_s=inputs.busy_s,
+            active=True,
+        )

@@ -49,6 +49,7 @@ class Pipeline:
     A thread builds the recogniser. Images that come before it is there are dropped, and counted.
 
     :ivar dropped: so many.
+    :ivar problem: why the newest parameters are not in use, a line; empty: they are, or will be soon.
     :param on_fault: called, in another thread, with a line when a recogniser could not be built, or what is compiled
         for it not be kept.
     """
@@ -66,7 +67,7 @@ class Pipeline:
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
         self._withdrawn = 0  # counts
         check_targets(setup.targets)
-        self.dropped = 0
+        self.dropped, self.problem = 0, ""
         self._share: float | None = None
         self._current: tuple[Setup, Recognizer] | None = None
         self._builder = NewestFirst(self._build, "new parameters")
@@ -75,7 +76,12 @@ class Pipeline:
     @property
     def getting_ready(self) -> float | None:
         """The share done of what is compiled at the moment, or 0 while the first recogniser is built; None: nothing."""
-        return self._share if self._share is not None else 0.0 if self._current is None else None
+        return self._share if self._share is not None else 0.0 if not (self.is_ready or self.problem) else None
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether there is a recogniser, and no image waits for what is compiled."""
+        return self._current is not None and self._share is None
 
     def _told(self, share: float) -> None:
         self._share = share
@@ -100,13 +106,16 @@ class Pipeline:
     def _build(self, setup: Setup) -> None:
         current, recognizer = self._current or (None, None)
         what = (setup.image, setup.recognizer, setup.targets)
+        self.problem = ""
         try:
             if recognizer is None or current is None or what != (current.image, current.recognizer, current.targets):
                 recognizer = setup.build(told=self._told)
                 if self._share is not None and kernel_cache.problem():
                     self._on_fault(kernel_cache.problem())
         except Exception as error:  # parameters are checked before: a fault of this package
-            self._on_fault(f"internal error: the parameters are not in use: {one_line(error)}")
+            fault = "the recogniser could not be built" if current is None else "the parameters are not in use"
+            self.problem = f"internal error: {fault}: {one_line(error)}; change a parameter or configure the node anew"
+            self._on_fault(self.problem)
         else:
             self._current = setup, recognizer
         finally:

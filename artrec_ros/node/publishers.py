@@ -15,17 +15,10 @@ from ..core.model.found import Detection
 from ..core.model.target import Target
 from ..io.messages import node_topics as topics
 from ..io.messages.node_topics import NodeTopic
-from .conversions import best_pose, classes, joint_states, message_class, pose_array, robots
+from ..io.messages.object_messages import OBJECT_MAKERS
+from .conversions import header_of, message_class, to_ros
 from .markers import MarkerScene
 from .tf import TransformSender
-
-_MAKERS = {
-    topics.POSES: pose_array,
-    topics.ROBOTS: robots,
-    topics.JOINTS: joint_states,
-    topics.POSE: best_pose,
-    topics.CLASSES: classes,
-}
 
 
 class Publishers:
@@ -42,10 +35,10 @@ class Publishers:
             self._all.append(made)
             return made
 
-        self._node, self._tf = node, tf
+        self._node, self._tf, self._names = node, tf, [t.name for t in targets]
         self._all: list[Any] = []
         self._of_objects = [
-            (t.name, make, publisher(topic, t.name)) for t in targets for topic, make in _MAKERS.items()
+            (t.name, make, publisher(topic, t.name)) for t in targets for topic, make in OBJECT_MAKERS.items()
         ]
         self._shared_by_nobody = [p.topic_name for p in self._all]
         self._markers = publisher(topics.MARKERS)
@@ -61,11 +54,12 @@ class Publishers:
         return bool(self._labels.get_subscription_count())
 
     def publish(self, detections: Sequence[Detection], header: Header, marker_lifetime_s: float = 0.0) -> None:
-        """`poses`, `robots` and `joint_states` for every image, empty too; `pose` only where one is known."""
+        """What OBJECT_MAKERS make of it, to those who listen: all for every image, empty too, but `pose`."""
+        of_name = {name: [d for d in detections if d.object == name] for name in self._names}
         for name, make, publisher in self._of_objects:
-            msg = make([d for d in detections if d.object == name], header)
-            if msg is not None:
-                publisher.publish(msg)
+            if publisher.get_subscription_count():
+                for message in make(of_name[name], header.frame_id, header_of(header)):
+                    publisher.publish(to_ros(message))
         markers = self._scene.update(detections, header, marker_lifetime_s)
         if markers.markers:
             self._markers.publish(markers)

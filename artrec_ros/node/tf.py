@@ -10,11 +10,11 @@ from std_msgs.msg import Header
 
 from ..core.model.found import Detection
 from ..io.messages.detection_messages import object_frames
-from .conversions import to_ros
+from .conversions import header_of, to_ros
 
 
 class TransformSender:
-    """Sends each object's frame as a child of its image's frame.
+    """Sends the frame of each object whose pose is known, as a child of that in which it is, mostly the image's.
 
     tf knows no namespaces, so a node's namespace goes before its frames' names: left/red_0.
     """
@@ -26,8 +26,8 @@ class TransformSender:
         self._prefix = f"{namespace}/" if namespace else ""
 
     def send(self, detections: Sequence[Detection], header: Header) -> None:
-        transforms = [to_ros(m) for m in object_frames(detections, header, self._prefix)]
-        if transforms and header.frame_id:  # tf refuses frames without a parent
+        frames = object_frames(detections, header.frame_id, header_of(header), self._prefix)
+        if transforms := [to_ros(m) for m in frames]:
             self._broadcaster.sendTransform(transforms)
 
 

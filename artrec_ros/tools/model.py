@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-import numpy as np
 
 from ..core.base.errors import ConfigError
 from ..core.design.ambiguity import Ambiguities, find_ambiguities
@@ -17,7 +16,7 @@ from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
 from ..io.images.decoding import IMAGE_SUFFIXES
 from ..io.objects.marker_images import image_marker
-from ..io.objects.marker_shapes import LooseMarker, object_of, safe_name
+from ..io.objects.marker_shapes import object_of, safe_name
 from ..io.objects.object_reader import load_object
 from ..io.objects.object_writer import save_object
 from ..io.objects.svg import svg_markers
@@ -25,6 +24,7 @@ from ..io.objects.urdf_model import object_from_urdf
 from ..simulation.sheet import MarkerCell, model_sheet
 from .inspecting.model_report import advice, focal_px, shape_rows, summary, table
 from .options.camera_options import add_camera, camera_of
+from .options.picture_sizes import picture_sizes
 
 _YAML, _URDF, _SVG = (".yaml", ".yml"), (".urdf", ".xml"), (".svg",)
 _SHOWN_LABEL = 2  # the colour of markers on the sheet whose components name no class
@@ -37,7 +37,8 @@ def add_parser(subparsers: Any) -> None:
         description="Makes an object file, or reads one; says from which distance its markers can be told and what "
         "will be ambiguous; draws a sheet to check it by. SOURCE is an object file (.yaml), a drawing (.svg: each "
         "filled shape is a marker, each named group a component), pictures (photos or label images of one marker each, "
-        "taken straight from in front), or a URDF (.urdf) with --markers.",
+        "taken straight from in front, or straightened by a rectangle of known size around the marker, such as a sheet "
+        "of paper), or a URDF (.urdf) with --markers.",
     )
     p.add_argument("sources", nargs="+", type=Path, metavar="SOURCE", help="object file, drawing, pictures or URDF")
     p.add_argument("-o", "--output", type=Path, metavar="OBJECT.yaml", help="object file to write")
@@ -47,6 +48,18 @@ def add_parser(subparsers: Any) -> None:
         "--width", type=float, nargs="+", metavar="M",
         help="pictures: width of each marker's bounding box, metres; drawing: width of the whole drawing",
     )  # fmt: skip
+    p.add_argument(
+        "--height", type=float, nargs="+", metavar="M",
+        help="pictures: height of each marker's bounding box: tells a slant, with --width",
+    )  # fmt: skip
+    p.add_argument(
+        "--corners", type=float, nargs=8, action="append", metavar="PX",
+        help="pictures: x y of upper left, upper right, lower right and lower left of a rectangle around the marker; "
+        "once for each picture",
+    )  # fmt: skip
+    p.add_argument(
+        "--rectangle", type=float, nargs=2, metavar=("W", "H"), help="width and height of that rectangle, metres"
+    )
     p.add_argument("--marker-label", type=int, metavar="N", help="label images: class of the marker")
     p.add_argument(
         "--markers", type=Path, metavar="OBJECT.yaml",
@@ -71,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
         f"With a camera of {camera.size[0]} x {camera.size[1]} pixels and a focal length of {focal_px(camera):.0f} px, "
         "markers seen straight on; turned by 60 degrees, half as far:"
     )
-    for line in [*table(found, camera), *(f"note: {n}" for n in notes), *advice(found, camera, args.distance)]:
+    for line in [*table(found, camera), *notes, *advice(found, camera, args.distance)]:
         print(line)
     if args.output:
         save_object(args.output, model, _comments(args.sources))
@@ -92,8 +105,9 @@ def _check(args: argparse.Namespace) -> None:
             raise ConfigError(f"{flag}: {value} is not within 0 .. 253")
     if args.distance is not None and not args.distance > 0:
         raise ConfigError(f"--distance: {args.distance} must be greater than 0 m")
-    if any(not 0 < w < 100 for w in args.width or ()):
-        raise ConfigError(f"--width: {args.width} must be metres, greater than 0 and below 100")
+    for flag, lengths in (("--width", args.width), ("--height", args.height), ("--rectangle", args.rectangle)):
+        if any(not 0 < length < 100 for length in lengths or ()):
+            raise ConfigError(f"{flag}: {lengths} must be metres, greater than 0 and below 100")
     if args.output and args.output.exists() and not args.overwrite:
         raise ConfigError(f"{args.output}: is there already; --overwrite replaces it")
     if args.sheet and args.sheet.suffix.lower() not in (".png", ".jpg", ".jpeg"):
@@ -101,12 +115,14 @@ def _check(args: argparse.Namespace) -> None:
 
 
 def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
-    """The object, and notes on how it was made."""
+    """The object, and lines on how it was made."""
     sources: list[Path] = args.sources
     kinds = {_kind(s) for s in sources}
     if len(kinds) > 1 or (len(sources) > 1 and kinds != {"picture"}):
         raise ConfigError(f"SOURCE: {len(sources)} given; several pictures, or one object file, drawing or URDF")
     kind, first = kinds.pop(), sources[0]
+    if kind != "picture" and (args.height or args.corners or args.rectangle):
+        raise ConfigError(f"--height, --corners, --rectangle: are for pictures, and {first} is none")
     if (kind == "urdf") != (args.markers is not None):
         raise ConfigError(
             "a URDF and --markers go together: the URDF tells how links move, --markers what sits on them"
@@ -115,14 +131,19 @@ def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
         return load_object(first), ()
     if kind == "urdf":
         made = object_from_urdf(first, load_object(args.markers), args.name, args.body_label)
-        return made.model, made.notes
+        return made.model, [f"note: {n}" for n in made.notes]
     name = safe_name(args.name or (args.output or first).stem)
     if kind == "drawing":
         if args.width and len(args.width) != 1:
             raise ConfigError(f"--width: {len(args.width)} given; a drawing has one")
         return object_of(name, svg_markers(first, args.width[0] if args.width else None)), ()
-    pictured = _pictures(sources, args.width, args.marker_label)
-    return object_of(name, pictured), [_assumed(s, m) for s, m in zip(sources, pictured, strict=True)]
+    sizes = picture_sizes(len(sources), args.width, args.height, args.corners, args.rectangle)
+    pictured = [
+        image_marker(source, size.width_m, args.marker_label, size.height_m, size.rectangle)
+        for source, size in zip(sources, sizes, strict=True)
+    ]
+    told = [size.told(s.name, marker) for s, size, marker in zip(sources, sizes, pictured, strict=True)]
+    return object_of(name, pictured), told
 
 
 def _kind(source: Path) -> str:
@@ -133,23 +154,6 @@ def _kind(source: Path) -> str:
             return kind
     known = ", ".join(s for suffixes in kinds.values() for s in suffixes)
     raise ConfigError(f"{source}: '{suffix}' is no kind of file that an object can be made from (known: {known})")
-
-
-def _pictures(sources: Sequence[Path], widths: Sequence[float] | None, label: int | None) -> list[LooseMarker]:
-    if not widths or len(widths) not in (1, len(sources)):
-        given = len(widths or ())
-        raise ConfigError(f"--width: {given} given for {len(sources)} picture(s); one for all, or one each, metres")
-    each = list(widths) * len(sources) if len(widths) == 1 else widths
-    return [image_marker(source, width, label) for source, width in zip(sources, each, strict=True)]
-
-
-def _assumed(source: Path, pictured: LooseMarker) -> str:
-    """What nobody can tell from the picture alone, and how the user can check it."""
-    width, height = np.ptp(pictured.marker.outline, axis=0)
-    return (
-        f"{source.name}: with its width of {width:.4g} m as given it is {height:.4g} m high; is it? A picture taken "
-        "straight from in front is assumed: a slant cannot be seen in it (20 degrees make a side 6 % too short)"
-    )
 
 
 def _comments(sources: Sequence[Path]) -> tuple[str, ...]:

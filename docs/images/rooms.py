@@ -1,6 +1,6 @@
 """Draws docs/images/rooms.png: the rooms of core, the lowest below, and who imports whom, read off the sources.
 
-    python docs/images/rooms.py
+python docs/images/rooms.py
 """
 
 from __future__ import annotations

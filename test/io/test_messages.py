@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
@@ -11,8 +13,10 @@ from artrec_ros.core.model.found import Detection, ImagePose, Instance
 from artrec_ros.core.model.target import Target
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.messages import detection_messages as messages
+from artrec_ros.io.messages import node_topics as topics
 from artrec_ros.io.messages.detection_messages import Message
 from artrec_ros.io.messages.marker_messages import MarkerScene
+from artrec_ros.io.messages.object_messages import OBJECT_MAKERS
 from artrec_ros.io.objects.object_reader import load_object
 
 STAMP = 1_700_000_000_123_456_789
@@ -42,12 +46,10 @@ def scene(tmp_path) -> MarkerScene:
 def everything(scene: MarkerScene) -> list[Message]:
     """All that is said of two frames: the second one's markers delete the first one's."""
     found = [detection(0, 0.5, 0.5), detection(1, 0.75)]
-    header = messages.header(STAMP, "eye")
-    said = [make(found, header) for make in (messages.detected_poses, messages.robots, messages.joint_states)]
-    best = messages.best_pose(found, header)
-    assert best is not None
-    shown = [scene.update(d, "eye", lambda frame: messages.header(STAMP, frame)) for d in (found, found[:1])]
-    return [*said, best, *shown]
+    header_of = partial(messages.header, STAMP)
+    said = [m for make in OBJECT_MAKERS.values() for m in make(found, "eye", header_of)]
+    assert len(said) == len(OBJECT_MAKERS) == len(topics.OBJECT_OUTPUTS)
+    return [*said, *(scene.update(d, "eye", header_of) for d in (found, found[:1]))]
 
 
 def read(path) -> dict[str, object]:
@@ -59,18 +61,20 @@ def test_fields_come_back_and_the_others_are_ros_defaults(tmp_path, scene):
     with BagWriter(tmp_path / "bag") as bag:
         for i, message in enumerate(everything(scene)):
             bag.write(f"/t{i}", STAMP, message)
-    _, robots, joints, best, markers, later = read(tmp_path / "bag").values()
+    _, robots, joints, best, _, image, named, parts, markers, later = read(tmp_path / "bag").values()
     assert robots.joint_names == ["toy_0", "toy_1"] and robots.transforms[1].translation.y == -0.5
     assert joints.name == ["toy_0/arm", "toy_1/arm"] and list(joints.position) == [0.25, 0.25]
     assert joints.velocity.size == 0
     assert best.pose.covariance[7] == 0.5 and best.header.stamp.nanosec == STAMP % 10**9
+    assert image.header.frame_id == "eye_image" and [p.position.y for p in image.poses] == [2, 2]
+    assert named.joint_names == ["toy_0", "toy_1"] and parts.joint_names == ["toy_0/body/hull", "toy_1/body/hull"]
     assert {m.ns for m in markers.markers} == {"toy/frame", "toy/name", "toy/outline"}
     gone = [m for m in later.markers if m.action == 2]
     assert len(gone) == 3 and all(m.id == 1 and m.pose.orientation.w == 1.0 for m in gone)
 
 
 def test_a_pose_without_covariance_is_no_best_pose():
-    assert messages.best_pose([detection(0, 0.9)], None) is None
+    assert messages.best_pose([detection(0, 0.9)], "eye", partial(messages.header, STAMP)) is None
 
 
 def test_the_node_sends_the_same(tmp_path, scene):

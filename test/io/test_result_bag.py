@@ -79,6 +79,10 @@ def test_a_bag_beside_its_images(tmp_path, targets, ros2, write_rosbag2, picture
     assert poses[0].header.frame_id == "optical" and poses[0].header.stamp.nanosec == 10
     assert [m.joint_names for m in of_topic(messages, "/toy/robots")] == [["toy_4"], []]
     assert len(of_topic(messages, "/toy/joint_states")) == 2 and len(of_topic(messages, "/toy/pose")) == 1
+    image = of_topic(messages, "/toy/image_poses")
+    assert [len(p.poses) for p in image] == [1, 0] and image[0].header.frame_id == "optical_image"
+    assert [m.joint_names for m in of_topic(messages, "/toy/image_robots")] == [["toy_4"], []]
+    assert [m.joint_names for m in of_topic(messages, "/toy/image_components")] == [["toy_4/body/hull"], []]
     shown, gone = of_topic(messages, "/markers")
     assert {m.action for m in shown.markers} == {0} and {m.action for m in gone.markers} == {2}
     overlay = of_topic(messages, "/debug/image/compressed")[0]

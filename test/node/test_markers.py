@@ -96,7 +96,51 @@ def test_no_two_markers_share_a_name(scene: MarkerScene) -> None:
     assert len(set(keys(markers, Marker.ADD))) == len(markers) == 16
 
 
-def test_without_a_pose_there_is_nothing_to_show(scene: MarkerScene) -> None:
-    scene.update([detection(0, "body")], HEADER)
-    markers = scene.update([detection(0, "body", posed=False)], HEADER).markers
-    assert {m.action for m in markers} == {Marker.DELETE}
+def flat(number: int = 0, pose: Pose | None = None) -> Detection:
+    """The hull as the image shows it, a square turned by 30 degrees."""
+    turn = np.pi / 6
+    c, s = np.cos(turn), np.sin(turn)
+    hull = Instance(
+        "body", "hull", 1.0, 120.0, 80.0, turn, 200.0, np.array([[c, s], [-c, -s], [-s, c]]) * 10 + (120, 80)
+    )
+    return Detection("toy", number, 0.5, ImagePose(120, 80, turn, 200), (hull,), pose, pose_from="size")
+
+
+def test_without_a_pose_the_image_is_shown_in_pixels(scene: MarkerScene) -> None:
+    markers = {m.ns: m for m in scene.update([flat()], HEADER).markers}
+    assert set(markers) == {"toy/frame", "toy/name", "toy/outline"}
+    assert {m.header.frame_id for m in markers.values()} == {"eye_image"}
+    outline, frame, name = (markers[f"toy/{ns}"] for ns in ("outline", "frame", "name"))
+    corners = [[p.x, p.y, p.z] for p in outline.points[:2]]
+    np.testing.assert_allclose(corners, [[120 + 8.66, 85, 0], [120 - 8.66, 75, 0]], atol=0.01)
+    assert outline.points[0] == outline.points[-1] and outline.scale.x == 1.0
+    assert (frame.pose.position.x, frame.pose.position.y) == (120, 80) and len(frame.points) == 4
+    assert 2 * np.arctan2(frame.pose.orientation.z, frame.pose.orientation.w) == pytest.approx(np.pi / 6)
+    assert (name.pose.position.x, name.pose.position.y, name.scale.z) == (120, 60, 10)  # above it: y is down
+
+
+def test_a_pose_that_comes_moves_an_objects_markers_to_its_frame(scene: MarkerScene) -> None:
+    """The same ns and id, so that nothing stays behind in the image's frame."""
+    image = scene.update([flat()], HEADER).markers
+    space = scene.update([detection(0, "body")], HEADER).markers
+    assert set(keys(space, Marker.ADD)) == set(keys(image, Marker.ADD)) and not keys(space, Marker.DELETE)
+    assert {m.header.frame_id for m in space} == {"eye"}
+    gone = scene.update([], HEADER).markers
+    assert {m.header.frame_id for m in gone} == {"eye"}
+
+
+@pytest.mark.parametrize("frame_id", ["", "field"])
+def test_an_object_placed_by_its_size_is_drawn_in_the_plane_of_its_marker(scene: MarkerScene, frame_id: str) -> None:
+    """Wherever its frame is: of the marker's centroid, and of where its axis points, the pose says all."""
+    marker = scene._scene._models["toy"].required.markers[0]
+    pose = Pose.from_xyz_rpy((0.3, -0.2, 1.5), (np.pi, 0.0, 0.7))
+    markers = scene.update([replace(flat(pose=pose), frame_id=frame_id)], HEADER).markers
+    assert {m.header.frame_id for m in markers} == {frame_id or "eye"}
+    (outline,) = (m for m in markers if m.ns == "toy/outline")
+    points = np.array([[p.x, p.y, p.z] for p in outline.points])
+    centre = pose.apply([[*marker.centroid, 0]])[0]
+    along = np.array([np.cos(-marker.axis_angle), np.sin(-marker.axis_angle), 0])  # tail to head, y up
+    np.testing.assert_allclose(points[0], centre + pose.rotation @ along * 10 / 200, atol=1e-9)
+    np.testing.assert_allclose(points[1], centre - pose.rotation @ along * 10 / 200, atol=1e-9)
+    left = np.cross([0, 0, 1], along)  # a quarter turn clockwise in the image is one to the marker's right
+    np.testing.assert_allclose(points[2], centre - pose.rotation @ left * 10 / 200, atol=1e-9)

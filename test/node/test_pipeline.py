@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+import types
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 
 import numpy as np
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
 from peer import WAIT_S, label_image, ros, wait_until
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -65,6 +67,14 @@ def gate(monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> Gate:
     # a function, so that it is a method
     monkeypatch.setattr(owner, name, lambda *arguments, **named: made(*arguments, **named))
     return made
+
+
+def statuses(node: RecognizerNode, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What the node reports now, by the part that it reports of."""
+    said: list[Any] = []
+    monkeypatch.setattr(node._diagnostics_out, "publish", said.append)
+    node._report()
+    return {s.name.rpartition(" ")[2]: s for s in said[-1].status}
 
 
 def start(node: RecognizerNode, picture: np.ndarray) -> threading.Thread:
@@ -126,10 +136,7 @@ def test_it_answers_reports_and_counts_while_it_gets_ready(
     for _ in range(3):
         node.take_image(label_image(picture), time.time_ns())
     node._pipeline._told(0.4)  # as the compiler does
-    said: list[Any] = []
-    monkeypatch.setattr(node._diagnostics_out, "publish", said.append)
-    node._report()
-    status = {s.name.rpartition(" ")[2]: s for s in said[-1].status}
+    status = statuses(node, monkeypatch)
     assert "getting ready, 40%" in status["recognition"].message
     assert "3 image(s) dropped" in status["input"].message
     assert {v.key: v.value for v in status["input"].values}["dropped"] == "3"
@@ -137,8 +144,68 @@ def test_it_answers_reports_and_counts_while_it_gets_ready(
     assert wait_until(lambda: node.is_ready)
     node.take_image(label_image(picture), time.time_ns())
     assert node.counters.processed == node.counters.objects == 1
-    node._report()
-    assert not [s for s in said[-1].status if "getting ready" in s.message]
+    assert not [s for s in statuses(node, monkeypatch).values() if "getting ready" in s.message]
+
+
+def test_a_recognizer_that_cannot_be_built_is_told_of_refused_and_tried_anew(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert node.trigger_deactivate() == node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
+    broken = MemoryError("no room\nfor views")
+    logged: list[str] = []
+
+    def fails(*_: Any, **__: Any) -> None:
+        raise broken
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Setup, "build", fails)
+        logger = types.SimpleNamespace(**dict.fromkeys(("info", "warning"), lambda *_, **__: None), error=logged.append)
+        patch.setattr(node, "get_logger", lambda: logger)
+        assert node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+        assert wait_until(lambda: bool(logged)) and not node.is_ready
+        status = statuses(node, monkeypatch)["recognition"]
+        assert status.level == DiagnosticStatus.ERROR and status.message == logged[0]
+        assert "could not be built: MemoryError: no room for views" in status.message and "\n" not in status.message
+        assert node.trigger_activate() == TransitionCallbackReturn.FAILURE, "as the service answers"
+        assert logged[0] == logged[-1] and len(logged) == 2
+    assert node.trigger_cleanup() == node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+    assert node.trigger_activate() == TransitionCallbackReturn.SUCCESS and wait_until(lambda: node.is_ready)
+    node.take_image(label_image(picture), time.time_ns())
+    assert node.counters.objects == 1
+    assert statuses(node, monkeypatch)["recognition"].level == DiagnosticStatus.OK
+
+
+def test_a_node_that_runs_without_a_recognizer_says_so_and_heals_with_a_change(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert node.trigger_deactivate() == node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
+    with monkeypatch.context() as patch:
+        building = gate(patch, Setup, "build")
+        building._function = lambda *_, **__: 1 / 0
+        assert node.trigger_configure() == node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+        building.go_on.set()
+        assert wait_until(lambda: bool(node._pipeline.problem))
+        node.take_image(label_image(picture), time.time_ns())
+        found = statuses(node, monkeypatch)
+        assert found["input"].level == found["recognition"].level == DiagnosticStatus.ERROR
+        assert "1 image(s) dropped: there is no recogniser" in found["input"].message
+        assert "ZeroDivisionError" in found["recognition"].message
+    assert node.set_parameters([Parameter("recognizer.min_match", value=0.5)])[0].successful
+    assert wait_until(lambda: node.is_ready) and not node._pipeline.problem
+    node.take_image(label_image(picture), time.time_ns())
+    assert node.counters.objects == 1
+
+
+def test_parameters_that_cannot_be_used_are_told_of_while_the_old_ones_work(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Setup, "build", lambda *_, **__: 1 / 0)
+    assert node.set_parameters([Parameter("recognizer.min_match", value=0.5)])[0].successful
+    assert wait_until(lambda: bool(node._pipeline.problem)) and node.is_ready
+    node.take_image(label_image(picture), time.time_ns())
+    status = statuses(node, monkeypatch)["recognition"]
+    assert node.counters.objects == 1 and status.level == DiagnosticStatus.ERROR
+    assert "the parameters are not in use: ZeroDivisionError" in status.message
 
 
 def test_of_changes_that_come_faster_than_they_are_built_the_last_one_stays(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 import types
 from typing import Any
@@ -67,6 +68,16 @@ def test_nothing_is_sent_without_a_parent(tf2_ros: None) -> None:
     node = FakeNode("/")
     transform_sender(node).send([detection(1)], Header())
     assert node.broadcaster.sent == []
+
+
+def test_a_pose_in_another_frame_is_sent_as_that_frames_child(tf2_ros: None) -> None:
+    node = FakeNode("/")
+    transform_sender(node).send(
+        [dataclasses.replace(detection(1), frame_id="field"), detection(2)], Header(frame_id="eye")
+    )
+    assert [(t.header.frame_id, t.child_frame_id) for t in node.broadcaster.sent] == [
+        ("field", "red_1"), ("eye", "red_2"),
+    ]  # fmt: skip
 
 
 def test_without_tf2_ros_a_warning_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

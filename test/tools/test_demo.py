@@ -1,5 +1,6 @@
 """The way that scripts/demo goes, on fewer frames, and the script's care for what it did not make."""
 
+import importlib.util
 import json
 import shutil
 import subprocess
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.tools.main import main
 
 ROOT = Path(__file__).parents[2]
@@ -57,6 +59,21 @@ def test_they_are_found_in_space(demo):
 
 def test_each_frame_has_its_picture(demo):
     assert len(list((demo / "replay/frames").iterdir())) == 10
+
+
+def test_the_documentations_pictures_are_made_of_it(demo, monkeypatch):
+    """docs/images/demo.py: overlays of the demo, and the same object without places in space."""
+    spec = importlib.util.spec_from_file_location("demo_pictures", ROOT / "docs/images/demo.py")
+    assert spec is not None and spec.loader is not None
+    pictures = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(pictures)
+    monkeypatch.setattr(pictures, "FRAMES", (0, 3, 5, 9))
+    width, height = pictures.PICTURE
+    assert pictures.demo_picture(demo / "replay").shape == (2 * height, 2 * width, 3)
+    (flat,) = load_parameters(pictures.without_space(demo)).targets
+    (whole,) = load_parameters(demo / "config/excavator.yaml").targets
+    assert whole.model.is_spatial and not flat.model.is_spatial
+    assert [c.name for c in flat.model.components] == [c.name for c in whole.model.components]
 
 
 def test_the_script_leaves_folders_alone_that_it_did_not_make(tmp_path):

@@ -102,8 +102,13 @@ def test_pictures_become_components(tmp_path, capsys):
         cv2.imwrite(str(tmp_path / f"{name}.png"), image)
     pictures = [tmp_path / "foot.png", tmp_path / "arm.png"]
     assert run(*pictures, "--width", 0.1, 0.2, "--name", "lamp", "-o", tmp_path / "lamp.yaml") == 0
-    told = [line for line in capsys.readouterr().out.splitlines() if "straight from in front is assumed" in line]
-    assert len(told) == 2 and told[0].startswith("note: foot.png: with its width of 0.1 m as given it is 0.05")
+    told = [line for line in capsys.readouterr().out.splitlines() if "A slant does not show in one side" in line]
+    assert len(told) == 2 and told[0].startswith("warning: foot.png: with its width of 0.1 m as given it is 0.05")
+    assert "--height" in told[0] and "--corners" in told[0]
+    assert run(*pictures, "--width", 0.1, 0.2, "--height", 0.0516, 0.1032) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert sum("as given, and the picture agrees" in line for line in told) == 2
+    assert not [line for line in told if line.startswith("warning: foot.png")]
     made = load_object(tmp_path / "lamp.yaml")
     assert (made.name, [c.name for c in made.components]) == ("lamp", ["foot", "arm"])
     assert [np.ptp(c.markers[0].outline[:, 0]) for c in made.components] == pytest.approx([0.1, 0.2], abs=1e-3)
@@ -134,6 +139,13 @@ def test_a_sheet_of_markers_alone_has_no_object():
         (["a.png"], "--width: 0 given for 1"),
         (["a.png", "--width", "-1"], "--width"),
         (["a.png", "b.png", "c.png", "--width", "1", "2"], "--width: 2 given for 3"),
+        (["a.png", "b.png", "c.png", "--width", "1", "--height", "1", "2"], "--height: 2 given for 3"),
+        (["a.png", "--width", "1", "--height", "0"], "--height"),
+        (["a.png", "--rectangle", "1", "2"], "--corners and --rectangle go together"),
+        (["a.png", "b.png", "--rectangle", "1", "1", "--corners", *"00901099"], "--corners: given 1 times for 2"),
+        (["a.png", "--rectangle", "1", "1", "--corners", *"00099990"], "do not go round a rectangle clockwise"),
+        (["a.png", "--rectangle", "1", "2", "--corners", *"00909404"], "slant of 77 degrees"),
+        ([QUADRUPED, "--height", "1"], "are for pictures"),
         ([QUADRUPED, "--distance", "0"], "--distance"),
         ([QUADRUPED, "--label", "300"], "--label: 300"),
         ([QUADRUPED, "--sheet", "a.tif"], "must end in .png"),

@@ -55,11 +55,6 @@ class Matches:
     def perimeter_px(self) -> Array1:
         return np.array([s.perimeter_m for s in self.shapes])[self.placed.shape] * np.abs(self.placed.z)
 
-    def axis_direction(self, n: int, axis_angle: float) -> float:
-        """Direction in the image, radians, of an axis that has `axis_angle` in the shape."""
-        axis = np.exp(1j * axis_angle)
-        return float(np.angle(self.placed.z[n] * axis + self.placed.w[n] * np.conj(axis)))
-
     def explained(self, n: int) -> NDArray[np.int32]:
         """Contour points that an instance explains: those it matches, and those that lie between two such."""
         if self.cmap is None:
@@ -121,13 +116,14 @@ def accept(
     scales: ScaleLimits,
 ) -> Matches:
     """Those that match well enough, the best of each place, at most `max_instances` a shape and class."""
-    found = evidence(cmap, shapes, placed, config, blank)
+    found, scale = evidence(cmap, shapes, placed, config, blank), placed.scale
     good = (
         (found.share >= config.min_match)
         & (found.visible >= config.alignment.min_visible)
         & (placed.area_px(shapes) >= config.min_blob_px)
+        & (scale >= scales.least)
+        & (scale <= scales.greatest)
     )
-    good &= (placed.scale >= scales.least) & (placed.scale <= scales.greatest)
     passed = np.flatnonzero(good)
     placed = placed.replace(score=found.score).take(passed)
     everywhere = placed.slot.astype(np.int64) * len(shapes) + placed.shape

@@ -29,7 +29,7 @@ def tolerance_of(config: AlignmentConfig) -> Tolerance:
 def tolerance_px(area_px: np.ndarray | float, config: AlignmentConfig) -> np.ndarray:
     """How far a point may lie from the contour."""
     share, least_px, most_px = tolerance_of(config)
-    return np.clip(share * np.sqrt(area_px), least_px, most_px)
+    return np.minimum(np.maximum(share * np.sqrt(area_px), least_px), most_px)  # np.clip takes three times as long
 
 
 Array1 = NDArray[np.float64]
@@ -67,7 +67,7 @@ class Placements:
         return np.abs(self.z) + np.abs(self.w)
 
     def area_px(self, shapes: list[Shape]) -> Array1:
-        return np.array([s.area_m2 for s in shapes])[self.shape] * (np.abs(self.z) ** 2 - np.abs(self.w) ** 2)
+        return pack_shapes(tuple(shapes)).area[self.shape] * (np.abs(self.z) ** 2 - np.abs(self.w) ** 2)
 
     @classmethod
     def similarities(

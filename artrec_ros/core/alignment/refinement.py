@@ -80,8 +80,10 @@ def _gates(first_px: float, last_px: float, steps: int) -> np.ndarray:
 
 def _squeeze(config: RecognizerConfig, slanted: bool) -> float:
     """Greatest |w| / |z| of an affinity that a turn by `max_slant_deg` makes."""
+    if not slanted:
+        return 0.0
     cosine = np.cos(np.radians(config.max_slant_deg))
-    return float((1 - cosine) / (1 + cosine)) if slanted else 0.0
+    return float((1 - cosine) / (1 + cosine))
 
 
 def _refined(

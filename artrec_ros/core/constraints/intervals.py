@@ -73,8 +73,3 @@ def margin_for_coverage(examples: int, coverage: float, greatest: float = 2.0) -
     if missing >= 1:
         return 0.0
     return greatest if missing <= 0 else min(greatest, missing ** (-1 / (examples - 1)) - 1)
-
-
-def examples_for_coverage(coverage: float) -> int:
-    """Examples with which a bare span is expected to cover so much: E with (E - 1)/(E + 1) >= coverage."""
-    return int(np.ceil((1 + coverage) / max(1e-9, 1 - coverage) - 1e-9))

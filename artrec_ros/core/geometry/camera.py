@@ -10,6 +10,7 @@ import numpy as np
 from .transforms import Array, readonly
 
 _MAX_RADIUS = 3.0  # normalised: 72 degrees from the axis
+_FACING = 4.0  # the image's corners are then 10 degrees off the axis
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,17 @@ class Camera:
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", readonly(self.matrix).reshape(3, 3))
         object.__setattr__(self, "distortion", readonly(self.distortion).reshape(-1))
+
+    @classmethod
+    def facing(cls, size: tuple[int, int], frame_id: str = "") -> Camera:
+        """A camera for objects that face it, whatever it is: these are similarities of the image plane.
+
+        Its focal length, `_FACING` times the image's longer side, is a convention: a scale of k pixels per metre is
+        told as the depth f / k. It is long, so that all lines of sight are nearly one (scaled orthographic).
+        """
+        (width, height), focal = size, _FACING * max(size)
+        K = np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
+        return cls(K, np.zeros(0), size, frame_id)
 
     @cached_property
     def rational(self) -> Array:

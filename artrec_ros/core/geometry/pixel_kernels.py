@@ -1,4 +1,4 @@
-"""Points, pixels and rays in compiled code."""
+"""Points, pixels and rays in compiled code; `pinhole` is the one camera, of arrays as well."""
 
 from __future__ import annotations
 
@@ -8,6 +8,30 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import inlined, lean
+
+MIN_DEPTH_M = 1e-3  # nearer points are pushed to this depth: their pixels land far outside the image
+
+
+def pinhole(x: Any, y: Any, z: Any, K: Any, d: Any, bent: bool, fold: float) -> tuple[Any, Any]:
+    """Pixels u, v of points x, y, z in the camera's frame, single numbers in compiled code or arrays of one shape.
+
+    The lens is OpenCV's rational model on normalised coordinates (plumb_bob is its first five coefficients).
+
+    :param K: (3, 3). :param d: (8,) k1 k2 p1 p2 k3 k4 k5 k6. :param bent, fold: as in `LabelView`.
+    """
+    z = np.maximum(z, MIN_DEPTH_M)
+    u, v = x / z, y / z
+    if bent:
+        r2 = np.minimum(u * u + v * v, fold)
+        radial = (1 + r2 * (d[0] + r2 * (d[1] + r2 * d[4]))) / (1 + r2 * (d[5] + r2 * (d[6] + r2 * d[7])))
+        u, v = (
+            u * radial + 2 * d[2] * u * v + d[3] * (r2 + 2 * u * u),
+            v * radial + d[2] * (r2 + 2 * v * v) + 2 * d[3] * u * v,
+        )
+    return K[0, 0] * u + K[0, 1] * v + K[0, 2], K[1, 1] * v + K[1, 2]
+
+
+_pinhole = inlined(pinhole)
 
 
 class LabelView(NamedTuple):
@@ -50,19 +74,9 @@ def padded_pixel(x: float, y: float, view: LabelView) -> Any:
 
 @lean
 def project(x: float, y: float, z: float, view: LabelView) -> tuple[float, float]:
-    """Pixel of one point in the camera's frame; nearer ones are pushed to a millimetre."""
-    z = max(z, 1e-3)
-    u, v = x / z, y / z
-    if view.bent:
-        d = view.d
-        r2 = min(u * u + v * v, view.fold)
-        radial = (1 + r2 * (d[0] + r2 * (d[1] + r2 * d[4]))) / (1 + r2 * (d[5] + r2 * (d[6] + r2 * d[7])))
-        u, v = (
-            u * radial + 2 * d[2] * u * v + d[3] * (r2 + 2 * u * u),
-            v * radial + d[2] * (r2 + 2 * v * v) + 2 * d[3] * u * v,
-        )
-    K = view.K
-    return K[0, 0] * u + K[0, 1] * v + K[0, 2], K[1, 1] * v + K[1, 2]
+    """Pixel of one point in the camera's frame."""
+    u, v = _pinhole(x, y, z, view.K, view.d, view.bent, view.fold)
+    return u, v
 
 
 @inlined
@@ -96,7 +110,7 @@ def locate(A: Any, b: Any, on: Any, view: LabelView, out: Any) -> None:
     cx, cy = K[0, 2], K[1, 2]
     for i in range(len(xs)):
         x, y, z = xs[i], ys[i], zs[i]
-        k = 1.0 / max(z0 * x + z1 * y + z2 * z + z3, 1e-3)
+        k = 1.0 / max(z0 * x + z1 * y + z2 * z + z3, MIN_DEPTH_M)
         u, v = (u0 * x + u1 * y + u2 * z + u3) * k + cx, (v0 * x + v1 * y + v2 * z + v3) * k + cy
         out[i] = padded_pixel(u, v, view)
 
@@ -114,7 +128,7 @@ def outline_pixels(A: Any, b: Any, points: Any, along: Any, view: LabelView, out
     us, vs, nus, nvs = out[0], out[1], out[2], out[3]
     for i in range(len(xs)):
         x, y, z, gx, gy, gz = xs[i], ys[i], zs[i], gxs[i], gys[i], gzs[i]
-        k = 1.0 / max(A[2, 0] * x + A[2, 1] * y + A[2, 2] * z + b[2], 1e-3)
+        k = 1.0 / max(A[2, 0] * x + A[2, 1] * y + A[2, 2] * z + b[2], MIN_DEPTH_M)
         u = (A[0, 0] * x + A[0, 1] * y + A[0, 2] * z + b[0]) * k
         v = (A[1, 0] * x + A[1, 1] * y + A[1, 2] * z + b[1]) * k
         g = A[2, 0] * gx + A[2, 1] * gy + A[2, 2] * gz

@@ -6,30 +6,14 @@ import cv2
 import numpy as np
 
 from .camera import Camera
+from .pixel_kernels import MIN_DEPTH_M, pinhole
 from .transforms import Array
-
-MIN_DEPTH_M = 1e-3  # nearer points are pushed to this depth: their pixels land far outside the image
 
 
 def project(camera: Camera, X: Array) -> Array:
     """Pixels (..., 2) of points (..., 3) in the camera's optical frame (z forward, metres)."""
-    z = np.maximum(X[..., 2], MIN_DEPTH_M)
-    x, y = X[..., 0] / z, X[..., 1] / z
-    if camera.bent:
-        x, y = _distort(camera, x, y)
-    K = camera.matrix
-    return np.stack([K[0, 0] * x + K[0, 1] * y + K[0, 2], K[1, 1] * y + K[1, 2]], axis=-1)
-
-
-def _distort(camera: Camera, x: Array, y: Array) -> tuple[Array, Array]:
-    """OpenCV's rational model on normalised coordinates (plumb_bob is its first five coefficients)."""
-    k1, k2, p1, p2, k3, k4, k5, k6 = camera.rational
-    r2 = np.minimum(x * x + y * y, camera.fold)
-    radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
-    return (
-        x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-        y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
-    )
+    lens = camera.matrix, camera.rational, camera.bent, camera.fold
+    return np.stack(pinhole(X[..., 0], X[..., 1], X[..., 2], *lens), axis=-1)
 
 
 def projection_jacobian(camera: Camera, X: Array) -> Array:

@@ -128,14 +128,9 @@ def _approximated(polygon: NDArray[np.float32], tolerance: float) -> Array:
 
 
 def blob_anchors(blob: Blob, config: RecognizerConfig) -> list[Array]:
-    """Anchors of a blob at each configured tolerance, at most `max_anchors` each.
-
-    Small patches need two tolerances at once, large silhouettes one that grows with the root of their area.
-    """
+    """Anchors of a blob at each configured tolerance, at most `max_anchors` each."""
     polygons = []
-    grown = config.blobs.anchor_tolerance_share * math.sqrt(blob.area_px)
-    for base in config.blobs.anchor_tolerances_px:
-        tolerance = max(base, base * grown)
+    for tolerance in config.blobs.tolerances_px(blob.area_px):
         anchors = _approximated(blob.polygon, tolerance)
         while len(anchors) > config.blobs.max_anchors:
             tolerance *= _COARSER

@@ -1,4 +1,4 @@
-"""Which class a colour belongs to, for every 16-bit colour once: classifying an image is one look-up per pixel.
+"""Which classes a colour may belong to, for every 16-bit colour once: reading an image is one look-up per pixel.
 
 A class is given in one of two ways. By ranges of hue, saturation and value: a colour belongs to it or does not. Or
 by reference colours: light and shade scale a colour, so the class is a stretch of a ray through the origin (bent
@@ -15,32 +15,86 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.config import ClassConfig, ImageConfig
+from ..base.config import GREATEST_LABEL, ClassConfig, ImageConfig
+from .codes import Codes
 
 _LIGHTS = 24  # samples of a ray between its darkest and its brightest
 _GREY = 2.0  # a reference within so many standard deviations of grey is a grey
-_BY_RANGE = -1.0  # cost of a colour within a class' ranges: below any reference's
+_BY_RANGE = -100.0  # cost of a colour within a class' ranges: far below any reference's
+_MOST = 1e9  # cost above any other
+_FINEST = 16  # steps of a share
+_SURE = 8.0  # logarithm of what speaks for a class beyond all doubt
 
 Colours = NDArray[np.float32]
 
 
-def colour_table(config: ImageConfig) -> NDArray[np.uint8]:
-    """(65536,) class number of every 16-bit colour (blue in the low 5 bits, green, red in the high 5)."""
+def colour_table(config: ImageConfig) -> tuple[NDArray[np.uint8], Codes]:
+    """(65536,) code of every 16-bit colour (blue in the low 5 bits, green, red in the high 5), and what codes mean."""
+    costs, held = _costs(config)
+    unknown = np.full((1, 1 << 16), config.max_deviation**2, np.float32)
+    first = np.argmin(np.concatenate([unknown * 0 + _MOST, np.stack(list(held.values()))]), axis=0)
+    every = np.concatenate([unknown, np.stack(list(costs.values()))])
+    return coded(first, _weights(every), np.array([0, *costs], np.uint8))
+
+
+def _weights(cost: Colours) -> Colours:
+    """(classes, n) what speaks for each class against the best of the others, unknown, the first row, being 1: where
+    two are as likely, next to nothing is known."""
+    least, second = np.partition(cost, 1, axis=0)[:2]
+    others = np.where(cost == least, second, least)
+    weights = np.exp(np.clip((others - cost) / 2, -_SURE, _SURE))
+    weights[0] = 1.0
+    return np.asarray(weights, np.float32)
+
+
+def coded(first: NDArray[np.intp], weights: Colours, labels: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], Codes]:
+    """Codes of colours that are named `first` (n,) and for whose classes so much speaks as `weights` (classes, n) say.
+
+    A code is a pair, the class that is named and the weightiest other one, with the share of the first: in steps so
+    fine that the pairs that occur have codes enough.
+    """
+    colours = np.arange(len(first))
+    rest = weights.copy()
+    rest[first, colours] = -1.0
+    second = np.argmax(rest, axis=0)
+    a, b = weights[first, colours], weights[second, colours]
+    share = a / np.maximum(a + b, 1e-30)
+    for steps in range(_FINEST, 0, -1):
+        step = np.rint(share * steps).astype(int)
+        other = np.where(step == steps, first, second)
+        key = (first * len(labels) + other) * (steps + 1) + step
+        found, code = np.unique(np.append(key, steps), return_inverse=True)  # and what is unknown for sure
+        if len(found) <= GREATEST_LABEL + 1:
+            break
+    meaning = np.zeros((256, 256))
+    meaning[np.arange(256), np.arange(256)] = 1.0
+    pair, step = np.divmod(found, steps + 1)
+    named, other = np.divmod(pair, len(labels))
+    label = np.arange(256, dtype=np.uint8)
+    label[: len(found)] = labels[named]
+    meaning[: len(found)] = 0.0
+    np.add.at(meaning, (np.arange(len(found)), labels[named]), step / steps)
+    np.add.at(meaning, (np.arange(len(found)), labels[other]), 1 - step / steps)
+    return code[:-1].astype(np.uint8), Codes(label, meaning)
+
+
+def _costs(config: ImageConfig) -> tuple[dict[int, Colours], dict[int, Colours]]:
+    """By label (65536,) -2 log likelihood of every colour under it; and the same with inf where a colour deviates too
+    much from it, or is a grey."""
     code = np.arange(1 << 16)
     bgr = np.stack([(code & 31) / 31, (code >> 5 & 63) / 63, (code >> 11) / 31], axis=-1).astype(np.float32)
     hsv = cv2.cvtColor(bgr[None], cv2.COLOR_BGR2HSV)[0]  # (65536, 3) degrees, 0..1, 0..1
-    table = np.zeros(len(code), np.uint8)
-    least = np.full(len(code), np.inf, np.float32)
+    every, known = dict[int, Colours](), dict[int, Colours]()
     background = ClassConfig(label=0, rgb=config.background)
     for cls in (*config.classes.values(), *([background] if config.background else [])):
         if cls.rgb:
-            cost = np.min([_cost(bgr, references_bgr(one)[0], one, config) for one in lone(cls)], axis=0)
+            both = [_cost(bgr, references_bgr(one)[0], one, config) for one in lone(cls)]
+            cost, held = (np.min(c, axis=0) for c in zip(*both, strict=True))
         else:
-            cost = np.where(_in_class(hsv, cls), _BY_RANGE, np.inf)
-        better = cost < least  # of equals the first listed
-        table[better] = cls.label
-        least[better] = cost[better]
-    return table
+            cost = held = np.where(_in_class(hsv, cls), np.float32(_BY_RANGE), np.float32(np.inf))
+        every[cls.label] = np.minimum(every.get(cls.label, np.float32(np.inf)), cost)
+        known[cls.label] = np.minimum(known.get(cls.label, np.float32(np.inf)), held)
+    return every, known
 
 
 def references_bgr(cls: ClassConfig) -> Colours:
@@ -52,9 +106,7 @@ def lone(cls: ClassConfig) -> list[ClassConfig]:
     """A class with reference colours as classes of one each, with the light of that one."""
     colours, lights = np.reshape(cls.rgb, (-1, 3)).tolist(), np.reshape(cls.light, (-1, 2)).tolist()
     lights = lights * len(colours) if len(lights) == 1 else lights
-    return [
-        replace(cls, rgb=tuple(colour), light=tuple(light)) for colour, light in zip(colours, lights, strict=True)
-    ]
+    return [replace(cls, rgb=tuple(colour), light=tuple(light)) for colour, light in zip(colours, lights, strict=True)]
 
 
 def ray(reference: Colours, light: tuple[float, ...]) -> tuple[Colours, Colours]:
@@ -74,24 +126,25 @@ def deviation(bgr: Colours, shown: Colours, spread: float, noise: float) -> tupl
     return np.maximum(squared, 0) / scatter**2, 4 * np.log(scatter / noise)
 
 
-def _cost(bgr: Colours, reference: Colours, cls: ClassConfig, config: ImageConfig) -> Colours:
-    """(N,) -2 log likelihood of colours on a reference's ray, up to a constant; inf for those that deviate too much.
+def _cost(bgr: Colours, reference: Colours, cls: ClassConfig, config: ImageConfig) -> tuple[Colours, Colours]:
+    """(N,) -2 log likelihood of colours on a reference's ray, up to a constant; and the same with inf for those that
+    deviate too much.
 
     Light itself is likelier to be as it was than much darker or brighter (log-normal): what tells white in
     the shade from grey. What is more like some grey is not for a class that is none: greys are everywhere.
     """
     factors, shown = ray(reference, cls.light)
     squared, across = deviation(bgr, shown, cls.spread, config.noise)
-    light = (np.log(factors) / config.light_spread) ** 2
-    cost = np.full(len(bgr), np.inf, np.float32)
-    near = np.flatnonzero(squared.min(axis=1) <= config.max_deviation**2)
-    squared = squared[near]
-    cost[near] = np.where(squared <= config.max_deviation**2, squared + across + light, np.inf).min(axis=1)
+    every = squared + across
+    as_own = every.min(axis=1)
+    every += (np.log(factors) / config.light_spread) ** 2
+    cost, held = every.min(axis=1), np.where(squared <= config.max_deviation**2, every, np.inf).min(axis=1)
     greys = np.linspace(0, 1, _LIGHTS, dtype=np.float32)[:, None].repeat(3, axis=1)
     if deviation(reference[None], greys, cls.spread, config.noise)[0].min() > _GREY**2:
-        as_grey = np.add(*deviation(bgr[near], greys, cls.spread, config.noise)).min(axis=1)
-        cost[near[as_grey < np.min(squared + across, axis=1)]] = np.inf
-    return cost
+        as_grey = np.add(*deviation(bgr, greys, cls.spread, config.noise)).min(axis=1)
+        cost += 2 * np.logaddexp(0, (as_own - as_grey) / 2)
+        held = np.where(as_grey < as_own, np.inf, held)
+    return cost.astype(np.float32), held.astype(np.float32)
 
 
 def _in_class(hsv: Colours, cls: ClassConfig) -> NDArray[np.bool_]:

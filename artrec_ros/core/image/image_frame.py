@@ -38,7 +38,7 @@ class ImageFrame:
     @property
     def size(self) -> tuple[int, int]:
         """(width, height) pixels."""
-        height, width = self.field.labels.shape
+        height, width = self.field.codes.shape
         return int(width), int(height)
 
     @cached_property
@@ -55,6 +55,10 @@ class ImageFrame:
     def without(self, solids: Sequence[NDArray[np.float32]]) -> ImageFrame:
         """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody."""
         return replace(self, field=self.field.without(solids))
+
+    def faced(self) -> ImageFrame:
+        """The same frame to objects that face the camera, whichever took it."""
+        return replace(self, calibration=Camera.facing(self.size))
 
     def unhurried(self) -> ImageFrame:
         """The same frame with all the time it takes."""

@@ -12,16 +12,8 @@ from numpy.typing import NDArray
 
 from ..base.config import SeamsConfig
 from ..geometry.transforms import Array
+from .codes import LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from .seam_kernels import gaps_px
-
-OUTSIDE = 255  # the label of what lies beyond the image: says nothing
-
-
-OWNED = 254  # the label of pixels that an accepted object explains: says next to nothing
-
-
-UNKNOWN = 0
-
 
 _SUBPIXEL_BITS = 4
 
@@ -43,22 +35,33 @@ def _around(reach: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
 class LabelField:
     """A label image that answers for any pixel, the ones beyond its border included.
 
-    :param labels: (H, W) class numbers. :param seams: how seams are measured; None: by the defaults.
+    :param codes: (H, W) what pixels show. :param seams: how seams are measured; None: by the defaults.
+    :param meaning: of the codes; a label image's are its labels.
     """
 
-    def __init__(self, labels: NDArray[np.uint8], seams: SeamsConfig | None = None) -> None:
-        self.labels = labels
+    def __init__(self, codes: NDArray[np.uint8], seams: SeamsConfig | None = None, meaning: Codes = LABELS) -> None:
+        self.codes, self.meaning = codes, meaning
         self._config = seams or SeamsConfig()
         self._seams: dict[int, float] = {}
 
     @cached_property
     def padded(self) -> NDArray[np.uint8]:
-        """The labels with a border of one pixel, row by row."""
-        return cv2.copyMakeBorder(self.labels, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
+        """The codes with a border of one pixel, row by row."""
+        return cv2.copyMakeBorder(self.codes, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
+
+    @cached_property
+    def labels(self) -> NDArray[np.uint8]:
+        """(H, W) what each code is named."""
+        return self.codes if self.meaning is LABELS else cv2.LUT(self.codes, self.meaning.label)
+
+    @property
+    def _labels(self) -> NDArray[np.uint8]:
+        """What each code of `padded` is named."""
+        return self.padded if self.meaning is LABELS else np.take(self.meaning.label, self.padded)
 
     def at(self, pixels: Array) -> NDArray[np.uint8]:
-        """Labels (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
-        height, width = self.labels.shape
+        """Codes (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
+        height, width = self.codes.shape
         place = np.clip(np.floor(pixels + 0.5), -1, (width, height)).astype(np.int32)
         return self.padded[(place[..., 1] + 1) * (width + 2) + place[..., 0] + 1]
 
@@ -83,21 +86,23 @@ class LabelField:
         of another known class, itself not counted; inf: far."""
         silent = np.zeros(256, bool)
         silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
-        (height, width), mine = self.labels.shape, np.flatnonzero(self.labels == label)
+        (height, width), labels = self.codes.shape, self._labels
+        mine = np.flatnonzero(labels.reshape(height + 2, width + 2)[1:-1, 1:-1] == label)
         if len(mine) > _SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
             mine = mine[(np.arange(_SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
         reach = int(np.ceil(self._config.reach_px))
         gaps, looks = np.empty(len(mine)), _around(reach)
-        return gaps[: gaps_px(self.padded, width, height, reach, mine, label, silent, *looks, gaps)]
+        return gaps[: gaps_px(labels, width, height, reach, mine, label, silent, *looks, gaps)]
 
     def without(self, solids: Sequence[NDArray[np.float32]]) -> LabelField:
         """The same image with the pixels in convex hulls of points (n, 2) owned by somebody."""
-        height, width = self.labels.shape
+        height, width = self.codes.shape
         bordered, far = self.padded.reshape(height + 2, width + 2).copy(), 4 * max(height, width)
-        labels = bordered[1:-1, 1:-1]
+        codes = bordered[1:-1, 1:-1]
         for corners in solids:
             fine = np.rint(np.clip(corners, -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-            cv2.fillConvexPoly(labels, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
+            cv2.fillConvexPoly(codes, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
-        rest.labels, rest.padded = labels, bordered.ravel()
+        rest.codes, rest.padded = codes, bordered.ravel()
+        rest.__dict__.pop("labels", None)
         return rest

@@ -13,20 +13,27 @@ from numpy.typing import NDArray
 
 from ..base.config import GREATEST_LABEL, ImageConfig
 from ..base.errors import ImageError
+from .codes import LABELS, UNKNOWN
 from .colour_table import colour_table
 
 Image = NDArray[np.uint8]
 
 
 class Segmenter:
-    """Reads images as an `ImageConfig` says. Holds no state between frames."""
+    """Reads images as an `ImageConfig` says. Holds no state between frames.
+
+    :ivar meaning: of the codes that it reads.
+    """
 
     def __init__(self, config: ImageConfig) -> None:
         self._config = config
-        self._classify = {"labels": self._from_labels, "palette": self._from_palette, "colour": self._from_colour}[
+        self._read = {"labels": self._from_labels, "palette": self._from_palette, "colour": self._from_colour}[
             config.kind
         ]
-        self._table = colour_table(config) if config.kind == "colour" else np.zeros(0, np.uint8)
+        self._table, self.meaning = colour_table(config) if config.kind == "colour" else (np.zeros(0, np.uint8), LABELS)
+
+        sure = (self.meaning.label == UNKNOWN) & (self.meaning.share[:, UNKNOWN] == 1)
+        self._nothing = int(np.flatnonzero(sure)[0])
 
     @property
     def blank(self) -> tuple[int, ...]:
@@ -34,21 +41,26 @@ class Segmenter:
         return self._config.blank
 
     def labels(self, image: NDArray) -> Image:
-        """Class numbers of an image's pixels.
+        """Class numbers (H, W) of an image's pixels, 0 is background or unknown; may be `image` itself. As `codes`."""
+        codes = self.codes(image)
+        return codes if self.meaning is LABELS else cv2.LUT(codes, self.meaning.label)
+
+    def codes(self, image: NDArray) -> Image:
+        """What an image's pixels show.
 
         :param image: kind `labels`: (H, W) uint8 or uint16, numbers above GREATEST_LABEL are unknown;
             `palette` and `colour`: (H, W, 3) uint8, channels blue, green, red.
-        :return: (H, W) uint8, 0 is background or unknown; may be `image` itself.
+        :return: (H, W) uint8, of the meaning `meaning`; may be `image` itself.
         :raises ImageError: the image does not fit the kind.
         """
         if image.size == 0:
             raise ImageError(f"the image is empty (shape {image.shape})")
-        labels = self._classify(image)
+        codes = self._read(image)
         if self._config.blank:
-            labels = np.array(labels)
+            codes = np.array(codes)
             for rectangle in _rectangles(self._config.blank):
-                labels[rectangle] = 0
-        return labels
+                codes[rectangle] = self._nothing
+        return codes
 
     def _from_labels(self, image: NDArray) -> Image:
         if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,15 +60,43 @@ class ClassFit:
     reason: str = ""
 
 
+PoseSource = Literal["fit", "size"]
+"""How a pose in space is known: the whole object was fitted; or it was found flat, and is taken to face the camera,
+with its size in the image telling how far off it is."""
+
+
+@dataclass(frozen=True)
+class IdentityFit:
+    """Which one of several like objects an object is.
+
+    :param name: None: two fit nearly alike, or all names are taken.
+    :param probability: 0..1, of the best one against its runner-up.
+    :param unique: whether there is one of each name.
+    :param least: probability below which no name is told.
+    :param evidence: name -> log-likelihood of what was seen, up to a constant.
+    """
+
+    name: str | None
+    probability: float
+    runner_up: str | None = None
+    unique: bool = False
+    least: float = field(default=0.5, repr=False, compare=False)
+    evidence: Mapping[str, float] = field(default_factory=dict, repr=False, compare=False)
+
+
 @dataclass(frozen=True)
 class Detection:
-    """One recognised object. `pose` is the object's frame in the camera's optical frame, None without calibration.
+    """One recognised object. `pose` is the object's frame in another one, None where it is not known.
 
+    :param frame_id: the frame in which `pose` is; empty: the camera's optical frame.
+    :param pose_from: how `pose` is known.
     :param joints: component name -> joint angle in radians (metres for prismatic joints).
     :param margin: how much lighter the best choice of objects without this one is, as a share of what this one explains
         (1: nothing else explains it, 0: another choice is as good); None where that is not known.
+    :param identity: None where the object has no identities.
     :param class_fit: None where the object has no classes of configurations.
-    :param pose_covariance: (6, 6) of (x, y, z, rotation about x, y, z fixed axes), m^2 and rad^2; None without pose.
+    :param pose_covariance: (6, 6) of (x, y, z, rotation about x, y, z fixed axes), m^2 and rad^2, along the axes of the
+        frame in which `pose` is; None without pose.
     """
 
     object: str
@@ -80,6 +109,18 @@ class Detection:
     pose_covariance: Array | None = field(default=None, repr=False, compare=False)
     class_fit: ClassFit | None = None
     margin: float | None = None
+    identity: IdentityFit | None = None
+    frame_id: str = ""
+    pose_from: PoseSource = "fit"
+
+    @property
+    def name(self) -> str:
+        """What it is called in messages and pictures: by its identity, yellow_gr, where it is known and there is one of
+        each; else by its number, red_0."""
+        fit = self.identity
+        if fit is None or fit.name is None:
+            return f"{self.object}_{self.id}"
+        return f"{self.object}_{fit.name}" if fit.unique else f"{self.object}_{fit.name}_{self.id}"
 
 
 @dataclass(frozen=True)

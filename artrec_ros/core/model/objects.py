@@ -7,7 +7,8 @@ component, the joint's frame turned by the joint angle (URDF's link frame).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +17,8 @@ from ..base.config import GREATEST_LABEL
 from ..base.errors import ConfigError
 from ..geometry.transforms import Array, Pose, readonly
 from .names import check_name
+
+_FLAT = 0.999  # cosine: within 2.6 degrees
 
 
 @dataclass(frozen=True)
@@ -123,6 +126,8 @@ class Component:
 
     :param markers: the markers that can show it; each may be seen alone.
     :param label: class label of its markers; None: the object's own.
+    :param classes: class name -> label, where its markers may be of one of several classes, which tell the object's
+        identity; `label` is then None.
     :param bodies: boxes that hide what is behind them, coloured `body_label` (None: colour unknown).
     """
 
@@ -133,23 +138,49 @@ class Component:
     joint: Joint | None = None
     bodies: tuple[Box, ...] = ()
     body_label: int | None = None
+    classes: Mapping[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_name(self.name, "component")
-        for label in (self.label, self.body_label):
+        if self.classes and self.label is not None:
+            raise ConfigError(f"component '{self.name}': give it either one label or alternative classes")
+        for label in (self.label, self.body_label, *self.classes.values()):
             if label is not None and not 1 <= label <= GREATEST_LABEL:
                 raise ConfigError(f"component '{self.name}': the label {label} is not within 1 .. {GREATEST_LABEL}")
 
     def marker(self, name: str) -> Marker:
         return next(m for m in self.markers if m.name == name)
 
+    def labels(self, default: int) -> tuple[int, ...]:
+        """Class labels that its markers may have. :param default: the object's own."""
+        if self.classes:
+            return tuple(sorted(set(self.classes.values())))
+        return (default if self.label is None else self.label,)
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Which one of several like objects it is: the class that each of its components with alternatives shows.
+
+    :param classes: component -> class name.
+    """
+
+    name: str
+    classes: Mapping[str, str]
+
 
 @dataclass(frozen=True)
 class ObjectModel:
-    """An articulated object. Components are ordered parents first where joints are declared."""
+    """An articulated object. Components are ordered parents first where joints are declared.
+
+    :param identities: those that exist, of an object whose components have alternative classes; else none.
+    :param unique: whether each identity occurs once at most.
+    """
 
     name: str
     components: tuple[Component, ...]
+    identities: tuple[Identity, ...] = ()
+    unique: bool = False
 
     def __post_init__(self) -> None:
         check_name(self.name, "object")
@@ -168,6 +199,29 @@ class ObjectModel:
             seen.add(c.name)
         for name in (n for n in self.joint_names if self.joint_names.count(n) > 1):
             raise ConfigError(f"object '{self.name}': two joints have the same name '{name}'")
+        self._check_identities()
+
+    def _check_identities(self) -> None:
+        own = {c.name: c.classes for c in self.components if c.classes}
+        seen: dict[tuple[str, ...], str] = {}
+        for identity in self.identities:
+            check_name(identity.name, "identity")
+            if set(identity.classes) != set(own):
+                raise ConfigError(
+                    f"object '{self.name}': identity '{identity.name}' must say the class of each component that has "
+                    f"alternatives: {', '.join(own) or 'none has'}"
+                )
+            for name, cls in identity.classes.items():
+                if cls not in own[name]:
+                    raise ConfigError(
+                        f"object '{self.name}': identity '{identity.name}': component '{name}' has no class '{cls}'; "
+                        f"it has {', '.join(own[name])}"
+                    )
+            shown = tuple(identity.classes[name] for name in own)
+            if shown in seen or identity.name in seen.values():
+                other = seen.get(shown, identity.name)
+                raise ConfigError(f"object '{self.name}': identities '{other}' and '{identity.name}' are the same")
+            seen[shown] = identity.name
 
     @property
     def required(self) -> Component:
@@ -191,3 +245,25 @@ class ObjectModel:
     def is_spatial(self) -> bool:
         """Whether every marker has a place in space and every component a fixed or jointed frame."""
         return all(m.T_component_marker is not None for c in self.components for m in c.markers)
+
+    @cached_property
+    def is_flat(self) -> bool:
+        """Whether all markers lie face up in planes that nothing turns out of each other: seen from their front, the
+        object is a figure in the image plane."""
+        if not self.is_spatial:
+            return False
+        up: dict[str, Array] = {}
+        for c in self.components:
+            R = np.eye(3)
+            if c.joint is not None:
+                R = up[c.joint.parent] @ c.joint.T_parent_joint.rotation
+            up[c.name] = R
+        normals = np.array([up[c.name] @ m.T_component_marker.rotation[:, 2] for c in self.components for m in c.markers
+                            if m.T_component_marker is not None])  # fmt: skip
+        axes = [(c.joint.kind, up[c.name] @ c.joint.axis) for c in self.joint_components if c.joint is not None]
+        across = np.sqrt(1 - _FLAT**2)
+        stays = [
+            abs(float(axis @ normals[0])) > _FLAT if kind == "revolute" else abs(float(axis @ normals[0])) < across
+            for kind, axis in axes
+        ]
+        return bool((normals @ normals[0] > _FLAT).all() and all(stays))

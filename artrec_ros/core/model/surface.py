@@ -17,6 +17,7 @@ INSIDE_POINTS = 36  # per marker: about the pixels of the smallest useful one
 CONTOUR_POINTS = 32  # per marker
 FACE_POINTS = 20  # per box face
 COVER_DEPTH_M = 0.02  # a marker this close in front of a face hides it
+_BEYOND = 0.1  # of a marker's width: so far outside of its contour it is looked for others
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class Patch:
 
     :param component: index into the model's components.
     :param marker: the marker shown, None for a box face.
-    :param label: class label expected on it, 0 where unknown.
+    :param labels: class labels of which one is expected on it; none where unknown.
     :param inside: (n, 3) points on it, component frame; each stands for area / n.
     :param drawn: (3 + k, 3) a marker's centroid, its axis' tail and head, and its outline's corners.
     :param contour, contour_along: (m, 3) points of a marker's outline and its unit directions there, counter-clockwise
@@ -36,7 +37,7 @@ class Patch:
 
     component: int
     marker: Marker | None
-    label: int
+    labels: tuple[int, ...]
     inside: Array
     drawn: Array
     contour: Array
@@ -49,10 +50,36 @@ def patches_of(model: ObjectModel, label: int) -> list[Patch]:
     """Every marker and every box face of a spatial model; `label` is the object's class."""
     out: list[Patch] = []
     for c, component in enumerate(model.components):
-        marker_label = label if component.label is None else component.label
-        out += [_marker_patch(c, m, marker_label) for m in component.markers]
+        out += [_marker_patch(c, m, component.labels(label)) for m in component.markers]
         out += _face_patches(c, component)
     return out
+
+
+def open_ring(model: ObjectModel, patches: list[Patch]) -> Array:
+    """(M, m) for the contour points of all markers: 0 where another marker begins that may have its class, else 1.
+
+    Its class just outside then says nothing against the outline. Only markers of which nothing moves one against the
+    other are told.
+    """
+    markers = [p for p in patches if p.marker is not None]
+    out = np.ones((len(markers), CONTOUR_POINTS))
+    for row, mine in zip(out, markers, strict=True):
+        beyond = mine.contour + _BEYOND * np.sqrt(mine.area) * np.cross(mine.contour_along, mine.normal)
+        for other in markers:
+            fixed = mine.component == other.component or all(
+                model.components[p.component].joint is None for p in (mine, other)
+            )
+            if other is not mine and fixed and set(mine.labels) & set(other.labels):
+                row[_covers(other, beyond)] = 0.0
+    return out
+
+
+def _covers(patch: Patch, points: Array) -> np.ndarray:
+    """(n,) bool: which points (n, 3) of its component's frame lie on a marker's patch."""
+    assert patch.marker is not None and patch.marker.T_component_marker is not None
+    local = patch.marker.T_component_marker.inverse().apply(points)
+    on = np.abs(local[:, 2]) < _BEYOND * np.sqrt(patch.area)
+    return np.asarray(on & contains(patch.marker.outline, local[:, :2]))
 
 
 def sample_polygon(outline: Array, n: int) -> Array:
@@ -98,7 +125,7 @@ def sample_contour(outline: Array, n: int) -> tuple[Array, Array]:
     return points, normals
 
 
-def _marker_patch(c: int, marker: Marker, label: int) -> Patch:
+def _marker_patch(c: int, marker: Marker, labels: tuple[int, ...]) -> Patch:
     T = marker.T_component_marker
     assert T is not None  # ObjectModel.is_spatial is the caller's condition
     lift = lambda p: T.apply(np.pad(p, ((0, 0), (0, 1))))  # noqa: E731
@@ -106,7 +133,7 @@ def _marker_patch(c: int, marker: Marker, label: int) -> Patch:
     inside = sample_polygon(marker.outline, INSIDE_POINTS)
     along = np.cross(T.rotation[:, 2], np.pad(normals, ((0, 0), (0, 1))) @ T.rotation.T)
     drawn = np.vstack([marker.centroid, marker.tail, marker.head, marker.outline])
-    return Patch(c, marker, label, lift(inside), lift(drawn), lift(contour), along, T.rotation[:, 2], marker.area)
+    return Patch(c, marker, labels, lift(inside), lift(drawn), lift(contour), along, T.rotation[:, 2], marker.area)
 
 
 def _face_patches(c: int, component: Component) -> list[Patch]:
@@ -125,7 +152,8 @@ def _face_patches(c: int, component: Component) -> list[Patch]:
                 if free.any():
                     area = float(box.size[u] * box.size[v] * free.mean())
                     none = np.zeros((0, 3))
-                    out.append(Patch(c, None, component.body_label or 0, points[free], none, none, none, normal, area))
+                    labels = () if component.body_label is None else (component.body_label,)
+                    out.append(Patch(c, None, labels, points[free], none, none, none, normal, area))
     return out
 
 

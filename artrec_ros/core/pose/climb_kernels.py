@@ -40,6 +40,8 @@ class Moves(NamedTuple):
 
     steps: Steps
     focal: float
+    near_m: float  # least and greatest depth: no step passes them
+    far_m: float
     lower: Any  # (J,)
     upper: Any
     unit: Any
@@ -113,6 +115,8 @@ def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
     """Step by z (6 + J,), in the units of `m.steps`: across the ray and along it, turned, bent."""
     t_new, q_new, steps = tried.t, tried.q, m.steps
     near = 1 + steps.depth * z[2]
+    if z[2] != 0.0 and t[2] > 0.0:
+        near = min(max(near, min(m.near_m / t[2], 1.0)), max(m.far_m / t[2], 1.0))
     across = steps.px / m.focal * t[2]
     t_new[0], t_new[1], t_new[2] = t[0] * near + across * z[0], t[1] * near + across * z[1], t[2] * near
     copy_rotation(R, tried.R)

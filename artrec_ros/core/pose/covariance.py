@@ -34,7 +34,7 @@ def pose_covariances(
     """
     prior, sigma_px = _prior(model, poses, config), config.fit.point_sigma_px
     fit = contour_fit(model, frame, poses, use, config.covariance.reach_px, config.fit)
-    seams_px = np.array([frame.field.seam_px(model.marker_labels[first]) for first in use.argmax(axis=1)])
+    seams_px = model.seams_px(frame.field)[use.argmax(axis=1)]
     Jw = fit.jacobian * fit.weight[..., None]
     A = _transposed(_stacked(Jw)) @ _stacked(fit.jacobian) / sigma_px**2 + prior
     noise = _noise(fit, Jw, seams_px, config.covariance) / sigma_px**4 + prior

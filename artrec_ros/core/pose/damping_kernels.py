@@ -17,6 +17,7 @@ class Damping(NamedTuple):
     sigma_px: float  # of a contour point
     deviation: Any  # (2,) of a step of each kind, in its parameter's unit
     limit: Any  # (2,) the longest step, likewise
+    held: Any  # (6,) weights that hold parameters of the pose where they are
 
 
 @inlined
@@ -32,7 +33,7 @@ def add_damping(term: Damping, placed: Placed, to: Equations) -> None:
     """Add the equations that pull the step to nothing."""
     for i in range(len(to.b)):
         deviation = unit_of(i, placed) * term.deviation[SHIFT if i < 3 else BEND]
-        to.A[i, i] += (term.sigma_px / deviation) ** 2 + 1e-9
+        to.A[i, i] += (term.sigma_px / deviation) ** 2 + 1e-9 + (term.held[i] if i < 6 else 0.0)
 
 
 @inlined

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ..base.config import FitConfig
 from ..geometry.transforms import Array
-from ..image.label_field import OUTSIDE, OWNED, UNKNOWN, LabelField
+from ..image.codes import OUTSIDE, OWNED, UNKNOWN
+from ..image.label_field import LabelField
 from . import edge_kernels as compiled
 from .edge_kernels import EdgeTerms
 from .surface_model import SpatialModel
@@ -18,19 +19,20 @@ from .surface_model import SpatialModel
 
 def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...], config: FitConfig) -> EdgeTerms:
     """What compiled code needs to find edges, in each of the steps of a fit."""
-    seams = np.array([field.seam_px(label) for label in model.marker_labels])
-    kinds, priors = _kinds(model.marker_labels), _priors(reach_px, config.edge_prior_width)
+    seams = model.seams_px(field)
+    kinds, priors = _kinds(model.marker_labels)[:, model.codes.label], _priors(reach_px, config.edge_prior_width)
     inside, seam, outside = (math.exp(2 * vote) for vote in (config.edge_vote, config.seam_vote, -config.edge_vote))
     limits = float(config.edge_beyond), float(config.border_px)
     return EdgeTerms(np.array(reach_px), inside, seam, outside, priors, seams, kinds, OUTSIDE, *limits)
 
 
 @cache
-def _kinds(marker_labels: tuple[int, ...]) -> NDArray[np.int32]:
+def _kinds(marker_labels: tuple[tuple[int, ...], ...]) -> NDArray[np.int32]:
     """(M, 256) what each label is along the normals of each marker."""
     kinds = np.full((len(marker_labels), 256), compiled.KNOWN, np.int32)
     kinds[:, [UNKNOWN, OUTSIDE, OWNED]] = compiled.SILENT
-    kinds[np.arange(len(marker_labels)), marker_labels] = compiled.OWN
+    for row, labels in zip(kinds, marker_labels, strict=True):
+        row[list(labels)] = compiled.OWN
     return kinds
 
 

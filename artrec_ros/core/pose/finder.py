@@ -14,8 +14,10 @@ import numpy as np
 from ..base.config import RecognizerConfig, SearchConfig
 from ..geometry.camera import Camera
 from ..geometry.projection import project
+from ..geometry.range_limits import scale_limits
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
+from ..image.codes import LABELS, Codes
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from . import climb_kernels as climbing
@@ -41,11 +43,17 @@ class Climb(NamedTuple):
 class WholeObjectFinder:
     """Hypotheses of one target in a frame."""
 
-    def __init__(self, target: Target, config: RecognizerConfig) -> None:
+    def __init__(
+        self, target: Target, config: RecognizerConfig, codes: Codes = LABELS, *, facing: bool = False
+    ) -> None:
+        """:param codes: what pixels' codes say of their labels.
+        :param facing: the object faces the camera: it turns about the optical axis alone.
+        """
+        self.facing = facing
         self.target, self.config, self._search = target, config, config.search
-        self.surface = SpatialModel(target.model, target.label, config.votes)
+        self.surface = SpatialModel(target.model, target.label, config.votes, codes)
         self.root = self.surface.root
-        self.root_label = self.surface.labels[self.root]
+        self.root_labels = self.surface.labels[self.root]
         self._value = Value(len(target.model.components), self.root, float(config.votes.hidden_cost), occlusion=True)
         self._steps = _steps(config.search)
         markers = target.model.required.markers
@@ -80,6 +88,13 @@ class WholeObjectFinder:
         found = self._climb(frame, found, climb)
         return self._fit_all(frame, found.poses).best(len(found), search)
 
+    def polished(self, frame: ImageFrame, poses: Poses, climb: Climb) -> Ranked:
+        """Hypotheses after a climb on the votes and a fit to the contours, and as they were."""
+        found = Ranked(poses, self.votes(frame, poses, occlusion=True))
+        if poses.q.shape[1]:
+            found = self._sweep(frame, found)
+        return self._fit_all(frame, self._climb(frame, found, climb).poses)
+
     def _with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
         search = self._search
@@ -109,8 +124,13 @@ class WholeObjectFinder:
     def _climb(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Local search on the votes of the whole object: no hypothesis gets worse, and the clock ends it."""
         kin, moved, surface = self.surface.kinematics, found.copied(), self.surface
-        moves = climbing.Moves(self._steps, frame.camera.focal_px, kin.lower, kin.upper, kin.unit, kin.endless)
+        near_m, far_m = map(float, self._depths(frame.camera))
+        moves = climbing.Moves(
+            self._steps, frame.camera.focal_px, near_m, far_m, kin.lower, kin.upper, kin.unit, kin.endless
+        )
         steps = np.full((len(found), 6 + kin.n_joints), climb.first_step, float)
+        if self.facing:
+            steps[:, 3:5] = 0.0
         for _ in range(climb.rounds):
             if frame.deadline.expired:
                 break
@@ -139,10 +159,10 @@ class WholeObjectFinder:
         return out
 
     def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
-        """(H,) bool: whose required component would cover that of `one` in the image."""
+        """(H,) bool: whose required component would lie over the middle of that of `one` in the image."""
         there, here, extent = self.anchors(poses), self.anchors(one), self.surface.extent
         depth = np.maximum(np.maximum(there[:, 2], here[:, 2]), 1e-6)
-        radius = self._search.same_place * camera.focal_px * extent / depth
+        radius = camera.focal_px * extent / depth
         distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
 
@@ -180,8 +200,8 @@ class WholeObjectFinder:
 
     def supported(self, scores: PatchScores) -> np.ndarray:
         """(H, M) markers that the labels support."""
-        m, votes = self.surface.markers, self.config.votes
-        seen = (scores.area_px[:, m] > votes.supported_px) & (scores.agree[:, m] > votes.supported_agree)
+        m, config = self.surface.markers, self.config
+        seen = (scores.area_px[:, m] > config.min_blob_px) & (scores.agree[:, m] > config.votes.supported_agree)
         return np.asarray(seen & (scores.votes[:, m] > 0))
 
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
@@ -193,9 +213,21 @@ class WholeObjectFinder:
         return both[np.arange(len(poses)) + len(poses) * (after > self._search.settled_votes * before)]
 
     def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray) -> Poses:
-        """Fits to the contours of the markers in use (H, M)."""
+        """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""
         fit = self.config.fit
-        return fit_poses(self.surface, frame, poses, use, fit.fine_reach_px, fit)
+        fitted = fit_poses(self.surface, frame, poses, use, fit.fine_reach_px, fit, facing=self.facing)
+        if not self.facing:
+            return fitted
+        depth = fitted.t[:, 2]
+        near_m, far_m = self._depths(frame.camera)
+        return Poses(fitted.R, fitted.t * (np.clip(depth, near_m, far_m) / depth)[:, None], fitted.q)
+
+    def _depths(self, camera: Camera) -> tuple[float, float]:
+        """Between which depths hypotheses stay while they move: of what faces the camera, those of its scale."""
+        if not self.facing:
+            return 0.0, np.inf
+        limits = scale_limits(self.config, None)
+        return camera.focal_px / limits.greatest, camera.focal_px / limits.least if limits.least > 0 else np.inf
 
 
 def _steps(search: SearchConfig) -> Steps:

@@ -19,16 +19,16 @@ from .views import lift, view_bank
 class Guesser:
     """Aligns one component's markers, from many sides, with blobs.
 
-    :ivar label: class of the blobs that the component makes.
+    :ivar labels: classes of which the blobs are that the component makes.
     """
 
     def __init__(self, model: ObjectModel, surface: SpatialModel, component: int, config: RecognizerConfig) -> None:
         self._all, self._config, self._search = config, config.guesses, config.search
-        part, label = model.components[component], surface.labels[component]
-        self.label, self._none = label, surface.no_poses
+        part, labels = model.components[component], surface.labels[component]
+        self.labels, self._none = labels, surface.no_poses
         self._markers = part.markers
-        inside = surface.table[surface.roles.inside(label)]
-        ring = surface.table[surface.roles.ring(label, part.body_label or 0)]
+        inside = surface.table[surface.roles.inside(labels)]
+        ring = surface.table[surface.roles.ring(labels, () if part.body_label is None else (part.body_label,))]
         self._banks = [
             ViewBank(view_bank(m, config.guesses), inside, ring, surface.limits, config.guesses) for m in self._markers
         ]
@@ -41,7 +41,7 @@ class Guesser:
     def guess(self, frame: ImageFrame, blob: Blob) -> Poses:
         """Object poses from one blob within reach, the best of each marker by the votes for it, as many as there is
         time for; joints mid-range."""
-        shape, growth = blob_shape(blob, frame.field.seam_px(self.label), self._config), self._config.growth
+        shape, growth = blob_shape(blob, frame.field.seam_px(blob.label), self._all.blobs), self._config.growth
         grown = growth if is_small(blob, self._config) else growth[:1]
         found = [self._none]
         for m in range(len(self._markers)):
@@ -60,7 +60,7 @@ class Guesser:
 
     def _of_marker(self, m: int, frame: ImageFrame, shape: BlobShape, grown: tuple[float, ...]) -> Poses:
         keep = self._config.blob_keep
-        T, votes, view = self._banks[m].align(frame, shape, self._config.alignments_per_pose * keep)
+        T, votes, view = self._banks[m].align(frame, shape, keep)
         if len(grown) > 1:
             T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
         R, t = lift(self._flips[m], view, T, frame.camera, self._origins[m])

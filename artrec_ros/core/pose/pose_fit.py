@@ -21,7 +21,7 @@ from .joint_prior_kernels import JointPrior
 from .placed_kernels import Joints, Placed
 from .surface_model import Poses, SpatialModel
 
-_PIN = 1e9  # weight that holds a joint: beyond all others, and no overflow
+_PIN = 1e9  # weight that holds a parameter: beyond all others, and no overflow
 _AT_ONCE = 64  # hypotheses between two looks at the clock
 
 
@@ -33,18 +33,20 @@ def fit_poses(
     reach_px: tuple[int, ...],
     config: FitConfig,
     free_joints: np.ndarray | None = None,
+    *,
+    facing: bool = False,
 ) -> Poses:
     """Fit poses to the labels' boundaries; a hypothesis that uses no marker stays, as do those left at the deadline.
 
     :param use: (H, M) bool: which markers of `model.markers` to use under each hypothesis.
     :param reach_px: how far each step looks for edges.
-    :param free_joints: (H, J) bool; None: all.
+    :param free_joints: (H, J) bool; None: all. :param facing: poses turn about the optical axis alone.
     """
     kin = model.kinematics
     free = np.ones(poses.q.shape, bool) if free_joints is None else free_joints
     R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
     contours, joints = _contour_term(model, frame, use, reach_px, config), _joints(kin)
-    prior, damping = _joint_prior(kin, free, config), _damping(config)
+    prior, damping = _joint_prior(kin, free, config), _damping(config, facing=facing)
     for part in frame.deadline.parts(len(poses), _AT_ONCE):
         terms = Terms(contours._replace(use=contours.use[part]), prior._replace(free=free[part]), damping)
         fit_each(terms, kin.chain, joints, R[part], t[part], q[part])
@@ -96,9 +98,10 @@ def _joint_prior(kin: Kinematics, free: np.ndarray, config: FitConfig) -> JointP
     return JointPrior((kin.lower + kin.upper) / 2, weight, free, _PIN)
 
 
-def _damping(config: FitConfig) -> Damping:
+def _damping(config: FitConfig, *, facing: bool) -> Damping:
     deviation, limit = (config.shift_sigma, config.bend_sigma), (config.most_shift, config.most_bend)
-    return Damping(float(config.point_sigma_px), np.array(deviation, float), np.array(limit, float))
+    held = np.array([0.0, 0.0, 0.0, _PIN, _PIN, 0.0]) if facing else np.zeros(6)
+    return Damping(float(config.point_sigma_px), np.array(deviation, float), np.array(limit, float), held)
 
 
 def _joints(kin: Kinematics) -> Joints:

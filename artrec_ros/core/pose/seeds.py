@@ -26,21 +26,20 @@ class Seeds:
     def __init__(self, target: Target, surface: SpatialModel, config: RecognizerConfig) -> None:
         self._surface, self._root = surface, surface.root
         self._config, self._search, self._fit = config.guesses, config.search, config.fit
+        self._min_votes = config.verdict.min_votes
         self._patches: dict[tuple[tuple[int, ...], bool], np.ndarray] = {}
         self._guessers = {
             c: Guesser(target.model, surface, c, config)
-            for c, label in enumerate(surface.labels)
-            if label == surface.labels[self._root]
+            for c, labels in enumerate(surface.labels)
+            if set(labels) & set(surface.labels[self._root])
         }
 
     def few(self, frame: ImageFrame, blob: Blob) -> Poses:
         """Of an object in plain view whose required component made the blob; none where there can be no such object."""
-        if blob.area_px < self._config.plain_px:
-            return self._surface.no_poses
         guesses = self._guessers[self._root].guess(frame, blob)
         few = self._best_roots(frame, guesses, self._config.few_guesses, bodies=False)
         roots = self._fit_root(frame, few, self._config.few_keep)
-        plain = self._votes(frame, roots, self._root).max(initial=0.0) >= self._config.plain_votes
+        plain = self._votes(frame, roots, self._root).max(initial=0.0) >= self._min_votes  # by itself
         return roots if plain else roots[:0]
 
     def all(self, frame: ImageFrame, blob: Blob) -> Poses:

@@ -25,7 +25,6 @@ class Surface(NamedTuple):
     centre: Any  # (P, 3)
     area: Any  # (P,)
     radius: Any  # (P,) of a ball about the centre that holds the patch
-    label: Any  # (P,)
     marker_of: Any  # (P,) index into the markers' contours, -1: a face
     ignored: Any  # (P, B) bool: boxes that the patch lies on
     starts: Any  # (P + 1,) multiples of LANES
@@ -37,7 +36,9 @@ class Surface(NamedTuple):
     perimeter: Any  # (M,)
     ring_role: Any  # (M,)
     rim_role: Any  # (M,)
+    open_ring: Any  # (M, m) 1, or 0 where another marker of the object begins at the contour
     table: Any  # (roles, 256) votes
+    own: Any  # (roles, 256) how far each code is of the piece's own class
     best: Any  # (roles,) the greatest vote of each
     box_component: Any  # (B,)
     box_rotation: Any  # (B, 3, 3)

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from ..base.config import VotesConfig
 from ..base.jit import LANES
 from ..geometry.transforms import Array
+from ..image.codes import LABELS, OUTSIDE, Codes
 from ..image.image_frame import ImageFrame
-from ..image.label_field import OUTSIDE
+from ..image.label_field import LabelField
 from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
-from ..model.surface import Patch, patches_of
+from ..model.surface import Patch, open_ring, patches_of
 from .hiding_kernels import shown_points
 from .joint_kernels import search_joints
 from .occlusion import BEHIND, BodyBoxes, hulls_of
@@ -77,49 +78,48 @@ def _limits(votes: VotesConfig) -> SurfaceLimits:
 class SpatialModel:
     """One target's surface as arrays.
 
-    :param votes: what labels say of it.
+    :param votes: what labels say of it. :param codes: what pixels' codes say of their labels.
     """
 
-    def __init__(self, model: ObjectModel, label: int, votes: VotesConfig) -> None:
+    def __init__(self, model: ObjectModel, label: int, votes: VotesConfig, codes: Codes = LABELS) -> None:
         self.model = model
         self.votes = votes
         self.limits = _limits(votes)
         self.kinematics = Kinematics(model)
         self.patches: list[Patch] = patches_of(model, label)
-        self.roles = VoteRoles(votes)
-        bodies = [c.body_label or 0 for c in model.components]
+        self.codes, self.roles = codes, VoteRoles(votes, codes)
+        bodies = [() if c.body_label is None else (c.body_label,) for c in model.components]
         self.root = model.components.index(model.required)
-        self.labels = [label if c.label is None else c.label for c in model.components]  # of each component's markers
+        self.labels = [c.labels(label) for c in model.components]  # that each component's markers may have
         self.component = np.array([p.component for p in self.patches])
         self.is_marker = np.array([p.marker is not None for p in self.patches])
         self.normal = np.array([p.normal for p in self.patches])
         self.centre = np.array([p.inside.mean(axis=0) for p in self.patches])
         self.area = np.array([p.area for p in self.patches])
-        self.label = np.array([p.label for p in self.patches])
         self.count = np.array([len(p.inside) for p in self.patches])
         self.points = np.concatenate([p.inside for p in self.patches])
         self.point_patch = np.repeat(np.arange(len(self.patches)), self.count)
         self.point_role = np.repeat(
             [
-                self.roles.inside(p.label)
+                self.roles.inside(p.labels)
                 if p.marker is not None
-                else self.roles.body(p.label, self.labels[p.component])
+                else self.roles.body(p.labels, self.labels[p.component])
                 for p in self.patches
             ],
             self.count,
         )
         self.markers = np.flatnonzero(self.is_marker)
         self.faces = np.flatnonzero(~self.is_marker)
-        self.classed_faces: list[int] = np.flatnonzero(~self.is_marker & (self.label > 0)).tolist()  # that can be told
-        self.marker_labels: tuple[int, ...] = tuple(self.label[self.markers].tolist())
+        self.classed_faces: list[int] = [p for p in self.faces.tolist() if self.patches[p].labels]  # that can be told
+        self.marker_labels = tuple(self.patches[p].labels for p in self.markers)
         self.markers_of = [self.markers[self.component[self.markers] == c].tolist() for c in range(len(bodies))]
         self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
         self.contour_along = np.array([self.patches[i].contour_along for i in self.markers])  # (M, m, 3)
         self.perimeter = np.array([p.marker.perimeter for p in self.patches if p.marker is not None])
         self.ring_role = np.array(
-            [self.roles.ring(self.patches[i].label, bodies[self.component[i]]) for i in self.markers]
+            [self.roles.ring(self.patches[i].labels, bodies[self.component[i]]) for i in self.markers]
         )
-        self.rim_role = np.array([self.roles.rim(self.patches[i].label) for i in self.markers])
+        self.rim_role = np.array([self.roles.rim(self.patches[i].labels) for i in self.markers])
         self.table = self.roles.table
         self.boxes = BodyBoxes(model)
         self.hulls = hulls_of(model)
@@ -143,7 +143,6 @@ class SpatialModel:
             radius=np.array(
                 [np.linalg.norm(p.inside - m, axis=1).max() for p, m in zip(self.patches, self.centre, strict=True)]
             ),
-            label=self.label,
             marker_of=marker_of,
             ignored=self.ignored,
             starts=np.concatenate([[0], np.cumsum([len(points) for points in filled])]),
@@ -155,7 +154,9 @@ class SpatialModel:
             perimeter=self.perimeter,
             ring_role=self.ring_role,
             rim_role=self.rim_role,
+            open_ring=open_ring(self.model, self.patches),
             table=self.table,
+            own=self.roles.own,
             best=self.table.max(axis=1),
             box_component=self.boxes.component,
             box_rotation=self.boxes.R,
@@ -169,6 +170,10 @@ class SpatialModel:
         """(P,) patches by component, and where those of each one begin: (C + 1,)."""
         order = np.argsort(self.component, kind="stable")
         return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
+
+    def seams_px(self, field: LabelField) -> Array:
+        """(M,) half the width of the seam around each marker's class; of several classes the mean."""
+        return np.array([np.mean([field.seam_px(label) for label in labels]) for labels in self.marker_labels])
 
     @property
     def no_poses(self) -> Poses:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ..base.config import GuessesConfig
+from ..base.config import BlobsConfig, GuessesConfig
 from ..base.jit import LANES
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
@@ -31,21 +32,18 @@ class BlobShape:
     moments: tuple[Array, float]
 
 
-def blob_shape(blob: Blob, seam_px: float, config: GuessesConfig) -> BlobShape:
-    """A blob's contour moved out by a seam, and its anchors at two tolerances (method, step 2)."""
+def blob_shape(blob: Blob, seam_px: float, config: BlobsConfig) -> BlobShape:
+    """A blob's contour moved out by a seam, and its anchors at each tolerance (method, step 2)."""
     contour = blob.contour + seam_px * blob.normals
     area = blob.area_px + seam_px * len(contour)
-    tolerances = config.blob_tolerances_px
-    if area >= config.large_blob_px:
-        tolerances = config.large_tolerance_px, config.large_tolerance_share * float(np.sqrt(area))
-    return BlobShape(contour, area, blob_couples(contour, tolerances), moments_of(contour))
+    return BlobShape(contour, area, blob_couples(contour, config.tolerances_px(area)), moments_of(contour))
 
 
 class ViewBank:
     """The V views of a marker.
 
     :param inside_votes, ring_votes: (256,) for the labels on the marker and around it, as far as `limits` say.
-    :ivar flips: (2, V, 3, 3), see `flips_of`.
+    :ivar flips: (2, V, 3, 3), see `flips_of`. :ivar look: the votes, for compiled code.
     """
 
     def __init__(
@@ -57,7 +55,7 @@ class ViewBank:
         config: GuessesConfig,
     ) -> None:
         self._config, most = config, (inside_votes.max(), ring_votes.max())
-        self._look = guessing.Look(inside_votes, ring_votes, *most, limits.ring_px, limits.ring_width_px)
+        self.look = guessing.Look(inside_votes, ring_votes, *most, limits.ring_px, limits.ring_width_px)
         self.flips = flips_of(np.array([v.turn for v in views]), np.array([v.direction for v in views]))
         n = np.array([len(v.anchors) for v in views])
         anchors = np.zeros((len(views), n.max(), 2))
@@ -69,11 +67,17 @@ class ViewBank:
         self._perimeter = stack("perimeter")
         self._moments = np.array([v.moments[0] for v in views]), np.array([v.moments[1] for v in views])
 
+    @cached_property
+    def arrays(self) -> guessing.BankArrays:
+        """For compiled code, at any scale."""
+        scale = np.tile([0.0, np.inf], (len(self._perimeter), 1))
+        return guessing.BankArrays(*self._arrays, self._perimeter, scale, *self._moments)
+
     def align(self, frame: ImageFrame, shape: BlobShape, most: int) -> tuple[Array, Array, np.ndarray]:
         """Of the best few similarities of each view the best, at most so many: (H, 4), their votes (H,), and each
         one's view (H,), best first."""
         scale = scale_range(self._arrays[-1], shape.area_px, self._config)
-        bank = guessing.BankArrays(*self._arrays, self._perimeter, scale, *self._moments)
+        bank = self.arrays._replace(scale=scale)
         (x, y), turn = shape.moments
         moments = guessing.Moments(x, y, turn, shape.area_px)
         n_views, keep = len(self._perimeter), self._config.view_keep
@@ -83,6 +87,6 @@ class ViewBank:
         at, view = np.empty(max(bank.contour.shape[2], LANES), np.int32), frame.view
         least_share = float(self._config.least_share)
         n = guessing.best_alignments(
-            *shape.couples, moments, bank, self._look, least_share, view, at, each, T, votes, of
+            *shape.couples, moments, bank, self.look, least_share, view, at, each, T, votes, of
         )
         return T[:n], votes[:n], of[:n]

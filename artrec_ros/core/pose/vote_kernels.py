@@ -21,14 +21,14 @@ def ring_votes(s: Surface, k: int, A: Any, b: Any, view: LabelView, limits: Surf
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
     outer, inner, ring_px = room.at[0], room.at[1], limits.ring_px
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
-    m, ring = len(u), 0.0
+    m, ring, is_open = len(u), 0.0, s.open_ring[k]
     for i in range(m):
         outer[i] = padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)
         inner[i] = padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)
     for i in range(m):
         beyond = view.padded[outer[i]]
         if beyond != limits.outside:  # else not the marker ends there but the image
-            ring += out[beyond] + into[view.padded[inner[i]]]
+            ring += is_open[i] * out[beyond] + into[view.padded[inner[i]]]
     return ring / m
 
 
@@ -63,7 +63,7 @@ def score_hypothesis(
         if not (cosine > limits.least_cosine and mz > LEAST_DEPTH_M):
             continue
         n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room) if blocked else 0
-        total, seen, same, role = 0.0, 0, 0, s.table[s.role[p]]
+        total, seen, same, role, own = 0.0, 0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
         on, count = points_of(s, p), s.count[p]
         locate(A, b, on, view, room.at[0])
         if n_near:
@@ -74,7 +74,7 @@ def score_hypothesis(
             seen += 1
             found = view.padded[room.at[0, i]]
             total += role[found]
-            same += found == s.label[p]
+            same += own[found]
         size, visible = s.area[p] * f2 / mz**2 * cosine, seen / count
         value, k = total / count * size, s.marker_of[p]
         if k >= 0 and visible > limits.ring_visible:

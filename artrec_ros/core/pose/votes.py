@@ -14,53 +14,62 @@ from numpy.typing import NDArray
 
 from ..base.config import VotesConfig
 from ..geometry.transforms import Array
-from ..image.label_field import OUTSIDE, OWNED, UNKNOWN
+from ..image.codes import OUTSIDE, OWNED, UNKNOWN, Codes
+
+Labels = tuple[int, ...]
 
 
 class VoteRoles:
-    """Tables of votes: (roles, 256) float32."""
+    """Tables of votes of pixels' codes: (roles, 256) float32. A piece has one or more labels, of which it shows one."""
 
-    def __init__(self, config: VotesConfig) -> None:
-        self._config = config
+    def __init__(self, config: VotesConfig, codes: Codes) -> None:
+        self._config, self._codes = config, codes
         self._rows: list[Array] = []
-        self._index: dict[tuple[str, int, int], int] = {}
+        self._own: list[Array] = []
+        self._index: dict[tuple[str, Labels, Labels], int] = {}
 
     @property
     def table(self) -> NDArray[np.float32]:
-        return np.array(self._rows, np.float32)
+        return np.asarray(self._codes.votes(np.array(self._rows)), np.float32)
 
-    def inside(self, label: int) -> int:
-        """Role of a point on a marker of this class."""
+    @property
+    def own(self) -> NDArray[np.float32]:
+        """How far each code is of a piece's own class."""
+        return np.asarray(self._codes.votes(np.array(self._own)), np.float32)
+
+    def inside(self, labels: Labels) -> int:
+        """Role of a point on a marker of these classes."""
         own, unknown, other = self._config.inside
-        return self._add(("inside", label, 0), {label: own, UNKNOWN: unknown, OWNED: unknown}, other)
+        votes = {UNKNOWN: unknown, OWNED: unknown, **dict.fromkeys(labels, own)}
+        return self._add(("inside", labels, ()), votes, other)
 
-    def rim(self, label: int) -> int:
+    def rim(self, labels: Labels) -> int:
         """Role of a point just inside a marker's outline."""
         own, unknown, other = self._config.rim
-        return self._add(("rim", label, 0), {label: own, UNKNOWN: unknown, OWNED: 0.0}, other)
+        return self._add(("rim", labels, ()), {UNKNOWN: unknown, OWNED: 0.0, **dict.fromkeys(labels, own)}, other)
 
-    def ring(self, label: int, body_label: int) -> int:
-        """Role of a point just outside a marker's outline; `body_label` 0 where the body is not declared."""
-        own, unknown, other = self._config.ring_on_body if body_label else self._config.ring
-        votes = {UNKNOWN: unknown, OWNED: 0.0}
-        if body_label:
-            votes[body_label] = self._config.ring_body_label
-        return self._add(("ring", label, body_label), {**votes, label: own}, other)
+    def ring(self, labels: Labels, body: Labels) -> int:
+        """Role of a point just outside a marker's outline; `body` none where the body is not declared."""
+        own, unknown, other = self._config.ring_on_body if body else self._config.ring
+        votes = {UNKNOWN: unknown, OWNED: 0.0, **dict.fromkeys(body, self._config.ring_body_label)}
+        return self._add(("ring", labels, body), {**votes, **dict.fromkeys(labels, own)}, other)
 
-    def body(self, body_label: int, marker_label: int) -> int:
-        """Role of a point on a body's face. A body of unknown colour (0) only hides: no vote."""
-        if not body_label:
-            return self._add(("body", 0, 0), {}, 0.0)
+    def body(self, body: Labels, markers: Labels) -> int:
+        """Role of a point on a body's face. A body of unknown colour (none) only hides: no vote."""
+        if not body:
+            return self._add(("body", (), ()), {}, 0.0)
         (own, unknown, other), of_markers = self._config.body, self._config.body_marker_label
-        votes = {marker_label: of_markers, UNKNOWN: unknown, OWNED: unknown, body_label: own}
-        return self._add(("body", body_label, marker_label), votes, other)
+        votes = {**dict.fromkeys(markers, of_markers), UNKNOWN: unknown, OWNED: unknown, **dict.fromkeys(body, own)}
+        return self._add(("body", body, markers), votes, other)
 
-    def _add(self, key: tuple[str, int, int], votes: dict[int, float], other: float) -> int:
+    def _add(self, key: tuple[str, Labels, Labels], votes: dict[int, float], other: float) -> int:
         if key not in self._index:
-            row = np.full(256, other)
+            row, own = np.full(256, other), np.zeros(256)
             for label, vote in votes.items():
                 row[label] = vote
             row[OUTSIDE] = 0.0
+            own[list(key[1])] = 1.0
             self._index[key] = len(self._rows)
             self._rows.append(row)
+            self._own.append(own)
         return self._index[key]

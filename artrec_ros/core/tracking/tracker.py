@@ -20,7 +20,8 @@ from scipy.optimize import linear_sum_assignment
 
 from ..base.config import TrackingConfig
 from ..geometry.transforms import Array
-from ..model.found import Detection, FrameResult
+from ..model.found import Detection, FrameResult, IdentityFit
+from ..verdict.identity import named
 from .motion import MotionModel
 from .sightings import Sighting, Trace, surprise
 
@@ -34,6 +35,14 @@ class Look:
     object: str
     image: Sighting
     space: Sighting | None
+    identity: IdentityFit | None = None
+
+    def may_be(self, track: Track) -> bool:
+        """Whether nothing that is told of their names keeps them apart."""
+        mine, its = self.identity, track.identity
+        if self.object != track.object or mine is None or its is None:
+            return self.object == track.object
+        return not (mine.unique and mine.name and its.name) or mine.name == its.name
 
     def meets_in_space(self, track: Track) -> bool:
         """Whether both have a pose."""
@@ -54,6 +63,7 @@ class Track:
     id: int
     image: Trace
     space: Trace | None
+    identity: IdentityFit | None = None
     seen: int = 1
     missed: int = 0
 
@@ -66,11 +76,17 @@ class Track:
         soon = config.sightings.missed_per_seen * self.seen + 1
         return self.image.age_s <= config.max_gap_s and self.missed <= soon
 
-    def continued(self, look: Look, model: MotionModel) -> Track:
-        space = self.space
+    def continued(self, look: Look, model: MotionModel, memory: float) -> Track:
+        """:param memory: what earlier sightings' evidence of its name counts, of one frame's."""
+        space, identity = self.space, look.identity
+        if identity is not None and self.identity is not None:
+            before = self.identity.evidence
+            evidence = {k: v + memory * before.get(k, 0.0) for k, v in identity.evidence.items()}
+            identity = replace(identity, evidence=evidence)
         if look.space is not None:
             space = Trace.begun(look.space, model) if space is None else space.continued(look.space)
-        return replace(self, image=self.image.continued(look.image), space=space, seen=self.seen + 1, missed=0)
+        image = self.image.continued(look.image)
+        return replace(self, image=image, space=space, identity=identity, seen=self.seen + 1, missed=0)
 
 
 class Tracker:
@@ -109,11 +125,15 @@ class Tracker:
         self._advance(stamp_ns, result.size, frame_id)
         of = self._config.sightings
         looks = [
-            Look(d.object, Sighting.in_image(d, result.size, of), Sighting.in_space(d, of)) for d in result.detections
+            Look(d.object, Sighting.in_image(d, result.size, of), Sighting.in_space(d, of), d.identity)
+            for d in result.detections
         ]
         self._in_company |= {name for name, n in Counter(look.object for look in looks).items() if n > 1}
         matched = self._match(looks)
-        continued = {n: self._tracks[i].continued(looks[n], self._motion) for n, i in matched.items()}
+        continued = {
+            n: self._tracks[i].continued(looks[n], self._motion, self._config.sightings.identity_memory)
+            for n, i in matched.items()
+        }
         self._unseen_s |= {(t.object, t.id): 0.0 for t in continued.values()}
         seen = [continued[n] if n in continued else self._begun(look) for n, look in enumerate(looks)]
         ids = {(t.object, t.id) for t in seen}  # who was alone and has been lost has given the id away
@@ -121,7 +141,24 @@ class Tracker:
         detections: list[Detection] = [
             replace(d, id=track.id) for d, track in zip(result.detections, seen, strict=True)
         ]
-        return replace(result, detections=tuple(detections))
+        return replace(result, detections=tuple(self._named(detections)))
+
+    def _named(self, detections: Sequence[Detection]) -> list[Detection]:
+        """The same, told which one each is by what has been seen of it so far; all of an object's together."""
+        out = list(detections)
+        mine: dict[str, list[int]] = {}
+        for n, d in enumerate(detections):
+            if d.identity is not None and d.identity.evidence:
+                mine.setdefault(d.object, []).append(n)
+        for numbers in mine.values():
+            fits = [self._tracks[n].identity for n in numbers]  # those of detections come first
+            first = next(fit for fit in fits if fit is not None)
+            names = list(first.evidence)
+            evidence = np.array([[fit.evidence[k] for k in names] for fit in fits if fit is not None])
+            for n, fit in zip(numbers, named(evidence, names, first.unique, first.least), strict=True):
+                out[n] = replace(detections[n], identity=fit)
+                self._tracks[n] = replace(self._tracks[n], identity=fit)
+        return out
 
     def _advance(self, stamp_ns: int, size: tuple[int, int], frame_id: str) -> None:
         """Let time pass up to a frame."""
@@ -140,7 +177,7 @@ class Tracker:
         number = 0 if alone else next(i for i in count() if (look.object, i) not in self._unseen_s)
         self._unseen_s[look.object, number] = 0.0
         space = None if look.space is None else Trace.begun(look.space, self._motion)
-        return Track(look.object, number, Trace.begun(look.image, self._motion), space)
+        return Track(look.object, number, Trace.begun(look.image, self._motion), space, look.identity)
 
     def _match(self, looks: Sequence[Look]) -> dict[int, int]:
         """Index of a look -> index of the track it continues. Poses go first: they tell more than images."""
@@ -150,7 +187,7 @@ class Tracker:
             free = [i for i in range(len(self._tracks)) if i not in taken]
             cost = np.full((len(looks), len(self._tracks)), np.inf)
             for n, look in enumerate(looks):
-                fitting = [i for i in free if self._tracks[i].object == look.object]
+                fitting = [i for i in free if look.may_be(self._tracks[i])]
                 fitting = [i for i in fitting if look.meets_in_space(self._tracks[i]) == in_space]
                 if fitting and n not in matched:
                     cost[n, fitting] = look.surprise([self._tracks[i] for i in fitting], in_space, self._config)

@@ -20,11 +20,6 @@ import numpy as np
 from .acceptance_curves import CURVES
 from .claims import Claim
 
-_LEAST_PX = 8.0  # of a marker that could be recognised
-# A component of a found object is told where so much of its marker bears its label and the votes are not clearly
-# against it; seen nearly edge-on it may be too thin to count as confirmed.
-_TOLD_AGREE, _TOLD_VOTES = 0.2, -0.5  # share; votes per pixel
-
 
 class Evidence(NamedTuple):
     """What speaks for a claim; the more of each, the likelier it is an object.
@@ -88,8 +83,8 @@ class Verdict:
         should be in view, 'alone' where none should be."""
         if self.others:
             return "borne out"
-        _, area_px, _ = self._scores
-        seen = any(area_px[p] > _LEAST_PX for _, mine in self._others_markers() for p in mine)
+        (_, area_px, _), least_px = self._scores, self.claim.finder.config.min_blob_px
+        seen = any(area_px[p] > least_px for _, mine in self._others_markers() for p in mine)
         return "deserted" if seen else "alone"
 
     @cached_property
@@ -177,7 +172,8 @@ def _at(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
 
 def verdict_of(claim: Claim) -> Verdict:
     """Which components the labels confirm, and by which marker."""
-    surface = claim.finder.surface
+    surface, config = claim.finder.surface, claim.finder.config
+    least = config.verdict
     # a handful of numbers: plain Python is faster than arrays
     supported = set(surface.markers[claim.finder.supported(claim.scores)[0]].tolist())
     patch_votes, area_px, agree = (values[0].tolist() for values in claim.scores.arrays)
@@ -186,6 +182,7 @@ def verdict_of(claim: Claim) -> Verdict:
         votes.append(sum(patch_votes[p] for p in mine))
         best = max(mine, key=lambda p: area_px[p] * ((p in supported) + 1e-3))
         confirmed.append(best in supported)
-        told = area_px[best] > _LEAST_PX and agree[best] > _TOLD_AGREE and votes[c] > _TOLD_VOTES * area_px[best]
+        told = agree[best] > least.told_agree and votes[c] > least.told_votes * area_px[best]
+        told = told and area_px[best] > config.min_blob_px  # else a speck
         shown.append(best if best in supported or told or c == claim.finder.root else -1)
     return Verdict(claim, tuple(shown), tuple(confirmed), tuple(votes))

@@ -9,21 +9,24 @@ import numpy as np
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
 from ..image.image_frame import ImageFrame
-from ..model.found import Detection, ImagePose, Instance
+from ..model.found import Detection, IdentityFit, ImagePose, Instance, Rejection
 from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict
+from .identity import Identifier
+from .judge import Judge
 
 
 class Describer:
     """Describes all of one target's objects in a frame together."""
 
     def __init__(self, finder: WholeObjectFinder) -> None:
-        self._finder = finder
+        self.finder = finder
         surface = finder.surface
+        self._identifier = Identifier(surface, finder.config)
         patches = [surface.patches[p] for p in surface.markers]
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
@@ -38,21 +41,28 @@ class Describer:
         """Detections, the most probable first."""
         if not verdicts:
             return []
-        finder, surface = self._finder, self._finder.surface
+        finder, surface = self.finder, self.finder.surface
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
         poses = finder.settled(frame.unhurried(), Poses.concatenate([v.claim.poses for v in verdicts]), used)
+        identities = self._identifier.identify(frame, poses)
         covariances = pose_covariances(surface, frame, poses, used, finder.config)
         parts = self._instances(verdicts, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [
-            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy())
+            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy(), identities[n])
             for n, verdict in enumerate(verdicts)
         ]
 
     def _detection(
-        self, verdict: Verdict, number: int, pose: Poses, parts: tuple[Instance, ...], covariance: Array
+        self,
+        verdict: Verdict,
+        number: int,
+        pose: Poses,
+        parts: tuple[Instance, ...],
+        covariance: Array,
+        identity: IdentityFit | None,
     ) -> Detection:
-        target, kin = self._finder.target, self._finder.surface.kinematics
+        target, kin = self.finder.target, self.finder.surface.kinematics
         root = next(p for p in parts if p.component == target.model.required.name)
         seen = [c for c, patch in enumerate(verdict.shown) if patch >= 0]
         told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component in view
@@ -65,11 +75,12 @@ class Describer:
             Pose(pose.R[0], pose.t[0]),
             {name: float(pose.q[0, j]) for j, name in enumerate(target.model.joint_names) if told[j]},
             covariance,
+            identity=identity,
         )
 
     def _instances(self, verdicts: Sequence[Verdict], frames: Frames, frame: ImageFrame) -> list[tuple[Instance, ...]]:
         """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre."""
-        surface, camera, (width, height) = self._finder.surface, frame.camera, frame.size
+        surface, camera, (width, height) = self.finder.surface, frame.camera, frame.size
         X = surface.place(frames, self._points, self._on)
         pixels = project(camera, X)
         inside = pixels[:, : self._first_drawn[0]].reshape(len(pixels), *self._inside, 2)
@@ -91,9 +102,16 @@ class Describer:
         self, verdict: Verdict, patch: int, pixels: Array, x: float, y: float, theta: float, scale: float
     ) -> Instance:
         """The component that a patch shows. :param pixels: (n, 2) of all markers' points."""
-        shown, row = self._finder.surface.patches[patch], self._row[patch]
+        shown, row = self.finder.surface.patches[patch], self._row[patch]
         assert shown.marker is not None  # what shows a component is a marker
         agree = min(max(float(verdict.claim.scores.agree[0, patch]), 0.0), 1.0)
         outline = pixels[self._first_drawn[row] + 3 : self._first_drawn[row + 1]]  # behind centroid, tail and head
-        name = self._finder.target.model.components[shown.component].name
+        name = self.finder.target.model.components[shown.component].name
         return Instance(name, shown.marker.name, agree, x, y, theta, scale, outline.copy())
+
+
+def rejection_of(verdict: Verdict, frame: ImageFrame, judge: Judge) -> Rejection:
+    """Why a claim became no object."""
+    x, y = project(frame.camera, verdict.claim.poses.t)[0]
+    name, reason = verdict.claim.finder.target.name, judge.reason(verdict)
+    return Rejection(name, reason or "its pixels belong to another", verdict.probability, float(x), float(y))

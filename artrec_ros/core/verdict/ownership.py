@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,8 @@ from ..pose.surface_model import Poses
 from .acceptance import Verdict
 from .claims import corners_of, silhouette
 from .judge import Judge
+
+_ROUNDED_PX = 1.0  # a pixel that is looked up, and one that an owner's silhouette fills, are rounded
 
 
 def share_out(
@@ -58,8 +60,11 @@ class _Group:
         rings around its contours, and what a lens bends out."""
         corners = corners_of(self.finder.surface, self.camera, self.poses)
         low, high = corners.min(axis=1), corners.max(axis=1)
-        config = self.finder.config.verdict
-        margin = config.margin_px + config.margin_share * (high - low).max(axis=1, keepdims=True)
+        margin = self.finder.config.votes.ring_px + _ROUNDED_PX
+        if self.camera.bent:  # what lies between corners is moved otherwise, by no more than they differ
+            plain = replace(self.camera, distortion=np.zeros(0))
+            moved = np.subtract(corners, corners_of(self.finder.surface, plain, self.poses))
+            margin = margin + np.linalg.norm(np.ptp(moved, axis=1), axis=1, keepdims=True)
         return np.stack([low - margin, high + margin], axis=1)
 
     def judged(self, rows: Sequence[int], frame: ImageFrame) -> list[_Standing | None]:

@@ -5,7 +5,7 @@ Types and fields are those of ROS 2's common_interfaces; fields that are left ou
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,14 +26,18 @@ class Message:
     fields: Mapping[str, Any]
 
 
+HeaderOf = Callable[[str], Any]
+"""A header with the image's stamp and this frame_id."""
+
+
 def header(stamp_ns: int, frame_id: str) -> Message:
     stamp = Message("builtin_interfaces/msg/Time", {"sec": stamp_ns // 10**9, "nanosec": stamp_ns % 10**9})
     return Message("std_msgs/msg/Header", {"stamp": stamp, "frame_id": frame_id})
 
 
 def instance_name(detection: Detection) -> str:
-    """What an object is called in messages: red_0."""
-    return f"{detection.object}_{detection.id}"
+    """What an object is called in messages: red_0, or yellow_gr."""
+    return detection.name
 
 
 def xyz(values: Sequence[float] | Any, kind: str = "Point") -> Message:
@@ -56,19 +60,25 @@ def transform_message(pose: Pose) -> Message:
     return Message("geometry_msgs/msg/Transform", fields)
 
 
-def object_frames(detections: Sequence[Detection], header: Any, prefix: str = "") -> list[Message]:
-    """TransformStamped of each object's frame, a child of the image's, as tf has them; `prefix`: of their names."""
+def object_frames(
+    detections: Sequence[Detection], frame_id: str, header_of: HeaderOf, prefix: str = ""
+) -> list[Message]:
+    """TransformStamped of each object's frame, a child of that in which its pose is, as tf has them.
+
+    :param frame_id: the image's: where a detection tells no frame, its pose is in this one. tf knows no empty one.
+    :param prefix: of the children's names.
+    """
     return [
         Message(
             "geometry_msgs/msg/TransformStamped",
             {
-                "header": header,
+                "header": header_of(parent),
                 "child_frame_id": prefix + instance_name(d),
                 "transform": transform_message(d.pose),
             },
         )
         for d in detections
-        if d.pose is not None
+        if d.pose is not None and (parent := d.frame_id or frame_id)
     ]
 
 
@@ -111,8 +121,11 @@ def _class_status(name: str, fit: ClassFit) -> Message:
     return Message("diagnostic_msgs/msg/DiagnosticStatus", {"name": name, "message": fit.name or "", "values": pairs})
 
 
-def best_pose(detections: Sequence[Detection], header: Any) -> Message | None:
-    """PoseWithCovarianceStamped: the best score among those whose covariance is known; None: there is none."""
+def best_pose(detections: Sequence[Detection], frame_id: str, header_of: HeaderOf) -> Message | None:
+    """PoseWithCovarianceStamped: the best score among those whose covariance is known; None: there is none.
+
+    :param frame_id: the image's.
+    """
     known = [d for d in detections if d.pose is not None and d.pose_covariance is not None]
     if not known:
         return None
@@ -120,5 +133,6 @@ def best_pose(detections: Sequence[Detection], header: Any) -> Message | None:
     assert best.pose is not None and best.pose_covariance is not None
     covariance = np.asarray(best.pose_covariance, np.float64).reshape(36)
     pose = {"pose": pose_message(best.pose), "covariance": covariance}
-    fields = {"header": header, "pose": Message("geometry_msgs/msg/PoseWithCovariance", pose)}
+    fields = {"header": header_of(best.frame_id or frame_id)}
+    fields["pose"] = Message("geometry_msgs/msg/PoseWithCovariance", pose)
     return Message("geometry_msgs/msg/PoseWithCovarianceStamped", fields)

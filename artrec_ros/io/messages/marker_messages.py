@@ -2,31 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
 from ...core.drawing import class_text, object_colour
-from ...core.geometry.transforms import Pose
+from ...core.geometry.transforms import Array, Pose
 from ...core.model.found import Detection
 from ...core.model.kinematics import Kinematics
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
-from .detection_messages import Message, instance_name, pose_message, xyz
+from .detection_messages import HeaderOf, Message, instance_name, pose_message, xyz
+from .image_messages import image_frame, turn_in_image
 
 # visualization_msgs/Marker
 LINE_STRIP, LINE_LIST, TEXT_VIEW_FACING = 4, 5, 9
 ADD, DELETE = 0, 2
 
-_LINE_M = 0.004
-_FRAME_M = 0.08
-_TEXT_M = 0.05
 _AXIS_COLOURS = ((1.0, 0.0, 0.0), (0.0, 0.8, 0.0), (0.2, 0.4, 1.0))  # x, y, z as RViz draws them
 
 Colour = tuple[float, float, float]
-HeaderOf = Callable[[str], Any]
-"""The frame's stamp with a frame_id, as a header."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Of lines, frames' axes and letters, in the unit of the frame in which they are drawn."""
+
+    line: float
+    frame: float
+    text: float
+
+
+_METRES, _PIXELS = Sizes(0.004, 0.08, 0.05), Sizes(1.0, 20.0, 10.0)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Where and how an object is drawn. :param pose: of its frame. :param above: where its name stands."""
+
+    header: Any
+    pose: Message
+    above: Message
+    sizes: Sizes
+    colour: Colour
 
 
 class MarkerScene:
@@ -39,36 +60,79 @@ class MarkerScene:
         self._shown: dict[tuple[str, int], str] = {}  # (ns, id) -> frame
 
     def update(self, detections: Sequence[Detection], frame_id: str, header_of: HeaderOf) -> Message:
-        """MarkerArray of this frame, with deletions of what the last one showed and this one does not."""
-        header = header_of(frame_id)
-        markers = [m for d in detections if d.pose is not None for m in self._object(d, d.pose, header)]
-        now = {(m.fields["ns"], m.fields["id"]): frame_id for m in markers}
-        gone = [_deletion(key, header_of(frame)) for key, frame in self._shown.items() if key not in now]
-        self._shown = now
+        """MarkerArray of this frame, with deletions of what the last one showed and this one does not.
+
+        An object without a pose in space is drawn in the image's own frame, in pixels.
+        """
+        shown: dict[tuple[str, int], str] = {}
+        markers = []
+        for d in detections:
+            frame = image_frame(frame_id) if d.pose is None else d.frame_id or frame_id
+            own = list(self._object(d, self._drawn(d, header_of(frame))))
+            shown |= {(m.fields["ns"], m.fields["id"]): frame for m in own}
+            markers += own
+        gone = [_deletion(key, header_of(frame)) for key, frame in self._shown.items() if key not in shown]
+        self._shown = shown
         return Message("visualization_msgs/msg/MarkerArray", {"markers": [*gone, *markers]})
 
-    def _object(self, detection: Detection, pose: Pose, header: Any) -> Iterable[Message]:
+    def _drawn(self, detection: Detection, header: Any) -> Drawn:
         blue, green, red = object_colour(self._names, detection.object)
         colour = (red / 255, green / 255, blue / 255)
-        yield _frame(detection, pose, header)
-        yield _name(detection, pose, header, colour)
-        model = self._models[detection.object]
-        if not model.is_spatial:
-            return
-        slots = marker_slots(model)
-        found = sorted({slots[i.component, i.marker] for i in detection.components})
-        frames = component_frames(self._kinematics[detection.object], pose, detection.joints)
-        keys = list(slots)
-        for slot in found:
-            component, marker = keys[slot]
-            place = model.component(component).marker(marker)
-            points = np.column_stack([place.outline, np.zeros(len(place.outline))])
-            assert place.T_component_marker is not None
-            line = frames[component].apply(place.T_component_marker.apply(points))
-            fields: dict[str, Any] = {"type": LINE_STRIP, "scale": _line_scale()}
+        if detection.pose is None:
+            image, sizes = detection.image, _PIXELS
+            place = xyz((image.x, image.y, 0.0))
+            fields = {"position": place, "orientation": turn_in_image(image.theta)}
+            pose = Message("geometry_msgs/msg/Pose", fields)
+            above = np.array([image.x, image.y, 0.0])
+        else:
+            pose, above, sizes = pose_message(detection.pose), detection.pose.position, _METRES
+        return Drawn(header, pose, pose_message(Pose(np.eye(3), above + (0, -2 * sizes.text, 0))), sizes, colour)
+
+    def _object(self, detection: Detection, drawn: Drawn) -> Iterable[Message]:
+        yield _frame(detection, drawn)
+        yield _name(detection, drawn)
+        slots = marker_slots(self._models[detection.object])
+        for slot, line in sorted(((slots[key], line) for key, line in self._outlines(detection)), key=itemgetter(0)):
+            fields: dict[str, Any] = {"type": LINE_STRIP, "scale": _line_scale(drawn.sizes)}
             fields["points"] = [xyz(p) for p in (*line, line[0])]
             number = detection.id * len(slots) + slot
-            yield _marker(f"{detection.object}/outline", number, header, colour, **fields)
+            yield _marker(f"{detection.object}/outline", number, drawn.header, drawn.colour, **fields)
+
+    def _outlines(self, detection: Detection) -> Iterator[tuple[tuple[str, str], Array]]:
+        """Component and marker, and (n, 3) its outline where the object is drawn."""
+        model, pose = self._models[detection.object], detection.pose
+        if pose is not None and detection.pose_from == "fit":
+            frames = component_frames(self._kinematics[detection.object], pose, detection.joints)
+            for component, marker in {(c.component, c.marker) for c in detection.components}:
+                place = model.component(component).marker(marker)
+                assert place.T_component_marker is not None  # the object was fitted
+                points = np.column_stack([place.outline, np.zeros(len(place.outline))])
+                yield (component, marker), frames[component].apply(place.T_component_marker.apply(points))
+            return
+        to_plane = None if pose is None else in_plane(detection, pose, model)
+        for c in detection.components:
+            if len(c.contour):
+                flat = np.column_stack([c.contour, np.zeros(len(c.contour))])
+                yield (c.component, c.marker), flat if to_plane is None else to_plane(c.contour)
+
+
+def in_plane(detection: Detection, pose: Pose, model: ObjectModel) -> Callable[[Array], Array]:
+    """What brings points of the image (n, 2) to the plane of the marker that shows the required component (n, 3).
+
+    :param pose: the detection's.
+    """
+    shown = next(c for c in detection.components if c.component == model.required.name)
+    marker = model.required.marker(shown.marker)
+    T = pose @ (marker.T_component_marker or Pose.identity())
+    turn = shown.theta - marker.axis_angle
+    c, s = np.cos(turn), np.sin(turn)
+
+    def to_plane(pixels: Array) -> Array:
+        x, y = ((pixels - (shown.x, shown.y)) / shown.scale @ np.array([[c, -s], [s, c]])).T
+        on_marker = np.column_stack([x, -y]) + marker.centroid  # the image's y is down, the marker's up
+        return T.apply(np.column_stack([on_marker, np.zeros(len(pixels))]))
+
+    return to_plane
 
 
 def marker_slots(model: ObjectModel) -> dict[tuple[str, str], int]:
@@ -86,19 +150,19 @@ def component_frames(kinematics: Kinematics, pose: Pose, joints: dict[str, float
     return {c.name: Pose(frames.R[0, i], frames.t[0, i]) for i, c in enumerate(kinematics.model.components)}
 
 
-def _frame(detection: Detection, pose: Pose, header: Any) -> Message:
-    ends = [p for axis in np.eye(3) * _FRAME_M for p in (xyz((0, 0, 0)), xyz(axis))]
-    colours = [_colour(c) for c in _AXIS_COLOURS for _ in range(2)]
-    fields: dict[str, Any] = {"type": LINE_LIST, "scale": _line_scale(), "points": ends, "colors": colours}
-    ns = f"{detection.object}/frame"
-    return _marker(ns, detection.id, header, (1.0, 1.0, 1.0), pose_message(pose), **fields)
+def _frame(detection: Detection, drawn: Drawn) -> Message:
+    axes = np.eye(3)[: 3 if detection.pose is not None else 2] * drawn.sizes.frame
+    ends = [p for axis in axes for p in (xyz((0, 0, 0)), xyz(axis))]
+    colours = [_colour(c) for c in _AXIS_COLOURS[: len(axes)] for _ in range(2)]
+    fields: dict[str, Any] = {"type": LINE_LIST, "scale": _line_scale(drawn.sizes), "points": ends, "colors": colours}
+    return _marker(f"{detection.object}/frame", detection.id, drawn.header, (1.0, 1.0, 1.0), drawn.pose, **fields)
 
 
-def _name(detection: Detection, pose: Pose, header: Any, colour: Colour) -> Message:
-    above = Pose(np.eye(3), pose.position + (0, -2 * _TEXT_M, 0))  # the optical frame's y is down
+def _name(detection: Detection, drawn: Drawn) -> Message:
     text = f"{instance_name(detection)} {detection.score:.2f}{class_text(detection)}"
-    fields: dict[str, Any] = {"type": TEXT_VIEW_FACING, "scale": xyz((0, 0, _TEXT_M), "Vector3"), "text": text}
-    return _marker(f"{detection.object}/name", detection.id, header, colour, pose_message(above), **fields)
+    size = xyz((0, 0, drawn.sizes.text), "Vector3")
+    fields: dict[str, Any] = {"type": TEXT_VIEW_FACING, "scale": size, "text": text}
+    return _marker(f"{detection.object}/name", detection.id, drawn.header, drawn.colour, drawn.above, **fields)
 
 
 def _marker(ns: str, number: int, header: Any, colour: Colour, pose: Message | None = None, **fields: Any) -> Message:
@@ -113,8 +177,8 @@ def _deletion(key: tuple[str, int], header: Any) -> Message:
     return Message("visualization_msgs/msg/Marker", fields)
 
 
-def _line_scale() -> Message:
-    return xyz((_LINE_M, 0, 0), "Vector3")
+def _line_scale(sizes: Sizes) -> Message:
+    return xyz((sizes.line, 0, 0), "Vector3")
 
 
 def _colour(rgb: Colour) -> Message:

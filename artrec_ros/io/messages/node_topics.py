@@ -47,7 +47,7 @@ INPUTS = (IMAGE, COMPRESSED, CAMERA_INFO)
 POSES = NodeTopic(
     "{object}/poses",
     "geometry_msgs/msg/PoseArray",
-    "for every image, empty too: all objects of this name whose pose is known",
+    "for every image, empty too: all objects of this name whose pose in space is known, metres",
 )
 ROBOTS = NodeTopic(
     "{object}/robots",
@@ -62,7 +62,24 @@ JOINTS = NodeTopic(
 POSE = NodeTopic(
     "{object}/pose",
     "geometry_msgs/msg/PoseWithCovarianceStamped",
-    "only when seen: the pose with the best score, and its covariance",
+    "only when seen: the pose in space with the best score, and its covariance",
+)
+IMAGE_POSES = NodeTopic(
+    "{object}/image_poses",
+    "geometry_msgs/msg/PoseArray",
+    "for every image, empty too: every object of this name that was found, with or without calibration: x, y in "
+    "pixels, yaw is `theta`; in the image's own frame",
+)
+IMAGE_ROBOTS = NodeTopic(
+    "{object}/image_robots",
+    "sensor_msgs/msg/MultiDOFJointState",
+    "for every image: the same in the same order, with names such as `red_0`",
+)
+IMAGE_COMPONENTS = NodeTopic(
+    "{object}/image_components",
+    "sensor_msgs/msg/MultiDOFJointState",
+    "for every image: the components found of all of them, each by the marker that shows it, `red_0/torso/frontal`; "
+    "pixels as before",
 )
 CLASSES = NodeTopic(
     "{object}/classes",
@@ -73,7 +90,8 @@ CLASSES = NodeTopic(
 MARKERS = NodeTopic(
     "markers",
     "visualization_msgs/msg/MarkerArray",
-    "for RViz: outlines of the markers found, each object's frame, name, score and class; what vanished is deleted",
+    "for RViz: outlines of the markers found, each object's frame, name, score and class; what vanished is deleted; of "
+    "objects without a pose in space, in the image's own frame",
 )
 OVERLAY = NodeTopic(
     "debug/image",
@@ -96,7 +114,9 @@ DIAGNOSTICS = NodeTopic(
     "used, no calibration, nothing found",
 )
 TF = NodeTopic(
-    "/tf", "tf2_msgs/msg/TFMessage", "where `publish_tf` is set: each object's frame, a child of its image's"
+    "/tf",
+    "tf2_msgs/msg/TFMessage",
+    "where `publish_tf` is set: the frame of each object whose pose in space is known, a child of that pose's frame",
 )
-OBJECT_OUTPUTS = (POSES, ROBOTS, JOINTS, POSE, CLASSES)
+OBJECT_OUTPUTS = (POSES, ROBOTS, JOINTS, POSE, CLASSES, IMAGE_POSES, IMAGE_ROBOTS, IMAGE_COMPONENTS)
 OUTPUTS = (*OBJECT_OUTPUTS, MARKERS, OVERLAY, LABELS, DIAGNOSTICS)

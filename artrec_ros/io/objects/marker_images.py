@@ -1,4 +1,4 @@
-"""A marker's outline from a photo or a label image that was taken straight from in front."""
+"""A marker's outline from a photo or a label image: taken straight from in front, or straightened by a rectangle."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ...core.base.errors import ConfigError, ImageError
 from ...core.geometry.transforms import Array
 from ..images.decoding import read_image
 from .marker_shapes import LooseMarker, marker_of, safe_name, simplified, with_sharp_corners
+from .measured_sizes import KnownRectangle, check_side, in_metres, ratio_tolerance
 from .outlines import subpixel_contour
 
 _GREATEST_SIDE_PX = 1500  # a larger photo is shrunk: its outline has more detail than a camera will see
@@ -21,28 +22,55 @@ _LEAST_CONTRAST = 12.0  # of the shape against its background, in units of CIE L
 _BORDER_PX = 2
 
 
-def image_marker(path: Path, width_m: float, label: int | None = None) -> LooseMarker:
+def image_marker(
+    path: Path,
+    width_m: float | None,
+    label: int | None = None,
+    height_m: float | None = None,
+    rectangle: KnownRectangle | None = None,
+) -> LooseMarker:
     """The marker that an image shows, named after the file.
 
-    :param width_m: width of the shape's bounding box, metres.
+    :param width_m: width of the shape's bounding box, metres; needed where there is no rectangle.
     :param label: its class, in a label image; None: the class of the largest shape that is not the background.
-    :raises ConfigError: no image, no shape, or one that touches the image's border.
+    :param height_m: the bounding box's height, metres: shows whether the picture was taken at a slant.
+    :param rectangle: lies around the marker: straightens the picture, and gives its size.
+    :raises ConfigError: no image, no shape, one that touches the image's border, or sizes that disagree with it.
     """
+    image = _read(path)
+    classes, zoom = _holds_classes(image, label), None
+    if rectangle is not None:
+        image, zoom = rectangle.straightened(image, _GREATEST_SIDE_PX, smooth=not classes)
+    outline = with_sharp_corners(simplified(_contour(image, classes, label, path) * (1, -1)))
+    if zoom is not None:
+        width, height = np.ptp(outline, axis=0) / zoom
+        check_side("width", width_m, width, ratio_tolerance(outline), str(path))
+        check_side("height", height_m, height, ratio_tolerance(outline), str(path))
+        width_m, height_m = width, None
+    if width_m is None:
+        raise ConfigError(f"{path}: its width is needed, in metres")
+    name = safe_name(path.stem)
+    return LooseMarker(name, marker_of(name, in_metres(outline, width_m, height_m, str(path)), str(path)))
+
+
+def _read(path: Path) -> NDArray:
     try:
         image = read_image(path) if path.is_file() else None
     except ImageError as error:
         raise ConfigError(f"{path}: {error}") from None
     if image is None:
         raise ConfigError(f"{path}: there is no such file")
-    level = _class_level(image, label, path) if _holds_classes(image, label) else _photo_level(image, path)
+    return image
+
+
+def _contour(image: NDArray, classes: bool, label: int | None, path: Path) -> Array:
+    """(n, 2) pixels, y down, of the largest shape."""
+    level = _class_level(image, label, path) if classes else _photo_level(image, path)
     contour = subpixel_contour(level, path)
-    low, high = contour.min(axis=0), contour.max(axis=0)
     edge = np.array(level.shape[::-1]) - 1
-    if np.any(low < _BORDER_PX - 1) or np.any(high > edge - _BORDER_PX + 1):
+    if np.any(contour.min(axis=0) < _BORDER_PX - 1) or np.any(contour.max(axis=0) > edge - _BORDER_PX + 1):
         raise ConfigError(f"{path}: the shape touches the image's border; leave some background all around it")
-    outline = (contour - (low + high) / 2) * (1, -1) * (width_m / (high[0] - low[0]))
-    name = safe_name(path.stem)
-    return LooseMarker(name, marker_of(name, with_sharp_corners(simplified(outline)), str(path)))
+    return contour
 
 
 def _holds_classes(image: NDArray, label: int | None) -> bool:

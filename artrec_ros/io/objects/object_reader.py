@@ -10,7 +10,7 @@ import numpy as np
 from ...core.base.config import GREATEST_LABEL
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
-from ...core.model.objects import Box, Component, Joint, Marker, ObjectModel
+from ...core.model.objects import Box, Component, Identity, Joint, Marker, ObjectModel
 from ..base.yaml_files import Value, load_yaml, nearest
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
 from .urdf import link_boxes
@@ -26,14 +26,20 @@ def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None)
     :param class_labels: class name -> label, which go before the file's own `classes`. None: labels do not
         matter to the caller (training), so a class name that the file does not declare stays without a number.
     """
-    top = load_yaml(path, FORMAT).fields(required=("name", "markers", "components"), optional=("classes",))
+    top = load_yaml(path, FORMAT).fields(
+        required=("name", "markers", "components"), optional=("classes", "identities", "unique")
+    )
     classes = top["classes"].entries() if "classes" in top else {}
     own = {name: value.integer(1, GREATEST_LABEL) for name, value in classes.items()}
     labels = _Labels({**own, **(class_labels or {})}, strict=class_labels is not None)
     shapes = _read_markers(top["markers"])
     components = tuple(_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items())
+    identities = _read_identities(top["identities"]) if "identities" in top else ()
+    unique = top["unique"].boolean() if "unique" in top else False
+    if unique and not any(c.classes for c in components):
+        raise top["unique"].error("true means nothing here: no component has alternative classes")
     try:
-        return ObjectModel(top["name"].text(), components)
+        return ObjectModel(top["name"].text(), components, identities, unique)
     except ConfigError as error:
         raise top["components"].error(str(error)) from None  # names its object
 
@@ -139,18 +145,33 @@ def _read_silhouette(value: Value) -> Array:
 
 
 def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], labels: _Labels) -> Component:
-    given = value.fields(required=("markers",), optional=("required", "label", "joint", "body"))
+    given = value.fields(required=("markers",), optional=("required", "label", "classes", "joint", "body"))
     markers = tuple(_read_place(n, v, shapes) for n, v in given["markers"].entries().items())
     if not markers:
         raise given["markers"].error("a component needs a marker or more that can show it")
     bodies, body_label = _read_body(given["body"], labels) if "body" in given else ((), None)
     required = given["required"].boolean() if "required" in given else False
     label = labels.resolve(given["label"]) if "label" in given else None
+    classes = _read_classes(given["classes"], labels) if "classes" in given else {}
     joint = _read_joint(given["joint"]) if "joint" in given else None
     try:
-        return Component(name, markers, required, label, joint, bodies, body_label)
+        return Component(name, markers, required, label, joint, bodies, body_label, classes)
     except ConfigError as error:
         raise value.error(str(error)) from None
+
+
+def _read_classes(value: Value, labels: _Labels) -> dict[str, int]:
+    """Alternatives: short name -> label, a number or a class' name."""
+    found = {name: labels.resolve(entry) for name, entry in value.entries().items()}
+    if len(found) < 2:
+        raise value.error("alternatives are two classes or more; a component of one class has a label")
+    return {name: label for name, label in found.items() if label is not None}
+
+
+def _read_identities(value: Value) -> tuple[Identity, ...]:
+    return tuple(
+        Identity(name, {c: cls.text() for c, cls in entry.entries().items()}) for name, entry in value.entries().items()
+    )
 
 
 def _read_place(name: str, value: Value, shapes: Mapping[str, Marker]) -> Marker:

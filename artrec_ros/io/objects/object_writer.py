@@ -33,6 +33,13 @@ def object_yaml(model: ObjectModel, comments: tuple[str, ...] = ()) -> str:
     lines += ["", "components:"]
     for component in model.components:
         lines += _component(component, shapes)
+    if model.identities:
+        lines += ["", "identities:"]
+    for identity in model.identities:
+        shown = ", ".join(f"{_name(c)}: {_name(cls)}" for c, cls in identity.classes.items())
+        lines.append(f"  {_name(identity.name)}: {{{shown}}}")
+    if model.unique:
+        lines += ["", "unique: true"]
     return "\n".join(lines) + "\n"
 
 
@@ -76,6 +83,9 @@ def _component(c: Component, shapes: dict[tuple[str, str], str]) -> list[str]:
         lines.append("    required: true")
     if c.label is not None:
         lines.append(f"    label: {c.label}")
+    if c.classes:
+        alternatives = ", ".join(f"{_name(name)}: {label}" for name, label in c.classes.items())
+        lines.append(f"    classes: {{{alternatives}}}")
     lines.append("    markers:")
     for m in c.markers:
         given = [] if shapes[c.name, m.name] == m.name else [f"marker: {_name(shapes[c.name, m.name])}"]

@@ -10,6 +10,7 @@ from typing import Any
 from ...core.base.config import ImageConfig, ObjectConfig, RecognizerConfig
 from ...core.base.errors import ConfigError
 from ...core.model.target import Target
+from ...core.ways import PLANE, way_of
 from ..base.shared_files import resolve_path
 from ..base.yaml_files import Value
 from ..learned.constraints import load_constraints
@@ -65,8 +66,9 @@ def lacking(targets: Sequence[Target], config: RecognizerConfig, calibrated: boo
             where = "not every one of its markers has a pose"
         elif not fits:
             where = "recognizer.profile and recognizer.whole_object keep it in the image plane"
-        elif not calibrated:
-            where, way_out = "there is no calibration to find it in space", f"give a calibration, or {way_out}"
+        elif way_of(target, config, calibrated=calibrated) == PLANE:
+            where = "it is not flat, and there is no calibration to find it in space"
+            way_out = f"give a calibration, or {way_out}"
         else:
             continue
         yield f"{target.name}: will not be found: it has no constraint_file, and {where}; {way_out}"

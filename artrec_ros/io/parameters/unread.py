@@ -5,10 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ...core.ways import way_of
 from .parameter_file import Setup
 from .specs import Spec, all_specs
 
-_WAYS = {"plane": "in the image plane", "space": "in space", "paper": "by profile paper"}
+_WAYS = {
+    "plane": "in the image plane",
+    "facing": "of whole objects in the image plane",
+    "space": "in space",
+    "paper": "by profile paper",
+}
 
 
 def unread(setup: Setup) -> list[str]:
@@ -24,12 +30,10 @@ def unread(setup: Setup) -> list[str]:
 
 def ways_taken(setup: Setup) -> tuple[frozenset[str], frozenset[str]]:
     """The ways of recognition that a set-up's targets take in images with calibration, and in images without."""
-    recognizer = setup.recognizer
-    if recognizer.profile == "paper":
-        return frozenset({"paper"}), frozenset({"paper"})
-    spatial = [recognizer.whole_object and t.model.is_spatial for t in setup.targets]
-    calibrated = {"space" if in_space else "plane" for in_space in spatial}
-    return frozenset(calibrated), frozenset({"plane"})
+    calibrated, bare = (
+        frozenset(way_of(t, setup.recognizer, calibrated=c) for t in setup.targets) for c in (True, False)
+    )
+    return calibrated, bare
 
 
 def _is_changed(spec: Spec, setup: Setup) -> bool:

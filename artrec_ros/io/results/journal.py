@@ -17,7 +17,16 @@ import numpy as np
 
 from ...core.base.errors import SourceError
 from ...core.geometry.transforms import Pose
-from ...core.model.found import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
+from ...core.model.found import (
+    ClassFit,
+    ConstraintFailure,
+    Detection,
+    FrameResult,
+    IdentityFit,
+    ImagePose,
+    Instance,
+    Rejection,
+)
 from ..base.whole_files import LineFile
 from .results import FrameRecord
 
@@ -47,7 +56,8 @@ class Recognised:
 _TYPES = {
     kind.__name__: kind
     for kind in (
-        ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Pose, Recognised, Rejection,
+        ClassFit, ConstraintFailure, Detection, FrameResult, IdentityFit, ImagePose, Instance, Pose, Recognised,
+        Rejection,
     )
 }  # fmt: skip
 

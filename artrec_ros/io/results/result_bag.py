@@ -11,29 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.base.errors import ImageError
-from ...core.model.found import Detection
 from ...core.model.target import Target
 from ..bags.recovery import RawMessage
 from ..bags.writer import BagWriter
 from ..base.yaml_files import read_bytes
 from ..images.decoding import transport_format
-from ..messages import detection_messages as messages
 from ..messages import node_topics
-from ..messages.detection_messages import Message, header
+from ..messages.detection_messages import Message, header, object_frames
 from ..messages.marker_messages import MarkerScene
-from ..messages.node_topics import NodeTopic
+from ..messages.object_messages import OBJECT_MAKERS
 from ..sources.bag_source import BagSource
 from ..sources.frames import Frame, Source
 from ..sources.opening import FolderSource
 from .journal import Recognised
-
-_MAKERS: dict[NodeTopic, Callable[[Sequence[Detection], Message], Message | None]] = {
-    node_topics.POSES: messages.detected_poses,
-    node_topics.ROBOTS: messages.robots,
-    node_topics.JOINTS: messages.joint_states,
-    node_topics.POSE: messages.best_pose,
-    node_topics.CLASSES: messages.classes,
-}
 
 
 class ResultBag:
@@ -69,17 +59,16 @@ class ResultBag:
         if frame.result is None:
             return
         detections = frame.result.detections
-        of_image = header(frame.stamp_ns, frame_id)
+        header_of = partial(header, frame.stamp_ns)
         for name in self._names:
             own = [d for d in detections if d.object == name]
-            for topic, make in _MAKERS.items():
-                message = make(own, of_image)
-                if message is not None:
+            for topic, make in OBJECT_MAKERS.items():
+                for message in make(own, frame_id, header_of):
                     self._writer.write(f"/{topic.of(name)}", log_ns, message)
-        frames = messages.object_frames(detections, of_image) if self._publish_tf and frame_id else []
+        frames = object_frames(detections, frame_id, header_of) if self._publish_tf else []
         if frames:
             self._writer.write(node_topics.TF.name, log_ns, Message(node_topics.TF.type, {"transforms": frames}))
-        markers = self._scene.update(detections, frame_id, lambda other_id: header(frame.stamp_ns, other_id))
+        markers = self._scene.update(detections, frame_id, header_of)
         if markers.fields["markers"]:
             self._writer.write(f"/{node_topics.MARKERS.name}", log_ns, markers)
         self._writer.write_jpeg(f"/{node_topics.OVERLAY.name}/compressed", log_ns, frame_id, picture)

@@ -12,7 +12,16 @@ import numpy as np
 
 from ...core.base.errors import SourceError
 from ...core.geometry.transforms import Pose, rotation_from_quaternion
-from ...core.model.found import ClassFit, ConstraintFailure, Detection, FrameResult, ImagePose, Instance, Rejection
+from ...core.model.found import (
+    ClassFit,
+    ConstraintFailure,
+    Detection,
+    FrameResult,
+    IdentityFit,
+    ImagePose,
+    Instance,
+    Rejection,
+)
 from ..base.yaml_files import size_of_file
 
 DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
@@ -23,7 +32,8 @@ class FrameRecord:
     """What was found in one frame, or the `error` why it could not be used.
 
     :param ended_by: the limits that ended the search early, by the parameters' names.
-    :param source: number of its source in a replay of several; None: there is one.
+    :param frame_id: of poses that do not tell their own. :param source: number of its source in a replay of several;
+        None: there is one.
     """
 
     stamp_ns: int
@@ -68,15 +78,16 @@ class FrameRecord:
         """:raises KeyError, ValueError, TypeError: if it is no line of a result."""
         c = json.loads(line)
         poses = [o["pose"] for o in c["objects"] if o["pose"]]
+        frame_id = poses[0]["frame_id"] if poses else ""
         return cls(
             stamp_ns=int(c["stamp_ns"]),
             frame=str(c["frame"]),
             size=(int(c["size"][0]), int(c["size"][1])) if c.get("size") else None,
-            detections=tuple(_detection_from_dict(o) for o in c["objects"]),
+            detections=tuple(_detection_from_dict(o, frame_id) for o in c["objects"]),
             rejected=tuple(_rejection_from_dict(r) for r in c.get("rejected", [])),
             timing_ms=dict(c.get("timing_ms", {})),
             ended_by=tuple(str(limit) for limit in c.get("ended_by", [])),
-            frame_id=poses[0]["frame_id"] if poses else "",
+            frame_id=frame_id,
             error=c.get("error"),
             source=c.get("source"),
         )
@@ -107,13 +118,18 @@ def _f(value: Any, digits: int) -> float:
 
 def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
     pose = d.pose and {
-        "frame_id": frame_id,
+        "frame_id": d.frame_id or frame_id,
         "position": [_f(v, 6) for v in d.pose.position],
         "orientation": [_f(v, 9) for v in d.pose.quaternion],
     }
     told: dict[str, Any] = {} if d.class_fit is None else {"class": _class_to_dict(d.class_fit)}
     if d.margin is not None:
         told["margin"] = _f(d.margin, 4)
+    if d.identity is not None:
+        told |= {"identity": d.identity.name, "identity_probability": _f(d.identity.probability, 4)}
+        told |= {"identity_runner_up": d.identity.runner_up, "identity_unique": d.identity.unique}
+    if d.pose is not None and d.pose_from != "fit":
+        told["pose_from"] = d.pose_from
     return {
         "object": d.object,
         "id": d.id,
@@ -158,8 +174,10 @@ def _pose_from_dict(p: dict[str, Any]) -> Pose:
     return Pose(rotation_from_quaternion(p["orientation"]), np.array(p["position"]))
 
 
-def _detection_from_dict(o: dict[str, Any]) -> Detection:
+def _detection_from_dict(o: dict[str, Any], frame_id: str) -> Detection:
+    """:param frame_id: need not be told again."""
     pose = o["pose"] and _pose_from_dict(o["pose"])
+    own_frame = o["pose"]["frame_id"] if pose else ""
     return Detection(
         object=o["object"],
         id=o["id"],
@@ -173,4 +191,13 @@ def _detection_from_dict(o: dict[str, Any]) -> Detection:
         joints=dict(o["joints"]),
         class_fit=ClassFit(**o["class"]) if o.get("class") else None,
         margin=o.get("margin"),
+        identity=_identity_from_dict(o),
+        frame_id="" if own_frame == frame_id else own_frame,
+        pose_from=o.get("pose_from", "fit"),
     )
+
+
+def _identity_from_dict(o: dict[str, Any]) -> IdentityFit | None:
+    if "identity_probability" not in o:
+        return None
+    return IdentityFit(o["identity"], o["identity_probability"], o["identity_runner_up"], o["identity_unique"])

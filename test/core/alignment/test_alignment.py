@@ -193,8 +193,7 @@ def test_refinement_that_changes_the_scale_too_much_is_undone():
     cmap = ContourMap.build(find_blobs(labels, {1}, CONFIG), SIZE)
     start = place([91 + 90j], [56.0])
     free, bound = (
-        refine(cmap, [Shape.from_marker(flag())], start, settings(max_refined_scale=m), Deadline())
-        for m in (1.4, 1.01)
+        refine(cmap, [Shape.from_marker(flag())], start, settings(max_refined_scale=m), Deadline()) for m in (1.4, 1.01)
     )
     assert abs(free.z[0]) == pytest.approx(60, rel=0.01)
     assert bound.z[0] == pytest.approx(56) and bound.t[0] == 91 + 90j

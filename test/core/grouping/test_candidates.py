@@ -39,7 +39,8 @@ def test_candidates_are_instances_in_every_role_and_direction(matches, candidate
             assert (pose.x + 1j * pose.y, pose.scale) == (matches.placed.t[k], pytest.approx(matches.placed.scale[k]))
             assert (pose.place_noise_px, pose.scale_noise) == (pytest.approx(place), pytest.approx(place / radius))
             assert pose.theta_noise == pytest.approx(place / radius if order else np.pi)
-            turn = pose.theta - matches.axis_direction(k, MARKERS[s].axis_angle)
+            axis = np.exp(1j * MARKERS[s].axis_angle)
+            turn = pose.theta - np.angle(matches.placed.z[k] * axis + matches.placed.w[k] * np.conj(axis))
             assert np.exp(1j * turn * max(order, 1)) == pytest.approx(1)
             assert candidates.weight[n] == pytest.approx(matches.placed.score[k] * matches.perimeter_px[k])
         for role in roles:

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from solids import BACKGROUND, RED
 
-from artrec_ros.core.image.label_field import OUTSIDE, OWNED, UNKNOWN, LabelField
+from artrec_ros.core.image.codes import OUTSIDE, OWNED, UNKNOWN
+from artrec_ros.core.image.label_field import LabelField
 
 
 def disc_image(seam=0, outer=BACKGROUND, radius=25.0):

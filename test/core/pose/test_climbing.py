@@ -124,7 +124,9 @@ def test_nothing_to_climb_and_an_object_without_joints(finder, frame):
 def moved(z, lower=(-1.0, 0.0), upper=(1.0, 2 * np.pi), endless=(False, True)):
     """t and q (2,) after a step z (8,) from (.1, .2, 2) and (.9, 6)."""
     steps = climbing.Steps(1.5, 0.03, 0.12, 0.15, 1.6, -0.7, 0.01)
-    m = climbing.Moves(steps, 100.0, np.array(lower), np.array(upper), np.array([1.0, 1.0]), np.array(endless))
+    m = climbing.Moves(
+        steps, 100.0, 0.0, np.inf, np.array(lower), np.array(upper), np.array([1.0, 1.0]), np.array(endless)
+    )
     tried = climbing.Tried(np.empty((3, 3)), np.empty(3), np.empty(2), np.empty((3, 3, 3)))
     climbing.move(m, np.array(z, float), np.eye(3), np.array([0.1, 0.2, 2.0]), np.array([0.9, 6.0]), tried)
     return tried

@@ -6,8 +6,9 @@ from scipy.stats import chi2
 from settings import DEFAULTS
 from solids import BACKGROUND, BODY, RED, camera_of, facing, jolted, pose, render, sign, slide, truck
 
+from artrec_ros.core.image.codes import UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
-from artrec_ros.core.image.label_field import UNKNOWN, LabelField
+from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.surface import INSIDE_POINTS
 from artrec_ros.core.pose.covariance import pose_covariances
 from artrec_ros.core.pose.pose_fit import fit_poses
@@ -66,9 +67,7 @@ def shares(errors, covariances, part):
     return [float((distance < chi2.ppf(p, e.shape[1])).mean()) for p in (0.5, 0.9)]
 
 
-@pytest.mark.parametrize(
-    "name, seam", [("truck", False), ("truck", True), ("sign", True), ("slide", False)], ids=str
-)
+@pytest.mark.parametrize("name, seam", [("truck", False), ("truck", True), ("sign", True), ("slide", False)], ids=str)
 def test_regions_hold_the_truth_as_often_as_they_say(name, seam):
     """Or somewhat more often: nothing is half hidden here, and nothing merged."""
     errors, covariances = fits(name, 40, seam)

@@ -5,8 +5,9 @@ import pytest
 from settings import DEFAULTS
 from solids import BACKGROUND, RED, camera_of, sign
 
+from artrec_ros.core.image.codes import UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
-from artrec_ros.core.image.label_field import UNKNOWN, LabelField
+from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.pose.edge_kernels import edge_room, find_edges
 from artrec_ros.core.pose.edges import edge_terms
 from artrec_ros.core.pose.surface_model import SpatialModel

@@ -4,7 +4,7 @@ import numpy as np
 from settings import DEFAULTS
 from solids import BODY, RED
 
-from artrec_ros.core.image.label_field import OUTSIDE, OWNED, UNKNOWN
+from artrec_ros.core.image.codes import OUTSIDE, OWNED, UNKNOWN
 from artrec_ros.core.pose.votes import VoteRoles
 
 

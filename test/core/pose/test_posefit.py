@@ -24,8 +24,9 @@ from solids import (
 
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.transforms import rotation_from_rotvec
+from artrec_ros.core.image.codes import OWNED, UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
-from artrec_ros.core.image.label_field import OWNED, UNKNOWN, LabelField
+from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.pose.contour_term_kernels import ContourTerm, add_contours
 from artrec_ros.core.pose.edge_kernels import edge_room
 from artrec_ros.core.pose.edges import edge_terms

@@ -25,8 +25,9 @@ from solids import (
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.pixel_kernels import outline_pixels
 from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.image.codes import OWNED
 from artrec_ros.core.image.image_frame import ImageFrame
-from artrec_ros.core.image.label_field import OWNED, LabelField
+from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.surface import contains
 from artrec_ros.core.pose.pose_fit import contour_fit

@@ -6,8 +6,9 @@ import pytest
 from settings import DEFAULTS
 from solids import BACKGROUND, BENT, RED, camera_of, pose, render, sign, truck
 
+from artrec_ros.core.image.codes import OWNED
 from artrec_ros.core.image.image_frame import ImageFrame
-from artrec_ros.core.image.label_field import OWNED, LabelField
+from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel

@@ -93,9 +93,7 @@ def test_scale_is_pixels_per_metre_at_the_outlines_centroid():
     surface, focal = verdicts[0].claim.finder.surface, np.sqrt(np.prod(np.diag(CAMERA.matrix)[:2]))
     names, told = [c.name for c in model.components], []
     for part in detection.components:
-        patch = next(
-            p for p in surface.patches if (names[p.component], p.marker.name) == (part.component, part.marker)
-        )
+        patch = next(p for p in surface.patches if (names[p.component], p.marker.name) == (part.component, part.marker))
         told.append(part.marker)
         joints = np.array([[detection.joints.get(c.name, 0.0) for c in model.joint_components]])
         frames = frames_of(surface, Poses(detection.pose.rotation[None], detection.pose.position[None], joints))

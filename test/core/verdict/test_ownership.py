@@ -5,14 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import BENT, BLUE, RED, StubJudge, camera_of, chain, jolted, pose, render, truck
+from solids import BENT, BLUE, RATIONAL, RED, StubJudge, camera_of, chain, jolted, pose, render, truck
 
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.verdict import ownership
 from artrec_ros.core.verdict.claims import silhouette
 from artrec_ros.core.verdict.ownership import share_out
 
@@ -124,6 +126,23 @@ def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
     accepted, _ = share_out([(finder, poses)], frame, JUDGE)
     assert len(accepted) == 2
     assert judged == [5, 3]  # all of them; then the left one's rivals
+
+
+@pytest.mark.parametrize("lens", [(), BENT, RATIONAL, (-0.3, 0.1)], ids=len)
+def test_no_pixel_that_votes_look_at_lies_outside_of_a_claims_box(lens):
+    """Whatever the lens bends out between corners: else a claim would not be judged again that an owner touches."""
+    camera, finder = camera_of(distortion=lens), WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
+    rng, surface = np.random.default_rng(5), finder.surface
+    poses = jolted(rng, pose(0, 0, 0.3, 0.3, model=TRUCK), 200, 0.08, 0.8, 0.6)  # as large as the image
+    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+    points = np.concatenate([np.concatenate([p.inside, p.contour]) for p in surface.patches])
+    component = np.concatenate([np.full(len(p.inside) + len(p.contour), p.component) for p in surface.patches])
+    seen = project(camera, surface.place(frames, points, component))
+    low, high = ownership._Group(finder, poses, camera, JUDGE).boxes.transpose(1, 0, 2)[:, :, None]
+    reach = DEFAULTS.votes.ring_px + 0.5  # of a ring's point and its rounding
+    held = ((seen - reach >= low) & (seen + reach <= high)).all(axis=(1, 2))
+    in_view = (np.abs(seen) < 700).all(axis=(1, 2))  # and not beside the camera or behind it
+    assert in_view.sum() > 100 and held[in_view].all()
 
 
 def test_claims_keep_their_order_when_some_are_judged_again():

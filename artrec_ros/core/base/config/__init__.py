@@ -6,6 +6,7 @@ from .blobs import BlobsConfig
 from .constraints import ConstraintsConfig
 from .covariance import CovarianceConfig
 from .design import DesignConfig
+from .facing import FacingConfig
 from .fit import FitConfig
 from .grouping import GroupingConfig
 from .guesses import GuessesConfig
@@ -32,6 +33,7 @@ __all__ = [
     "ConstraintsConfig",
     "CovarianceConfig",
     "DesignConfig",
+    "FacingConfig",
     "FitConfig",
     "GroupingConfig",
     "GuessesConfig",

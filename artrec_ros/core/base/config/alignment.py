@@ -94,7 +94,7 @@ class AlignmentConfig(Room):
         low=1,
         high=100,
         paths=_PLANE,
-        origin="a blob that shade or another object robs of two thirds; 1.5 loses one object in a hundred",
+        origin="a blob that shade or another object robs of two thirds; 2 loses one object in 90, more changes nothing",
     )
     coarse_step: int = param(
         6,

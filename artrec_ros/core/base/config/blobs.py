@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ..errors import ConfigError
 from .params import Room, param
-
-_FLAT = ("plane", "paper")
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,6 @@ class BlobsConfig(Room):
         unit="px",
         low=0.3,
         high=20,
-        paths=_FLAT,
         origin="a pixel's staircase, and twice it: small patches need both",
     )
     anchor_tolerance_share: float = param(
@@ -35,7 +33,6 @@ class BlobsConfig(Room):
         "the tolerances grow on blobs above 1/share pixels wide, in proportion",
         low=0,
         high=0.2,
-        paths=_FLAT,
         origin="silhouettes of 80 px and more keep their number of anchors (MPEG-7 shapes)",
     )
     max_anchors: int = param(
@@ -43,7 +40,7 @@ class BlobsConfig(Room):
         "ragged blobs are approximated more coarsely until they have no more anchors",
         low=3,
         high=1000,
-        paths=_FLAT,
+        paths=("plane", "paper"),
         origin="bounds the time: couples grow with it",
     )
 
@@ -51,3 +48,9 @@ class BlobsConfig(Room):
         super().__post_init__()
         if not self.anchor_tolerances_px:
             raise ConfigError("expert.blobs.anchor_tolerances_px: none is given; one or more are needed")
+
+    def tolerances_px(self, area_px: float) -> tuple[float, ...]:
+        """Tolerances for a blob of so many pixels: small patches need two at once, large silhouettes ones that grow
+        with the root of their area."""
+        grown = max(1.0, self.anchor_tolerance_share * math.sqrt(area_px))
+        return tuple(grown * t for t in self.anchor_tolerances_px)

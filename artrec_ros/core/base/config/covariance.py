@@ -1,4 +1,4 @@
-"""Room `pose`: how uncertain a fit is."""
+"""Room `pose`: how uncertain a pose is."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from .params import Room, param
 
-_SPACE = ("space",)
+_WHOLE, _PLANE = ("space", "facing"), ("plane",)
 
 
 @dataclass(frozen=True)
 class CovarianceConfig(Room):
-    """What makes the residuals of a fit err together."""
+    """What makes the residuals of a fit err together, and by what poses err that follow from an object's size."""
 
     reach_px: int = param(
         3,
@@ -19,7 +19,7 @@ class CovarianceConfig(Room):
         unit="px",
         low=1,
         high=50,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: what is farther off belongs to something else",
     )
     floor_px: float = param(
@@ -28,7 +28,7 @@ class CovarianceConfig(Room):
         unit="px",
         low=0,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand, held against true poses by benchmarks/covariance.py",
     )
     seam_share: float = param(
@@ -36,7 +36,7 @@ class CovarianceConfig(Room):
         "deviation of an edge's place in a seam, the same all around, as a share of half the seam",
         low=0,
         high=10,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="that of an even distribution over the seam is 0.58",
     )
     shift_px: float = param(
@@ -45,7 +45,7 @@ class CovarianceConfig(Room):
         unit="px",
         low=0,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand, held against true poses by benchmarks/covariance.py",
     )
     stretches: int = param(
@@ -53,7 +53,7 @@ class CovarianceConfig(Room):
         "stretches of a contour, whose points err together",
         low=1,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: the sides of a marker",
     )
     stretch_share: float = param(
@@ -61,7 +61,7 @@ class CovarianceConfig(Room):
         "what of the stretches' residuals counts",
         low=0,
         high=10,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="the rest is the other terms' already: by hand, held against true poses by benchmarks/covariance.py",
     )
     least_freedom: float = param(
@@ -69,7 +69,7 @@ class CovarianceConfig(Room):
         "least degrees of freedom left by the fit, as a share of the points",
         low=0.01,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: a fit to few points tells little of their spread",
     )
     most_turn_rad: float = param(
@@ -78,7 +78,7 @@ class CovarianceConfig(Room):
         unit="rad",
         low=0.01,
         high=10,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: it is known which side is seen",
     )
     most_range_share: float = param(
@@ -86,6 +86,26 @@ class CovarianceConfig(Room):
         "deviation of a pose's place that no contour tells of, as a share of the depth",
         low=0.01,
         high=10,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: its size in the image is seen",
+    )
+    flat_tilt_deg: float = param(
+        35.0,
+        "objects found in the image plane may be tilted by so much; more where recognizer.max_slant_deg allows more",
+        unit="deg",
+        low=0,
+        high=75,
+        paths=_PLANE,
+        calibrated=True,
+        origin="markers turned away by more are missed there",
+    )
+    flat_edge_px: float = param(
+        0.5,
+        "deviation of such an object's outline, the same all around, outwards or inwards",
+        unit="px",
+        low=0,
+        high=20,
+        paths=_PLANE,
+        calibrated=True,
+        origin="measured: simulated squares of 8 to 80 px, with and without a seam, tilted by up to 35 deg",
     )

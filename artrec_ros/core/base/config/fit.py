@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ..errors import ConfigError
 from .params import Room, param
 
-_SPACE = ("space",)
+_WHOLE = ("space", "facing")
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class FitConfig(Room):
         unit="px",
         low=1,
         high=50,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: guesses are off by as much, each step by less",
     )
     fine_reach_px: tuple[int, ...] = param(
@@ -29,7 +29,7 @@ class FitConfig(Room):
         unit="px",
         low=1,
         high=50,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: what climbs leave",
     )
     edge_vote: float = param(
@@ -37,7 +37,7 @@ class FitConfig(Room):
         "natural logarithm of what a known label says for one side of an edge",
         low=0,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: odds of seven to one between the sides",
     )
     seam_vote: float = param(
@@ -45,7 +45,7 @@ class FitConfig(Room):
         "natural logarithm of what a pixel in a seam says for the inner side of an edge",
         low=-20,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand, nearly silent: an edge lies in a seam's middle, a tenth of a pixel to the marker's side",
     )
     edge_prior_width: float = param(
@@ -53,7 +53,7 @@ class FitConfig(Room):
         "deviation of an edge's place from the contour before labels are looked at, as a share of the reach",
         low=0.05,
         high=10,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand, on rendered and recorded scenes",
     )
     edge_beyond: float = param(
@@ -61,7 +61,7 @@ class FitConfig(Room):
         "where it is as likely as this that an edge lies beyond reach, there is none",
         low=0,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand, on rendered and recorded scenes",
     )
     border_px: float = param(
@@ -70,7 +70,7 @@ class FitConfig(Room):
         unit="px",
         low=0,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="a pixel and its rounding",
     )
     point_sigma_px: float = param(
@@ -79,7 +79,7 @@ class FitConfig(Room):
         unit="px",
         low=0.01,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: labels place a boundary this well",
     )
     joint_sigma: float = param(
@@ -87,7 +87,7 @@ class FitConfig(Room):
         "deviation of a joint from the middle of its range, in radians or shares of what slides",
         low=0.01,
         high=100,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand; weak: keeps unseen joints determined",
     )
     shift_sigma: float = param(
@@ -95,7 +95,7 @@ class FitConfig(Room):
         "a step should be no longer (Levenberg): of the place, as a share of the depth",
         low=0.0001,
         high=10,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand, on rendered and recorded scenes",
     )
     bend_sigma: float = param(
@@ -103,7 +103,7 @@ class FitConfig(Room):
         "a step should be no longer (Levenberg): of a turn or a joint, in radians or shares of what slides",
         low=0.0001,
         high=10,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand, on rendered and recorded scenes",
     )
     most_shift: float = param(
@@ -111,7 +111,7 @@ class FitConfig(Room):
         "a step may be no longer: of the place, as a share of the depth",
         low=0.0001,
         high=10,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="three deviations",
     )
     most_bend: float = param(
@@ -119,7 +119,7 @@ class FitConfig(Room):
         "a step may be no longer: of a turn or a joint, in radians or shares of what slides",
         low=0.0001,
         high=10,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="two deviations",
     )
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..errors import ConfigError
 
-PATHS = ("plane", "space", "paper")
+PATHS = ("plane", "space", "facing", "paper")
 """Ways of recognition: the default profile in the image plane and in space, and profile `paper`."""
 
 

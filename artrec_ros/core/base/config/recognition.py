@@ -9,6 +9,7 @@ from .alignment import AlignmentConfig
 from .blobs import BlobsConfig
 from .constraints import ConstraintsConfig
 from .covariance import CovarianceConfig
+from .facing import FacingConfig
 from .fit import FitConfig
 from .grouping import GroupingConfig
 from .guesses import GuessesConfig
@@ -42,13 +43,20 @@ class RecognizerConfig:
     )
     whole_object: bool = param(
         True,
-        "fit whole objects in space where markers have places and the camera is calibrated",
-        paths=("plane", "space"),
+        "find objects as a whole where all markers have places: in space where the camera is calibrated, else flat "
+        "ones in the image plane",
+        paths=("plane", "space", "facing"),
     )
     time_budget_ms: float = param(
         5000.0, "a frame's search ends here with what was found by then", unit="ms", low=1, high=600000
     )
-    min_blob_px: int = param(8, "blobs with fewer pixels are specks", unit="px^2", low=1, high=1000000)
+    min_blob_px: int = param(
+        8,
+        "blobs with fewer pixels are specks, and markers that show fewer say nothing",
+        unit="px^2",
+        low=1,
+        high=1000000,
+    )
     min_components: int = param(
         0,
         "least components found, the required one included (no more than the object has); 0: two in the image plane, "
@@ -56,8 +64,10 @@ class RecognizerConfig:
         low=0,
         high=100,
     )
-    min_scale: float = param(0.0, "least scale to look for", unit="px/m", low=0, paths=("plane", "space"))
-    max_scale: float = param(0.0, "greatest scale to look for; 0: any", unit="px/m", low=0, paths=("plane", "space"))
+    min_scale: float = param(0.0, "least scale to look for", unit="px/m", low=0, paths=("plane", "space", "facing"))
+    max_scale: float = param(
+        0.0, "greatest scale to look for; 0: any", unit="px/m", low=0, paths=("plane", "space", "facing")
+    )
     min_range_m: float = param(
         0.0,
         "least distance to look for, along the optical axis; calibrated images only",
@@ -85,16 +95,23 @@ class RecognizerConfig:
     min_match: float = param(
         0.55, "least share of a shape's visible outline that must match", low=0, high=1, paths=("plane",)
     )
-    min_probability: float = param(0.4, "least probability of a whole object", low=0, high=1, paths=("space",))
+    min_probability: float = param(0.4, "least probability of a whole object", low=0, high=1, paths=("space", "facing"))
+    min_identity_probability: float = param(
+        0.8,
+        "least probability, against the next best, of which one of several like objects it is; below it none is told",
+        low=0.5,
+        high=1,
+        paths=("space", "facing"),
+    )
     min_class_seen: float = param(
         0.7,
         "least share of a class's components, or joints, that an object must show to be of it",
         low=0,
         high=1,
-        paths=("plane", "space"),
+        paths=("plane", "space", "facing"),
     )
     min_class_confidence: float = param(
-        0.5, "least confidence of a class; below it there is none", low=0, high=1, paths=("plane", "space")
+        0.5, "least confidence of a class; below it there is none", low=0, high=1, paths=("plane", "space", "facing")
     )
     time: TimeConfig = room(TimeConfig)
     blobs: BlobsConfig = room(BlobsConfig)
@@ -103,6 +120,7 @@ class RecognizerConfig:
     constraints: ConstraintsConfig = room(ConstraintsConfig)
     grouping: GroupingConfig = room(GroupingConfig)
     guesses: GuessesConfig = room(GuessesConfig)
+    facing: FacingConfig = room(FacingConfig)
     votes: VotesConfig = room(VotesConfig)
     search: SearchConfig = room(SearchConfig)
     fit: FitConfig = room(FitConfig)

@@ -8,6 +8,7 @@ from ..errors import ConfigError
 from .params import Room, param
 
 _SPACE = ("space",)
+_WHOLE = ("space", "facing")
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class SearchConfig(Room):
         "what of the time that is left may go into the search",
         low=0.01,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="the rest is for judging what it found",
     )
     cell_place: float = param(
@@ -27,7 +28,7 @@ class SearchConfig(Room):
         "hypotheses nearer than this across the view are one, as a share of the depth",
         low=0.0001,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: 0.7 degrees, a fit brings them to one place",
     )
     cell_log_depth: float = param(
@@ -35,7 +36,7 @@ class SearchConfig(Room):
         "hypotheses nearer than this in depth are one, as a share of it",
         low=0.0001,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: a fit brings them to one place",
     )
     cell_axis: float = param(
@@ -43,7 +44,7 @@ class SearchConfig(Room):
         "hypotheses nearer than this in the components of their x and z axes are one; all three must be so",
         low=0.001,
         high=2,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: about 12 degrees, a fit brings them to one place",
     )
     niche_rad: float = param(
@@ -68,7 +69,7 @@ class SearchConfig(Room):
         "joints are sought at values so far apart, in radians or shares of what slides",
         low=0.01,
         high=3,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: a fit to contours makes the rest good",
     )
     first_joint_step: float = param(
@@ -76,7 +77,7 @@ class SearchConfig(Room):
         "joints of hypotheses that are first looked at are sought at values so far apart",
         low=0.01,
         high=3,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: a climb makes the rest good",
     )
     joint_keep: int = param(
@@ -111,13 +112,6 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="by hand: mirrored turns keep so many",
     )
-    hopeless_votes: float = param(
-        40.0,
-        "a candidate with fewer votes is not worth a climb",
-        low=0,
-        paths=_SPACE,
-        origin="by hand; saves time: a climb does not bring the rest of min_votes",
-    )
     climb_hypotheses: tuple[int, ...] = param(
         (10, 5, 3),
         "at most so many hypotheses of a blob climb, climb after climb",
@@ -150,21 +144,13 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="by hand, on rendered and recorded scenes",
     )
-    same_place: float = param(
-        0.6,
-        "objects whose required components lie nearer in the image are at one place, as a share of its size",
-        low=0,
-        high=10,
-        paths=_SPACE,
-        origin="by hand: half of one covers the other",
-    )
     step_px: float = param(
         1.5,
         "unit of a climb's steps across the view",
         unit="px",
         low=0.01,
         high=100,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: as far as votes about outlines tell",
     )
     step_depth: float = param(
@@ -172,7 +158,7 @@ class SearchConfig(Room):
         "unit of a climb's steps along the view, as a share of the depth",
         low=0.0001,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: 1.5 px at the edge of an object of 100 px",
     )
     step_rad: float = param(
@@ -181,7 +167,7 @@ class SearchConfig(Room):
         unit="rad",
         low=0.001,
         high=3,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand, on rendered and recorded scenes",
     )
     step_joint: float = param(
@@ -189,7 +175,7 @@ class SearchConfig(Room):
         "unit of a climb's steps of a joint, in radians or shares of what slides",
         low=0.001,
         high=3,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="as joint_step",
     )
     lengthen: float = param(
@@ -197,7 +183,7 @@ class SearchConfig(Room):
         "a step of a climb that helped is longer by this factor the next time",
         low=1,
         high=10,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand; Rosenbrock 1960 has 3, for more rounds",
     )
     turn: float = param(
@@ -205,7 +191,7 @@ class SearchConfig(Room):
         "a step of a climb that did not help is multiplied with this",
         low=-1,
         high=-0.01,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand; Rosenbrock 1960 has -0.5, for more rounds",
     )
     least_step: float = param(
@@ -213,7 +199,7 @@ class SearchConfig(Room):
         "a shorter step of a climb is not taken",
         low=0,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="a fit to the contours goes there in one step",
     )
     settled_votes: float = param(
@@ -221,7 +207,7 @@ class SearchConfig(Room):
         "share of a hypothesis' votes that must be left after its last fit",
         low=0,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: contours of merged blobs lead astray",
     )
     sure: float = param(
@@ -246,7 +232,7 @@ class SearchConfig(Room):
         low=0,
         high=1,
         paths=_SPACE,
-        origin="more than half, for a blob may be two that merged",
+        origin="more than half, for a blob may be two that merged; 0.12 loses one object in 80, 0.9 takes longer",
     )
 
     def __post_init__(self) -> None:

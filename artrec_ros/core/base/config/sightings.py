@@ -55,3 +55,10 @@ class SightingsConfig(Room):
         high=1000,
         origin="what was seen once or twice was perhaps nothing",
     )
+    identity_memory: float = param(
+        0.8,
+        "what earlier sightings say of which one of several like objects it is, times this for each frame since",
+        low=0,
+        high=1,
+        origin="five frames count: light and blur are alike from one frame to the next, and prove nothing twice",
+    )

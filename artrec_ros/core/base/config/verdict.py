@@ -15,23 +15,39 @@ class VerdictConfig(Room):
         100.0,
         "least votes of the label image for a whole object",
         low=0,
-        paths=("space",),
+        paths=("space", "facing"),
         origin="25 pixels of a marker at 4 votes each",
     )
-    margin_px: float = param(
-        3.0,
-        "two objects that stand nearer in the image are judged again when one of them has got its pixels",
-        unit="px",
-        low=0,
-        high=100,
-        paths=("space",),
-        origin="ring_px and a pixel's rounding, of both",
-    )
-    margin_share: float = param(
-        0.1,
-        "such objects may be so much farther apart, as a share of the larger side",
+    told_agree: float = param(
+        0.2,
+        "least share of a marker's pixels with its label for its component to be told, though it is not confirmed: "
+        "seen nearly edge-on it may be too thin for that",
         low=0,
         high=1,
-        paths=("space",),
-        origin="what a lens bends a box's edges out",
+        paths=("space", "facing"),
+        origin="@AGREE",
+    )
+    told_votes: float = param(
+        -0.5,
+        "least votes per pixel of such a component's markers",
+        low=-20,
+        high=20,
+        paths=("space", "facing"),
+        origin="@VOTES",
+    )
+    identity_independent: float = param(
+        0.05,
+        "share of a marker's pixels that tell its class independently of each other",
+        low=0.0001,
+        high=1,
+        paths=("space", "facing"),
+        origin="blur, compression and shade join pixels to patches of 4 to 5 px",
+    )
+    identity_floor: float = param(
+        0.02,
+        "least likelihood of a pixel under any class of its marker",
+        low=0.0001,
+        high=0.5,
+        paths=("space", "facing"),
+        origin="a pixel in fifty shows something else: no pixel decides alone",
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from .params import Room, param
 
-_SPACE = ("space",)
+_WHOLE = ("space", "facing")
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class VotesConfig(Room):
         low=-20,
         high=20,
         length=3,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand; unknown says little: shade and seams make a third to a half of a real surface unknown",
     )
     rim: tuple[float, ...] = param(
@@ -32,7 +32,7 @@ class VotesConfig(Room):
         low=-20,
         high=20,
         length=3,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand, on rendered and recorded scenes",
     )
     ring: tuple[float, ...] = param(
@@ -41,7 +41,7 @@ class VotesConfig(Room):
         low=-20,
         high=20,
         length=3,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: its own label outside speaks as strongly as another inside",
     )
     ring_on_body: tuple[float, ...] = param(
@@ -50,7 +50,7 @@ class VotesConfig(Room):
         low=-20,
         high=20,
         length=3,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand, on rendered and recorded scenes",
     )
     ring_body_label: float = param(
@@ -58,7 +58,7 @@ class VotesConfig(Room):
         "the body's label just outside of a marker that lies on it",
         low=-20,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: a little less than on the body's face",
     )
     body: tuple[float, ...] = param(
@@ -67,7 +67,7 @@ class VotesConfig(Room):
         low=-20,
         high=20,
         length=3,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="a third of a marker's and less: bodies are large, plain, and like other things",
     )
     body_marker_label: float = param(
@@ -75,7 +75,7 @@ class VotesConfig(Room):
         "the markers' label on a body's face",
         low=-20,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: half of what another label says",
     )
     hidden_cost: float = param(
@@ -83,7 +83,7 @@ class VotesConfig(Room):
         "votes per pixel that a component costs which should be seen and is not",
         low=0,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: low, for what hides it need not be modelled",
     )
     ring_px: float = param(
@@ -92,7 +92,7 @@ class VotesConfig(Room):
         unit="px",
         low=0.1,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="outside of the seam that a segmenter leaves between two colours",
     )
     ring_width_px: float = param(
@@ -101,7 +101,7 @@ class VotesConfig(Room):
         unit="px",
         low=0.1,
         high=20,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: from the outline to a little beyond ring_px",
     )
     ring_visible: float = param(
@@ -109,7 +109,7 @@ class VotesConfig(Room):
         "share of a marker that must not be hidden for its rim and ring to vote",
         low=0,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="else most of the outline is not the one in the image",
     )
     least_cosine: float = param(
@@ -117,7 +117,7 @@ class VotesConfig(Room):
         "cosine of the viewing angle below which a patch shows nothing",
         low=0,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="83 degrees: a marker of 16 px is then 2 px wide",
     )
     sunk_m: float = param(
@@ -126,23 +126,15 @@ class VotesConfig(Room):
         unit="m",
         low=0,
         high=1,
-        paths=_SPACE,
-        origin="by hand: how exactly objects are measured",
-    )
-    supported_px: float = param(
-        8.0,
-        "least pixels of a marker for the labels to support it",
-        unit="px^2",
-        low=0,
-        high=10000,
-        paths=_SPACE,
-        origin="as min_blob_px: fewer are a speck",
+        paths=_WHOLE,
+        origin="how exactly objects are measured; where markers lie on their faces, as in all that were tried, it "
+        "does nothing",
     )
     supported_agree: float = param(
         0.4,
         "least share of a marker's pixels with its label for the labels to support it",
         low=0,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="by hand: half of a shaded marker is unknown",
     )

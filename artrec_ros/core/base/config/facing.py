@@ -1,0 +1,71 @@
+"""Rooms `pose` and core: whole objects that face the camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .params import Room, param
+
+_FACING = ("facing",)
+
+
+@dataclass(frozen=True)
+class FacingConfig(Room):
+    """How blobs are searched for whole objects that are figures of the image plane."""
+
+    grid_points: int = param(
+        24,
+        "pixels of a blob at which its component's middle is tried",
+        low=4,
+        high=10000,
+        paths=_FACING,
+        origin="2.5 px apart in a patch of 12 px: a climb makes the rest good",
+    )
+    turns: int = param(
+        16, "directions that are tried", low=4, high=360, paths=_FACING, origin="22 degrees apart, likewise"
+    )
+    scale_ratio: float = param(
+        1.25,
+        "from one scale that is tried to the next",
+        low=1.01,
+        high=2,
+        paths=_FACING,
+        origin="half a step is 0.8 px at the edge of a patch of 14 px, likewise",
+    )
+    least_area_share: float = param(
+        0.4,
+        "least area of the component relative to its blob",
+        low=0.01,
+        high=1,
+        paths=_FACING,
+        origin="two alike that touch are one blob",
+    )
+    per_patch: int = param(
+        4,
+        "hypotheses that go on, for each time the component goes into its blob",
+        low=1,
+        high=1000,
+        paths=_FACING,
+        origin="a square's four turns",
+    )
+    rounds: int = param(10, "rounds of a climb", low=1, high=1000, paths=_FACING, origin="as plain_climb_rounds")
+    first_step: float = param(
+        0.7, "first steps of a climb, in its units", low=0.01, high=100, paths=_FACING, origin="as the last climb's"
+    )
+    cell_px: float = param(
+        2.0,
+        "hypotheses nearer than this in the image are one, if turn and scale are alike",
+        unit="px",
+        low=0.1,
+        high=100,
+        paths=_FACING,
+        origin="a climb brings them to one place",
+    )
+    rivals: int = param(
+        3,
+        "hypotheses of one place that are judged: who else has its pixels decides which one it is",
+        low=1,
+        high=100,
+        paths=_FACING,
+        origin="the best, its fit to the contours, and one turned otherwise",
+    )

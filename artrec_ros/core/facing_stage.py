@@ -1,0 +1,46 @@
+"""Recognition of whole objects that face the camera, in images of any camera: figures of the image plane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from .base.config import RecognizerConfig
+from .facing_search import FacingSearch
+from .geometry.range_limits import scale_limits
+from .image.blobs import Blob
+from .image.codes import LABELS, Codes
+from .image.image_frame import ImageFrame
+from .model.found import Detection, Rejection
+from .model.target import Target
+from .pose.finder import WholeObjectFinder
+from .verdict.descriptions import Describer, rejection_of
+from .verdict.judge import Judge
+from .verdict.ownership import share_out
+
+
+class FacingStage:
+    """Finds flat targets, whose place, turn and scale in the image are told, and no pose in space."""
+
+    def __init__(self, targets: Sequence[Target], config: RecognizerConfig, codes: Codes = LABELS) -> None:
+        self._config = config
+        self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
+        self._describers = [Describer(s.finder) for s in self._searches]
+        self._judge = Judge.of(config)
+
+    def recognize(
+        self, frame: ImageFrame, blobs: Sequence[Blob]
+    ) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
+        """Detections by target and score, and what was turned down, with reasons."""
+        if not self._searches:
+            return (), ()
+        limits, faced = scale_limits(self._config, frame.calibration), frame.faced()
+        hurried = faced.hurried(self._config.search.search_share)
+        found = [(s.finder, s.run(hurried, blobs, limits)) for s in self._searches]
+        accepted, others = share_out(found, faced, self._judge)
+        detections = [
+            replace(detection, pose=None, pose_covariance=None)
+            for describer in self._describers
+            for detection in describer.describe([v for v in accepted if v.claim.finder is describer.finder], faced)
+        ]
+        return tuple(detections), tuple(rejection_of(v, faced, self._judge) for v in others)

@@ -1,0 +1,99 @@
+"""First hypotheses of objects that face the camera: their required component at pixels of the blobs of its class."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..base.config import RecognizerConfig
+from ..geometry.range_limits import ScaleLimits
+from ..geometry.transforms import Array
+from ..image.blobs import Blob
+from ..image.image_frame import ImageFrame
+from ..model.objects import Marker, ObjectModel
+from .grid_kernels import Grid, best_on_grid
+from .surface_model import Poses, SpatialModel
+from .view_bank import ViewBank
+from .views import FACING, view_bank
+
+
+class Guesses(NamedTuple):
+    """Hypotheses with the votes for their required component (H,), and of which blob each is (H,)."""
+
+    poses: Poses
+    votes: Array
+    blob: np.ndarray
+
+
+class FacingGuesser:
+    """Lays the required component's markers on blobs, face on: a grid of places, directions and scales.
+
+    It takes neither corners nor a blob of its own: patches of 8 px have no corners, and those that touch have one blob.
+    """
+
+    def __init__(self, model: ObjectModel, surface: SpatialModel, config: RecognizerConfig) -> None:
+        part, labels = model.required, surface.labels[surface.root]
+        inside = surface.table[surface.roles.inside(labels)]
+        ring = surface.table[surface.roles.ring(labels, () if part.body_label is None else (part.body_label,))]
+        self._config, self._none, self._markers = config, surface.no_poses, part.markers
+        self._banks = [
+            ViewBank(view_bank(m, config.guesses, facing=True), inside, ring, surface.limits, config.guesses)
+            for m in part.markers
+        ]
+        kin = surface.kinematics
+        self._q = (kin.lower + kin.upper) / 2
+        frames = kin.forward(np.eye(3)[None], np.zeros((1, 3)), self._q[None])
+        R, t = frames.R[0, surface.root], frames.t[0, surface.root]
+        in_object = [(R @ _turn(m), R @ m.centre + t) for m in part.markers]
+        # the object's frame in a marker's about its centroid, as a camera that it faces sees it: a turn, an origin
+        self._frames = [(FACING @ R_m.T, -FACING @ R_m.T @ centre) for R_m, centre in in_object]
+
+    def guess(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Guesses:
+        """The best of every direction about each blob. :param limits: of the scale."""
+        found = [Guesses(self._none, np.zeros(0), np.zeros(0, np.int64))]
+        for marker, bank, place in zip(self._markers, self._banks, self._frames, strict=True):
+            grid = self._grid(frame, blobs, marker, limits)
+            most = int(grid.keep.sum()) * grid.turns
+            T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
+            n = best_on_grid(grid, bank.arrays, bank.look, frame.view, T, votes, of)
+            found.append(Guesses(self._lifted(T[:n], frame, *place), votes[:n], of[:n]))
+        poses, votes, of = zip(*found, strict=True)
+        return Guesses(Poses.concatenate(list(poses)), np.concatenate(votes), np.concatenate(of))
+
+    def _grid(self, frame: ImageFrame, blobs: Sequence[Blob], marker: Marker, limits: ScaleLimits) -> Grid:
+        config = self._config.facing
+        pixels = [_inside(frame, blob, config.grid_points) for blob in blobs]
+        area = np.array([b.area_px for b in blobs])
+        ratio, more = self._config.guesses.most_area_ratio, self._config.guesses.most_area_more_px
+        most = np.minimum(np.sqrt((ratio * area + more) / marker.area), limits.greatest)
+        least = np.minimum(np.sqrt(config.least_area_share * area / marker.area), most)  # a larger one: several merged
+        least = np.maximum(least, min(limits.least, limits.greatest))
+        keep = np.ceil(area / (marker.area * np.maximum(least, 1e-9) ** 2)).astype(np.int64)
+        starts = np.concatenate([[0], np.cumsum([len(p) for p in pixels])]).astype(np.int64)
+        scale = np.ascontiguousarray(np.stack([least, np.maximum(most, least)], axis=1))
+        at = np.concatenate([*pixels, np.zeros((0, 2))])
+        return Grid(at, starts, scale, float(config.scale_ratio), int(config.turns), np.clip(keep, 1, 16), 0.5)
+
+    def _lifted(self, T: Array, frame: ImageFrame, R_marker: Array, origin: Array) -> Poses:
+        camera = frame.camera
+        c, s, roll = np.cos(T[:, 2]), np.sin(T[:, 2]), np.zeros((len(T), 3, 3))
+        roll[:, 0, 0], roll[:, 0, 1], roll[:, 1, 0], roll[:, 1, 1], roll[:, 2, 2] = c, -s, s, c, 1.0
+        depth = camera.focal_px / T[:, 3]
+        t = np.column_stack([(T[:, :2] - camera.matrix[:2, 2]) * depth[:, None] / camera.focal_px, depth])
+        return Poses(roll @ R_marker, t + roll @ origin, np.tile(self._q, (len(T), 1)))
+
+
+def _turn(marker: Marker) -> Array:
+    assert marker.T_component_marker is not None  # the model is spatial
+    return marker.T_component_marker.rotation
+
+
+def _inside(frame: ImageFrame, blob: Blob, most: int) -> Array:
+    """(n, 2) pixels of a blob's class in its bounding box, on a lattice of about so many."""
+    (x0, y0), (x1, y1) = blob.pixels.min(axis=0), blob.pixels.max(axis=0) + 1
+    step = max(1, math.ceil(math.sqrt(blob.area_px / most)))
+    found = np.argwhere(frame.field.labels[y0:y1:step, x0:x1:step] == blob.label)
+    return np.asarray(found[:, ::-1] * step + (x0, y0), float)

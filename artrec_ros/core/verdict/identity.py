@@ -1,0 +1,139 @@
+"""Which one of several like objects each found object is, by the colours of its components, all objects at once.
+
+The place, turn and joints of an object are found with alternatives open: a pixel of any of a component's classes
+speaks for it. Only then is asked which classes they are: each identity that exists is as likely as the pixels on its
+components are under it. Where each identity occurs once, objects are named together (assignment), and an object's
+probability is that of the best naming of all against the best one in which it has another name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import product
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from ..base.config import RecognizerConfig
+from ..geometry.projection import project
+from ..geometry.transforms import Array
+from ..image.codes import Codes
+from ..image.image_frame import ImageFrame
+from ..model.found import IdentityFit
+from ..model.objects import Identity, ObjectModel
+from ..model.surface import INSIDE_POINTS
+from ..pose.surface_model import Poses, SpatialModel
+
+_NOT_KNOWN = -1e9  # instead of a forbidden pair: linear_sum_assignment wants numbers
+
+
+def identities_of(model: ObjectModel) -> tuple[Identity, ...]:
+    """Those that exist: the ones that are declared, else all combinations of the components' classes, named by them."""
+    own = {c.name: c.classes for c in model.components if c.classes}
+    if model.identities or not own:
+        return model.identities
+    return tuple(
+        Identity("_".join(classes), dict(zip(own, classes, strict=True))) for classes in product(*own.values())
+    )
+
+
+class Identifier:
+    """Names the objects of one target."""
+
+    def __init__(self, surface: SpatialModel, config: RecognizerConfig) -> None:
+        self._surface, self._config = surface, config
+        model, self.identities = surface.model, identities_of(surface.model)
+        self._markers = [
+            row for row, p in enumerate(surface.markers.tolist())
+            if model.components[surface.patches[p].component].classes
+        ]  # fmt: skip
+        components = [surface.patches[surface.markers[row]].component for row in self._markers]
+        names = [model.components[c] for c in components]
+        self._labels = np.array(
+            [[c.classes[identity.classes[c.name]] for c in names] for identity in self.identities], int
+        ).reshape(len(self.identities), len(self._markers))  # (N, M) the label of each marker under each identity
+        patches = surface.markers[self._markers]
+        self._points = (
+            np.concatenate([surface.patches[p].inside for p in patches]) if len(patches) else np.zeros((0, 3))
+        )
+        self._on = np.repeat(np.array(components, int), INSIDE_POINTS)
+        self._patches = patches
+        self._says = _says(surface.codes, config.verdict.identity_floor)
+
+    def identify(self, frame: ImageFrame, poses: Poses) -> list[IdentityFit | None]:
+        """What each of H objects is; None for all where the model has no identities."""
+        if not self.identities or not len(poses):
+            return [None] * len(poses)
+        evidence = self.evidence(frame, poses)
+        names, least = [i.name for i in self.identities], self._config.min_identity_probability
+        return list(named(evidence, names, self._surface.model.unique, least))
+
+    def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
+        """(H, N) log-likelihood of the pixels on the components under each identity."""
+        surface = self._surface
+        frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+        X = surface.place(frames, self._points, self._on)
+        shown = surface.shown(frames, self._patches, INSIDE_POINTS)  # (H, M, points)
+        codes = frame.field.at(project(frame.camera, X)).reshape(shown.shape)
+        area_px = surface.area[self._patches] * (frame.camera.focal_px / X[:, ::INSIDE_POINTS, 2]) ** 2  # (H, M)
+        out = np.empty((len(poses), len(self.identities)))
+        for n, labels in enumerate(self._labels):
+            says = np.stack([self._says[label][codes[:, m]] for m, label in enumerate(labels)], axis=1)
+            out[:, n] = ((says * shown).mean(axis=2) * area_px).sum(axis=1)
+        return out * self._config.verdict.identity_independent
+
+
+def _says(codes: Codes, floor: float) -> Array:
+    """(256 labels, 256 codes) log-likelihood of a code on a marker of a label, up to a constant."""
+    return np.log(np.maximum(codes.share.T, floor))
+
+
+def named(evidence: Array, names: Sequence[str], unique: bool, least: float) -> list[IdentityFit]:
+    """The best naming of H objects with `evidence` (H, N), and each one's runner-up.
+
+    :param unique: whether a name may be given once only; objects beyond the number of names have none.
+    :param least: probability below which no name is told.
+    """
+    choose = _together if unique else _each
+    best = choose(evidence)
+    return [_fit(evidence, names, unique, least, choose, best, i) for i in range(len(best))]
+
+
+def _fit(
+    evidence: Array,
+    names: Sequence[str],
+    unique: bool,
+    least: float,
+    choose: Callable[[Array], list[int]],
+    best: Sequence[int],
+    i: int,
+) -> IdentityFit:
+    """Object `i` under the best naming of all, against the best in which it has another name."""
+    known = dict(zip(names, evidence[i].tolist(), strict=True))
+    if best[i] < 0:
+        return IdentityFit(None, 0.0, None, unique, least, known)
+    other = evidence.copy()
+    other[i, best[i]] = _NOT_KNOWN
+    rival = choose(other)
+    if rival[i] < 0 or rival[i] == best[i]:  # there is no other name for it
+        return IdentityFit(names[best[i]], 1.0, None, unique, least, known)
+    margin = _value(evidence, best) - _value(evidence, rival)
+    probability = float(1 / (1 + np.exp(-min(margin, 700.0))))
+    told = names[best[i]] if probability >= least else None
+    return IdentityFit(told, probability, names[rival[i]], unique, least, known)
+
+
+def _each(evidence: Array) -> list[int]:
+    return [int(n) for n in evidence.argmax(axis=1)]
+
+
+def _together(evidence: Array) -> list[int]:
+    """Index of each object's name, -1 without one, by the assignment of most evidence."""
+    rows, columns = linear_sum_assignment(evidence, maximize=True)
+    out = np.full(len(evidence), -1)
+    out[rows] = columns
+    return [int(n) for n in out]
+
+
+def _value(evidence: Array, naming: Sequence[int]) -> float:
+    return float(sum(evidence[i, n] for i, n in enumerate(naming) if n >= 0))

@@ -81,7 +81,7 @@ class LearningConfig(Room):
         "cross-entropy by which a reference colour must lower the mean over all samples to be taken",
         low=0,
         high=1,
-        origin="small robots in changing light: half of it brings three more references and finds one robot in 100 more",
+        origin="small robots in changing light: with half of it three more references, one robot in 100 more",
     )
     weight_background: float = param(
         3.0,

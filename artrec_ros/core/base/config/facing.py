@@ -82,3 +82,24 @@ class FacingConfig(Room):
         paths=_FACING,
         origin="the best, its fit to the contours, and one turned otherwise",
     )
+    region_ring_px: float = param(
+        2.0,
+        "colours around a marker are looked at so far outside of its outline",
+        unit="px",
+        low=0.5,
+        high=20,
+        paths=_FACING,
+        origin="behind the blur of an edge",
+    )
+    region_reach_px: float = param(
+        1.5,
+        "the last fit, to raw colours, moves an object's points by about so much",
+        unit="px",
+        low=0.1,
+        high=20,
+        paths=_FACING,
+        origin="what blur and shade take from the labels' boundaries",
+    )
+    region_rounds: int = param(
+        10, "rounds of the last fit, to raw colours", low=0, high=1000, paths=_FACING, origin="steps end below 0.02 px"
+    )

@@ -150,7 +150,14 @@ class WholeObjectFinder:
         kin, moved, surface = self.surface.kinematics, found.copied(), self.surface
         near_m, far_m = map(float, self._depths(frame.camera))
         moves = climbing.Moves(
-            self._steps, frame.camera.focal_px, near_m, far_m, kin.lower, kin.upper, kin.unit, kin.endless
+            self._steps,
+            frame.camera.focal_px,
+            near_m,
+            far_m,
+            kin.lower,
+            kin.upper,
+            kin.unit,
+            kin.endless,
         )
         steps = np.full((len(found), 6 + kin.n_joints), climb.first_step, float)
         if self.facing:

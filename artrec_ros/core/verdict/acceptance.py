@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..pose.surface_model import PatchScores
-from .acceptance_curves import CURVES, Model
+from . import acceptance_curves, facing_curves
+from .acceptance_curves import Model
 from .claims import Claim
 
 _Scores = tuple[list[float], list[float], list[float]]  # of each patch
@@ -78,7 +79,8 @@ class Verdict:
     @cached_property
     def probability(self) -> float:
         """That the claim is an object, 0 to 1."""
-        return logistic(CURVES[self.case], self.evidence)
+        curves = facing_curves if self.claim.finder.facing else acceptance_curves
+        return logistic(curves.CURVES[self.case], self.evidence)
 
     @property
     def case(self) -> str:

@@ -74,8 +74,9 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
     no rivals, and those that have all are the same to the eye."""
     markers = _placed_markers(surface)
     found = list(_all_placements(markers, surface.root))
-    if surface.kinematics.n_joints:
-        return [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in found], set()
+    if surface.kinematics.n_joints:  # which of its own sides is seen all else tells
+        elsewhere = [f for f in found if f[1].component != surface.root]
+        return [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in elsewhere], set()
     least = max(2.0, _SHARE * len(markers))
     out: dict[tuple[float, ...], tuple[int, int, Pose]] = {}
     led = {surface.root}

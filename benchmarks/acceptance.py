@@ -31,8 +31,8 @@ OUT = Path(acceptance_curves.__file__)
 # Of each case the evidence that lowers the log-loss on worlds left out; more of it does not
 COLUMNS = {
     "alone": ("size", "edge", "bare", "body", "facing"),
-    "deserted": ("size", "edge", "bare", "body", "shown", "others", "faces", "missing"),
-    "borne out": ("size", "edge", "shown", "edges", "faces", "facing", "missing"),
+    "deserted": ("size", "edge", "bare", "body", "shown", "others", "missing"),
+    "borne out": ("size", "edge", "shown", "edges", "faces", "facing", "lacking"),
 }
 PART_COLUMNS = ("own", "alone", "open", "edge", "whole")  # of components
 INDEX = {case: tuple(Evidence._fields.index(name) for name in names) for case, names in COLUMNS.items()}

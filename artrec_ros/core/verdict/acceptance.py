@@ -202,5 +202,7 @@ def verdict_of(claim: Claim) -> Verdict:
         confirmed.append(best in supported)
         told = agree[best] > least.told_agree and votes[c] > least.told_votes * area_px[best]
         told = told and area_px[best] > config.min_blob_px  # else a speck
+        # a wider one has room for what would confirm it between the seams on its two sides
+        told = told and claim.width_px(best) < 2 * (surface.votes.ring_px + surface.votes.ring_width_px)
         shown.append(best if best in supported or told or c == claim.finder.root else -1)
     return Verdict(claim, tuple(shown), tuple(confirmed), tuple(votes))

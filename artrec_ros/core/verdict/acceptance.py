@@ -173,7 +173,6 @@ def _at(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
 def verdict_of(claim: Claim) -> Verdict:
     """Which components the labels confirm, and by which marker."""
     surface, config = claim.finder.surface, claim.finder.config
-    least = config.verdict
     # a handful of numbers: plain Python is faster than arrays
     supported = set(surface.markers[claim.finder.supported(claim.scores)[0]].tolist())
     patch_votes, area_px, agree = (values[0].tolist() for values in claim.scores.arrays)
@@ -182,7 +181,6 @@ def verdict_of(claim: Claim) -> Verdict:
         votes.append(sum(patch_votes[p] for p in mine))
         best = max(mine, key=lambda p: area_px[p] * ((p in supported) + 1e-3))
         confirmed.append(best in supported)
-        told = agree[best] > least.told_agree and votes[c] > least.told_votes * area_px[best]
-        told = told and area_px[best] > config.min_blob_px  # else a speck
+        told = votes[c] > 0 and agree[best] > config.verdict.told_agree and area_px[best] > config.min_blob_px
         shown.append(best if best in supported or told or c == claim.finder.root else -1)
     return Verdict(claim, tuple(shown), tuple(confirmed), tuple(votes))

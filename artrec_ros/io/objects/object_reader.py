@@ -160,12 +160,12 @@ def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], label
         raise value.error(str(error)) from None
 
 
-def _read_classes(value: Value, labels: _Labels) -> dict[str, int]:
-    """Alternatives: short name -> label, a number or a class' name."""
+def _read_classes(value: Value, labels: _Labels) -> dict[str, int | None]:
+    """Alternatives: short name -> label, a number or a class' name; None: of a name that may stay open."""
     found = {name: labels.resolve(entry) for name, entry in value.entries().items()}
     if len(found) < 2:
         raise value.error("alternatives are two classes or more; a component of one class has a label")
-    return {name: label for name, label in found.items() if label is not None}
+    return found
 
 
 def _read_identities(value: Value) -> tuple[Identity, ...]:

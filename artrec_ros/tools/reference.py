@@ -55,7 +55,8 @@ only where labels change.
 
 *Read* says which way of recognition reads a parameter ([method.md](method.md)): markers one by one in the *image
 plane*; whole objects in *space*; whole flat objects *facing* the camera, in images without calibration; profile
-*paper*. One that is changed where no way that is taken reads it is told by name: by the node's log, `artrec replay`, `artrec inspect`.
+*paper*. One that is changed where no way that is taken reads it is told by name: by the node's log, `artrec replay`,
+`artrec inspect`.
 """
 
 _EXPERT = """\

@@ -32,10 +32,11 @@ class FlatStage:
         self._shapes, self._shape_of = _distinct_shapes(targets, config.alignment)
         self._roles = [Roles.of(t, shape_of) for t, shape_of in zip(targets, self._shape_of, strict=True)]
         self._wanted = {
-            (self._shape_of[n][c.name, m.name], target.label if c.label is None else c.label)
+            (self._shape_of[n][c.name, m.name], label)
             for n, target in enumerate(targets)
             for c in target.model.components
             for m in c.markers
+            for label in c.labels(target.label)
         }
 
     def align(self, frame: ImageFrame, blobs: tuple[Blob, ...]) -> Matches:

@@ -135,12 +135,20 @@ def _object(head: str, model: ObjectModel) -> Iterator[str]:
         about = [", ".join(m.name for m in c.markers)]
         about += ["required"] if c.required else []
         about += [f"label {c.label}"] if c.label is not None else []
+        about += [f"of one of the classes {', '.join(c.classes)}"] if c.classes else []
         about += [f"body of {len(c.bodies)} box{'es' if len(c.bodies) > 1 else ''}"] if c.bodies else []
         yield f"{c.name}: {'; '.join(about)}"
+    if model.identities:
+        once = ", each occurs once" if model.unique else ""
+        yield f"identities: {', '.join(identity.name for identity in model.identities)}{once}"
+    yield _way(model)
+
+
+def _way(model: ObjectModel) -> str:
+    if not model.is_spatial:
+        return "not every marker has a pose: found in the image plane, by learned constraints"
     places = "every marker has a pose: found in space, given a calibration"
-    yield (
-        places if model.is_spatial else "not every marker has a pose: found in the image plane, by learned constraints"
-    )
+    return f"{places}; it is flat: found as a whole in the image plane without one" if model.is_flat else places
 
 
 def _setup(head: str, setup: Setup) -> Iterator[str]:

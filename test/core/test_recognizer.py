@@ -62,6 +62,19 @@ def test_several_cranes_in_one_image_flanks_told_apart():
             assert (d.image.x, d.image.scale) == (d.components[0].x, d.components[0].scale)
 
 
+@pytest.mark.parametrize("shown", [RED, BLUE])
+def test_a_component_with_alternative_classes_is_found_in_each(shown):
+    base, fore, aft = crane().components
+    coloured = ObjectModel("crane", (base, dataclasses.replace(fore, label=shown), aft))
+    either = dataclasses.replace(fore, classes={"red": RED, "blue": BLUE})
+    truth = crane_placed(150, 110, 0.2, 55)
+    labels = render(SIZE, coloured, [truth], RED)
+    result = recognizer(Target("crane", ObjectModel("crane", (base, either, aft)), RED, CRANE)).recognize(labels)
+    assert len(result.detections) == 1 and agrees(result.detections[0], truth)
+    plain = recognizer(Target("crane", crane(), RED, CRANE)).recognize(labels).detections
+    assert ("fore" in {c.component for c in plain[0].components}) == (shown == RED)
+
+
 def test_components_that_merge_into_one_blob():
     swings = (0.35, -0.35)  # the bars cross, and one reaches the base
     truth = crane_placed(200, 90, 0.1, 70, swings)

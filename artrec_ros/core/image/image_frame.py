@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..base.deadline import Deadline
 from ..geometry.camera import Camera
 from ..geometry.pixel_kernels import LabelView
+from ..geometry.scene import Scene
 from .label_field import LabelField
 
 
@@ -24,12 +25,14 @@ class ImageFrame:
     :param calibration: of the camera that took it; None: not known, and nothing is sought in space.
     :param deadline: when the search ends with what it has.
     :param all_pixels: the labels before anybody owned some; None: nobody does.
+    :param scene: what is known of where objects are.
     """
 
     field: LabelField
     calibration: Camera | None = None
     deadline: Deadline = of(default_factory=Deadline)
     all_pixels: LabelField | None = None
+    scene: Scene = Scene()
 
     @property
     def camera(self) -> Camera:

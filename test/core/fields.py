@@ -62,7 +62,9 @@ def render(cam: Camera, slant_deg: float, side: float, robots: np.ndarray) -> np
         c, s = np.cos(yaw), np.sin(yaw)
         for label, at in ((TEAM, -side / 2), (ACCENT, side / 2)):
             corners = side * (np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]]) - 0.5) + at
-            dense = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)])
+            dense = np.concatenate(
+                [np.linspace(a, b, 9)[:-1] for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
+            )
             outline = seen(cam, slant_deg, dense @ np.array([[c, s], [-s, c]]) + (x, y))
             (x0, y0), (x1, y1) = np.floor(outline.min(0)).astype(int), np.ceil(outline.max(0)).astype(int) + 1
             x0, y0, x1, y1 = max(x0, 0), max(y0, 0), min(x1, width), min(y1, height)

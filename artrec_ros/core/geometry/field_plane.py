@@ -8,14 +8,13 @@ of the eight-point algorithm", 1997); distortion is undone before, where the cam
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from ..base.config import PlaneConfig
 from ..base.errors import ConfigError
 from .camera import Camera
-from .projection import normalise
+from .projection import normalise, project
 from .transforms import Array
 
 _STEP_PX = 0.25  # of derivatives: a homography's is good to the square of this over its distance from the horizon
@@ -88,14 +87,16 @@ class FieldPlane:
         return np.column_stack([moved, angle])
 
     def pixels(self, places: Array) -> Array:
-        """(n, 2) undistorted pixels of places (n, 2); NaN for what is behind the camera."""
-        mapped = _mapped(self._to_image[None], places)[0]
-        return np.where(mapped[:, 2:] > 0, _divided(mapped), np.nan)
-
-    @cached_property
-    def _to_image(self) -> Array:
-        inverse = np.linalg.inv(self.matrix)  # of w > 0 it makes w > 0: it is 1 / w there
-        return np.asarray(inverse, np.float64)
+        """(n, 2) pixels of places (n, 2), the lens' distortion included; NaN for what is behind the camera."""
+        inverse = np.asarray(np.linalg.inv(self.matrix), np.float64)
+        mapped = _mapped(inverse[None], places)[0]  # where w is positive its inverse's is, too
+        before = mapped[:, 2] > 0
+        out = np.full((len(places), 2), np.nan)
+        out[before] = _divided(mapped[before])
+        if self.camera is not None and self.camera.bent:
+            rays = np.column_stack([out[before], np.ones(before.sum())]) @ np.linalg.inv(self.camera.matrix).T
+            out[before] = project(self.camera, rays)
+        return out
 
     def _jacobian(self, H: Array, pixels: Array) -> Array:
         """(k, n, 2, 2) of each homography (k, 3, 3) at each pixel (n, 2)."""

@@ -28,6 +28,7 @@ from ..io.parameters.specs import EXPERT, all_specs
 from ..io.parameters.unread import unread
 from .inspecting.inspection import problems
 from .inspecting.model_report import counted, summary
+from .inspecting.scene_report import draw_scene, scene_lines
 
 _OTHER_TOPICS = 12  # topics of a bag that are listed beside images and calibrations
 
@@ -41,6 +42,12 @@ def add_parser(subparsers: Any) -> None:
         "calibration, constraints, stamps. One line for every problem; exit code 1 where there is one.",
     )
     p.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="files and folders; of a folder, what is in it")
+    p.add_argument(
+        "--scene",
+        type=Path,
+        metavar="PICTURE",
+        help="draw the parameters' scene.region and scene.plane over an image: PICTURE.png",
+    )
     p.set_defaults(run=run)
 
 
@@ -50,6 +57,10 @@ def run(args: argparse.Namespace) -> int:
     for item in items:
         for n, line in enumerate(describe(item)):
             print(f"{'  ' if n else ''}{line}")
+    for line in scene_lines(items):
+        print(line)
+    if args.scene is not None:
+        print(draw_scene(items, args.scene))
     found = list(dict.fromkeys(problems(items)))
     for line in found:
         print(f"problem: {line}")
@@ -164,7 +175,7 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
     specs = all_specs([t.name for t in setup.targets], setup.image.classes)
     changed = {
         k: v for k, v in setup.resolved.items()
-        if k.startswith(("recognizer.", "tracking.", EXPERT)) and k in specs and v != specs[k].default
+        if k.startswith(("recognizer.", "scene.", "tracking.", EXPERT)) and k in specs and v != specs[k].default
         and v != list(specs[k].default if isinstance(specs[k].default, tuple) else ())
     }  # fmt: skip
     if changed:

@@ -16,7 +16,9 @@ from ..core.base.config import (
     ImageConfig,
     NodeConfig,
     ObjectConfig,
+    PlaneConfig,
     RecognizerConfig,
+    SceneConfig,
     TrackingConfig,
 )
 from ..io.messages.node_topics import INPUTS, OUTPUTS, NodeTopic
@@ -82,6 +84,16 @@ _SECTIONS: tuple[tuple[str, str, type], ...] = (
     ("Images", "Under `image`:", ImageConfig),
     ("Classes", "`image.classes` lists names, the first wins a pixel. Each has, under `image.NAME`:", ClassConfig),
     ("Recogniser", "Under `recognizer`:", RecognizerConfig),
+    (
+        "Scene",
+        "What is known of the scene ([field.md](field.md)); all of it is optional. Under `scene`:",
+        SceneConfig,
+    ),
+    (
+        "Plane",
+        "Its points are changed both at once (`ros2 param load`, `set_parameters_atomically`). Under `scene.plane`:",
+        PlaneConfig,
+    ),
     ("Tracking", "Under `tracking`:", TrackingConfig),
     ("Node", "At the top level:", NodeConfig),
 )
@@ -196,7 +208,8 @@ def parameters_yaml() -> str:
     """config/all_parameters.yaml."""
     parts = [_YAML, _yaml_section("red", ObjectConfig, _PATHS), _yaml_section("image", ImageConfig)]
     parts += ["      # classes: [pale]\n", _yaml_section("pale", ClassConfig, None, "      # ")]
-    parts += [_yaml_section("recognizer", RecognizerConfig), _yaml_section("tracking", TrackingConfig)]
+    parts += [_yaml_section("recognizer", RecognizerConfig), _yaml_section("scene", SceneConfig)]
+    parts += [_yaml_section("plane", PlaneConfig, None, "      "), _yaml_section("tracking", TrackingConfig)]
     parts += [_yaml_line(spec, spec.default, "    ") for spec in specs_of(NodeConfig)]
     parts += ["    # expert:                      # the method's own numbers\n"]
     rooms = {name: room for name, room in expert_rooms().items() if specs_of(room)}

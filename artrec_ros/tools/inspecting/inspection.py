@@ -13,6 +13,7 @@ from ...core.geometry.camera import Camera
 from ...core.image.segmentation import Segmenter
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
+from ...core.ways import SPACE, way_of
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
 from ...io.learned.annotations import Annotations
@@ -135,7 +136,8 @@ def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calib
         yield f"{other}: {len(fitting)} topics fit image.kind '{setup.image.kind}': {names}; choose one with --topic"
     for sample in fitting:
         yield from _labels(path, setup, other, sample)
-        spatial = [t.name for t in setup.targets if t.model.is_spatial]
+        ways = {t.name: way_of(t, setup.recognizer, calibrated=True) for t in setup.targets}
+        spatial = [name for name, way in ways.items() if way == SPACE]
         if sample.camera is None and not calibrated and spatial:
             reason = sample.camera_problem or "no calibration: give a calibration file (--camera-info)"
             yield f"{other}: {sample.name}: {reason}: no poses in space of {', '.join(spatial)}"

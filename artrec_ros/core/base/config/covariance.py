@@ -109,3 +109,21 @@ class CovarianceConfig(Room):
         calibrated=True,
         origin="measured: simulated squares of 8 to 80 px, with and without a seam, tilted by up to 35 deg",
     )
+    plane_z_m: float = param(
+        0.002,
+        "deviation of a marker's height from scene.plane",
+        unit="m",
+        low=0,
+        high=10,
+        paths=("plane", "facing"),
+        origin="by hand: markers on robots that stand on a floor",
+    )
+    plane_tilt_rad: float = param(
+        0.02,
+        "deviation of a marker's roll and pitch from scene.plane",
+        unit="rad",
+        low=0,
+        high=1,
+        paths=("plane", "facing"),
+        origin="by hand: 2 mm over a robot's width of 10 cm",
+    )

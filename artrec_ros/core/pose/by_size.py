@@ -82,11 +82,13 @@ class SizePlacer:
         turns = np.eye(3)  # of the object, by a tilt about x and y, and by an error of its direction
         turns[2, :2] = -x / 2, -y / 2
         moves = np.outer(ray, (-y / 2, x / 2, 0.0)) * depth - skew(arm) @ turns
-        causes = np.array([tilt / 2, tilt / 2, np.hypot(noise, tilt**2 / 24)])  # deviations, over a cone of tilts
+        causes = np.array([tilt / 2, tilt / 2, np.hypot(noise, tilt**2 / 10)])  # deviations, over a cone of tilts
         farther = np.hypot(noise, tilt**2 / (4 * np.sqrt(3.0)))  # of 1 - sqrt(cos tilt) over that cone
         linear = np.concatenate([moves, turns]) * causes
         along = np.pad(ray * depth * farther, (0, 3))
-        return np.asarray(linear @ linear.T + np.outer(along, along), np.float64)
+        covariance = linear @ linear.T + np.outer(along, along)
+        covariance[:3, :3] += np.eye(3) * (arm @ arm) * tilt**4 / 24  # of 1 - cos tilt, by which the arm gets shorter
+        return np.asarray(covariance, np.float64)
 
 
 def _seen(shown: Instance, camera: Camera) -> _Seen:

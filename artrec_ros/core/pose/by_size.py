@@ -91,9 +91,7 @@ class SizePlacer:
         """
         n, (x, y), tilt = len(place), place.T, self._tilt_rad
         ray = np.column_stack([place, np.ones(n)]) * depth[:, None]
-        turns = np.tile(
-            np.eye(3), (n, 1, 1)
-        )  # of the object, by a tilt about x and y, by its direction's error
+        turns = np.tile(np.eye(3), (n, 1, 1))  # of the object, by a tilt about x and y, by its direction's error
         turns[:, 2, 0], turns[:, 2, 1] = -x / 2, -y / 2
         larger = np.column_stack([-y / 2, x / 2, np.zeros(n)])
         moves = ray[:, :, None] * larger[:, None] - skew(arm) @ turns
@@ -113,9 +111,7 @@ def _seen(shown: Sequence[Instance], camera: Camera) -> tuple[Array, Array, Arra
     at = np.array([[s.x, s.y] for s in shown])
     theta = np.array([s.theta for s in shown])
     c, s = np.cos(theta), np.sin(theta)
-    pixels = np.stack(
-        [at, at + np.column_stack([c, s]), at + np.column_stack([-s, c])]
-    )  # to, along, across
+    pixels = np.stack([at, at + np.column_stack([c, s]), at + np.column_stack([-s, c])])  # to, along, across
     place, along, across = normalise(camera, pixels.reshape(-1, 2)).reshape(3, -1, 2)
     along, across = along - place, across - place
     area = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]

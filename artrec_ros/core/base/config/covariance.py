@@ -107,5 +107,5 @@ class CovarianceConfig(Room):
         high=20,
         paths=_PLANE,
         calibrated=True,
-        origin="measured: simulated squares of 8 to 80 px, with and without a seam, tilted by up to 35 deg",
+        origin="by hand, held against true poses: squares of 8 to 80 px; benchmarks/covariance.py --image-plane",
     )

@@ -36,7 +36,8 @@ class CovarianceConfig(Room):
         "deviation of an edge's place in a seam, the same all around, as a share of half the seam",
         low=0,
         high=10,
-        paths=_SPACE,
+        paths=("plane", "space"),
+        calibrated=True,
         origin="that of an even distribution over the seam is 0.58",
     )
     shift_px: float = param(

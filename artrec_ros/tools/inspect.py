@@ -26,9 +26,10 @@ from ..io.learned.annotations import Annotations
 from ..io.parameters.parameter_file import Setup
 from ..io.parameters.specs import EXPERT, all_specs
 from ..io.parameters.unread import unread
-from .inspecting.inspection import problems
+from .inspecting.inspection import calibrated_images, problems
 from .inspecting.model_report import counted, summary
 from .inspecting.scene_report import draw_scene, scene_lines
+from .inspecting.silent_topics import silent_topics
 
 _OTHER_TOPICS = 12  # topics of a bag that are listed beside images and calibrations
 
@@ -38,8 +39,9 @@ def add_parser(subparsers: Any) -> None:
         "inspect",
         help="print what files hold, and whether they fit together",
         description="Prints what a bag, folder of images, object, constraint or parameter file, calibration, COCO "
-        "file, truth or result holds. Of several it says whether they fit together: labels, names, topics, "
-        "calibration, constraints, stamps. One line for every problem; exit code 1 where there is one.",
+        "file, truth or result holds; of parameters, which of the node's topics will stay empty, and why. Of several "
+        "it says whether they fit together: labels, names, topics, calibration, constraints, stamps. One line for "
+        "every problem; exit code 1 where there is one.",
     )
     p.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="files and folders; of a folder, what is in it")
     p.add_argument(
@@ -57,6 +59,9 @@ def run(args: argparse.Namespace) -> int:
     for item in items:
         for n, line in enumerate(describe(item)):
             print(f"{'  ' if n else ''}{line}")
+        if isinstance(item.content, Setup):
+            for line in silent_topics(item.content, calibrated_images(items)):
+                print(f"  {line}")
     for line in scene_lines(items):
         print(line)
     if args.scene is not None:

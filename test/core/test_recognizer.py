@@ -379,3 +379,17 @@ def test_paper_profile_finds_what_is_plain_and_much_besides():
     for d in paper.detections:
         names = [c.component for c in d.components]
         assert "base" in names and len(set(names)) == len(names)
+
+
+def test_flat_objects_are_placed_by_their_size_where_the_camera_is_calibrated():
+    """Profile paper stays literal, and what has no calibration has no place in space."""
+    truth = crane_placed(200, 120, 0.3, 40, (0.2, -0.2), False)
+    image = render(SIZE, crane(), [truth], RED)
+    camera = Camera(np.array([[400.0, 0, 210], [0, 400, 120], [0, 0, 1]]), np.zeros(0), SIZE)
+    (d,) = recognizer().recognize(image, camera).detections
+    assert d.pose_from == "size" and d.pose_covariance.shape == (6, 6)
+    assert d.pose.position[2] == pytest.approx(400 / 40, rel=0.05)
+    np.testing.assert_allclose(d.pose.rotation[:, 2], (0, 0, -1), atol=1e-9)  # its marker's front is towards the camera
+    (same,) = recognizer().recognize(image).detections
+    assert same.pose is None and same.image == d.image and same.components == d.components
+    assert all(d.pose is None for d in recognizer(profile="paper").recognize(image, camera).detections)

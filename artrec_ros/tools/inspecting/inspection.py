@@ -44,6 +44,13 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
     yield from _stamps(items)
 
 
+def calibrated_images(items: Sequence[Item]) -> bool | None:
+    """Whether a calibration comes with images or beside them; None: there are neither images nor a calibration."""
+    samples = [s for _, found in _samples(items) for s in found]
+    cameras = bool(_all(items, Camera)) or any(s.camera for s in samples)
+    return cameras if cameras or samples else None
+
+
 def _all(items: Sequence[Item], kind: type[T]) -> list[tuple[Path, T]]:
     return [(i.path, i.content) for i in items if isinstance(i.content, kind)]
 
@@ -103,9 +110,7 @@ def _constraints(path: Path, constraints: ConstraintContent, models: Mapping[str
 
 
 def _setup(path: Path, setup: Setup, items: Sequence[Item]) -> Iterator[str]:
-    images = _samples(items)
-    calibrated = not images or bool(_all(items, Camera)) or any(s.camera for _, samples in images for s in samples)
-    yield from (f"{path}: {line}" for line in setup.lacks(calibrated))
+    yield from (f"{path}: {line}" for line in setup.lacks(calibrated_images(items) is not False))
     used = {t.model.name for t in setup.targets}
     for other, model in _all(items, ObjectModel):
         if model.name not in used:

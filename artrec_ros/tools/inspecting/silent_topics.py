@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from ...core.constraints.constraint_set import ConstraintSet
 from ...core.model.target import Target
-from ...core.recognizer import spatial_targets
+from ...core.ways import FACING, SPACE, of_way, way_of
 from ...io.messages import node_topics as topics
 from ...io.messages.node_topics import NodeTopic
 from ...io.parameters.parameter_file import Setup
@@ -27,7 +27,7 @@ def silent_topics(setup: Setup, calibrated: bool | None) -> Iterator[str]:
     else:
         if calibrated is None:
             yield _empty(_POSES, setup.targets, where=_UNCALIBRATED)
-        spatial = spatial_targets(setup.targets, setup.recognizer)
+        spatial = of_way(SPACE, setup.targets, setup.recognizer, calibrated=True)
         if flat := [t for t in setup.targets if t not in spatial]:
             yield (
                 f"{_listed(_POSES)} of {_names(flat)}: poses follow from the size in the image, as if the markers "
@@ -48,9 +48,11 @@ def _joints(setup: Setup, calibrated: bool | None) -> Iterator[str]:
     rigid = [t for t in setup.targets if not t.model.joint_names]
     if rigid:
         yield _empty((topics.JOINTS,), rigid, "their object files declare no moving joint")
-    spatial = spatial_targets(setup.targets, setup.recognizer) if calibrated is not False else ()
+    spatial = [
+        t for t in setup.targets if way_of(t, setup.recognizer, calibrated=calibrated is not False) in (SPACE, FACING)
+    ]
     if flat := [t for t in setup.targets if t not in rigid and t not in spatial]:
-        yield _empty((topics.JOINTS,), flat, "joints are told of objects that are found in space, and they are not")
+        yield _empty((topics.JOINTS,), flat, "joints are told of objects that are found as a whole, and they are not")
     elif calibrated is None and (moving := [t for t in spatial if t not in rigid]):
         yield _empty((topics.JOINTS,), moving, where=_UNCALIBRATED)
 

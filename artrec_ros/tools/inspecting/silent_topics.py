@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from ...core.constraints.constraint_set import ConstraintSet
 from ...core.model.target import Target
-from ...core.ways import FACING, SPACE, of_way, way_of
+from ...core.ways import FACING, PLANE, SPACE, of_way, way_of
 from ...io.messages import node_topics as topics
 from ...io.messages.node_topics import NodeTopic
 from ...io.parameters.parameter_file import Setup
@@ -23,12 +23,13 @@ def silent_topics(setup: Setup, calibrated: bool | None) -> Iterator[str]:
     if setup.recognizer.profile == "paper":
         yield _empty(_POSES, setup.targets, "profile 'paper' tells no poses in space")
     elif calibrated is False:
-        yield _empty(_POSES, setup.targets, "the images have no calibration (camera_info)")
+        if lone := [t for t in setup.targets if not _on_plane(t, setup)]:
+            yield _empty(_POSES, lone, "the images have no calibration (camera_info), and no scene.plane is given")
     else:
-        if calibrated is None:
-            yield _empty(_POSES, setup.targets, where=_UNCALIBRATED)
+        if calibrated is None and (lone := [t for t in setup.targets if not _on_plane(t, setup)]):
+            yield _empty(_POSES, lone, where=_UNCALIBRATED)
         spatial = of_way(SPACE, setup.targets, setup.recognizer, calibrated=True)
-        if flat := [t for t in setup.targets if t not in spatial]:
+        if flat := [t for t in setup.targets if t not in spatial and not _on_plane(t, setup)]:
             yield (
                 f"{_listed(_POSES)} of {_names(flat)}: poses follow from the size in the image, as if the markers "
                 "faced the camera; their tilt is not known, and the covariance says so"
@@ -42,6 +43,12 @@ def silent_topics(setup: Setup, calibrated: bool | None) -> Iterator[str]:
         yield f"{topics.TF.name} stays empty: publish_tf is false"
     elif setup.recognizer.profile == "paper" or calibrated is False:
         yield f"{topics.TF.name} stays empty: no pose in space is told"
+
+
+def _on_plane(target: Target, setup: Setup) -> bool:
+    """Whether an object gets poses on a plane, calibrated or not."""
+    way = way_of(target, setup.recognizer, calibrated=False)
+    return setup.recognizer.scene.plane.is_given and way in (PLANE, FACING)
 
 
 def _joints(setup: Setup, calibrated: bool | None) -> Iterator[str]:

@@ -42,9 +42,9 @@ class PlaneConfig:
         paths=_FLAT,
     )
     scale_tolerance: float = param(
-        0.2,
-        "objects whose scale differs from that of the plane at their place by a larger share are none: half a pixel on "
-        "each side of a marker of 10 px is a tenth, and so is the squeeze of a slant of 35 degrees",
+        0.4,
+        "objects whose scale differs from that of the plane at their place by a larger share are none: where edges have "
+        "no class, a marker of 10 px looks a quarter smaller than it is",
         low=0.01,
         high=10,
         paths=_FLAT,

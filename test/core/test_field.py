@@ -16,7 +16,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.found import Detection, FrameResult
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.ways import FACING, PLANE, SPACE, way_of
+from artrec_ros.core.ways import FACING, PLANE, SPACE, all_on_plane, way_of
 
 LENS = (-0.25, 0.08, 0.0, 0.0)
 SIDE = 0.04  # 18 px
@@ -151,4 +151,5 @@ def test_the_way_of_flat_objects_is_that_of_the_plane_where_it_is_known() -> Non
     assert way_of(whole, RecognizerConfig(), calibrated=False) == FACING
     assert [way_of(whole, known, calibrated=c) for c in (True, False)] == [FACING, FACING]
     assert way_of(parts, known, calibrated=True) == PLANE
+    assert all_on_plane((whole, parts), known) and not all_on_plane((whole, parts), RecognizerConfig())
     assert way_of(whole, replace(known, whole_object=False), calibrated=True) == PLANE

@@ -32,7 +32,7 @@ class PlaneConfig:
         high=_LIMIT_M,
         paths=_FLAT,
     )
-    frame_id: str = param("field", "the field's frame: that of poses of objects that are found flat", paths=_FLAT)
+    frame_id: str = param("field", "the field's frame, in which poses of flat objects are", paths=_FLAT)
     point_noise_px: float = param(
         0.5,
         "standard deviation of the points' pixels; it is part of the poses' covariance",
@@ -43,8 +43,8 @@ class PlaneConfig:
     )
     scale_tolerance: float = param(
         0.4,
-        "objects whose scale differs from that of the plane at their place by a larger share are none: where edges have "
-        "no class, a marker of 10 px looks a quarter smaller than it is",
+        "objects whose scale differs from that of the plane at their place by a larger share are none: where edges "
+        "have no class, a marker of 10 px looks a quarter smaller than it is",
         low=0.01,
         high=10,
         paths=_FLAT,

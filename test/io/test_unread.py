@@ -38,15 +38,23 @@ def told(folder: Path, files: list[str], **values: Any) -> list[str]:
 @pytest.mark.parametrize(
     ("files", "values", "parts"),
     [
-        (["flat"], {"recognizer__min_probability": 0.5}, ("in space and of flat objects that face the camera alone", "no object has a place")),
+        (
+            ["flat"],
+            {"recognizer__min_probability": 0.5},
+            ("in space and of flat objects that face the camera alone", "no object has a place"),
+        ),
         (["flat"], {"expert__paper__match": 0.5}, ("by profile paper alone", "recognizer.profile is default")),
         (["spatial"], {"recognizer__min_match": 0.5}, ("where images are calibrated", "in the image plane alone")),
         (["spatial"], {"recognizer__min_probability": 0.5}, ("where images are not calibrated",)),
-        (["plate"], {"recognizer__min_match": 0.5}, ("in the image plane alone, and all objects are found as a whole",)),
+        (
+            ["plate"],
+            {"recognizer__min_match": 0.5},
+            ("in the image plane alone, and all objects are found as a whole",),
+        ),
         (["plate"], {"expert__facing__turns": 20}, ("where images are calibrated", "face the camera alone")),
         (["spatial"], {"expert__facing__turns": 20}, ("camera alone, and none of those with such places is flat",)),
         (["flat"], {"expert__facing__turns": 20}, ("camera alone, and no object has a place",)),
-        (["plate"], {"expert__guesses__plain_px": 9.0}, ("where images are not calibrated",)),
+        (["plate"], {"expert__guesses__small_px": 9.0}, ("where images are not calibrated",)),
         (["flat"], {"recognizer__max_range_m": 2.0}, ("where images are not calibrated",)),
         (["spatial"], {"recognizer__min_range_m": 2.0}, ("where images are not calibrated",)),
         (["flat", "spatial"], {"recognizer__max_range_m": 2.0}, ("where images are not calibrated",)),

@@ -126,19 +126,21 @@ def test_the_page_on_identities_tells_robots_apart(robots):
 
 
 def test_the_page_on_the_field_finds_places_there(robots):
-    """Distances between robots do not depend on where the field's frame lies."""
+    """Distances between robots, and turns of one against the other, do not depend on where the field's frame lies."""
     truth = load_truth(robots / "moving/truth.jsonl")
-    errors = []
-    results = read_results(robots / "moved/detections.jsonl")
-    lines = (robots / "field.jsonl").read_text().splitlines()
-    for record, line in zip(results, map(json.loads, lines), strict=True):
-        near = [_nearest(truth[record.stamp_ns], d) for d in record.detections]
-        there, here = list(line["robots"].values()), [o.pose.position for o in near]
+    errors, turns = [], []
+    for record in read_results(robots / "moved/detections.jsonl"):
+        placed = [d for d in record.detections if d.pose is not None]
+        assert {(d.frame_id, d.pose_from) for d in placed} <= {("field", "plane")} and len(placed) >= 1
+        near = [_nearest(truth[record.stamp_ns], d) for d in placed]
         for i in range(len(near)):
             for j in range(i):
-                told = np.hypot(there[i][0] - there[j][0], there[i][1] - there[j][1])
-                errors.append(abs(told - np.linalg.norm(here[i] - here[j])))
-    assert len(errors) > 20 and np.median(errors) < 0.004 and max(errors) < 0.03
+                told = np.linalg.norm(placed[i].pose.position - placed[j].pose.position)
+                errors.append(abs(told - np.linalg.norm(near[i].pose.position - near[j].pose.position)))
+                told, true = (x[i].pose.rotation.T @ x[j].pose.rotation[:, 0] for x in (placed, near))
+                turns.append(np.degrees(np.arccos(np.clip(told @ true, -1, 1))))
+    assert len(errors) > 15 and np.median(errors) < 0.004 and max(errors) < 0.03
+    assert np.median(turns) < 4
 
 
 def _team(truth):

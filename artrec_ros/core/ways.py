@@ -26,3 +26,8 @@ def way_of(target: Target, config: RecognizerConfig, *, calibrated: bool) -> str
 def of_way(way: str, targets: Sequence[Target], config: RecognizerConfig, *, calibrated: bool) -> tuple[Target, ...]:
     """The targets that take a way."""
     return tuple(t for t in targets if way_of(t, config, calibrated=calibrated) == way)
+
+
+def all_on_plane(targets: Sequence[Target], config: RecognizerConfig) -> bool:
+    """Whether every target gets its metric poses from the scene's plane, and needs no calibration for them."""
+    return config.scene.plane.is_given and not of_way(SPACE, targets, config, calibrated=True)

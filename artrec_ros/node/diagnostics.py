@@ -42,6 +42,7 @@ class NodeState:
     :param busy_s: since when one image is looked at; 0: none is.
     :param getting_ready: share of the code that is compiled, 0 to 1; None: no image waits for it.
     :param fault: why the newest parameters are not in use; empty: they are.
+    :param on_plane: metric poses need no calibration: all are on a plane that is given.
     :param active: the node's lifecycle state lets it work.
     """
 
@@ -57,6 +58,7 @@ class NodeState:
     active: bool = True
     getting_ready: float | None = None
     fault: str = ""
+    on_plane: bool = False
 
 
 def getting_ready(share: float) -> str:
@@ -170,6 +172,8 @@ class Diagnostics:
         return self._status("input", level, text, values)
 
     def _calibration(self, state: NodeState) -> DiagnosticStatus:
+        if state.calibration and state.on_plane:
+            return self._status("calibration", OK, f"{state.calibration}; poses are those on scene.plane", {})
         if state.calibration:
             return self._status("calibration", WARN, f"{state.calibration}; no metric poses", {})
         return self._status("calibration", OK, "calibrated", {})

@@ -14,6 +14,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from std_msgs.msg import Header
 
 from ..core.base.errors import ArtrecError, ConfigError
+from ..core.ways import all_on_plane
 from ..io.messages import node_topics as topics
 from ..io.parameters.parameter_file import Setup
 from .calibration import Calibrations
@@ -191,10 +192,15 @@ class RecognizerNode(LifecycleNode):
     def account(self, report: FrameReport) -> None:
         """Count an image whose results were published."""
         self._diagnostics.image_processed(time.monotonic(), report)
-        if self._calibrations.problem:
+        if self._calibrations.problem and not self._on_plane:
             self.get_logger().warning(
                 f"metric poses are withheld: {self._calibrations.problem}", throttle_duration_sec=10.0
             )
+
+    @property
+    def _on_plane(self) -> bool:
+        """Whether metric poses need no calibration."""
+        return all_on_plane(self._live.setup.targets, self._live.setup.recognizer)
 
     def _skip(self, reason: str, frame_id: str) -> None:
         self._diagnostics.image_failed(time.monotonic(), reason, frame_id)
@@ -227,7 +233,10 @@ class RecognizerNode(LifecycleNode):
         ready, early, fault = None, 0, ""
         if pipeline is not None:
             ready, early, fault = pipeline.getting_ready, pipeline.dropped, pipeline.problem
-        state = NodeState("", 0, "", early, 0, problem, unheard, shared, active=False, getting_ready=ready, fault=fault)
+        state = NodeState(
+            "", 0, "", early, 0, problem, unheard, shared, active=False, getting_ready=ready, fault=fault,
+            on_plane=self._on_plane,
+        )  # fmt: skip
         if inputs is None:
             return state
         image = inputs.image

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from ..core.base.config import (
     PATHS,
     ClassConfig,
+    FloorConfig,
     ImageConfig,
     NodeConfig,
     ObjectConfig,
@@ -94,6 +95,7 @@ _SECTIONS: tuple[tuple[str, str, type], ...] = (
         "Its points are changed both at once (`ros2 param load`, `set_parameters_atomically`). Under `scene.plane`:",
         PlaneConfig,
     ),
+    ("Floor", "Of calibrated images, for objects that are found in space. Under `scene.floor`:", FloorConfig),
     ("Tracking", "Under `tracking`:", TrackingConfig),
     ("Node", "At the top level:", NodeConfig),
 )
@@ -235,7 +237,8 @@ def parameters_yaml() -> str:
     parts = [_YAML, _yaml_section("red", ObjectConfig, _PATHS), _yaml_section("image", ImageConfig)]
     parts += ["      # classes: [pale]\n", _yaml_section("pale", ClassConfig, None, "      # ")]
     parts += [_yaml_section("recognizer", RecognizerConfig), _yaml_section("scene", SceneConfig)]
-    parts += [_yaml_section("plane", PlaneConfig, None, "      "), _yaml_section("tracking", TrackingConfig)]
+    parts += [_yaml_section("plane", PlaneConfig, None, "      ")]
+    parts += [_yaml_section("floor", FloorConfig, None, "      "), _yaml_section("tracking", TrackingConfig)]
     parts += [_yaml_line(spec, spec.default, "    ") for spec in specs_of(NodeConfig)]
     parts += ["    # expert:                      # the method's own numbers\n"]
     rooms = {name: room for name, room in expert_rooms().items() if specs_of(room)}

@@ -30,8 +30,8 @@ def robot(side: float = 0.04, *, placed: bool = True) -> ObjectModel:
     return ObjectModel("robot", (team, Component("accent", (square("patch", side, places[1]),), label=ACCENT)))
 
 
-def camera(slant_deg: float, px_per_m: float = 450.0, bend: Iterable[float] = ()) -> Camera:
-    """Sees the field's middle from 2 m away. The slant is kept beside it: `pose` needs both."""
+def camera(px_per_m: float = 450.0, bend: Iterable[float] = ()) -> Camera:
+    """Sees the field's middle from 2 m away, with so many pixels per metre there."""
     focal = px_per_m * 2.0
     K = np.array([[focal, 0, (SIZE[0] - 1) / 2], [0, focal, (SIZE[1] - 1) / 2], [0, 0, 1]])
     return Camera(K, np.array(list(bend), float), SIZE)

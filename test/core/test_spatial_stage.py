@@ -24,7 +24,8 @@ from solids import (
     turn_between,
 )
 
-from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.base.config import FloorConfig, GuessesConfig, ImageConfig, RecognizerConfig
+from artrec_ros.core.base.config import SceneConfig as KnownScene
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import rotation_from_rotvec
 from artrec_ros.core.image.segmentation import Segmenter
@@ -320,3 +321,21 @@ def test_a_camera_of_another_size_still_gives_an_answer():
     result = recognizer(Target("truck", TRUCK, RED)).recognize(labels, camera)
     assert result.size == (320, 240)
     assert agrees(TRUCK, result.detections[0], PAIR[0])
+
+
+def test_what_does_not_stand_on_the_floor_is_no_object():
+    """Of two alike one hangs in the air, another leans: without a floor all are found, with it the one that stands."""
+    scene = [
+        pose(-0.25, 0.15, 1.0, 0.3, model=TRUCK),
+        pose(0.25, -0.2, 1.0, 0.3, model=TRUCK),
+        pose(0.1, 0.15, 1.3, 0.3, 0.7, model=TRUCK),
+    ]
+    labels = render(CAMERA, [(TRUCK, at, RED) for at in scene])
+    target = Target(TRUCK.name, TRUCK, RED)
+    assert len(recognizer(target).recognize(labels, CAMERA).detections) == 3
+    floor = FloorConfig(camera_height_m=0.3, object_height_m=0.15, height_tolerance_m=0.1)
+    result = recognizer(target, scene=KnownScene(floor=floor)).recognize(labels, CAMERA)
+    assert_found(TRUCK, scene[:1], result)
+    strict = recognizer(target, scene=KnownScene(floor=floor), guesses=GuessesConfig(standing_slack=100.0))
+    reasons = [r.reason for r in strict.recognize(labels, CAMERA).rejected]
+    assert any("m above the floor, not 0.15 m" in r for r in reasons) and any("leans by" in r for r in reasons)

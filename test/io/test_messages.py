@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -91,3 +92,18 @@ def test_the_node_sends_the_same(tmp_path, scene):
         wire = serialization.serialize_message(sent)  # colours as float32
         as_sent = serialization.deserialize_message(wire, type(sent))
         assert serialization.deserialize_message(data, type(sent)) == as_sent
+
+
+def test_poses_on_a_plane_go_out_in_its_frame(scene: MarkerScene) -> None:
+    """Beside those in the camera's frame: a message of each topic for either; markers and tf name the frame, too."""
+    on_plane = replace(detection(0, 0.9, 1e-4), frame_id="field", pose_from="plane")
+    both, header_of = [on_plane, detection(1, 0.5, 1e-4)], partial(messages.header, STAMP)
+    for topic in (topics.POSES, topics.ROBOTS):
+        made = list(OBJECT_MAKERS[topic](both, "cam", header_of))
+        assert [m.fields["header"].fields["frame_id"] for m in made] == ["field", "cam"]
+    (best,) = OBJECT_MAKERS[topics.POSE](both, "cam", header_of)
+    assert best.fields["header"].fields["frame_id"] == "field"
+    transforms = messages.object_frames(both, "cam", header_of)
+    assert [t.fields["header"].fields["frame_id"] for t in transforms] == ["field", "cam"]
+    (poses,) = OBJECT_MAKERS[topics.POSES]([on_plane], "", header_of)  # the image needs no frame of its own
+    assert poses.fields["header"].fields["frame_id"] == "field" and len(poses.fields["poses"]) == 1

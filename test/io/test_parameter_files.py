@@ -196,7 +196,9 @@ def test_specs_carry_types_and_bounds() -> None:
     assert specs["recognizer.time_budget_ms"].type is float and specs["recognizer.time_budget_ms"].unit == "ms"
     assert specs["image.blank"].is_list and specs["image.blank"].type is int
     assert {"red.label", "image.pale.hue", "objects", "image.classes", "image_transport"} <= set(specs)
-    assert len(specs_of(RecognizerConfig)) + len(rooms_of(RecognizerConfig)) == len(vars(RecognizerConfig()))
+    assert (
+        len(specs_of(RecognizerConfig)) + len(rooms_of(RecognizerConfig)) == len(vars(RecognizerConfig())) - 1
+    )  # the scene, which has groups of its own
 
 
 def test_every_value_of_a_room_is_described_and_says_where_it_comes_from() -> None:
@@ -272,3 +274,41 @@ def test_unknown_parameters_are_told_where_somebody_listens(folder: Path) -> Non
     assert len(told) == 2 and all(line.startswith("node.yaml: ") for line in told)
     assert "recognizer.profil" in told[0] and "did you mean 'recognizer.profile'?" in told[0]
     assert "exposure" in told[1]
+
+
+PLANE = {
+    "scene.plane.image_points": [100, 400, 500, 400, 460, 60, 140, 60],
+    "scene.plane.field_points": [0, 0, 1, 0, 1, 1, 0, 1],
+}
+
+
+def test_the_scene_is_read_kept_and_changed(folder: Path) -> None:
+    region = [0, 0, 600, 0, 600, 400]
+    setup = setup_from_flat({**FLAT, **PLANE, "scene.region": region, "scene.plane.frame_id": "hall"}, folder)
+    scene = setup.recognizer.scene
+    assert (scene.region, scene.plane.frame_id, len(scene.plane.field_points)) == (tuple(region), "hall", 8)
+    again = load_parameters(_write(folder, setup.to_yaml()))
+    assert again.recognizer == setup.recognizer
+    moved = setup.changed({"scene.region": [], "scene.plane.scale_tolerance": 0.1})
+    assert (moved.recognizer.scene.region, moved.recognizer.scene.plane.scale_tolerance) == ((), 0.1)
+    assert moved.changed({name: [] for name in PLANE}).recognizer.scene.plane.is_given is False
+
+
+@pytest.mark.parametrize(
+    ("values", "part"),
+    [
+        ({"scene.region": [0, 0, 5, 5]}, "scene.region: 4 numbers are given"),
+        ({"scene.plane.image_points": PLANE["scene.plane.image_points"]}, "and field_points 0"),
+        (PLANE | {"scene.plane.field_points": [0, 0, 1, 0, 1, -1, 0, -1]}, "the field is mirrored"),
+        (PLANE | {"scene.plane.frame_id": ""}, "scene.plane.frame_id: is empty"),
+        ({"scene.plane.image_point": [1.0]}, "image_points"),
+    ],
+)
+def test_a_scene_that_cannot_be_is_refused_at_the_start_and_while_it_runs(
+    folder: Path, values: dict[str, Any], part: str
+) -> None:
+    with pytest.raises(ConfigError) as error:
+        setup_from_flat({**FLAT, **values}, folder)
+    assert part in str(error.value) and "\n" not in str(error.value)
+    with pytest.raises(ConfigError):
+        setup_from_flat(FLAT, folder).changed(values)

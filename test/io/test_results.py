@@ -127,3 +127,13 @@ def test_an_orientation_without_length_is_refused(tmp_path):
     (tmp_path / "detections.jsonl").write_text(json.dumps(line) + "\n")
     with pytest.raises(SourceError, match="has no length"):
         list(read_results(tmp_path / "detections.jsonl"))
+
+
+def test_poses_on_a_plane_keep_their_frame() -> None:
+    """Alone in a record, and beside one of the camera's: what is on a field is never taken for the camera's."""
+    on_plane = replace(DETECTION, frame_id="field", pose_from="plane")
+    for detections in ((on_plane,), (on_plane, DETECTION), (DETECTION, on_plane)):
+        record = FrameRecord.of(7, "/cam", replace(RESULT, detections=detections), "optical")
+        back = FrameRecord.from_json(record.to_json())
+        assert [(d.frame_id, d.pose_from) for d in back.detections] == [(d.frame_id, d.pose_from) for d in detections]
+        assert back.to_json() == record.to_json()

@@ -140,3 +140,8 @@ def test_the_cameras_frame_tells_the_hardware(diagnostics: Diagnostics) -> None:
 def test_others_that_publish_under_the_same_names_are_told(diagnostics: Diagnostics) -> None:
     status = report(diagnostics, 101, shared=("/red/poses: left publishes there too",))["output"]
     assert status.level == WARN and "/red/poses: left" in status.message
+
+
+def test_poses_on_a_plane_miss_no_calibration(diagnostics: Diagnostics) -> None:
+    status = report(diagnostics, 101, calibration="no camera_info", on_plane=True)["calibration"]
+    assert status.level == OK and "no camera_info" in status.message and "scene.plane" in status.message

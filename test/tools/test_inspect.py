@@ -281,3 +281,34 @@ def test_a_bag_that_lost_messages_is_told(tmp_path, capsys):
     assert code == 1
     told = f"{bag}: '/camera/segmentation': 3 messages were read, but metadata.yaml tells of 5: 2 are lost"
     assert any(told in problem for problem in problems)
+
+
+SCENE = {
+    "region": [0.0, 0.0, 20.0, 0.0, 20.0, 30.0, 0.0, 30.0],
+    "plane": {
+        "image_points": [5.0, 25.0, 35.0, 25.0, 35.0, 5.0, 5.0, 5.0, 20.0, 15.0],
+        "field_points": [0.0, 0.0, 0.3, 0.0, 0.3, 0.2, 0.0, 0.2, 0.15, 0.1],
+    },
+}
+
+
+def test_the_scene_is_told_and_drawn(tmp_path, config, capsys):
+    bag, picture = write_bag(tmp_path / "bag"), tmp_path / "scene.png"
+    scene = config / "scene.yaml"
+    scene.write_text(yaml.safe_dump({"/**": {"ros__parameters": {"scene": SCENE}}}))
+    code, printed, _ = inspect(capsys, config / "excavator.yaml", scene, bag, "--scene", picture)
+    assert "scene: region of 4 corners, 50% of the image" in printed
+    assert "plane by 5 points, frame 'field', 100 to 100 px/m, a pixel is 10 mm" in printed
+    assert "the points lie" in printed and "blobs of the objects' classes lie in the region" in printed
+    drawn = cv2.imread(str(picture))
+    assert drawn.shape[1] >= 600
+    halves = drawn[:, : drawn.shape[1] // 2].mean(), drawn[:, drawn.shape[1] // 2 :].mean()
+    assert halves[0] > 1.5 * halves[1]  # what lies outside is dark
+
+
+def test_no_scene_is_drawn_where_there_is_none(tmp_path, config, capsys):
+    code, printed, _ = inspect(
+        capsys, config / "excavator.yaml", write_bag(tmp_path / "bag"), "--scene", tmp_path / "s.png"
+    )
+    assert "not drawn: it takes a parameter file with scene.region or scene.plane, and images" in printed
+    assert not (tmp_path / "s.png").exists()

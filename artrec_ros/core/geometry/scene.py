@@ -11,6 +11,7 @@ from ..base.config import SceneConfig
 from ..base.errors import ConfigError
 from .camera import Camera
 from .field_plane import FieldPlane
+from .floor import Floor
 from .transforms import Array
 
 _LEAST_AREA_PX = 1.0
@@ -22,10 +23,12 @@ class Scene:
 
     :param region: (n, 2) corners of the polygon in which objects are.
     :param plane: on which the markers lie of objects that are found flat.
+    :param floor: on which objects stand that are found in space.
     """
 
     region: Array | None = None
     plane: FieldPlane | None = None
+    floor: Floor | None = None
 
     @classmethod
     def of(cls, config: SceneConfig, camera: Camera | None = None) -> Scene:
@@ -37,11 +40,12 @@ class Scene:
             region = np.reshape(config.region, (-1, 2)).astype(float)
             if _area(region) < _LEAST_AREA_PX:
                 raise ConfigError("scene.region: its corners enclose nothing; give them in order around the region")
-        return cls(region, FieldPlane.of(config.plane, camera) if config.plane.is_given else None)
+        plane = FieldPlane.of(config.plane, camera) if config.plane.is_given else None
+        return cls(region, plane, Floor.of(config.floor) if config.floor.is_given else None)
 
     def __bool__(self) -> bool:
         """Whether anything is known."""
-        return self.region is not None or self.plane is not None
+        return any(known is not None for known in (self.region, self.plane, self.floor))
 
     def inside(self, pixels: Array) -> np.ndarray:
         """(n,) bool: which pixels (n, 2) lie in the region, by the even-odd rule."""

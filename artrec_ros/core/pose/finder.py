@@ -111,10 +111,19 @@ class WholeObjectFinder:
     def _with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
         search = self._search
+        poses = self._standing(frame, poses, self.config.guesses.standing_slack)
         poses = self.surface.search_joints(frame, poses, search.first_joint_step)
         found = Ranked(poses, self.votes(frame, poses, occlusion=False)).best(search.joint_keep, search)
-        found = self._fit_all(frame, self._with_flips(found)).best(search.fit_keep, search)
+        poses = self._standing(frame, self._with_flips(found), self.config.guesses.standing_slack)
+        found = self._fit_all(frame, poses).best(search.fit_keep, search)
         return self._with_lookalikes(frame, found)
+
+    def _standing(self, frame: ImageFrame, poses: Poses, slack: float) -> Poses:
+        """Those that stand on the scene's floor, by so many times its limits."""
+        floor = frame.scene.floor
+        if floor is None or self.facing:
+            return poses
+        return poses[np.flatnonzero(floor.standing(poses.R, poses.t, slack))]
 
     def _with_lookalikes(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add those of the best one's lookalikes that come near to it, and theirs in turn while they are better."""

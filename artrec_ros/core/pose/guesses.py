@@ -84,6 +84,10 @@ class Guesser:
             off = 1 + self._config.range_slack
             within = (t[:, 2] * off >= near_m) & (t[:, 2] <= far_m * off)
             found, votes = found[within], votes[within]
+        floor = frame.scene.floor
+        if floor is not None and len(self._q) == 1:  # a limb's may yet be turned by the joints that carry it
+            stands = floor.standing(found.R, found.t, self._config.standing_slack)
+            found, votes = found[np.flatnonzero(stands)], votes[stands]
         return found[best_distinct(found, votes, keep * len(grown), self._search)]
 
     def _object_in_marker(self, marker: Marker) -> tuple[Array, Array]:

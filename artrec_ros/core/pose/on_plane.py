@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.config import RecognizerConfig
 from ..geometry.field_plane import FieldPlane
-from ..geometry.projection import project, projection_jacobian
+from ..geometry.projection import normalise, projection_jacobian
 from ..geometry.transforms import Array, Pose
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Instance
@@ -68,13 +68,14 @@ class PlanePlacer:
         flat, plane, pose = replace(detection, pose=None, pose_covariance=None), frame.scene.plane, detection.pose
         if plane is None or pose is None or detection.pose_covariance is None:
             return flat
-        camera, t = frame.camera, pose.position
-        J = np.zeros((3, 6))  # of the origin's pixel and the turn about the optical axis, by the pose
-        J[:2, :3], J[2, 5] = projection_jacobian(camera, t), 1.0
+        camera, to_marker = frame.camera, pose.rotation @ self._above[detection.object]
+        marker = pose.position + to_marker
+        J = np.zeros((3, 6))  # of that point's pixel and the turn about the optical axis, by the pose
+        J[:2, :3], J[2, 5] = projection_jacobian(camera, marker), 1.0
         points = np.concatenate([c.contour for c in detection.components])
-        along = (points - project(camera, t[None])) * float(t[2]) / camera.focal_px
+        along = normalise(camera, points) * marker[2] - pose.position[:2]
         noise = J @ detection.pose_covariance @ J.T
-        return self._placed(flat, _Flat(pose.rotation, points, along, noise, np.zeros(2)), plane)
+        return self._placed(flat, _Flat(pose.rotation, points, along, noise, to_marker[:2]), plane)
 
     def _by_markers(self, detection: Detection) -> _Flat:
         """By the marker that shows the required component, and those that lie firmly beside it in one plane."""

@@ -56,7 +56,7 @@ def claims_of(
     anchors = finder.anchors(poses)
     depth_m = anchors[:, 2]
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
-    misplaced = _misplaced(finder, frame, anchors, scale)
+    misplaced = _misplaced(finder, poses, frame, anchors, scale)
     numbers = zip(finder.total(scores).tolist(), depth_m.tolist(), scale.tolist(), misplaced, strict=True)
     return [
         Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], of_all[i : i + 1], frame, *place)
@@ -64,11 +64,17 @@ def claims_of(
     ]
 
 
-def _misplaced(finder: WholeObjectFinder, frame: ImageFrame, anchors: Array, scale: Array) -> Sequence[str | None]:
-    """Why there can be no object with its required component at points (H, 3); None where there can."""
-    if not frame.scene:
+def _misplaced(
+    finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, anchors: Array, scale: Array
+) -> Sequence[str | None]:
+    """Why there can be no objects in poses with their required components at points (H, 3); None where there can."""
+    scene = frame.scene
+    if not scene:
         return [None] * len(anchors)
-    return frame.scene.reasons(project(frame.camera, anchors), scale if finder.facing else None)
+    seen = scene.reasons(project(frame.camera, anchors), scale if finder.facing else None)
+    if scene.floor is None or finder.facing:
+        return seen
+    return [a or b for a, b in zip(seen, scene.floor.reasons(poses.R, poses.t), strict=True)]
 
 
 def corners_of(surface: SpatialModel, camera: Camera, poses: Poses) -> Array:

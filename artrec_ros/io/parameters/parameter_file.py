@@ -13,6 +13,7 @@ import yaml
 
 from ...core.base.config import (
     ClassConfig,
+    FloorConfig,
     ImageConfig,
     NodeConfig,
     ObjectConfig,
@@ -247,7 +248,8 @@ def _read_image(values: Mapping[str, Value], classes: Iterable[str], source: str
 
 def _read_scene(values: Mapping[str, Value], source: str) -> SceneConfig:
     plane = _read_config(PlaneConfig, "scene.plane.", values, source)
-    scene: SceneConfig = _read_config(SceneConfig, "scene.", values, source, plane=plane)
+    floor = _read_config(FloorConfig, "scene.floor.", values, source)
+    scene: SceneConfig = _read_config(SceneConfig, "scene.", values, source, plane=plane, floor=floor)
     try:
         Scene.of(scene)  # whether its points can be what they are said to be
     except ConfigError as error:

@@ -39,7 +39,7 @@ def scene_lines(items: Sequence[Item]) -> Iterator[str]:
             scene = Scene.of(setup.recognizer.scene, camera)
             where = f"{path}: scene" + (f" in {sample.name}" if sample is not None and len(samples) > 1 else "")
             size = None if sample is None else sample.size
-            yield from (f"{where}: {line}" for line in (*_region(scene, size), *_plane(scene, size)))
+            yield from (f"{where}: {line}" for line in (*_region(scene, size), *_plane(scene, size), *_floor(scene)))
             if sample is not None and scene.region is not None:
                 yield f"{where}: {_left(setup, scene, sample.images)}"
 
@@ -120,6 +120,17 @@ def _plane(scene: Scene, size: tuple[int, int] | None) -> Iterator[str]:
     yield line
     if n > 4:
         yield f"the points lie {np.sqrt(np.mean(plane.errors_px**2)):.2g} px from where the others have them"
+
+
+def _floor(scene: Scene) -> Iterator[str]:
+    if scene.floor is None:
+        return
+    c = scene.floor.config
+    yield (
+        f"floor {c.camera_height_m:g} m below the camera, which looks down by {c.camera_pitch_deg:g} deg; objects' frames "
+        f"{c.object_height_m - c.height_tolerance_m:.3g} to {c.object_height_m + c.height_tolerance_m:.3g} m above it, "
+        f"leaning by {c.max_tilt_deg:g} deg at most; in calibrated images"
+    )
 
 
 def _left(setup: Setup, scene: Scene, images: Sequence[Image]) -> str:

@@ -16,7 +16,7 @@ from .node import NodeConfig
 from .paper import PaperConfig
 from .params import PATHS, param, room, rooms_of, validate, with_values
 from .recognition import ObjectConfig, RecognizerConfig
-from .scene import PlaneConfig, SceneConfig
+from .scene import FloorConfig, PlaneConfig, SceneConfig
 from .seams import SeamsConfig
 from .search import SearchConfig
 from .sightings import SightingsConfig
@@ -36,6 +36,7 @@ __all__ = [
     "DesignConfig",
     "FacingConfig",
     "FitConfig",
+    "FloorConfig",
     "GroupingConfig",
     "GuessesConfig",
     "ImageConfig",

@@ -32,7 +32,7 @@ class PlaneConfig:
         high=_LIMIT_M,
         paths=_FLAT,
     )
-    frame_id: str = param("field", "the field's frame: that of poses of objects that are found flat", paths=_FLAT)
+    frame_id: str = param("field", "the field's frame, in which poses of flat objects are", paths=_FLAT)
     point_noise_px: float = param(
         0.5,
         "standard deviation of the points' pixels; it is part of the poses' covariance",
@@ -42,9 +42,9 @@ class PlaneConfig:
         paths=_FLAT,
     )
     scale_tolerance: float = param(
-        0.2,
-        "objects whose scale differs from that of the plane at their place by a larger share are none: half a pixel on "
-        "each side of a marker of 10 px is a tenth, and so is the squeeze of a slant of 35 degrees",
+        0.4,
+        "objects whose scale differs from that of the plane at their place by a larger share are none: where edges "
+        "have no class, a marker of 10 px looks a quarter smaller than it is",
         low=0.01,
         high=10,
         paths=_FLAT,
@@ -72,6 +72,67 @@ class PlaneConfig:
 
 
 @dataclass(frozen=True)
+class FloorConfig:
+    """A horizontal floor on which objects stand upright, of calibrated images: `scene.floor`."""
+
+    camera_height_m: float = param(
+        0.0,
+        "height of the camera above the floor; 0: nothing is known of a floor",
+        unit="m",
+        low=0,
+        high=_LIMIT_M,
+        paths=("space",),
+        calibrated=True,
+    )
+    camera_pitch_deg: float = param(
+        0.0,
+        "how far the camera looks down; 0: ahead, 90: straight down",
+        unit="deg",
+        low=-90,
+        high=90,
+        paths=("space",),
+        calibrated=True,
+    )
+    camera_roll_deg: float = param(
+        0.0,
+        "how far it is turned clockwise, seen from behind it: the horizon in the image rises to the right",
+        unit="deg",
+        low=-180,
+        high=180,
+        paths=("space",),
+        calibrated=True,
+    )
+    object_height_m: float = param(
+        0.0,
+        "height of objects' own frames above the floor as they stand on it; z of these is up",
+        unit="m",
+        low=-_LIMIT_M,
+        high=_LIMIT_M,
+        paths=("space",),
+        calibrated=True,
+    )
+    height_tolerance_m: float = param(
+        0.1,
+        "objects that are farther above or below that are none",
+        unit="m",
+        low=0.001,
+        high=_LIMIT_M,
+        paths=("space",),
+        calibrated=True,
+    )
+    max_tilt_deg: float = param(
+        25.0, "objects that lean more are none", unit="deg", low=1, high=180, paths=("space",), calibrated=True
+    )
+
+    @property
+    def is_given(self) -> bool:
+        return self.camera_height_m > 0
+
+    def __post_init__(self) -> None:
+        validate(self, "scene.floor.")
+
+
+@dataclass(frozen=True)
 class SceneConfig:
     """What is known of the scene: `scene`. All of it is optional."""
 
@@ -83,6 +144,7 @@ class SceneConfig:
         high=_LIMIT_PX,
     )
     plane: PlaneConfig = field(default_factory=PlaneConfig)
+    floor: FloorConfig = field(default_factory=FloorConfig)
 
     def __post_init__(self) -> None:
         validate(self, "scene.")

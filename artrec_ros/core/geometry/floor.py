@@ -1,0 +1,54 @@
+"""The floor on which objects stand, from where the camera is: which poses stand on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.config import FloorConfig
+from .transforms import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Floor:
+    """A horizontal floor.
+
+    :param up: (3,) upwards, in the camera's optical frame.
+    """
+
+    up: Array
+    config: FloorConfig
+
+    @classmethod
+    def of(cls, config: FloorConfig) -> Floor:
+        pitch, roll = np.radians([config.camera_pitch_deg, config.camera_roll_deg])
+        c = np.cos(pitch)
+        return cls(np.array([-np.sin(roll) * c, -np.cos(roll) * c, -np.sin(pitch)]), config)
+
+    def heights(self, t: Array) -> Array:
+        """(n,) metres above the floor of points (n, 3) in the camera."""
+        return np.asarray(t @ self.up + self.config.camera_height_m, np.float64)
+
+    def tilts_deg(self, R: Array) -> Array:
+        """(n,) by how much the z axes of rotations (n, 3, 3) lean."""
+        return np.asarray(np.degrees(np.arccos(np.clip(R[:, :, 2] @ self.up, -1, 1))), np.float64)
+
+    def standing(self, R: Array, t: Array, slack: float = 1.0) -> np.ndarray:
+        """(n,) bool: which poses stand on it, limits being so many times what they are."""
+        off = np.abs(self.heights(t) - self.config.object_height_m)
+        near = off <= slack * self.config.height_tolerance_m
+        return np.asarray(near & (self.tilts_deg(R) <= slack * self.config.max_tilt_deg))
+
+    def reasons(self, R: Array, t: Array) -> list[str | None]:
+        """Why poses do not stand on it; None of those that do."""
+        config = self.config
+        out: list[str | None] = []
+        for height, tilt in zip(self.heights(t).tolist(), self.tilts_deg(R).tolist(), strict=True):
+            reason = None
+            if abs(height - config.object_height_m) > config.height_tolerance_m:
+                reason = f"{height:.2f} m above the floor, not {config.object_height_m:g} m: scene.floor"
+            elif tilt > config.max_tilt_deg:
+                reason = f"leans by {tilt:.0f} deg, scene.floor.max_tilt_deg is {config.max_tilt_deg:g}"
+            out.append(reason)
+        return out

@@ -1,0 +1,52 @@
+"""A floor from where the camera is: heights and leaning of poses, and which do not stand on it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from artrec_ros.core.base.config import FloorConfig, SceneConfig
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.geometry.floor import Floor
+from artrec_ros.core.geometry.scene import Scene
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rpy
+
+OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])  # to x ahead, y left, z up
+
+
+def camera_in_room(pitch_deg: float, roll_deg: float, height: float) -> Pose:
+    """T_room_camera: looks down by a pitch, then is turned clockwise about its line of sight by a roll."""
+    level = rotation_from_rpy(np.radians([roll_deg, pitch_deg, 0.0]))  # about x ahead, and y left
+    return Pose(level @ OPTICAL, np.array([0.0, 0.0, height]))
+
+
+@pytest.mark.parametrize(("pitch", "roll"), [(0, 0), (30, 0), (0, 20), (25, -15), (90, 0)])
+def test_heights_and_leaning_are_those_in_the_room(pitch: float, roll: float) -> None:
+    rng = np.random.default_rng(2)
+    T = camera_in_room(pitch, roll, 1.3)
+    room_t, rpy = rng.normal(size=(20, 3)), rng.uniform(-0.8, 0.8, (20, 3))
+    room_R = np.array([rotation_from_rpy(r) for r in rpy])
+    R, t = T.rotation.T @ room_R, T.inverse().apply(room_t)
+    floor = Floor.of(FloorConfig(camera_height_m=1.3, camera_pitch_deg=pitch, camera_roll_deg=roll))
+    np.testing.assert_allclose(floor.heights(t), room_t[:, 2], atol=1e-12)
+    np.testing.assert_allclose(np.cos(np.radians(floor.tilts_deg(R))), room_R[:, 2, 2], atol=1e-9)
+
+
+def test_what_does_not_stand_is_told_why() -> None:
+    config = FloorConfig(camera_height_m=1.0, object_height_m=0.2, height_tolerance_m=0.1, max_tilt_deg=20.0)
+    floor = Floor.of(config)
+    upright, leaning = rotation_from_rpy([np.pi / 2, 0, 0]), rotation_from_rpy([np.pi / 2 + np.radians(30), 0, 0])
+    R = np.array([upright, upright, leaning])
+    t = np.array([[0.3, 0.8, 2.0], [0.3, 0.4, 2.0], [0.3, 0.8, 2.0]])  # y is down
+    stands, high, leans = floor.reasons(R, t)
+    assert stands is None and high is not None and leans is not None
+    assert "0.60 m above the floor, not 0.2 m" in high and "leans by 30 deg" in leans
+    assert floor.standing(R, t).tolist() == [True, False, False]
+    assert floor.standing(R, t, slack=1.6).tolist() == [True, False, True]
+
+
+def test_nothing_is_known_of_a_floor_without_a_height() -> None:
+    assert Scene.of(SceneConfig()).floor is None
+    assert Scene.of(SceneConfig(floor=FloorConfig(camera_height_m=0.5))).floor is not None
+    with pytest.raises(ConfigError, match=r"scene\.floor\.camera_pitch_deg: 100"):
+        FloorConfig(camera_pitch_deg=100)

@@ -1,0 +1,155 @@
+"""Flat robots on a field that is seen at a slant, found in rendered label images: where they are told to be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import fields
+import numpy as np
+import pytest
+
+from artrec_ros.core.base.config import ImageConfig, PlaneConfig, RecognizerConfig, SceneConfig
+from artrec_ros.core.constraints.constraint_set import ConstraintSet
+from artrec_ros.core.constraints.intervals import Interval
+from artrec_ros.core.constraints.pairs import PairConstraint
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.found import Detection, FrameResult
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.ways import FACING, PLANE, SPACE, all_on_plane, way_of
+
+LENS = (-0.25, 0.08, 0.0, 0.0)
+SIDE = 0.04  # 18 px
+GRID = np.array([(x, y) for x in (0.1, 0.5, 0.9) for y in (0.1, 0.4, 0.7)])
+
+
+def robots(seed: int) -> np.ndarray:
+    """(9, 3) x, y, yaw."""
+    rng = np.random.default_rng(seed)
+    return np.column_stack([GRID + rng.uniform(-0.03, 0.03, GRID.shape), rng.uniform(-np.pi, np.pi, len(GRID))])
+
+
+def target(*, placed: bool = True) -> Target:
+    """:param placed: markers have places: it is found as a whole; else by constraints."""
+    model = fields.robot(SIDE, placed=placed)
+    apart = {"distance_m": Interval(0.04, 0.075)}
+    pair = PairConstraint(("team", "patch"), ("accent", "patch"), 9, apart, apart)
+    return Target("robot", model, fields.TEAM, None if placed else ConstraintSet(model.name, 0.95, (pair,)))
+
+
+def found(labels: np.ndarray, scene: SceneConfig, camera: object = None, *, placed: bool = True) -> FrameResult:
+    config = RecognizerConfig(scene=scene)
+    segmenter = Segmenter(ImageConfig(kind="labels"))
+    recognizer = Recognizer((target(placed=placed),), config, segmenter, calibrated=camera is not None)
+    return recognizer.recognize(labels, camera)
+
+
+def errors(detections: tuple[Detection, ...], truth: np.ndarray, at: tuple[float, float] = (0, 0)) -> np.ndarray:
+    """(n, 3) of x, y, yaw. :param at: of the frame that is told, in the robot's."""
+    out = []
+    for d in detections:
+        R, place = d.pose.rotation, d.pose.position
+        c, s = np.cos(truth[:, 2]), np.sin(truth[:, 2])
+        true = truth[:, :2] + np.stack([c * at[0] - s * at[1], s * at[0] + c * at[1]], axis=1)
+        nearest = int(np.argmin(np.linalg.norm(true - place[:2], axis=1)))
+        yaw = np.arctan2(R[1, 0], R[0, 0]) - truth[nearest, 2]
+        out.append([*(place[:2] - true[nearest]), (yaw + np.pi) % (2 * np.pi) - np.pi])
+    return np.array(out)
+
+
+@pytest.mark.parametrize(("slant", "bend", "degrees"), [(0.0, (), 0.6), (20.0, (), 2.0), (20.0, LENS, 2.0)])
+def test_whole_robots_are_placed_to_a_millimetre(slant: float, bend: tuple[float, ...], degrees: float) -> None:
+    camera, truth = fields.camera(bend=bend), robots(3)
+    scene = SceneConfig(plane=fields.plane(camera, slant))
+    result = found(fields.render(camera, slant, SIDE, truth), scene, camera if bend else None)
+    assert len(result.detections) == len(truth)
+    off = errors(result.detections, truth)
+    assert np.linalg.norm(off[:, :2], axis=1).max() < 1.3e-3
+    assert np.median(np.linalg.norm(off[:, :2], axis=1)) < 0.4e-3
+    assert np.degrees(np.abs(off[:, 2])).max() < degrees
+    for d in result.detections:
+        assert (d.frame_id, d.pose_from) == ("field", "plane")
+        assert d.pose.position[2] == pytest.approx(0, abs=1e-6)
+        np.testing.assert_allclose(d.pose.rotation[2], (0, 0, 1), atol=1e-6)  # upright
+
+
+def test_robots_by_constraints_are_placed_by_their_required_marker() -> None:
+    camera, truth = fields.camera(), robots(4)
+    scene = SceneConfig(plane=fields.plane(camera, 20.0, frame_id="hall"))
+    result = found(fields.render(camera, 20.0, SIDE, truth), scene, placed=False)
+    assert len(result.detections) >= len(truth) - 1
+    off = errors(result.detections, truth, at=(-SIDE / 2, -SIDE / 2))
+    assert np.linalg.norm(off[:, :2], axis=1).max() < 2e-3
+    assert {(d.frame_id, d.pose_from) for d in result.detections} == {("hall", "plane")}
+    quarter = (off[:, 2] + np.pi / 4) % (np.pi / 2) - np.pi / 4  # a square's direction is known by quarters
+    assert np.degrees(np.abs(quarter)).max() < 6
+
+
+def test_covariance_is_as_large_as_the_errors() -> None:
+    """Points that are off by half a pixel, over many draws: squared errors are what is told of them."""
+    camera, slant, rng = fields.camera(), 20.0, np.random.default_rng(11)
+    truth = robots(5)
+    labels = fields.render(camera, slant, SIDE, truth)
+    exact = fields.plane(camera, slant)
+    ratios = []
+    for _ in range(6):
+        pixels = np.array(exact.image_points) + rng.normal(0, 0.5, 8)
+        result = found(labels, SceneConfig(plane=PlaneConfig(tuple(pixels), exact.field_points)))
+        off = errors(result.detections, truth)
+        for error, d in zip(off, result.detections, strict=True):
+            C = d.pose_covariance
+            np.testing.assert_allclose(C, C.T)
+            assert np.linalg.eigvalsh(C).min() > 0
+            mine = C[np.ix_([0, 1, 5], [0, 1, 5])]
+            ratios.append(error @ np.linalg.solve(mine, error) / 3)
+    assert 0.15 < np.mean(ratios) < 1.5
+
+
+def test_outside_of_the_region_nothing_is_looked_for() -> None:
+    camera, truth = fields.camera(), robots(6)
+    corners = fields.seen(camera, 20.0, np.array([[-0.1, -0.1], [0.7, -0.1], [0.7, 0.9], [-0.1, 0.9]]))
+    labels = fields.render(camera, 20.0, SIDE, truth)
+    for placed in (True, False):
+        result = found(labels, SceneConfig(region=tuple(corners.ravel())), placed=placed)
+        assert len(result.detections) == 6
+        assert all(d.pose is None for d in result.detections)  # a region is no plane
+        assert sorted(d.id for d in result.detections) == list(range(6))
+
+
+def test_a_robot_to_which_a_blob_in_the_region_leads_is_refused_with_the_reason() -> None:
+    """Two robots' patches of the team are four pixels apart; the border runs between their middles."""
+    camera = fields.camera()
+    truth = np.array([[0.5, 0.4, 0.0], [0.5 - 2.2 * SIDE, 0.4 - SIDE, np.pi]])
+    labels = fields.render(camera, 0.0, SIDE, truth)
+    border = fields.seen(camera, 0.0, np.array([[0.5 - 1.25 * SIDE, 0.4]]))[0, 0]
+    region = (border, 0.0, 640.0, 0.0, 640.0, 480.0, border, 480.0)
+    assert len(found(labels, SceneConfig()).detections) == 2
+    result = found(labels, SceneConfig(region=region))
+    assert len(result.detections) == 1
+    assert any(r.reason == "outside scene.region" for r in result.rejected)
+
+
+@pytest.mark.parametrize("placed", [True, False])
+def test_what_has_not_the_planes_scale_is_refused_with_the_reason(placed: bool) -> None:
+    """One robot is half as large again as the others: nearer to the camera, or a toy."""
+    camera, truth = fields.camera(), robots(8)
+    labels = fields.render(camera, 0.0, SIDE, truth[1:])
+    large = fields.render(camera, 0.0, 1.6 * SIDE, truth[:1])
+    labels[large > 0] = large[large > 0]
+    assert len(found(labels, SceneConfig(), placed=placed).detections) == 9
+    result = found(labels, SceneConfig(plane=fields.plane(camera, 0.0, scale_tolerance=0.2)), placed=placed)
+    assert len(result.detections) == 8
+    off = np.linalg.norm([np.subtract((d.image.x, d.image.y), fields.seen(camera, 0.0, truth[:1, :2])[0])
+                          for d in result.detections], axis=1)  # fmt: skip
+    assert off.min() > 50
+
+
+def test_the_way_of_flat_objects_is_that_of_the_plane_where_it_is_known() -> None:
+    known = RecognizerConfig(scene=SceneConfig(plane=fields.plane(fields.camera(), 20.0)))
+    whole, parts = target(), target(placed=False)
+    assert way_of(whole, RecognizerConfig(), calibrated=True) == SPACE
+    assert way_of(whole, RecognizerConfig(), calibrated=False) == FACING
+    assert [way_of(whole, known, calibrated=c) for c in (True, False)] == [FACING, FACING]
+    assert way_of(parts, known, calibrated=True) == PLANE
+    assert all_on_plane((whole, parts), known) and not all_on_plane((whole, parts), RecognizerConfig())
+    assert way_of(whole, replace(known, whole_object=False), calibrated=True) == PLANE

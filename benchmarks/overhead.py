@@ -41,6 +41,7 @@ IMAGE, SIDE_M, FINE = (640, 480), 0.075, 4  # FINE: sample points along a pixel'
 MARKED = 3  # frames
 NEAR, STRAIGHT = 1 / 3, np.radians(15)
 TRIES = 2000
+LEAST = 0.15  # recognizer.min_probability, as docs/overhead.md has it
 INKS = {  # r, g, b
     "yellow": (230, 210, 50), "blue": (40, 90, 200), "green": (40, 150, 60), "red": (200, 40, 45),
     "violet": (150, 70, 180),
@@ -213,20 +214,18 @@ def write_pictures(folder: Path, room: Room, rng: np.random.Generator, frames: i
     return scenes
 
 
-def learned(folder: Path, room: Room, rng: np.random.Generator) -> list[str]:
-    """Writes object, parameters and marked pictures; learns the colours. :returns: what that printed."""
+def learn(folder: Path, room: Room, least: float, rng: np.random.Generator) -> None:
+    """Writes object, parameters and marked pictures; learns the colours. :param least: recognizer.min_probability."""
     write_pictures(folder, room, rng)
     (folder / "robot.yaml").write_text(robot_file(), encoding="utf-8")
     scale = room.size_px / SIDE_M
-    limits = f"    recognizer: {{min_scale: {0.9 * scale:.1f}, max_scale: {1.1 * scale:.1f}}}\n"
-    (folder / "robots.yaml").write_text(PARAMETERS + limits, encoding="utf-8")
-    options = ["--annotations", "coco.json", "--params-file", "robots.yaml", "--images", "pictures", "-o", "colours.yaml"]
-    options = [o if o.startswith("-") else str(folder / o) for o in options]
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(io.StringIO()):
+    limits = f"min_scale: {scale / 1.1:.1f}, max_scale: {1.1 * scale:.1f}, min_probability: {least}"
+    (folder / "robots.yaml").write_text(f"{PARAMETERS}    recognizer: {{{limits}}}\n", encoding="utf-8")
+    files = {"--annotations": "coco.json", "--params-file": "robots.yaml", "--images": "pictures", "-o": "colours.yaml"}
+    options = [text for option, name in files.items() for text in (option, str(folder / name))]
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as told:
         if artrec(["learn-colours", *options]):
-            raise RuntimeError(f"learn-colours failed in {folder}")
-    return printed.getvalue().splitlines()
+            raise RuntimeError(told.getvalue())
 
 
 @dataclass
@@ -266,9 +265,9 @@ class Score:
         return f"{self.robots} | {rates} | {self.false} | {middle} | {np.median(self.ms):.0f}"
 
 
-def measure(room: Room, folder: Path, frames: int, seed: Sequence[int]) -> Iterator[tuple[bool, Score]]:
+def measure(room: Room, folder: Path, frames: int, least: float, seed: Sequence[int]) -> Iterator[tuple[bool, Score]]:
     """Apart, then touching."""
-    learned(folder, room, np.random.default_rng([*seed, 1]))
+    learn(folder, room, least, np.random.default_rng([*seed, 1]))
     recognizer = load_parameters(folder / "robots.yaml", folder / "colours.yaml").build(calibrated=False)
     for touching in (False, True):
         rng, score = np.random.default_rng([*seed, 2, touching]), Score()
@@ -288,6 +287,7 @@ def main() -> None:
     parser.add_argument("--sizes", type=float, nargs="+", default=SIZES_PX, metavar="PX")
     parser.add_argument("--blurs", type=float, nargs="+", default=BLURS_PX, metavar="PX")
     parser.add_argument("--frames", type=int, default=5, help="of twelve robots, apart and touching")
+    parser.add_argument("--min-probability", type=float, default=LEAST, help="of the recogniser (%(default)s)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where pictures and files are to stay")
     parser.add_argument("--write", type=Path, metavar="FOLDER", help="write pictures and coco.json there, no more")
@@ -305,7 +305,7 @@ def main() -> None:
         for size, blur in tqdm(rooms, desc="rooms", disable=None):
             seed = (args.seed, round(10 * size), round(10 * blur))
             room = Room.random(size, blur, np.random.default_rng(seed))
-            for touching, score in measure(room, top / f"{size:g}_{blur:g}", args.frames, seed):
+            for touching, score in measure(room, top / f"{size:g}_{blur:g}", args.frames, args.min_probability, seed):
                 how = "touching" if touching else "apart"
                 print(f"| {size:g} | {blur:g} | {how} | {score.line} |", flush=True)
 

@@ -138,6 +138,7 @@ def _object(head: str, model: ObjectModel) -> Iterator[str]:
         about += [f"body of {len(c.bodies)} box{'es' if len(c.bodies) > 1 else ''}"] if c.bodies else []
         yield f"{c.name}: {'; '.join(about)}"
     places = "every marker has a pose: found in space, given a calibration"
+    places += "; flat: without one as a whole in the image" if model.is_flat else ""
     yield (
         places if model.is_spatial else "not every marker has a pose: found in the image plane, by learned constraints"
     )
@@ -147,6 +148,8 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
     yield f"{head} for image.kind '{setup.image.kind}'"
     for t in setup.targets:
         space = "in space" if t.model.is_spatial else "in the image plane"
+        if t.model.is_spatial and t.model.is_flat:
+            space = "in space, or without a calibration as a whole in the image (no poses, but image_poses)"
         learned = "no constraints"
         if isinstance(t.constraints, ConstraintSet):
             learned = counted(len(t.constraints.pairs), "learned pair")

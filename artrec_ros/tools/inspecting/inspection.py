@@ -135,7 +135,7 @@ def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calib
         yield f"{other}: {len(fitting)} topics fit image.kind '{setup.image.kind}': {names}; choose one with --topic"
     for sample in fitting:
         yield from _labels(path, setup, other, sample)
-        spatial = [t.name for t in setup.targets if t.model.is_spatial]
+        spatial = [t.name for t in setup.targets if t.model.is_spatial and not t.model.is_flat]
         if sample.camera is None and not calibrated and spatial:
             reason = sample.camera_problem or "no calibration: give a calibration file (--camera-info)"
             yield f"{other}: {sample.name}: {reason}: no poses in space of {', '.join(spatial)}"

@@ -111,10 +111,9 @@ def test_every_room_says_what_it_is_for(layer: str, rooms: set[str]) -> None:
 @pytest.mark.parametrize("path", CORE, ids=name_of)
 def test_core_needs_numpy_opencv_and_numba_alone(path: Path) -> None:
     foreign = {name[0] for name in imports(path)} - set(sys.stdlib_module_names)
-    extra = {"jit.py": {"numba"}, "kernel_cache.py": {"llvmlite", "numba"}, "tracker.py": {"scipy"}}.get(
-        path.name, set()
-    )
-    assert foreign <= {"numpy", "cv2", "artrec_ros", *extra}
+    extra = {"jit.py": {"numba"}, "kernel_cache.py": {"llvmlite", "numba"}}
+    extra |= dict.fromkeys(("tracker.py", "identity.py"), {"scipy"})
+    assert foreign <= {"numpy", "cv2", "artrec_ros", *extra.get(path.name, set())}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)

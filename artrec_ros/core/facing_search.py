@@ -25,7 +25,8 @@ class FacingSearch:
     def __init__(self, finder: WholeObjectFinder, config: RecognizerConfig) -> None:
         self.finder, self._config = finder, config
         self._guesser = FacingGuesser(finder.target.model, finder.surface, config)
-        self._climb = Climb(0, config.facing.rounds, config.facing.first_step)
+        first, last = config.facing.rounds
+        self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
 
     def run(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Poses:
         """Candidates of all blobs. :param limits: of the scale."""
@@ -39,7 +40,9 @@ class FacingSearch:
         votes = self.finder.votes(frame, poses, occlusion=False)
         most = self._config.facing.per_patch * -(-count // self._config.facing.turns)
         keep = self._best_of_each(frame, poses, votes, guesses.blob, most)
-        return self._few_of_each_place(frame, self.finder.polished(frame, poses[keep], self._climb))
+        found = self.finder.moved(frame, poses[keep], self._climbs[0])
+        found = self.finder.polished(frame, self._few_of_each_place(frame, found), self._climbs[1])
+        return self._few_of_each_place(frame, found)
 
     def _few_of_each_place(self, frame: ImageFrame, found: Ranked) -> Poses:
         """The best, and at each place where the required component is a few rivals: all that a verdict must look at."""

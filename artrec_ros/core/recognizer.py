@@ -20,7 +20,7 @@ from .facing_stage import FacingStage
 from .flat_stage import FlatStage
 from .geometry.camera import Camera
 from .image.blobs import find_blobs
-from .image.codes import Codes
+from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
 from .model.found import FrameResult, Rejection
@@ -138,7 +138,8 @@ class Recognizer:
         with watch.stage("segmentation"):
             field = LabelField(self._segmenter.codes(image), self._config.seams, self._segmenter.meaning)
             labels = field.labels
-        frame = ImageFrame(field, camera, deadline)
+        colours = image if self._segmenter.meaning is not LABELS else None
+        frame = ImageFrame(field, camera, deadline, colours)
         flat, whole = self._flat[camera is not None], self._facing if camera is None else self._spatial
         with watch.stage("blobs"):
             blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank, deadline)

@@ -165,7 +165,9 @@ def _space() -> None:
 
 def _face() -> None:
     example_of, stage = example(), FacingStage((example().target,), example().config)
-    detections, _ = stage.recognize(replace(example_of.frame, calibration=None), example_of.blobs)
+    image = np.repeat(example_of.frame.field.codes[..., None] * np.uint8(100), 3, axis=2)
+    frame = replace(example_of.frame, calibration=None, image=image)
+    detections, _ = stage.recognize(frame, example_of.blobs)
     assert detections, "the example is found, so that all of the method has run"
 
 

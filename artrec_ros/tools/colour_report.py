@@ -11,7 +11,7 @@ from ..core.learning.colour_learning import Learned
 
 _WORTH_TELLING = 0.01  # share of a class that gets another's label
 _WIDER = 1.1  # limits of the scale, over what was marked: clicks are off by a pixel, and other places are nearer
-_MUCH = 0.05  # share of a background that a class may take before something should be done
+_MUCH = 0.02  # share of a background that a class may take before something should be done: a robot or two
 
 
 def report(learned: Learned) -> Iterator[str]:

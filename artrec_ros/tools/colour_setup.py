@@ -51,9 +51,8 @@ def _shown(targets: tuple[Target, ...]) -> Iterator[tuple[str, int]]:
     """A name for each label that markers may have, in the objects' order."""
     for target in targets:
         for component in target.model.components:
-            alternatives: Mapping[str, int] = getattr(component, "classes", {})
-            if alternatives:
-                yield from alternatives.items()
+            if component.classes:
+                yield from component.classes.items()
             elif component.label is None:
                 yield target.name, target.label
             else:

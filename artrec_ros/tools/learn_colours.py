@@ -31,6 +31,7 @@ from .colour_report import report, scale_line
 from .colour_setup import ColourSetup, load_colour_setup
 
 _UNMARKED = 255  # number of the pixels that nobody has marked
+_SHARPEN_PX = 1
 _TRIED = 24  # images at most that sharpening is tried on
 
 Samples = dict[str, NDArray[np.uint8]]
@@ -79,13 +80,20 @@ def run(args: argparse.Namespace) -> int:
     _say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
     doubtful = [name for name in samples if name not in labels] if args.sources else []
     learned = learn_colours(samples, labels, ImageConfig(), doubtful)
-    learned = replace(learned, image=choose_sharpening(learned.image, told.pairs, told.labels))
+    learned = replace(learned, image=sharpened(learned.image, told))
     save_colours(args.output, learned.image)
     print("\n".join(report(learned)))
     if setup is not None:
         print(scale_line(marked_scales(args.annotations, setup.targets)))
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")
     return 0
+
+
+def sharpened(image: ImageConfig, told: Told) -> ImageConfig:
+    """The configuration with what sharpening shall be: by what it brings where somebody has told the edges."""
+    if told.by_segmenter:  # whose edges are those of images that were not sharpened
+        return replace(image, sharpen_px=_SHARPEN_PX)
+    return choose_sharpening(image, told.pairs, told.labels)
 
 
 def check(args: argparse.Namespace) -> None:
@@ -106,9 +114,13 @@ def check(args: argparse.Namespace) -> None:
 
 @dataclass
 class Told:
-    """Some of the images with their class numbers, and class number -> label; 0: background."""
+    """Some of the images with their class numbers, and class number -> label; 0: background.
+
+    :param by_segmenter: the numbers come from label images.
+    """
 
     labels: Mapping[int, int]
+    by_segmenter: bool
     pairs: list[Pair] = field(default_factory=list)
 
 
@@ -125,7 +137,7 @@ def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetu
 def samples_of_labels(pairs: Iterable[Pair], labels: dict[str, int], every: int) -> tuple[Samples, Told]:
     """Colours by class from images with label images; other labels as 'label N'."""
     names = {n: f"label {n}" for n in range(_UNMARKED)} | {label: name for name, label in labels.items()}
-    return _collect((pair for i, pair in enumerate(pairs) if i % every == 0), names, labels)
+    return _collect((pair for i, pair in enumerate(pairs) if i % every == 0), names, labels, by_segmenter=True)
 
 
 def samples_of_regions(
@@ -146,10 +158,12 @@ def _blanked(pair: Pair, blank: tuple[int, ...]) -> Pair:
     return pair
 
 
-def _collect(pairs: Iterable[Pair], names: dict[int, str], labels: Mapping[str, int]) -> tuple[Samples, Told]:
+def _collect(
+    pairs: Iterable[Pair], names: dict[int, str], labels: Mapping[str, int], by_segmenter: bool = False
+) -> tuple[Samples, Told]:
     rng = np.random.default_rng(0)
     found = defaultdict(list)
-    told = Told({n: labels.get(name, 0) for n, name in names.items()})
+    told = Told({n: labels.get(name, 0) for n, name in names.items()}, by_segmenter)
     for image, numbers in pairs:
         for name, colours in sample_colours(image, numbers, names, rng).items():
             found[name].append(colours)

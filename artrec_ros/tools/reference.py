@@ -53,8 +53,10 @@ braces ROS' own reader wants the latter in quotes.
 While the node runs, these can be changed, several at once or none: {live}. Files are read again
 only where labels change.
 
-*Read* says which way of recognition reads a parameter: in the *image plane*, in *space*, by profile *paper*. One that
-is changed where no way that is taken reads it is told by name: by the node's log, `artrec replay`, `artrec inspect`.
+*Read* says which way of recognition reads a parameter: markers one by one in the *image plane*; whole objects in
+*space*; whole flat objects *facing* the camera, in images without calibration; profile *paper*.
+[method.md](method.md) tells them. One that is changed where no way that is taken reads it is told by name: by the
+node's log, `artrec replay`, `artrec inspect`.
 """
 
 _EXPERT = """\
@@ -85,7 +87,7 @@ _SECTIONS: tuple[tuple[str, str, type], ...] = (
 )
 
 _COLUMNS = ("name", "type", "default", "valid", "meaning")
-_WAYS = {"plane": "image plane", "space": "space", "paper": "paper"}
+_WAYS = {"plane": "image plane", "space": "space", "facing": "facing", "paper": "paper"}
 _TYPES = {int: "integer", float: "number", str: "text", bool: "true/false"}
 
 

@@ -16,13 +16,16 @@ name: toy
 markers: {dot: {disc: {radius: 0.05}}}
 components: {base: {required: true, markers: {dot: {}}}}
 """
-SPATIAL_OBJECT = FLAT_OBJECT.replace("dot: {}", "dot: {pose: {xyz: [0, 0, 0]}}").replace("toy", "solid")
+PLATE_OBJECT = FLAT_OBJECT.replace("dot: {}", "dot: {pose: {xyz: [0, 0, 0]}}").replace("toy", "plate")
+TILTED = "far: {marker: dot, pose: {rpy: [0.3, 0, 0]}}"
+SPATIAL_OBJECT = PLATE_OBJECT.replace("0]}}}", f"0]}}}}, {TILTED}}}").replace("plate", "solid")
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "flat.yaml").write_text(FLAT_OBJECT)
     (tmp_path / "spatial.yaml").write_text(SPATIAL_OBJECT)
+    (tmp_path / "plate.yaml").write_text(PLATE_OBJECT)
     return tmp_path
 
 
@@ -35,10 +38,23 @@ def told(folder: Path, files: list[str], **values: Any) -> list[str]:
 @pytest.mark.parametrize(
     ("files", "values", "parts"),
     [
-        (["flat"], {"recognizer__min_probability": 0.5}, ("in space alone", "no object has a place")),
+        (
+            ["flat"],
+            {"recognizer__min_probability": 0.5},
+            ("in space and of flat objects that face the camera alone", "no object has a place"),
+        ),
         (["flat"], {"expert__paper__match": 0.5}, ("by profile paper alone", "recognizer.profile is default")),
         (["spatial"], {"recognizer__min_match": 0.5}, ("where images are calibrated", "in the image plane alone")),
         (["spatial"], {"recognizer__min_probability": 0.5}, ("where images are not calibrated",)),
+        (
+            ["plate"],
+            {"recognizer__min_match": 0.5},
+            ("in the image plane alone, and all objects are found as a whole",),
+        ),
+        (["plate"], {"expert__facing__turns": 20}, ("where images are calibrated", "face the camera alone")),
+        (["spatial"], {"expert__facing__turns": 20}, ("camera alone, and none of those with such places is flat",)),
+        (["flat"], {"expert__facing__turns": 20}, ("camera alone, and no object has a place",)),
+        (["plate"], {"expert__guesses__plain_px": 9.0}, ("where images are not calibrated",)),
         (["flat"], {"recognizer__max_range_m": 2.0}, ("where images are not calibrated",)),
         (["spatial"], {"recognizer__min_range_m": 2.0}, ("where images are not calibrated",)),
         (["flat", "spatial"], {"recognizer__max_range_m": 2.0}, ("where images are not calibrated",)),
@@ -69,6 +85,8 @@ def test_without_whole_objects_nothing_is_read_in_space(folder: Path) -> None:
         (["flat"], {"recognizer__min_match": 0.5, "recognizer__min_components": 3, "image__rectified": True}),
         (["spatial"], {"recognizer__min_scale": 5.0, "recognizer__min_components": 3, "tracking__speed": 2.0}),
         (["flat", "spatial"], {"recognizer__min_match": 0.5}),
+        (["plate"], {"recognizer__min_probability": 0.5, "recognizer__min_scale": 5.0, "expert__fit__edge_vote": 2.0}),
+        (["plate", "flat"], {"recognizer__min_identity_probability": 0.9, "recognizer__min_match": 0.5}),
         (["spatial"], {"recognizer__min_match": 0.55, "expert__paper__match": 0.4}),  # at their defaults
         (["spatial"], {"recognizer__profile": "paper", "expert__paper__match": 0.5}),
     ],

@@ -146,3 +146,105 @@ def test_the_shipped_colours_find_more_of_the_markers_than_the_recorded_labels()
     ours, recorded_share = np.mean(hits, axis=0)
     assert len(hits) > 100
     assert ours > 0.96 and ours > recorded_share + 0.02
+
+
+ROBOT = """
+format: artrec_object/1
+name: robot
+markers: {square: {outline: [[0, 0], [0.2, 0], [0.2, 0.2], [0, 0.2]], axis: [[0, 0], [0.2, 0]]}}
+components:
+  ahead: {required: true, markers: {square: {}}}
+  behind: {classes: {r: red, b: blue}, markers: {square: {}}}
+identities: {crimson: {behind: r}, azure: {behind: b}}
+"""
+ROBOTS = """
+/**:
+  ros__parameters:
+    objects: [team]
+    team: {object_file: robot.yaml, label: 1}
+    image:
+      kind: colour
+      blank: [0, 0, 90, 6]
+      classes: [red, blue]
+      red: {label: 3}
+      blue: {label: 2}
+"""
+YELLOW = (220, 205, 60)
+
+
+@pytest.fixture
+def robots(tmp_path: Path) -> Path:
+    """Two robots a picture, annotated by axes alone; a strip that is blanked has the team's colour."""
+    keypoints = [f"{c}/square.{end}" for c in ("ahead", "behind") for end in ("tail", "head")]
+    images, annotations = [], []
+    for n, light in enumerate((0.8, 1.0, 1.1)):
+        labels = np.zeros((60, 90), np.uint8)
+        labels[:6] = 1
+        for x, identity, label in ((10, "crimson", 3), (50, "azure", 2)):
+            labels[12:28, x : x + 16] = 1
+            labels[32:48, x : x + 16] = label
+            ends = [(x, 27), (x + 16, 27), (x, 47), (x + 16, 47)]  # y up in the object: axes are the lower sides
+            points = [v for end in ends for v in (*end, 2)]
+            about = {"keypoints": points, "attributes": {"identity": identity}}
+            annotations.append({"image_id": n, "category_id": 1, **about})
+        rgb = np.array([FLOOR, YELLOW, BLUE, RED], float)[labels] * light
+        noisy = rgb[..., ::-1] + np.random.default_rng(n).normal(0, 4, rgb.shape)
+        cv2.imwrite(str(tmp_path / f"{n}.png"), np.clip(np.rint(noisy), 0, 255).astype(np.uint8))
+        images.append({"id": n, "file_name": f"{n}.png"})
+    categories = [{"id": 1, "name": "team", "keypoints": keypoints}]
+    coco = {"images": images, "annotations": annotations, "categories": categories}
+    (tmp_path / "coco.json").write_text(json.dumps(coco))
+    (tmp_path / "robot.yaml").write_text(ROBOT)
+    (tmp_path / "robots.yaml").write_text(ROBOTS)
+    return tmp_path
+
+
+def learn_robots(folder: Path, *more: str) -> int:
+    files = ["--annotations", str(folder / "coco.json"), "--params-file", str(folder / "robots.yaml")]
+    return main(["learn-colours", *files, *more, "-o", str(folder / "colours.yaml")])
+
+
+def test_axes_marked_for_training_are_enough(robots: Path, capsys) -> None:
+    assert learn_robots(robots) == 0
+    setup = load_parameters(robots / "robots.yaml", robots / "colours.yaml")
+    assert {name: c.label for name, c in setup.image.classes.items()} == {"team": 1, "red": 3, "blue": 2}
+    read = Segmenter(setup.image).labels(cv2.imread(str(robots / "0.png")))
+    assert [(read[y : y + 10, x : x + 10] == label).mean() > 0.95 for y, x, label in (
+        (15, 13, 1), (35, 13, 3), (15, 53, 1), (35, 53, 2)
+    )] == [True] * 4  # fmt: skip
+    assert (read[50:] > 0).mean() < 0.01
+    assert "unmarked" in capsys.readouterr().out
+
+
+def test_objects_that_nobody_marked_are_told_of_and_left_out_with_around(robots: Path, capsys) -> None:
+    """Half of the robots are not annotated: their colours would be learned as background."""
+    coco = json.loads((robots / "coco.json").read_text())
+    kept = [a for n, a in enumerate(coco["annotations"]) if n in (0, 3, 4)]
+    (robots / "coco.json").write_text(json.dumps({**coco, "annotations": kept}))
+    assert learn_robots(robots) == 0
+    assert "team takes" in (printed := capsys.readouterr().out) and "--around" in printed
+    assert learn_robots(robots, "--around", "8") == 0
+    assert "takes" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (["--params-file", "robots.yaml", "images"], "--params-file tells what --annotations are of"),
+        (["--annotations", "coco.json"], "--classes: name the classes"),
+        (["--annotations", "coco.json", "--classes", "red=3", "--around", "5"], "go with --params-file"),
+        (["--annotations", "coco.json", "--params-file", "robots.yaml", "--around", "0"], "--around: 0.0"),
+    ],
+)
+def test_options_that_do_not_go_together_are_told(robots, arguments, words, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(robots)
+    assert main(["learn-colours", *arguments, "-o", "colours.yaml"]) == 1
+    error = capsys.readouterr().err
+    assert words in error and error.count("\n") == 1
+
+
+def test_what_was_decided_about_sharpening_goes_before_an_earlier_file(robots: Path) -> None:
+    text = (robots / "robots.yaml").read_text()
+    (robots / "robots.yaml").write_text(text.replace("kind: colour", "kind: colour\n      sharpen_px: 3"))
+    assert learn_robots(robots) == 0
+    assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.sharpen_px in (0, 1)

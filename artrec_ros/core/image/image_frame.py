@@ -23,12 +23,14 @@ class ImageFrame:
     :param field: the label image.
     :param calibration: of the camera that took it; None: not known, and nothing is sought in space.
     :param deadline: when the search ends with what it has.
+    :param image: (H, W, 3) uint8 the colours of which the labels were made; None: the labels came as they are.
     :param all_pixels: the labels before anybody owned some; None: nobody does.
     """
 
     field: LabelField
     calibration: Camera | None = None
     deadline: Deadline = of(default_factory=Deadline)
+    image: NDArray[np.uint8] | None = None
     all_pixels: LabelField | None = None
 
     @property

@@ -4,7 +4,8 @@ A candidate is a colour of a class, or of the background, with a range of light.
 lowers the loss most, till none does so by enough. The loss is the cross-entropy: the mean over samples of minus the
 logarithm of their own class' probability, by the same likelihoods that recognition goes by. So a dull red is red's
 where red is likelier there, and the floor's where the floor is, and a class gets as many references as tell it from the
-others, no more. Samples are also counted as they would look in more and in less light.
+others, no more. A class' samples are also counted as they would look in more and in less light; the background's are
+not: brightened wood is white, and would take what glares from every class.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from ..geometry.transforms import Array
 from ..image.colour_table import Colours, deviation, ray
 
 _LEARNING = LearningConfig()
-_LIGHTS = ((0.35, 1.8), (0.6, 1.5), (0.8, 1.2))  # ranges of light that a class' reference may have: the usual one first
+_LIGHTS = ((0.35, 1.8), (0.6, 1.3), (0.7, 1.1))  # ranges of light that a class' reference may have: the usual one first
 _OTHER_LIGHT = (0.5, 0.7, 1.4)  # light in which samples are looked at besides their own
 _GREY_LEVELS = 24
 _GREY = 2.0  # a reference within so many standard deviations of grey is a grey
@@ -162,7 +163,7 @@ def _weighed(
         for group in groups:
             count = int(np.ceil(_LEARNING.share_other_light * len(group)))
             shown = [group]
-            for n, light in enumerate(_OTHER_LIGHT):
+            for n, light in enumerate(() if owner is None else _OTHER_LIGHT):
                 shown.append(np.minimum(np.roll(group, -n * count, axis=0)[:count] * np.float32(light), 1.0))
             colours += shown
             number = sum(map(len, shown))

@@ -16,7 +16,7 @@ from ..image.segmentation import Segmenter
 from .colour_choice import Reference, choose, clusters
 
 _LEARNING = LearningConfig()
-_KEPT = 500  # samples a class that references are chosen by: bounds the time
+_KEPT = 300  # samples a class that references are chosen by: bounds the time
 _COUNTED = 6_000  # samples a class that are counted in the end
 _KEPT_PER_IMAGE = 1_000
 _LARGE_PX = 20  # markers larger than this, square root of their area, gain by sharpening where it cannot be measured

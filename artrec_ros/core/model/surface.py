@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
 from .objects import Component, Marker, ObjectModel
@@ -55,22 +56,24 @@ def patches_of(model: ObjectModel, label: int) -> list[Patch]:
     return out
 
 
-def open_ring(model: ObjectModel, patches: list[Patch]) -> Array:
-    """(M, m) for the contour points of all markers: 0 where another marker begins that may have its class, else 1.
+def free_contour(model: ObjectModel, patches: list[Patch], *, own_class: bool) -> NDArray[np.bool_]:
+    """(M, m) bool of the contour points of all markers: beyond which no other marker of the object begins.
 
-    Its class just outside then says nothing against the outline. Only markers of which nothing moves one against the
-    other are told.
+    Only markers of which nothing moves one against the other are told.
+
+    :param own_class: only of others that may be of the same class: these, just outside, would say nothing against the
+        outline.
     """
     markers = [p for p in patches if p.marker is not None]
-    out = np.ones((len(markers), CONTOUR_POINTS))
+    out = np.ones((len(markers), CONTOUR_POINTS), bool)
     for row, mine in zip(out, markers, strict=True):
         beyond = mine.contour + _BEYOND * np.sqrt(mine.area) * np.cross(mine.contour_along, mine.normal)
         for other in markers:
             fixed = mine.component == other.component or all(
                 model.components[p.component].joint is None for p in (mine, other)
             )
-            if other is not mine and fixed and set(mine.labels) & set(other.labels):
-                row[_covers(other, beyond)] = 0.0
+            if other is not mine and fixed and (not own_class or set(mine.labels) & set(other.labels)):
+                row[_covers(other, beyond)] = False
     return out
 
 

@@ -20,7 +20,9 @@ from .surface_model import SpatialModel
 def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...], config: FitConfig) -> EdgeTerms:
     """What compiled code needs to find edges, in each of the steps of a fit."""
     seams = model.seams_px(field)
-    kinds, priors = _kinds(model.marker_labels)[:, model.codes.label], _priors(reach_px, config.edge_prior_width)
+    # one order in memory, whatever numpy's indexing gives: another one is compiled for anew
+    kinds = np.ascontiguousarray(_kinds(model.marker_labels)[:, model.codes.label])
+    priors = _priors(reach_px, config.edge_prior_width)
     inside, seam, outside = (math.exp(2 * vote) for vote in (config.edge_vote, config.seam_vote, -config.edge_vote))
     limits = float(config.edge_beyond), float(config.border_px)
     return EdgeTerms(np.array(reach_px), inside, seam, outside, priors, seams, kinds, OUTSIDE, *limits)

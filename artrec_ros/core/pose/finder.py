@@ -91,12 +91,16 @@ class WholeObjectFinder:
         found = self._climb(frame, found, climb)
         return self._with_lookalikes(frame, self._fit_all(frame, found.poses).best(len(found), search))
 
-    def polished(self, frame: ImageFrame, poses: Poses, climb: Climb) -> Ranked:
-        """Hypotheses after a climb on the votes and a fit to the contours, and as they were."""
+    def moved(self, frame: ImageFrame, poses: Poses, climb: Climb) -> Ranked:
+        """Hypotheses after a climb on the votes."""
         found = Ranked(poses, self.votes(frame, poses, occlusion=True))
         if poses.q.shape[1]:
             found = self._sweep(frame, found)
-        return self._fit_all(frame, self._climb(frame, found, climb).poses)
+        return self._climb(frame, found, climb)
+
+    def polished(self, frame: ImageFrame, poses: Poses, climb: Climb) -> Ranked:
+        """Hypotheses after a climb on the votes, and a fit to the contours."""
+        return self._fit_all(frame, self.moved(frame, poses, climb).poses)
 
     def _with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""

@@ -18,7 +18,7 @@ from ..image.label_field import LabelField
 from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
-from ..model.surface import Patch, open_ring, patches_of
+from ..model.surface import Patch, free_contour, patches_of
 from .hiding_kernels import shown_points
 from .joint_kernels import search_joints
 from .occlusion import BEHIND, BodyBoxes, hulls_of
@@ -160,7 +160,7 @@ class SpatialModel:
             perimeter=self.perimeter,
             ring_role=self.ring_role,
             rim_role=self.rim_role,
-            open_ring=open_ring(self.model, self.patches),
+            open_ring=free_contour(self.model, self.patches, own_class=True).astype(float),
             table=self.table,
             own=self.roles.own,
             best=self.table.max(axis=1),
@@ -176,6 +176,11 @@ class SpatialModel:
         """(P,) patches by component, and where those of each one begin: (C + 1,)."""
         order = np.argsort(self.component, kind="stable")
         return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
+
+    @cached_property
+    def open_contour(self) -> NDArray[np.bool_]:
+        """(M, m) contour points beyond which there is no other marker of the object."""
+        return free_contour(self.model, self.patches, own_class=False)
 
     def seams_px(self, field: LabelField) -> Array:
         """(M,) half the width of the seam around each marker's class; of several classes the mean."""

@@ -118,12 +118,12 @@ def _called(target: Target, identity: str | None) -> tuple[str, ...]:
 
 def identities_of(target: Target) -> dict[str, Mapping[str, str]]:
     """Identity -> component -> class name."""
-    return {i.name: i.classes for i in getattr(target.model, "identities", ())}
+    return {i.name: i.classes for i in target.model.identities}
 
 
 def label_of(component: Component, own: int, class_name: str | None, annotated: AnnotatedObject) -> int:
     """The label of a component's markers in an annotation. :param own: the object's."""
-    classes: Mapping[str, int] = getattr(component, "classes", {})
+    classes = component.classes
     if not classes:
         return own if component.label is None else component.label
     if class_name is None or class_name not in classes:

@@ -11,7 +11,7 @@ from .specs import Spec, all_specs
 
 _WAYS = {
     "plane": "in the image plane",
-    "facing": "of whole objects in the image plane",
+    "facing": "of flat objects that face the camera",
     "space": "in space",
     "paper": "by profile paper",
 }
@@ -20,8 +20,8 @@ _WAYS = {
 def unread(setup: Setup) -> list[str]:
     """A line for each parameter that is not at its default and is not read by the ways that recognition takes here.
 
-    Of targets that are fitted in space where images are calibrated, and else in the image plane, it is told which of
-    the two reads it.
+    Of targets that are fitted in space where images are calibrated, and else found in the image plane, it is told
+    which of the two reads it.
     """
     specs = all_specs([t.name for t in setup.targets], setup.image.classes)
     changed = [spec for spec in specs.values() if _is_changed(spec, setup)]
@@ -59,6 +59,8 @@ def _why(spec: Spec, setup: Setup) -> str:
     recognizer = setup.recognizer
     if recognizer.profile == "paper" or spec.paths == ("paper",):
         return f"recognizer.profile is {recognizer.profile}"
-    if any(t.model.is_spatial for t in setup.targets):
+    if not any(t.model.is_spatial for t in setup.targets):
+        return "no object has a place for each of its markers"
+    if not recognizer.whole_object:
         return "recognizer.whole_object is false"
-    return "no object has a place for each of its markers"
+    return "all objects are found as a whole" if "plane" in spec.paths else "none of those with such places is flat"

@@ -78,7 +78,8 @@ def test_a_colour_like_no_class_is_unknown() -> None:
 
 def test_greater_scatter_takes_in_more_colours() -> None:
     classes = [ClassConfig(label=1, rgb=RED, spread=spread) for spread in (0.02, 0.05, 0.08)]
-    counts = [np.count_nonzero(colour_table(ImageConfig(kind="colour", classes={"c": cls}))) for cls in classes]
+    tables = [colour_table(ImageConfig(kind="colour", classes={"c": cls})) for cls in classes]
+    counts = [np.count_nonzero(meaning.label[table]) for table, meaning in tables]
     assert 0 < counts[0] < counts[1] < counts[2]
 
 

@@ -94,7 +94,7 @@ def test_markers_patches_lie_in_their_planes():
         assert not contains(p.marker.outline, (T.inverse().apply(p.contour).T + 1e-6 * outwards)[:2].T).any()
         assert contains(p.marker.outline, T.inverse().apply(p.inside)[:, :2]).all()
         assert p.area == pytest.approx(area(p.marker.outline), rel=1e-3)
-        assert p.label == RED
+        assert p.labels == (RED,)
 
 
 def test_labels_are_the_components_own_the_objects_or_unknown():
@@ -105,8 +105,8 @@ def test_labels_are_the_components_own_the_objects_or_unknown():
         Component("b", plain.markers, label=7, bodies=box),
     )
     patches = patches_of(ObjectModel("pair", parts), RED)
-    found = {(p.component, p.marker is not None): p.label for p in patches}
-    assert found == {(0, True): RED, (0, False): BODY, (1, True): 7, (1, False): 0}
+    found = {(p.component, p.marker is not None): p.labels for p in patches}
+    assert found == {(0, True): (RED,), (0, False): (BODY,), (1, True): (7,), (1, False): ()}
 
 
 def test_a_boxs_faces_are_its_six_sides():

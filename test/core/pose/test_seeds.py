@@ -92,12 +92,12 @@ def test_guesses_out_of_reach_are_left_out(which, out, within):
 def test_only_components_of_its_class_are_sought_in_a_blob(monkeypatch, label, asked):
     parts = tuple(c if c.required else replace(c, label=label) for c in TRUCK.components)
     model, guess, count = replace(TRUCK, components=parts), Guesser.guess, []
-    monkeypatch.setattr(Guesser, "guess", lambda self, *args: count.append(self.label) or guess(self, *args))
+    monkeypatch.setattr(Guesser, "guess", lambda self, *args: count.append(self.labels) or guess(self, *args))
     labels = render(CAMERA, [(TRUCK, AT, RED)])
     blobs = find_blobs(labels, {RED}, RecognizerConfig())
     frame = ImageFrame(LabelField(labels), CAMERA)
     Seeds(Target("truck", model, RED), SpatialModel(model, RED, DEFAULTS.votes), DEFAULTS).all(frame, smallest(blobs))
-    assert count == [RED] * asked
+    assert count == [(RED,)] * asked
 
 
 @pytest.mark.parametrize("component", ["base", "arm", "finger"])

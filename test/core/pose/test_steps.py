@@ -73,7 +73,7 @@ def test_joints_are_pulled_to_their_middle_and_held_where_they_are_not_free():
 
 def test_damping_is_a_pull_to_no_step_in_each_parameters_own_unit():
     """Without any other term a step stays nothing; with one of a known weight it goes the known share of the way."""
-    damping = Damping(0.7, np.array([0.05, 0.15]), np.array([0.15, 0.3]))
+    damping = Damping(0.7, np.array([0.05, 0.15]), np.array([0.15, 0.3]), np.zeros(6))
     to, placed = no_equations(2), placed_of(np.zeros(2), 3.0, np.array([1.0, 0.02]))
     add_damping(damping, placed, to)
     deviations = np.array([0.15, 0.15, 0.15, 0.15, 0.15, 0.15, 0.15, 0.003])
@@ -82,7 +82,7 @@ def test_damping_is_a_pull_to_no_step_in_each_parameters_own_unit():
 
 
 def test_a_long_step_is_scaled_down_and_keeps_its_direction():
-    damping = Damping(0.7, np.array([0.05, 0.15]), np.array([0.15, 0.3]))
+    damping = Damping(0.7, np.array([0.05, 0.15]), np.array([0.15, 0.3]), np.zeros(6))
     placed, long = placed_of(np.zeros(1), 2.0), np.array([0.9, 0.0, 0.1, 0.2, 0.0, 0.0, 0.3])
     x = long.copy()
     shorten(damping, placed, x)

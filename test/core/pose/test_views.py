@@ -10,6 +10,7 @@ from solids import BENT, CAB, RED, RIGHT_SIDE, camera_of, marker, sign
 
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import rotation_from_rotvec
+from artrec_ros.core.image.codes import LABELS
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.pose.surface_model import SpatialModel
@@ -82,8 +83,8 @@ def shape_of(contour, couples=True, area_px=None):
 
 
 def aligned(views, labels, shape, most=10_000):
-    roles = VoteRoles(DEFAULTS.votes)
-    inside, ring = roles.inside(RED), roles.ring(RED, 0)
+    roles = VoteRoles(DEFAULTS.votes, LABELS)
+    inside, ring = roles.inside((RED,)), roles.ring((RED,), ())
     limits = SpatialModel(sign(), RED, DEFAULTS.votes).limits
     bank = ViewBank(views, roles.table[inside], roles.table[ring], limits, DEFAULTS.guesses)
     return bank.align(ImageFrame(LabelField(labels), camera_of((200, 160))), shape, most)

@@ -48,9 +48,22 @@ class FacingConfig(Room):
         paths=_FACING,
         origin="a square's four turns",
     )
-    rounds: int = param(10, "rounds of a climb", low=1, high=1000, paths=_FACING, origin="as plain_climb_rounds")
+    rounds: tuple[int, ...] = param(
+        (4, 8),
+        "rounds of a climb of all hypotheses, and of another of the few that are left of each place",
+        low=1,
+        high=1000,
+        length=2,
+        paths=_FACING,
+        origin="after four rounds the best of a place seldom changes",
+    )
     first_step: float = param(
-        0.7, "first steps of a climb, in its units", low=0.01, high=100, paths=_FACING, origin="as the last climb's"
+        0.7,
+        "first steps of the first climb, in its units; of the other one half of them",
+        low=0.01,
+        high=100,
+        paths=_FACING,
+        origin="as the last climb's",
     )
     cell_px: float = param(
         2.0,
@@ -68,4 +81,25 @@ class FacingConfig(Room):
         high=100,
         paths=_FACING,
         origin="the best, its fit to the contours, and one turned otherwise",
+    )
+    region_ring_px: float = param(
+        2.0,
+        "colours around a marker are looked at so far outside of its outline",
+        unit="px",
+        low=0.5,
+        high=20,
+        paths=_FACING,
+        origin="behind the blur of an edge",
+    )
+    region_reach_px: float = param(
+        1.5,
+        "the last fit, to raw colours, moves an object's points by about so much",
+        unit="px",
+        low=0.1,
+        high=20,
+        paths=_FACING,
+        origin="what blur and shade take from the labels' boundaries",
+    )
+    region_rounds: int = param(
+        10, "rounds of the last fit, to raw colours", low=0, high=1000, paths=_FACING, origin="steps end below 0.02 px"
     )

@@ -81,18 +81,18 @@ class LearningConfig(Room):
         "cross-entropy by which a reference colour must lower the mean over all samples to be taken",
         low=0,
         high=1,
-        origin="small robots in changing light: half of it and twice it tell as well, with more and fewer references",
+        origin="small robots in changing light: with half of it three more references, one robot in 100 more",
     )
     weight_background: float = param(
         3.0,
         "weight of the background's samples, in those of a class",
         low=0,
         high=100,
-        origin="small robots in changing light: less leaves floors to classes, more costs markers in the shade",
+        origin="small robots in changing light: with 2, a quarter more of the floor gets a class",
     )
     share_other_light: float = param(
         0.3,
-        "share of the samples that are also looked at as they would be in each other light",
+        "share of a class' samples that are also looked at as they would be in each other light",
         low=0,
         high=1,
         origin="small robots in changing light",

@@ -1,0 +1,125 @@
+"""Regions of classes from axes that were annotated for training: outlines, classes, what is ignored."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.model.target import Target
+from artrec_ros.io.learned.marked_objects import REST, load_marked_objects
+from artrec_ros.io.objects.object_reader import load_object
+
+OBJECT = """
+format: artrec_object/1
+name: robot
+markers:
+  team: {outline: [[0, -1], [2, -1], [2, 1], [0, 1]], axis: [[0, 0], [2, 0]]}
+  patch: {outline: [[-2, -1], [0, -1], [0, 1], [-2, 1]], axis: [[-2, 0], [0, 0]]}
+components:
+  team: {required: true, markers: {team: {}}}
+  patch: {classes: {g: 3, r: 4}, markers: {patch: {}}}
+identities: {green: {patch: g}, crimson: {patch: r}}
+"""
+NAMES = {1: "yellow", 2: "blue", 3: "green", 4: "red"}
+KEYPOINTS = ["team/team.tail", "team/team.head", "patch/patch.tail", "patch/patch.head"]
+PLACED = [30, 20, 2, 30, 10, 2, 30, 30, 2, 30, 20, 2]  # five pixels a metre; ahead is up in the image
+
+
+@pytest.fixture
+def targets(tmp_path: Path) -> list[Target]:
+    (tmp_path / "robot.yaml").write_text(OBJECT)
+    model = load_object(tmp_path / "robot.yaml", {})
+    return [Target("yellow", model, 1), Target("blue", model, 2)]
+
+
+def coco(
+    folder: Path, *annotations: dict[str, Any], categories: tuple[str, ...] = ("yellow",), name: str = "a"
+) -> Path:
+    cv2.imwrite(str(folder / "a.png"), np.zeros((40, 60, 3), np.uint8))
+    content = {
+        "images": [{"id": 7, "file_name": "a.png"}],
+        "categories": [{"id": n, "name": c, "keypoints": KEYPOINTS} for n, c in enumerate(categories, 1)],
+        "annotations": [{"image_id": 7, "category_id": 1, "keypoints": PLACED, **a} for a in annotations],
+    }
+    path = folder / f"{name}.json"
+    path.write_text(json.dumps(content))
+    return path
+
+
+def numbers() -> dict[str, int]:
+    return {REST: 0} | {name: label for label, name in NAMES.items()}
+
+
+def test_outlines_lie_where_the_axes_put_them(tmp_path: Path, targets: list[Target]) -> None:
+    path = coco(tmp_path, {"attributes": {"identity": "green"}})
+    (marked,) = load_marked_objects([path], targets, NAMES)
+    found = {name: {tuple(p) for p in np.round(outline, 6).tolist()} for name, outline in marked.regions}
+    assert found == {
+        "yellow": {(25, 20), (25, 10), (35, 10), (35, 20)},
+        "green": {(25, 30), (25, 20), (35, 20), (35, 30)},
+    }
+    labels = marked.read(numbers(), 255)[1]
+    assert labels[15, 30] == 1 and labels[25, 30] == 3 and labels[5, 5] == 0
+    assert np.count_nonzero(labels) == 11 * 21
+
+
+@pytest.mark.parametrize(
+    "category, attributes, team, patch",
+    [
+        ("blue", {"identity": "crimson"}, "blue", "red"),
+        ("blue_green", {}, "blue", "green"),
+        ("yellow", {"patch": "r"}, "yellow", "red"),
+    ],
+)
+def test_category_and_attributes_tell_the_classes(tmp_path, targets, category, attributes, team, patch) -> None:
+    path = coco(tmp_path, {"attributes": attributes}, categories=(category,))
+    (marked,) = load_marked_objects([path], targets, NAMES)
+    assert [name for name, _ in marked.regions] == [team, patch]
+
+
+def test_an_identitys_name_alone_will_do_where_one_object_has_it(tmp_path: Path, targets: list[Target]) -> None:
+    path = coco(tmp_path, {}, categories=("crimson",))
+    (marked,) = load_marked_objects([path], targets[1:], NAMES)
+    assert [name for name, _ in marked.regions] == ["blue", "red"]
+    with pytest.raises(ConfigError, match="'crimson' could be any of several objects"):
+        load_marked_objects([path], targets, NAMES)
+
+
+@pytest.mark.parametrize(
+    "annotation, category, words",
+    [
+        ({}, "yellow", "the class of component 'patch' is not told.*identity.*known: g, r"),
+        ({"attributes": {"identity": "gren"}}, "yellow", "no identity 'gren'; did you mean 'green'"),
+        ({"attributes": {"patch": "x"}}, "yellow", "the class of component 'patch' is not told"),
+        ({"attributes": {"identity": "green"}}, "yelow", "category 'yelow' is no object.*did you mean 'yellow'"),
+    ],
+)
+def test_what_does_not_tell_a_class_is_refused(tmp_path, targets, annotation, category, words) -> None:
+    with pytest.raises(ConfigError, match=rf"a.json: annotations\[0\]: .*{words}"):
+        load_marked_objects([coco(tmp_path, annotation, categories=(category,))], targets, NAMES)
+
+
+def test_crowds_half_marked_objects_and_what_is_far_are_no_background(tmp_path: Path, targets: list[Target]) -> None:
+    half = {"keypoints": [*PLACED[:6], *[0] * 6], "bbox": [24, 9, 12, 22]}
+    crowd = {"iscrowd": 1, "bbox": [50, 0, 5, 5], "keypoints": [0] * 12}
+    path = coco(tmp_path, half, crowd)
+    (marked,) = load_marked_objects([path], targets, NAMES)
+    labels = marked.read(numbers(), 255)[1]
+    assert labels[15, 30] == 1 and labels[25, 30] == 255 and labels[2, 52] == 255 and labels[2, 45] == 0
+    (marked,) = load_marked_objects([path], targets, NAMES, around_px=6)
+    labels = marked.read(numbers(), 255)[1]
+    assert labels[15, 40] == 0 and labels[15, 43] == 255 and labels[15, 30] == 1
+
+
+def test_an_image_in_two_files_is_one(tmp_path: Path, targets: list[Target]) -> None:
+    green = {"attributes": {"identity": "green"}}
+    away = {**green, "keypoints": [v - 20 if n % 3 == 0 else v for n, v in enumerate(PLACED)]}
+    paths = [coco(tmp_path, green), coco(tmp_path, away, name="b")]
+    (marked,) = load_marked_objects(paths, targets, NAMES)
+    assert len(marked.regions) == 4

@@ -31,8 +31,8 @@ OUT = Path(acceptance_curves.__file__)
 # Of each case the evidence that lowers the log-loss on worlds left out; more of it does not
 COLUMNS = {
     "alone": ("size", "edge", "bare", "body", "facing"),
-    "deserted": ("size", "edge", "bare", "body", "shown", "others", "faces", "missing"),
-    "borne out": ("size", "edge", "shown", "edges", "faces", "facing", "missing"),
+    "deserted": ("size", "edge", "bare", "body", "shown", "others", "missing"),
+    "borne out": ("size", "edge", "shown", "edges", "faces", "facing", "lacking"),
 }
 PART_COLUMNS = ("own", "alone", "open", "edge", "whole")  # of components
 INDEX = {case: tuple(Evidence._fields.index(name) for name in names) for case, names in COLUMNS.items()}
@@ -88,10 +88,16 @@ def literal(curves: Curves, columns: Sequence[str], indent: str) -> list[str]:
     return [*lines, f"{indent}}},"]
 
 
-def write(model: Model, of_parts: tuple[Curves, str], said: Sequence[str], sure: float, likely: float) -> None:
+def write(
+    model: Model,
+    of_parts: tuple[Curves, str],
+    said: Sequence[str],
+    out: Path,
+    sure_likely: tuple[float, float] | None = None,
+) -> None:
     """The committed file of fitted numbers.
 
-    :param said: what they were fitted on, and how they do on the rest.
+    :param said: what they were fitted on, and how they do on the rest. :param sure_likely: thresholds of the search.
     """
     lines = ['"""The curves of `acceptance.py` and `parts.py`, written by `python benchmarks/acceptance.py --fit`.', ""]
     notes = "; ".join(f"{case}: {note}" for case, note in {**model.notes, "components": of_parts[1]}.items())
@@ -103,10 +109,11 @@ def write(model: Model, of_parts: tuple[Curves, str], said: Sequence[str], sure:
         lines += [f'    "{case}": (', *literal(curves, COLUMNS[case], " " * 8), "    ),"]
     lines += ["}", "# The same of components besides the required one"]
     lines += ["PARTS: Model = (", *literal(of_parts[0], PART_COLUMNS, " " * 4), ")"]
-    lines += ["# What the search takes for sure, and for likely: of the claims that it asked about no more than"]
-    lines += [f"# {SURE_WRONG:.0%} above the first and {LIKELY_WRONG:.0%} above the second are wrong"]
-    lines += [f"SURE, LIKELY = {sure:.3f}, {likely:.3f}"]
-    OUT.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    if sure_likely is not None:
+        lines += ["# What the search takes for sure, and for likely: of the claims that it asked about no more than"]
+        lines += [f"# {SURE_WRONG:.0%} above the first and {LIKELY_WRONG:.0%} above the second are wrong"]
+        lines += ["SURE, LIKELY = {:.3f}, {:.3f}".format(*sure_likely)]
+    out.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def main() -> None:
@@ -137,7 +144,7 @@ def main() -> None:
             f"On the odd-numbered ones: {summary(model.probability(final), final)}; "
             f"{summary(p_parts, odd_parts, 'components')}.",
         )
-        write(model, of_parts, said, sure, likely)
+        write(model, of_parts, said, OUT, (sure, likely))
         report("fitted", model.probability(final), final)
         report("components, fitted", p_parts, odd_parts, "components")
         for case in INDEX:

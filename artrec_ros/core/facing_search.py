@@ -13,8 +13,10 @@ from .base.config import RecognizerConfig
 from .geometry.range_limits import ScaleLimits
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
-from .pose.facing_guesses import FacingGuesser
+from .pose.facing_guesses import FacingGuesser, Guesses
 from .pose.finder import Climb, WholeObjectFinder
+from .pose.guesses import is_small
+from .pose.pose_fit import fit_poses
 from .pose.ranked import Ranked
 from .pose.surface_model import Poses
 
@@ -34,7 +36,9 @@ class FacingSearch:
         if not mine:
             return self.finder.surface.no_poses
         guesses = self._guesser.guess(frame, mine, limits)
-        poses, count = guesses.poses, np.bincount(guesses.blob, minlength=len(mine))
+        count = np.bincount(guesses.blob, minlength=len(mine))
+        guesses = self._with_fits(frame, guesses, np.array([not is_small(b, self._config.guesses) for b in mine]))
+        poses = guesses.poses
         if poses.q.shape[1]:
             poses = self.finder.surface.search_joints(frame, poses, self._config.search.first_joint_step)
         votes = self.finder.votes(frame, poses, occlusion=False)
@@ -43,6 +47,25 @@ class FacingSearch:
         found = self.finder.moved(frame, poses[keep], self._climbs[0])
         found = self.finder.polished(frame, self._few_of_each_place(frame, found), self._climbs[1])
         return self._few_of_each_place(frame, found)
+
+    def _with_fits(self, frame: ImageFrame, guesses: Guesses, large: np.ndarray) -> Guesses:
+        """Add fits of the required component's contours where it is large enough to have some: a grid is coarse there.
+
+        :param large: of each blob, bool.
+        """
+        surface, config = self.finder.surface, self._config.fit
+        of = np.flatnonzero(large[guesses.blob])
+        if not len(of):
+            return guesses
+        poses = guesses.poses[of]
+        use = np.tile(surface.component[surface.markers] == surface.root, (len(of), 1))
+        pinned = np.zeros(poses.q.shape, bool)
+        fitted = fit_poses(surface, frame, poses, use, config.coarse_reach_px, config, pinned, facing=True)
+        return Guesses(
+            Poses.concatenate([guesses.poses, fitted]),
+            np.concatenate([guesses.votes, guesses.votes[of]]),
+            np.concatenate([guesses.blob, guesses.blob[of]]),
+        )
 
     def _few_of_each_place(self, frame: ImageFrame, found: Ranked) -> Poses:
         """The best, and at each place where the required component is a few rivals: all that a verdict must look at."""

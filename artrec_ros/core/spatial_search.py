@@ -38,15 +38,18 @@ class SpatialSearch:
             for finder, blob in queue:
                 if self._over(finder, blob):
                     continue
-                if not self._take(finder, look(finder, blob)):
+                found = look(finder, blob)
+                if found is not None and not self._take(finder, found):
                     left.append((finder, blob))
             queue = left
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
-    def _look_for_plain(self, finder: WholeObjectFinder, blob: Blob) -> Poses:
+    def _look_for_plain(self, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
         """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
-        none where there is doubt."""
+        none where there is doubt. None: nor is the blob worth a longer look, for others would lead to the object."""
         found = finder.plain_guesses(self._frame, blob)
+        if finder.is_alike_throughout and self._is_hopeless(finder, found, climbs=1):
+            return None
         if not self._is_sure(finder, found.poses):
             return found.poses[:0]
         return finder.climbed(self._frame, found, self._plain_climb, sure=True).poses

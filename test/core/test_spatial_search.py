@@ -1,19 +1,24 @@
 """Searching an image blob by blob: short looks before long ones, pixels taken at once, time kept."""
 
+import cv2
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import RED, StubJudge, camera_of, pose, render, truck
+from solids import RED, StubJudge, camera_of, marker, pose, rectangle, render, truck
 
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.spatial_search import SpatialSearch
+from artrec_ros.core.verdict.acceptance import Verdict
 from artrec_ros.core.verdict.acceptance_curves import LIKELY, SURE
+from artrec_ros.core.verdict.judge import Judge
 
 CAMERA = camera_of()
 TRUCK = truck()
@@ -68,6 +73,45 @@ def test_other_blobs_of_likely_objects_get_no_long_look_either(finder, looks):
     ((_, poses),), blobs = search(finder, trust=(LIKELY + SURE) / 2)
     assert len(looks) == 2 < len(blobs)
     assert nearest(poses, LEFT) < 0.02 and nearest(poses, RIGHT) < 0.02
+
+
+def test_where_there_is_no_hope_nothing_climbs(finder, monkeypatch):
+    """No climb makes an object of what is all but impossible."""
+    climbs, climbed = [], WholeObjectFinder.climbed
+
+    def counted(self, frame, found, climb, **options):
+        climbs.append(climb)
+        return climbed(self, frame, found, climb, **options)
+
+    monkeypatch.setattr(WholeObjectFinder, "climbed", counted)
+    search(finder, trust=0.5)
+    full = len(climbs)
+    climbs.clear()
+    monkeypatch.setattr(Verdict, "probability", property(lambda self: DEFAULTS.search.hopeless / 2))
+    search(finder, trust=0.5)
+    assert full > 0 == len(climbs)
+
+
+def test_a_blob_that_leads_to_no_pattern_is_not_looked_at_twice(looks):
+    """Of an object alike throughout any other blob would."""
+    squares = [
+        Component(f"s{n}", (marker("m", rectangle(0.05, 0.05), np.eye(3), (0.07 * n, 0, 0)),), required=n == 1)
+        for n in range(4)
+    ]
+    row = ObjectModel("row", tuple(squares))
+    at = Poses(np.diag([1.0, -1.0, -1.0])[None], np.array([[-0.3, 0.1, 1.0]]), np.zeros((1, 0)))
+    labels = render(CAMERA, [(row, at, RED)])
+    rng = np.random.default_rng(1)
+    for x, y in ((30, 30), (150, 40), (260, 200), (250, 60)):  # ragged patches
+        angles = np.sort(rng.uniform(0, 2 * np.pi, 9))
+        patch = (x, y) + rng.uniform(6, 25, (9, 1)) * np.column_stack([np.cos(angles), np.sin(angles)])
+        cv2.fillPoly(labels, [np.rint(patch).astype(np.int32)], RED)
+    finder = WholeObjectFinder(Target("row", row, RED), DEFAULTS)
+    frame = ImageFrame(LabelField(labels), CAMERA)
+    blobs = find_blobs(labels, {RED}, RecognizerConfig())
+    ((_, poses),) = SpatialSearch(frame, Judge.of(DEFAULTS), DEFAULTS.search).run([finder], blobs)
+    assert len(blobs) == 8 and len(looks) < 2
+    assert nearest(poses, at) < 0.02
 
 
 def test_without_time_nothing_is_looked_at(finder, looks):

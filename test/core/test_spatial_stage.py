@@ -14,7 +14,9 @@ from solids import (
     RED,
     camera_of,
     chain,
+    marker,
     pose,
+    rectangle,
     render,
     sign,
     slide,
@@ -24,8 +26,11 @@ from solids import (
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
 from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import rotation_from_rotvec
 from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
@@ -152,6 +157,44 @@ def test_a_chain_of_joints():
     model = chain()
     scene = [pose(-0.1, 0, 0.6, 0.2, 0, model, {"arm": 0.2, "rod": 0.05, "finger": 0.4})]
     assert_found(model, scene, found(model, scene))
+
+
+def board(columns=3, rows=4, pitch=0.12):
+    """Equal squares in rows, seen from in front."""
+    parts = [
+        Component(
+            f"s{i}{j}",
+            (marker("m", rectangle(0.094, 0.094), np.eye(3), (i * pitch, j * pitch, 0)),),
+            required=(i, j) == (1, 1),
+        )
+        for i in range(columns)
+        for j in range(rows)
+    ]
+    return ObjectModel("board", tuple(parts))
+
+
+@pytest.mark.parametrize("heading, tilt", [(0.1, 0.5), (1.5, 0.3), (-0.7, 0.6)])
+def test_of_twelve_equal_squares_one_board_is_told(heading, tilt):
+    """Turned by a quarter nine of twelve squares lie on squares: that one was called sure, and the other three another
+    board."""
+    model = board()
+    R = rotation_from_rotvec([0.0, 0.0, heading]) @ rotation_from_rotvec([tilt, 0.0, 0.0]) @ np.diag([1.0, -1.0, -1.0])
+    middle = np.array([0.12, 0.18, 0.0])
+    at = Poses(R[None], (np.array([0.02, -0.03, 1.1]) - R @ middle)[None], np.zeros((1, 0)))
+    (detection,) = found(model, [at], background=0).detections
+    assert len(detection.components) == 12 and detection.score > 0.9
+    half = np.diag([-1.0, -1.0, 1.0])  # which the squares cannot tell
+    assert min(turn_between(detection.pose.rotation @ S, R) for S in (np.eye(3), half)) < 0.05
+    np.testing.assert_allclose(detection.pose.apply(middle[None])[0], (0.02, -0.03, 1.1), atol=0.02)
+
+
+def test_legs_that_another_object_hides_are_not_missing():
+    """An object of which another one hides all but the required component is found; before, its legs were missing."""
+    near = pose(0.13, 0.1, 0.62, 0.0, model=TRUCK)
+    far = pose(0.05, 0.02, 1.0, 0.1, model=TRUCK)
+    labels = render(CAMERA, [(TRUCK, near, BLUE), (TRUCK, far, RED)])
+    result = recognizer(Target("red", TRUCK, RED), Target("blue", TRUCK, BLUE)).recognize(labels, CAMERA)
+    assert sorted(d.object for d in result.detections) == ["blue", "red"]
 
 
 def test_an_object_of_one_component():

@@ -19,7 +19,8 @@ class Instance:
     :param x, y: centroid of the marker's outline, pixels.
     :param theta: direction of its axis (tail to head), radians from +x towards +y.
     :param scale: pixels per metre.
-    :param score: 0..1, share of evidence that agrees.
+    :param score: 0..1: in space the probability that it lies on its own marker; in the image plane the share of
+        evidence that agrees.
     :param contour: (n, 2) the marker's outline in the image, pixels, for drawing.
     """
 

@@ -64,6 +64,12 @@ class WholeObjectFinder:
         self._lookalikes = Lookalikes(self.surface)
         self._seeds = Seeds(target, self.surface, config, self._lookalikes)
 
+    @property
+    def is_alike_throughout(self) -> bool:
+        """Whether the blob of any component leads to the object: a rigid one with components that look the same."""
+        components = range(len(self.target.model.components))
+        return len(components) > 1 and all(self._lookalikes.leads_to(c) for c in components)
+
     def warm_up(self, frame: ImageFrame, poses: Poses) -> None:
         """Have the compiled code that counts votes and climbs on them ready, by a step from some poses."""
         self.total(self.judge(frame, poses, occlusion=True))
@@ -150,7 +156,14 @@ class WholeObjectFinder:
         kin, moved, surface = self.surface.kinematics, found.copied(), self.surface
         near_m, far_m = map(float, self._depths(frame.camera))
         moves = climbing.Moves(
-            self._steps, frame.camera.focal_px, near_m, far_m, kin.lower, kin.upper, kin.unit, kin.endless
+            self._steps,
+            frame.camera.focal_px,
+            near_m,
+            far_m,
+            kin.lower,
+            kin.upper,
+            kin.unit,
+            kin.endless,
         )
         steps = np.full((len(found), 6 + kin.n_joints), climb.first_step, float)
         if self.facing:

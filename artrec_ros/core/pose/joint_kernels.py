@@ -36,7 +36,8 @@ def patch_bound(
         total += role[view.padded[room.at[0, i]]]
     if total * share + most < wanted or k < 0:
         return total * share + most
-    return total * share + ring_votes(s, k, A, b, view, limits, room) * ring
+    mean, parted = ring_votes(s, k, s.own[s.role[p]], A, b, view, limits, room)
+    return (total * share * parted if total > 0.0 else total * share) + mean * ring
 
 
 @lean

@@ -30,7 +30,7 @@ class Lookalikes:
 
     def __init__(self, surface: SpatialModel) -> None:
         self._kin, self._root = surface.kinematics, surface.root
-        found = _placements(surface)
+        found, self._led = _placements(surface)
         self._on = np.array([c for c, _ in found], int)  # the required component's frame, and on which one it is
         self._R = np.array([T.rotation for _, T in found]).reshape(-1, 3, 3)
         self._t = np.array([T.position for _, T in found]).reshape(-1, 3)
@@ -39,9 +39,9 @@ class Lookalikes:
         return len(self._on)
 
     def leads_to(self, component: int) -> bool:
-        """Whether the required component lies on this one in some lookalike of a rigid object: from a pose that takes
-        its blob for the required component's one comes to the right one."""
-        return not self._kin.n_joints and bool((self._on == component).any())
+        """Whether the required component lies on this one in some lookalike of a rigid object, or in one that looks the
+        same throughout: from a pose that takes its blob for the required component's one comes to the right one."""
+        return component in self._led
 
     def of(self, poses: Poses) -> Poses:
         """(H * K) poses, those of the first one first."""
@@ -68,22 +68,27 @@ class _Placed(NamedTuple):
     whole: Pose
 
 
-def _placements(surface: SpatialModel) -> list[tuple[int, Pose]]:
-    """The required component's frame where a lookalike has it, in the frame of a component; those that have most in
-    common first. A rigid object's that have little are no rivals, and those that have all are the same to the eye."""
+def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]]:
+    """The required component's frame where a lookalike has it, in the frame of a component, those that have most in
+    common first; and the components that a rigid object's lead to. Of these poses those that have little in common are
+    no rivals, and those that have all are the same to the eye."""
     markers = _placed_markers(surface)
     found = list(_all_placements(markers, surface.root))
-    if surface.kinematics.n_joints:
-        return [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in found]
+    if surface.kinematics.n_joints:  # which of its own sides is seen all else tells
+        elsewhere = [f for f in found if f[1].component != surface.root]
+        return [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in elsewhere], set()
     least = max(2.0, _SHARE * len(markers))
     out: dict[tuple[float, ...], tuple[int, int, Pose]] = {}
+    led = {surface.root}
     for mine, there, T in found:
         moved = there.whole @ T @ mine.whole.inverse()
         covered = _covered(moved, markers)
+        if covered >= least:
+            led.add(there.component)
         if least <= covered < len(markers):
             key = tuple(np.rint(np.append(moved.rotation[:, :2].ravel(), moved.position / mine.marker.area**0.5) * 20))
             out.setdefault(key, (covered, there.component, there.inside @ T @ mine.inside.inverse()))
-    return [(c, T) for _, c, T in sorted(out.values(), key=lambda o: -o[0])]
+    return [(c, T) for _, c, T in sorted(out.values(), key=lambda o: -o[0])], led
 
 
 def _placed_markers(surface: SpatialModel) -> list[_Placed]:

@@ -1,4 +1,4 @@
-"""The last fit of objects that face the camera, where the image has colours: to these instead of classes' boundaries."""
+"""The last fit of objects that face the camera, where the image has colours: to these, not to classes' boundaries."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Fit of a figure of the image plane to raw colours: each of its regions even in itself, and unlike the others.
 
 The piecewise constant model of Chan and Vese 2001, with a similarity in place of a level set. It needs neither classes
-nor their boundaries, and bears blur and the fringes of lenses and compression, which are alike on both sides of an edge.
+nor their boundaries, and bears blur and the fringes of lenses and compression: they are alike on both sides of an edge.
 """
 
 from __future__ import annotations

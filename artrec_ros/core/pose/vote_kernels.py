@@ -15,13 +15,19 @@ from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect
 
 
 @inlined
-def ring_votes(s: Surface, k: int, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room) -> float:
-    """Mean vote of what lies just inside and just outside the contour of marker `k`."""
+def ring_votes(
+    s: Surface, k: int, own: Any, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
+) -> tuple[float, float]:
+    """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour that
+    does not lie amid its class.
+
+    :param own: (256,) how far each code is of it.
+    """
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
     outer, inner, ring_px = room.at[0], room.at[1], limits.ring_px
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
-    m, ring, is_open = len(u), 0.0, s.open_ring[k]
+    m, ring, amid, is_open = len(u), 0.0, 0.0, s.open_ring[k]
     for i in range(m):
         outer[i] = padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)
         inner[i] = padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)
@@ -29,7 +35,8 @@ def ring_votes(s: Surface, k: int, A: Any, b: Any, view: LabelView, limits: Surf
         beyond = view.padded[outer[i]]
         if beyond != limits.outside:  # else not the marker ends there but the image
             ring += is_open[i] * out[beyond] + into[view.padded[inner[i]]]
-    return ring / m
+            amid += is_open[i] * own[beyond]
+    return ring / m, 1.0 - amid / m
 
 
 @jit
@@ -80,7 +87,9 @@ def score_hypothesis(
         size, visible = s.area[p] * f2 / mz**2 * cosine, seen / count
         value, k = total / count * size, s.marker_of[p]
         if k >= 0 and visible > limits.ring_visible:
-            value += ring_votes(s, k, A, b, view, limits, room) * ring_px2(s, k, cosine, mz, f2, limits)
+            ring, parted = ring_votes(s, k, own, A, b, view, limits, room)
+            value = value * parted if value > 0.0 else value  # amid its class there is nothing to tell a marker by
+            value += ring * ring_px2(s, k, cosine, mz, f2, limits)
         votes[column] = value
         area_px[column] = size * visible
         agree[column] = same / max(visible * count, 1.0)

@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..pose.surface_model import PatchScores
-from .acceptance_curves import CURVES, Model
+from . import acceptance_curves, facing_curves
+from .acceptance_curves import Model
 from .claims import Claim
 
 _Scores = tuple[list[float], list[float], list[float]]  # of each patch
@@ -78,7 +79,8 @@ class Verdict:
     @cached_property
     def probability(self) -> float:
         """That the claim is an object, 0 to 1."""
-        return logistic(CURVES[self.case], self.evidence)
+        curves = facing_curves if self.claim.finder.facing else acceptance_curves
+        return logistic(curves.CURVES[self.case], self.evidence)
 
     @property
     def case(self) -> str:
@@ -200,5 +202,7 @@ def verdict_of(claim: Claim) -> Verdict:
         confirmed.append(best in supported)
         told = agree[best] > least.told_agree and votes[c] > least.told_votes * area_px[best]
         told = told and area_px[best] > config.min_blob_px  # else a speck
+        # a wider one has room for what would confirm it between the seams on its two sides
+        told = told and claim.width_px(best) < 2 * (surface.votes.ring_px + surface.votes.ring_width_px)
         shown.append(best if best in supported or told or c == claim.finder.root else -1)
     return Verdict(claim, tuple(shown), tuple(confirmed), tuple(votes))

@@ -34,6 +34,12 @@ class Claim:
     depth_m: float = math.nan  # of the required component, along the optical axis; NaN: not asked for
     scale: float = math.nan  # pixels per metre there
 
+    def width_px(self, patch: int) -> float:
+        """Mean width of a marker as it is seen, pixels, from its area and its outline's length."""
+        marker = self.finder.surface.patches[patch].marker
+        assert marker is not None
+        return 2 * float(self.all_scores.area_px[0, patch]) / max(marker.perimeter * self.scale, 1e-9)
+
 
 def claims_of(
     finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, all_scores: PatchScores | None = None

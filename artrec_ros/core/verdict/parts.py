@@ -13,8 +13,8 @@ import numpy as np
 
 from ..geometry.projection import project
 from ..model.surface import INSIDE_POINTS, contains
+from . import acceptance_curves, facing_curves
 from .acceptance import Verdict, logistic
-from .acceptance_curves import PARTS
 
 
 class PartEvidence(NamedTuple):
@@ -47,7 +47,8 @@ def part_probabilities(verdict: Verdict) -> dict[int, float]:
     required one does where the object is there."""
     root = verdict.claim.finder.root
     rows = part_evidence(verdict)
-    return {c: verdict.probability if c == root else logistic(PARTS, row) for c, row in rows.items()}
+    curves = facing_curves if verdict.claim.finder.facing else acceptance_curves
+    return {c: verdict.probability if c == root else logistic(curves.PARTS, row) for c, row in rows.items()}
 
 
 def part_evidence(verdict: Verdict) -> dict[int, PartEvidence]:

@@ -220,7 +220,7 @@ class SearchConfig(Room):
         origin="by hand: contours of merged blobs lead astray",
     )
     sure: float = param(
-        0.81,
+        0.855,
         "trust in an object whose pixels are not searched for others",
         low=0,
         high=2,
@@ -228,7 +228,7 @@ class SearchConfig(Room):
         origin="fit: 3 % of such claims may be wrong (benchmarks/acceptance.py --fit); above 1: none is sure",
     )
     likely: float = param(
-        0.61,
+        0.655,
         "trust in one whose blobs need not be looked at again for the same target",
         low=0,
         high=2,

@@ -1,0 +1,130 @@
+"""Is a flat object in an uncalibrated image there as often as its score says? As `acceptance.py`, of flat objects.
+
+python benchmarks/acceptance_facing.py --save found.npz [--first 0] [--worlds 120] [--scenes 10]
+python benchmarks/acceptance_facing.py --load found.npz [more.npz ...] [--fit]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from acceptance import INDEX, PART_INDEX, Model, fitted_parts, report, summary, write
+from acceptance_claims import RANGE_PX, RANGE_SHARE, SIZE_PX, SIZE_SHARE, Claims, Parts, Watcher, joined, load, save
+from random_flat import flat_frames, flat_world
+from tqdm import tqdm
+
+from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.facing_search import FacingSearch
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.range_limits import ScaleLimits
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.verdict import facing_curves
+from artrec_ros.core.verdict.acceptance import Verdict
+from artrec_ros.core.verdict.descriptions import Describer
+from artrec_ros.core.verdict.judge import Judge
+from artrec_ros.core.verdict.ownership import share_out
+from artrec_ros.simulation.simulator import SimulatedFrame
+from artrec_ros.simulation.surfaces import component_poses
+from artrec_ros.simulation.truth import ObjectTruth
+
+OUT = Path(facing_curves.__file__)
+LIKELY_ENOUGH = 0.25  # of claims whose components are looked at
+
+
+def is_there(verdict: Verdict, truth: ObjectTruth, faced: ImageFrame, frame: SimulatedFrame) -> bool:
+    """Whether a claim's required component is where the image shows it, within a third of its size, at its scale."""
+    placed, model = truth.placed, truth.placed.target.model
+    if placed.target.name != verdict.claim.finder.target.name:
+        return False
+    claimed = verdict.claim.finder.anchors(verdict.claim.poses)
+    T = placed.T_camera_object @ component_poses(model, placed.joints)[model.required.name]
+    true = T.apply(model.required.markers[0].centre[None])
+    off_px = float(np.linalg.norm(project(faced.camera, claimed) - project(frame.camera, true)))
+    scale = faced.camera.focal_px / claimed[0, 2], frame.camera.focal_px / true[0, 2]
+    size_px = scale[1] * np.sqrt(model.required.markers[0].area)
+    off_scale = abs(np.log(scale[0] / scale[1]))
+    return bool(off_px <= SIZE_SHARE * size_px + SIZE_PX and off_scale <= max(1.5 * RANGE_SHARE, RANGE_PX / size_px))
+
+
+class FacingWatcher(Watcher):
+    """Searches scenes for some flat targets."""
+
+    def __init__(self, targets: Sequence[Target]) -> None:
+        super().__init__(())
+        config = RecognizerConfig(min_component_probability=0.0)
+        self._searches = [FacingSearch(WholeObjectFinder(t, config, facing=True), config) for t in targets]
+        self._describers = {s.finder.target.name: Describer(s.finder) for s in self._searches}
+        self._judge = Judge.of(config)
+        self._blobs = config
+
+    def look(self, frame: SimulatedFrame) -> None:
+        image = ImageFrame(LabelField(frame.labels)).faced()
+        wanted = {label for s in self._searches for label in s.finder.root_labels}
+        blobs = find_blobs(frame.labels, wanted, self._blobs)
+        found = [(s.finder, s.run(image, blobs, ScaleLimits(0.0, np.inf))) for s in self._searches]
+        accepted, others = share_out(found, image, self._judge)
+        left = list(frame.truths)
+        for verdict in (*accepted, *(v for v in others if v.confirmed[v.claim.finder.root])):
+            there = next((truth for truth in left if is_there(verdict, truth, image, frame)), None)
+            self.claims.append((True, verdict, there is not None))
+            if verdict.probability > LIKELY_ENOUGH:
+                self._note_parts(verdict, there, image)
+            if there is not None:
+                left = [truth for truth in left if truth is not there]
+
+
+def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
+    claims, parts = [], []
+    for number in tqdm(range(first, first + worlds), desc="worlds", disable=None):
+        world = flat_world(number)
+        watcher = FacingWatcher(world.targets)
+        for frame in flat_frames(world, number, scenes):
+            watcher.look(frame)
+        claims.append(Claims.of(number, watcher.claims))
+        parts.append(Parts.of(number, watcher.parts))
+    return joined(claims), joined(parts)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--first", type=int, default=0, help="number of the first world")
+    parser.add_argument("--worlds", type=int, default=120)
+    parser.add_argument("--scenes", type=int, default=10, help="of each world")
+    parser.add_argument("--save", type=Path, metavar="FILE.npz")
+    parser.add_argument("--load", type=Path, nargs="+", metavar="FILE.npz")
+    parser.add_argument("--fit", action="store_true", help=f"write {OUT.name}")
+    args = parser.parse_args()
+    claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
+    if args.save:
+        save(args.save, claims, parts)
+    even, even_part = claims.world % 2 == 0, parts.world % 2 == 0
+    report("as they scored", claims[~even].score, claims[~even])
+    report("components as they scored", parts[~even_part].score, parts[~even_part], "components")
+    if args.fit:
+        model, of_parts, rest = Model.fitted(claims[even]), fitted_parts(parts[even_part]), claims[~even]
+        p, p_parts = model.probability(rest), of_parts[0].probability(parts[~even_part].evidence[:, PART_INDEX])
+        said = (
+            f"Fitted on {even.sum()} claims and {even_part.sum()} components in the even-numbered of worlds "
+            f"{claims.world.min()} to {claims.world.max()}.",
+            f"On the odd-numbered ones: {summary(p, rest)}; {summary(p_parts, parts[~even_part], 'components')}.",
+        )
+        write(model, of_parts, said, OUT)
+        report("fitted", p, rest)
+        report("components, fitted", p_parts, parts[~even_part], "components")
+        for case in INDEX:
+            print(f"{case}: {summary(p[rest.case == case], rest[rest.case == case])}")
+        for least in (0.2, 0.3, 0.4, 0.5, 0.6):
+            taken = p >= least
+            print(f"min_probability {least}: expected precision {p[taken].mean():.3f}, precision", end=" ")
+            print(f"{rest.right[taken].mean():.3f}, kept {rest.right[taken].sum() / rest.right.sum():.3f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,132 @@
+"""Poses in which an object looks much like itself."""
+
+import numpy as np
+import pytest
+from settings import DEFAULTS
+from solids import BACKGROUND, RED, camera_of, marker, rectangle, render, truck, turn_between
+
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.lookalikes import Lookalikes
+from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+
+CAMERA = camera_of()
+PITCH = 0.07
+TOWARDS = np.diag([1.0, -1.0, -1.0])  # a plane's frame (x right, y up, z out) in a camera that faces it
+
+
+def grid(columns=3, rows=4, required=(1, 1), outline=None, radius=None):
+    """Equal markers in rows, on a plane; z points out of it."""
+    outline = rectangle(0.05, 0.05) if outline is None else outline
+    parts = []
+    for i in range(columns):
+        for j in range(rows):
+            m = marker("m", outline, np.eye(3), (i * PITCH, j * PITCH, 0))
+            m = Marker("m", m.outline, m.tail, m.head, radius, m.T_component_marker)
+            parts.append(Component(f"s{i}{j}", (m,), required=(i, j) == required))
+    return ObjectModel("grid", tuple(parts))
+
+
+def surface_of(model):
+    return SpatialModel(model, RED, DEFAULTS.votes)
+
+
+def at(x=0.0, y=0.0, z=1.0, turn=0.0, tilt=0.0):
+    R = rotation_from_rotvec([0.0, 0.0, turn]) @ rotation_from_rotvec([tilt, 0.0, 0.0]) @ TOWARDS
+    return Poses(R[None], np.array([[x, y, z]]), np.zeros((1, 0)))
+
+
+def centres(model, poses, h=0):
+    points = np.array([c.markers[0].centre for c in model.components])
+    return points @ poses.R[h].T + poses.t[h]
+
+
+def covered(here, there):
+    """How many points have one of the others at their place."""
+    return int((np.linalg.norm(here[:, None] - there, axis=2).min(axis=1) < 1e-6).sum())
+
+
+def test_a_grids_lookalikes_are_all_its_poses_that_share_a_third_of_its_places_and_not_all():
+    model = grid()
+    one, lookalikes = at(0.1, -0.05, 1.2, 0.3, 0.4), Lookalikes(surface_of(model))
+    poses = lookalikes.of(one)
+    assert len(poses) == len(lookalikes) > 20
+    shared = [covered(centres(model, poses, h), centres(model, one)) for h in range(len(poses))]
+    assert min(shared) >= 4 and max(shared) == 9
+    assert shared == sorted(shared, reverse=True)
+    np.testing.assert_allclose(poses.R @ poses.R.transpose(0, 2, 1), np.tile(np.eye(3), (len(poses), 1, 1)), atol=1e-9)
+    np.testing.assert_allclose(poses.R[..., 2], np.tile(one.R[0, :, 2], (len(poses), 1)), atol=1e-9)  # in its plane
+    quarter = [turn_between(R, one.R[0]) for R, n in zip(poses.R, shared, strict=True) if n == 9]
+    assert any(abs(a - np.pi / 2) < 1e-6 for a in quarter) and any(a < 1e-6 for a in quarter)
+
+
+def test_discs_are_turned_so_that_others_meet():
+    angles = 2 * np.pi * np.arange(32) / 32
+    disc = 0.025 * np.column_stack([np.cos(angles), np.sin(angles)])
+    model = grid(outline=disc, radius=0.025)
+    one = at(turn=0.2)
+    poses = Lookalikes(surface_of(model)).of(one)
+    shared = [covered(np.round(centres(model, poses, h), 9), centres(model, one)) for h in range(len(poses))]
+    assert len(poses) > 20 and any(abs(turn_between(R, one.R[0]) - np.pi / 2) < 0.06 for R in poses.R)
+    assert max(shared) < 12
+
+
+@pytest.mark.parametrize("model", [truck(), grid(1, 1, (0, 0), rectangle(0.05, 0.03))], ids=["truck", "one of all"])
+def test_what_is_unlike_all_else_has_none(model):
+    assert len(Lookalikes(surface_of(model))) == 0
+
+
+def test_a_jointed_objects_required_component_is_put_on_each_that_it_is_like():
+    """A chain of three equal links: joints as they are."""
+    bar = rectangle(0.08, 0.02, (0.05, 0))
+    joint = [Joint(p, at_end(), np.array([0.0, 0.0, 1.0]), -1.0, 1.0) for p in ("a", "b")]
+    links = [
+        Component(n, (marker("m", bar, np.eye(3), (0, 0, 0)),), required=n == "a", joint=j)
+        for n, j in zip("abc", [None, *joint], strict=True)
+    ]
+    surface = surface_of(ObjectModel("chain", tuple(links)))
+    one = Poses(TOWARDS[None], np.array([[0.0, 0.0, 1.0]]), np.array([[0.4, -0.3]]))
+    poses = Lookalikes(surface).of(one)
+    assert len(poses) == 4  # on each other link, both ways round
+    np.testing.assert_array_equal(poses.q, np.tile(one.q, (4, 1)))
+    frames = surface.kinematics.forward(one.R, one.t, one.q)
+    on_b = np.linalg.norm(poses.R - frames.R[0, 1], axis=(1, 2)) + np.linalg.norm(poses.t - frames.t[0, 1], axis=1)
+    assert on_b.min() < 1e-6
+
+
+def at_end():
+    return Pose.from_xyz_rpy((0.1, 0, 0))
+
+
+@pytest.mark.parametrize("shift, turn", [((1, 0), 0.0), ((0, 1), 0.0), ((2, 0), np.pi / 2)], ids=str)
+def test_from_a_pose_that_covers_most_of_a_grid_the_finder_comes_to_the_one_that_covers_all(shift, turn):
+    """Moved by a pitch, or turned by a quarter: nine of twelve squares lie on squares, and no small step is better."""
+    model, true = grid(), at(-0.08, 0.1, 1.1, 0.2, 0.5)
+    labels = render(CAMERA, [(model, true, RED)])
+    frame = ImageFrame(LabelField(labels), CAMERA)
+    R = true.R @ rotation_from_rotvec([0.0, 0.0, turn])
+    wrong = Poses(R, true.t + true.R[0] @ (*(PITCH * np.array(shift)), 0.0), true.q)
+    assert 8 <= covered(centres(model, wrong), centres(model, true)) <= 9
+    finder = WholeObjectFinder(Target("grid", model, RED), DEFAULTS)
+    found = finder._with_lookalikes(frame, finder._fit_all(frame, wrong).best(1, DEFAULTS.search))
+    there = centres(model, found.poses)
+    assert np.linalg.norm(there[:, None] - centres(model, true), axis=2).min(axis=1).max() < 0.01
+
+
+def test_components_that_lookalikes_lead_to_need_no_guesses_of_their_own():
+    model, true = grid(), at(-0.08, 0.1, 1.1, 0.2, 0.5)
+    finder = WholeObjectFinder(Target("grid", model, RED), DEFAULTS)
+    assert finder.is_alike_throughout and len(finder._seeds._guessers) == 1
+    labels = render(CAMERA, [(model, true, RED)], BACKGROUND)
+    frame = ImageFrame(LabelField(labels), CAMERA)
+    off = []
+    for blob in find_blobs(labels, {RED}, DEFAULTS):
+        there = centres(model, finder.plain_guesses(frame, blob).poses)
+        off.append(np.linalg.norm(there[:, None] - centres(model, true), axis=2).min(axis=1).max())
+    assert len(off) == 12 and np.median(off) < 0.02  # one blob suffices
+    assert not WholeObjectFinder(Target("truck", truck(), RED), DEFAULTS).is_alike_throughout

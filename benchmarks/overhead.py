@@ -41,7 +41,7 @@ IMAGE, SIDE_M, FINE = (640, 480), 0.075, 4  # FINE: sample points along a pixel'
 MARKED = 3  # frames
 NEAR, STRAIGHT = 1 / 3, np.radians(15)
 TRIES = 2000
-LEAST = 0.15  # recognizer.min_probability, as docs/overhead.md has it
+LEAST, WIDER = 0.15, 1.25  # recognizer.min_probability and limits of the scale, as docs/overhead.md has them
 INKS = {  # r, g, b
     "yellow": (230, 210, 50), "blue": (40, 90, 200), "green": (40, 150, 60), "red": (200, 40, 45),
     "violet": (150, 70, 180),
@@ -219,7 +219,7 @@ def learn(folder: Path, room: Room, least: float, rng: np.random.Generator) -> N
     write_pictures(folder, room, rng)
     (folder / "robot.yaml").write_text(robot_file(), encoding="utf-8")
     scale = room.size_px / SIDE_M
-    limits = f"min_scale: {scale / 1.1:.1f}, max_scale: {1.1 * scale:.1f}, min_probability: {least}"
+    limits = f"min_scale: {scale / WIDER:.1f}, max_scale: {WIDER * scale:.1f}, min_probability: {least}"
     (folder / "robots.yaml").write_text(f"{PARAMETERS}    recognizer: {{{limits}}}\n", encoding="utf-8")
     files = {"--annotations": "coco.json", "--params-file": "robots.yaml", "--images": "pictures", "-o": "colours.yaml"}
     options = [text for option, name in files.items() for text in (option, str(folder / name))]

@@ -10,7 +10,7 @@ from ..core.geometry.transforms import Array
 from ..core.learning.colour_learning import Learned
 
 _WORTH_TELLING = 0.01  # share of a class that gets another's label
-_WIDER = 1.1  # limits of the scale, over what was marked: clicks are off by a pixel, and other places are nearer
+_WIDER = 1.25  # limits of the scale, over what was marked: that of small patches is found to a tenth, or less
 _MUCH = 0.02  # share of a background that a class may take before something should be done: a robot or two
 
 
@@ -35,7 +35,7 @@ def scale_line(scales: Array) -> str:
     """What the marked objects' scales are, and the limits that they suggest. :param scales: px/m, one or more."""
     least, greatest = scales.min(), scales.max()
     return (
-        f"scale: {least:.4g} to {greatest:.4g} px/m where marked; a tenth wider, recognizer.min_scale "
+        f"scale: {least:.4g} to {greatest:.4g} px/m where marked; a quarter wider, recognizer.min_scale "
         f"{least / _WIDER:.4g} and max_scale {greatest * _WIDER:.4g} keep out what is smaller or larger"
     )
 

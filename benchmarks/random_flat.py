@@ -92,7 +92,7 @@ def flat_frames(world: World, seed: int, scenes: int) -> Iterator[SimulatedFrame
     """Scenes of a world, each with a size, crowding, clutter and a segmentation of its own, seen from above."""
     for rng in (np.random.default_rng([22, seed, n]) for n in range(scenes)):
         size, count = SIZES[rng.choice(len(SIZES), p=SHARES)], int(rng.integers(0, 11))
-        least = np.exp(rng.uniform(np.log(12 / size[0]), np.log(0.4)))
+        least = np.exp(rng.uniform(np.log(max(12 / size[0], 0.021)), np.log(0.4)))
         scene = SceneConfig(
             objects=(count, count),
             size=(float(least), float(min(least * rng.uniform(1, 1.5), 0.6))),

@@ -53,6 +53,10 @@ class Canvas:
     def polygon(self, points: Array, colour: Colour, thickness: int) -> None:
         cv2.polylines(self.picture, [self._fixed(self._at(points))], True, colour, thickness, cv2.LINE_AA, _SHIFT)
 
+    def line(self, start: Array, end: Array, colour: Colour) -> None:
+        a, b = ([int(v) for v in p] for p in self._fixed(self._at(np.stack([start, end]))))
+        cv2.line(self.picture, a, b, colour, self._line, cv2.LINE_AA, _SHIFT)
+
     def arrow(self, start: Array, end: Array, colour: Colour, thickness: int) -> None:
         a, b = self._at(start), self._at(end)
         length = float(np.linalg.norm(b - a))

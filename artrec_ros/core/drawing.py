@@ -67,7 +67,7 @@ def draw_result(
     for detection in result.detections:
         for instance in detection.components:
             canvas.instance(instance, colours[detection.object])
-        if camera is not None and detection.pose is not None:
+        if camera is not None and not detection.frame_id:  # of poses in the camera
             canvas.frame(detection, camera)
         canvas.keep_clear(detection)
     for detection in result.detections:  # names after all outlines: nothing covers them

@@ -11,7 +11,7 @@ import numpy as np
 
 from .base.config import RecognizerConfig
 from .geometry.range_limits import ScaleLimits
-from .image.blobs import Blob
+from .image.blobs import Blob, centres
 from .image.image_frame import ImageFrame
 from .pose.facing_guesses import FacingGuesser, Guesses
 from .pose.finder import Climb, WholeObjectFinder
@@ -33,6 +33,8 @@ class FacingSearch:
     def run(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Poses:
         """Candidates of all blobs. :param limits: of the scale."""
         mine = [b for b in blobs if b.label in self.finder.root_labels]
+        seen = frame.scene.scale_limits(centres(mine))[:, 1] > 0  # else behind the horizon
+        mine = [b for b, yes in zip(mine, seen, strict=True) if yes]
         if not mine:
             return self.finder.surface.no_poses
         guesses = self._guesser.guess(frame, mine, limits)

@@ -1,9 +1,9 @@
-"""Recognition of whole objects that face the camera, in images of any camera: figures of the image plane."""
+"""Recognition of whole objects that face the camera, in images of any camera: figures of the image plane, and of the
+plane on which they lie where that is known."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from .base.config import RecognizerConfig
 from .facing_search import FacingSearch
@@ -14,19 +14,21 @@ from .image.image_frame import ImageFrame
 from .model.found import Detection, Rejection
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
+from .pose.on_plane import PlanePlacer
 from .verdict.descriptions import Describer, rejection_of
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
 
 
 class FacingStage:
-    """Finds flat targets, whose place, turn and scale in the image are told, and no pose in space."""
+    """Finds flat targets, whose place, turn and scale in the image are told, and the pose on the scene's plane."""
 
     def __init__(self, targets: Sequence[Target], config: RecognizerConfig, codes: Codes = LABELS) -> None:
         self._config = config
         self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
         self._describers = [Describer(s.finder) for s in self._searches]
         self._judge = Judge.of(config)
+        self._placer = PlanePlacer(targets, config)
 
     def recognize(
         self, frame: ImageFrame, blobs: Sequence[Blob]
@@ -39,7 +41,7 @@ class FacingStage:
         found = [(s.finder, s.run(hurried, blobs, limits)) for s in self._searches]
         accepted, others = share_out(found, faced, self._judge)
         detections = [
-            replace(detection, pose=None, pose_covariance=None)
+            self._placer.faced(detection, faced)
             for describer in self._describers
             for detection in describer.describe([v for v in accepted if v.claim.finder is describer.finder], faced)
         ]

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from .alignment.contour_map import ContourMap
 from .alignment.matching import Matches, find_matches
 from .alignment.shapes import Shape
 from .base.config import AlignmentConfig, RecognizerConfig
 from .base.deferred import Deferred
-from .geometry.range_limits import scale_limits
+from .geometry.range_limits import narrowed, scale_limits
+from .geometry.scene import Scene
 from .grouping.candidates import Roles, ShapeOf, candidates_of_roles
 from .grouping.group_search import GroupSearch
 from .grouping.paper import align_literally, group_literally
 from .grouping.solution import solve
-from .image.blobs import Blob
+from .image.blobs import Blob, centres
 from .image.image_frame import ImageFrame
 from .model.found import Detection, Rejection
 from .model.target import Target
@@ -32,10 +37,11 @@ class FlatStage:
         self._shapes, self._shape_of = _distinct_shapes(targets, config.alignment)
         self._roles = [Roles.of(t, shape_of) for t, shape_of in zip(targets, self._shape_of, strict=True)]
         self._wanted = {
-            (self._shape_of[n][c.name, m.name], target.label if c.label is None else c.label)
+            (self._shape_of[n][c.name, m.name], label)
             for n, target in enumerate(targets)
             for c in target.model.components
             for m in c.markers
+            for label in c.labels(target.label)
         }
 
     def align(self, frame: ImageFrame, blobs: tuple[Blob, ...]) -> Matches:
@@ -47,7 +53,7 @@ class FlatStage:
         if self._config.profile == "paper":
             return align_literally(blobs, frame.size, self._shapes, self._wanted, self._config, frame.deadline)
         cmap = ContourMap.build(blobs, frame.size)
-        scales = scale_limits(self._config, frame.calibration)
+        scales = narrowed(scale_limits(self._config, frame.calibration), frame.scene.scale_limits(centres(blobs)))
         return find_matches(blobs, cmap, self._shapes, self._wanted, self._config, frame.deadline, self._blank, scales)
 
     def group(self, frame: ImageFrame, matches: Matches) -> tuple[tuple[Detection, ...], Sequence[Rejection], bool]:
@@ -60,18 +66,35 @@ class FlatStage:
                 for target, shape_of in zip(self._targets, self._shape_of, strict=True)
                 for g in group_literally(target, shape_of, matches, self._config, frame.deadline)
             ]
-            return detections_of(groups, matches, self._targets, literal=True), (), False
+            return *_sifted(detections_of(groups, matches, self._targets, literal=True), frame.scene), False
         searches = [
             GroupSearch(candidates_of_roles(roles, matches, self._config), matches, self._config, frame.deadline)
             for roles in self._roles
         ]
         solution = solve(searches, matches, self._config, frame.deadline)
-        detections = detections_of(solution.accepted, matches, self._targets, solution.margins)
+        found = detections_of(solution.accepted, matches, self._targets, solution.margins)
+        detections, misplaced = _sifted(found, frame.scene)
         overlap = matches.overlap  # a result that is kept shall not keep the contour map, nor tables of pairs
         for search in searches:
             search.forget_table()
-        reasons = Deferred(lambda: rejections_of(solution, searches, overlap, self._config))
+        reasons = Deferred(lambda: (*misplaced, *rejections_of(solution, searches, overlap, self._config)))
         return detections, reasons, solution.out_of_nodes
+
+
+def _sifted(detections: tuple[Detection, ...], scene: Scene) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
+    """Those that can be where they are, numbered anew, and the others with the reason."""
+    if not (scene and detections):
+        return detections, ()
+    places = np.array([(d.image.x, d.image.y) for d in detections])
+    reasons = scene.reasons(places, np.array([d.image.scale for d in detections]))
+    kept, refused, number = [], [], Counter[str]()
+    for d, reason in zip(detections, reasons, strict=True):
+        if reason is None:
+            kept.append(replace(d, id=number[d.object]))
+            number[d.object] += 1
+        else:
+            refused.append(Rejection(d.object, reason, d.score, d.image.x, d.image.y))
+    return tuple(kept), tuple(refused)
 
 
 def _distinct_shapes(targets: tuple[Target, ...], config: AlignmentConfig) -> tuple[list[Shape], list[ShapeOf]]:

@@ -19,13 +19,15 @@ from .constraints.constraint_set import ConstraintSet
 from .facing_stage import FacingStage
 from .flat_stage import FlatStage
 from .geometry.camera import Camera
-from .image.blobs import find_blobs
+from .geometry.scene import Scene
+from .image.blobs import Blob, centres, find_blobs
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
-from .model.found import FrameResult, Rejection
+from .model.found import Detection, FrameResult, Rejection
 from .model.target import Target
 from .pose.by_size import SizePlacer
+from .pose.on_plane import PlanePlacer
 from .spatial_stage import SpatialStage
 from .verdict.classify import Classifier
 from .warm_up import Told, get_ready
@@ -108,9 +110,14 @@ class Recognizer:
         self.get_ready(calibrated, told)
         self._flat = {c: FlatStage(self._in_plane(calibrated=c), config, segmenter.blank) for c in (True, False)}
         of = partial(of_way, targets=self._targets, config=config)
-        self._spatial = SpatialStage(of(SPACE, calibrated=True), config, segmenter.meaning)
-        self._facing = FacingStage(of(FACING, calibrated=False), config, segmenter.meaning)
-        self._placer = SizePlacer(self._targets, config)
+        spatial = SpatialStage(of(SPACE, calibrated=True), config, segmenter.meaning)
+        facing = FacingStage(of(FACING, calibrated=False), config, segmenter.meaning)
+        self._whole: dict[bool, tuple[SpatialStage | FacingStage, ...]] = {True: (spatial,), False: (facing,)}
+        if of(FACING, calibrated=True):
+            self._whole[True] = spatial, facing
+        self._scene = Scene.of(config.scene)
+        self._scene_camera: Camera | None = None
+        self._by_size, self._on_plane = SizePlacer(self._targets, config), PlanePlacer(self._targets, config)
         self._classifier = Classifier(self._targets if config.profile == "default" else (), config)
         self._wanted = {
             label for target in self._targets for c in target.model.components for label in c.labels(target.label)
@@ -139,24 +146,46 @@ class Recognizer:
             field = LabelField(self._segmenter.codes(image), self._config.seams, self._segmenter.meaning)
             labels = field.labels
         colours = image if self._segmenter.meaning is not LABELS else None
-        frame = ImageFrame(field, camera, deadline, colours)
-        flat, whole = self._flat[camera is not None], self._facing if camera is None else self._spatial
+        frame = ImageFrame(field, camera, deadline, image=colours, scene=self._scene_of(camera))
+        flat, whole = self._flat[camera is not None], self._whole[camera is not None]
         with watch.stage("blobs"):
             blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank, deadline)
+            blobs = _within(frame.scene, blobs)
         with watch.stage("alignment"):
             matches = flat.align(frame.hurried(self._config.time.alignment_share), blobs)
         with watch.stage("grouping"):
             detections, rejected, out_of_nodes = flat.group(frame, matches)
         with watch.stage("pose"):
-            found = whole.recognize(frame, blobs)
-        detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
+            for stage in reversed(whole):
+                found = stage.recognize(frame, blobs)
+                detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
+            detections = self._placed(detections, frame)
         detections = self._classifier.classified(detections)
-        if camera is not None and self._config.profile == "default":
-            with watch.stage("pose"):
-                detections = self._placer.placed(detections, frame)
         limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
         ended_by = tuple(name for name, hit in limits.items() if hit)
         return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels)
+
+    def _placed(self, detections: tuple[Detection, ...], frame: ImageFrame) -> tuple[Detection, ...]:
+        """Those that were found flat with poses: on the plane, where that is known, else by their size."""
+        detections = self._on_plane.placed(detections, frame)
+        if frame.calibration is None or self._config.profile == "paper":
+            return detections
+        return self._by_size.placed(detections, frame)
+
+    def _scene_of(self, camera: Camera | None) -> Scene:
+        """What is known of the scene in this camera's images: worked out anew only where that is another one."""
+        bent = camera if camera is not None and camera.bent else None  # others have nothing to undo
+        known = self._scene_camera
+        if bent is not known and (bent is None or known is None or not bent.sees_as(known)):
+            self._scene, self._scene_camera = Scene.of(self._config.scene, bent), bent
+        return self._scene
+
+
+def _within(scene: Scene, blobs: tuple[Blob, ...]) -> tuple[Blob, ...]:
+    """Those with their middles in the region."""
+    if scene.region is None:
+        return blobs
+    return tuple(b for b, inside in zip(blobs, scene.inside(centres(blobs)), strict=True) if inside)
 
 
 def _joined(first: Sequence[Rejection], second: Sequence[Rejection]) -> Sequence[Rejection]:

@@ -11,15 +11,16 @@ PAPER, PLANE, FACING, SPACE = "paper", "plane", "facing", "space"
 
 
 def way_of(target: Target, config: RecognizerConfig, *, calibrated: bool) -> str:
-    """PAPER: as published. PLANE: markers one by one, grouped by learned constraints. As a whole: in SPACE, where
-    markers have places and the camera is calibrated; FACING the camera, where it is not and the object is flat."""
+    """PAPER: as published. PLANE: markers one by one, grouped by learned constraints. As a whole, where markers have
+    places: FACING the camera, where the object is flat, and lies on a known plane or the camera is not calibrated; in
+    SPACE, where it is."""
     if config.profile == "paper":
         return PAPER
     if not (config.whole_object and target.model.is_spatial):
         return PLANE
-    if calibrated:
-        return SPACE
-    return FACING if target.model.is_flat else PLANE
+    if target.model.is_flat and (config.scene.plane.is_given or not calibrated):
+        return FACING
+    return SPACE if calibrated else PLANE
 
 
 def of_way(way: str, targets: Sequence[Target], config: RecognizerConfig, *, calibrated: bool) -> tuple[Target, ...]:

@@ -54,15 +54,16 @@ class Publishers:
         return bool(self._labels.get_subscription_count())
 
     def publish(self, detections: Sequence[Detection], header: Header, marker_lifetime_s: float = 0.0) -> None:
-        """What OBJECT_MAKERS make of it, to those who listen: all for every image, empty too, but `pose`."""
+        """What OBJECT_MAKERS make of it, and markers, to those who listen: of each image, empty too, but for `pose`."""
         of_name = {name: [d for d in detections if d.object == name] for name in self._names}
         for name, make, publisher in self._of_objects:
             if publisher.get_subscription_count():
                 for message in make(of_name[name], header.frame_id, header_of(header)):
                     publisher.publish(to_ros(message))
-        markers = self._scene.update(detections, header, marker_lifetime_s)
-        if markers.markers:
-            self._markers.publish(markers)
+        if self._markers.get_subscription_count():
+            markers = self._scene.update(detections, header, marker_lifetime_s)
+            if markers.markers:
+                self._markers.publish(markers)
         if self._tf is not None:
             self._tf.send(detections, header)
 

@@ -52,7 +52,7 @@ def _shown(targets: tuple[Target, ...]) -> Iterator[tuple[str, int]]:
     for target in targets:
         for component in target.model.components:
             if component.classes:
-                yield from component.classes.items()
+                yield from ((name, label) for name, label in component.classes.items() if label is not None)
             elif component.label is None:
                 yield target.name, target.label
             else:

@@ -26,8 +26,10 @@ from ..io.learned.annotations import Annotations
 from ..io.parameters.parameter_file import Setup
 from ..io.parameters.specs import EXPERT, all_specs
 from ..io.parameters.unread import unread
-from .inspecting.inspection import problems
+from .inspecting.inspection import calibrated_images, problems
 from .inspecting.model_report import counted, summary
+from .inspecting.scene_report import draw_scene, scene_lines
+from .inspecting.silent_topics import silent_topics
 
 _OTHER_TOPICS = 12  # topics of a bag that are listed beside images and calibrations
 
@@ -37,10 +39,17 @@ def add_parser(subparsers: Any) -> None:
         "inspect",
         help="print what files hold, and whether they fit together",
         description="Prints what a bag, folder of images, object, constraint or parameter file, calibration, COCO "
-        "file, truth or result holds. Of several it says whether they fit together: labels, names, topics, "
-        "calibration, constraints, stamps. One line for every problem; exit code 1 where there is one.",
+        "file, truth or result holds; of parameters, which of the node's topics will stay empty, and why. Of several "
+        "it says whether they fit together: labels, names, topics, calibration, constraints, stamps. One line for "
+        "every problem; exit code 1 where there is one.",
     )
     p.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="files and folders; of a folder, what is in it")
+    p.add_argument(
+        "--scene",
+        type=Path,
+        metavar="PICTURE",
+        help="draw the parameters' scene.region and scene.plane over an image: PICTURE.png",
+    )
     p.set_defaults(run=run)
 
 
@@ -50,6 +59,13 @@ def run(args: argparse.Namespace) -> int:
     for item in items:
         for n, line in enumerate(describe(item)):
             print(f"{'  ' if n else ''}{line}")
+        if isinstance(item.content, Setup):
+            for line in silent_topics(item.content, calibrated_images(items)):
+                print(f"  {line}")
+    for line in scene_lines(items):
+        print(line)
+    if args.scene is not None:
+        print(draw_scene(items, args.scene))
     found = list(dict.fromkeys(problems(items)))
     for line in found:
         print(f"problem: {line}")
@@ -135,13 +151,20 @@ def _object(head: str, model: ObjectModel) -> Iterator[str]:
         about = [", ".join(m.name for m in c.markers)]
         about += ["required"] if c.required else []
         about += [f"label {c.label}"] if c.label is not None else []
+        about += [f"of one of the classes {', '.join(c.classes)}"] if c.classes else []
         about += [f"body of {len(c.bodies)} box{'es' if len(c.bodies) > 1 else ''}"] if c.bodies else []
         yield f"{c.name}: {'; '.join(about)}"
+    if model.identities:
+        once = ", each occurs once" if model.unique else ""
+        yield f"identities: {', '.join(identity.name for identity in model.identities)}{once}"
+    yield _way(model)
+
+
+def _way(model: ObjectModel) -> str:
+    if not model.is_spatial:
+        return "not every marker has a pose: found in the image plane, by learned constraints"
     places = "every marker has a pose: found in space, given a calibration"
-    places += "; flat: without one as a whole in the image" if model.is_flat else ""
-    yield (
-        places if model.is_spatial else "not every marker has a pose: found in the image plane, by learned constraints"
-    )
+    return f"{places}; it is flat: found as a whole in the image plane without one" if model.is_flat else places
 
 
 def _setup(head: str, setup: Setup) -> Iterator[str]:
@@ -159,7 +182,7 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
     specs = all_specs([t.name for t in setup.targets], setup.image.classes)
     changed = {
         k: v for k, v in setup.resolved.items()
-        if k.startswith(("recognizer.", "tracking.", EXPERT)) and k in specs and v != specs[k].default
+        if k.startswith(("recognizer.", "scene.", "tracking.", EXPERT)) and k in specs and v != specs[k].default
         and v != list(specs[k].default if isinstance(specs[k].default, tuple) else ())
     }  # fmt: skip
     if changed:

@@ -166,7 +166,7 @@ def _write_sheet(path: Path, found: Ambiguities, camera: Camera, label: int) -> 
     cells = []
     for row in shape_rows(found, camera):
         component = model.component(row.keys[0][0])
-        shown = label if component.label is None else component.label
+        shown = component.labels(label)[0]
         notes = f"found to {row.found_m:.2f} m, told to {row.told_m:.2f} m"
         cells.append(MarkerCell(component.marker(row.keys[0][1]), shown, row.names, notes))
     path.parent.mkdir(parents=True, exist_ok=True)

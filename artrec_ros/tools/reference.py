@@ -16,7 +16,9 @@ from ..core.base.config import (
     ImageConfig,
     NodeConfig,
     ObjectConfig,
+    PlaneConfig,
     RecognizerConfig,
+    SceneConfig,
     TrackingConfig,
 )
 from ..io.messages.node_topics import INPUTS, OUTPUTS, NodeTopic
@@ -53,10 +55,10 @@ braces ROS' own reader wants the latter in quotes.
 While the node runs, these can be changed, several at once or none: {live}. Files are read again
 only where labels change.
 
-*Read* says which way of recognition reads a parameter: markers one by one in the *image plane*; whole objects in
-*space*; whole flat objects *facing* the camera, in images without calibration; profile *paper*.
-[method.md](method.md) tells them. One that is changed where no way that is taken reads it is told by name: by the
-node's log, `artrec replay`, `artrec inspect`.
+*Read* says which way of recognition reads a parameter ([method.md](method.md)): markers one by one in the *image
+plane*; whole objects in *space*; whole flat objects *facing* the camera, in images without calibration; profile
+*paper*. One that is changed where no way that is taken reads it is told by name: by the node's log, `artrec replay`,
+`artrec inspect`.
 """
 
 _EXPERT = """\
@@ -82,6 +84,16 @@ _SECTIONS: tuple[tuple[str, str, type], ...] = (
     ("Images", "Under `image`:", ImageConfig),
     ("Classes", "`image.classes` lists names, the first wins a pixel. Each has, under `image.NAME`:", ClassConfig),
     ("Recogniser", "Under `recognizer`:", RecognizerConfig),
+    (
+        "Scene",
+        "What is known of the scene ([field.md](field.md)); all of it is optional. Under `scene`:",
+        SceneConfig,
+    ),
+    (
+        "Plane",
+        "Its points are changed both at once (`ros2 param load`, `set_parameters_atomically`). Under `scene.plane`:",
+        PlaneConfig,
+    ),
     ("Tracking", "Under `tracking`:", TrackingConfig),
     ("Node", "At the top level:", NodeConfig),
 )
@@ -97,8 +109,9 @@ _TOPICS = """\
 Made by `python -m artrec_ros.tools.reference topics`; the text comes from `artrec_ros/io/messages/node_topics.py`.
 
 All names but `/diagnostics` are relative to the node's namespace, and can be remapped. `{{object}}` is each name in the
-parameter `objects`. Every message bears the stamp and the frame of the image that it is about. Only messages of
-common_interfaces are used.
+parameter `objects`. Every message bears the stamp of the image that it is about, and its frame, but for what is told in
+[pixels](#pixels). Only messages of common_interfaces are used. `artrec inspect PARAMETERS IMAGES` says which of them
+will stay empty, and why.
 
 ## Subscribed
 
@@ -112,7 +125,32 @@ and those that it overtakes are counted as dropped.
 {outputs}
 
 Reliable, volatile. A subscriber that asks for more hears nothing, and is named in `/diagnostics`. With `publish_tf` the
-objects' frames also go to tf: `red_0`, with the node's namespace before it, under the image's frame.
+frames of objects with a pose in space also go to tf: `red_0`, with the node's namespace before it, under the image's
+frame.
+
+Messages about an object are made only while somebody subscribes to their topic.
+
+## Poses in space
+
+`poses`, `robots`, `pose` and tf hold objects whose pose in space is known. It takes a calibration. The pose is
+
+- that of a fit, where the object file tells where its markers sit;
+- else by size: a marker of known size tells by its scale how far off it is, and by its place in the image in which
+  direction. It is taken to lie parallel to the image plane; how far it is tilted is not known. The covariance says so:
+  a deviation of 17.5° about x and y (half of what is found at all), and of the depth what such a tilt and half a pixel
+  of the outline make of it: 6 % where a square marker is 40 pixels wide, 11 % where it is 10.
+
+It is the pose of the object's frame; an object without places of markers has that of the marker which shows its
+required component (x right, y up, z out of the marker). A pose that is told in another frame than the image's is sent
+in that one: where a name has poses in several frames, as a message for each.
+
+## Pixels
+
+`image_poses`, `image_robots` and `image_components` hold every object that was found, calibrated or not; `markers` hold
+those without a pose in space in the same way. They are pixels, not metres, in a frame of their own: `camera_image`
+where the image's is `camera` (`image` where it has none). Its origin is the centre of the first pixel, x runs right,
+y down, z into the picture. No transform leads there. A viewer that has it as its fixed frame draws a pixel as a metre:
+640 × 480 pixels as a field of 640 × 480 m, to be looked at from below (RViz: the saved view *Image*).
 
 ## Diagnostics
 
@@ -196,7 +234,8 @@ def parameters_yaml() -> str:
     """config/all_parameters.yaml."""
     parts = [_YAML, _yaml_section("red", ObjectConfig, _PATHS), _yaml_section("image", ImageConfig)]
     parts += ["      # classes: [pale]\n", _yaml_section("pale", ClassConfig, None, "      # ")]
-    parts += [_yaml_section("recognizer", RecognizerConfig), _yaml_section("tracking", TrackingConfig)]
+    parts += [_yaml_section("recognizer", RecognizerConfig), _yaml_section("scene", SceneConfig)]
+    parts += [_yaml_section("plane", PlaneConfig, None, "      "), _yaml_section("tracking", TrackingConfig)]
     parts += [_yaml_line(spec, spec.default, "    ") for spec in specs_of(NodeConfig)]
     parts += ["    # expert:                      # the method's own numbers\n"]
     rooms = {name: room for name, room in expert_rooms().items() if specs_of(room)}

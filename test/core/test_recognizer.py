@@ -62,6 +62,19 @@ def test_several_cranes_in_one_image_flanks_told_apart():
             assert (d.image.x, d.image.scale) == (d.components[0].x, d.components[0].scale)
 
 
+@pytest.mark.parametrize("shown", [RED, BLUE])
+def test_a_component_with_alternative_classes_is_found_in_each(shown):
+    base, fore, aft = crane().components
+    coloured = ObjectModel("crane", (base, dataclasses.replace(fore, label=shown), aft))
+    either = dataclasses.replace(fore, classes={"red": RED, "blue": BLUE})
+    truth = crane_placed(150, 110, 0.2, 55)
+    labels = render(SIZE, coloured, [truth], RED)
+    result = recognizer(Target("crane", ObjectModel("crane", (base, either, aft)), RED, CRANE)).recognize(labels)
+    assert len(result.detections) == 1 and agrees(result.detections[0], truth)
+    plain = recognizer(Target("crane", crane(), RED, CRANE)).recognize(labels).detections
+    assert ("fore" in {c.component for c in plain[0].components}) == (shown == RED)
+
+
 def test_components_that_merge_into_one_blob():
     swings = (0.35, -0.35)  # the bars cross, and one reaches the base
     truth = crane_placed(200, 90, 0.1, 70, swings)
@@ -366,3 +379,17 @@ def test_paper_profile_finds_what_is_plain_and_much_besides():
     for d in paper.detections:
         names = [c.component for c in d.components]
         assert "base" in names and len(set(names)) == len(names)
+
+
+def test_flat_objects_are_placed_by_their_size_where_the_camera_is_calibrated():
+    """Profile paper stays literal, and what has no calibration has no place in space."""
+    truth = crane_placed(200, 120, 0.3, 40, (0.2, -0.2), False)
+    image = render(SIZE, crane(), [truth], RED)
+    camera = Camera(np.array([[400.0, 0, 210], [0, 400, 120], [0, 0, 1]]), np.zeros(0), SIZE)
+    (d,) = recognizer().recognize(image, camera).detections
+    assert d.pose_from == "size" and d.pose_covariance.shape == (6, 6)
+    assert d.pose.position[2] == pytest.approx(400 / 40, rel=0.05)
+    np.testing.assert_allclose(d.pose.rotation[:, 2], (0, 0, -1), atol=1e-9)  # its marker's front is towards the camera
+    (same,) = recognizer().recognize(image).detections
+    assert same.pose is None and same.image == d.image and same.components == d.components
+    assert all(d.pose is None for d in recognizer(profile="paper").recognize(image, camera).detections)

@@ -13,14 +13,16 @@ OBJECTS = Path(__file__).parents[2] / "config" / "objects"
 SQUARE = np.array([[0, 0], [0.1, 0], [0.1, 0.1], [0, 0.1]])
 
 
-@pytest.mark.parametrize("name", ["excavator", "quadruped", "pendulum", "vss"])
+@pytest.mark.parametrize("name", ["excavator", "quadruped", "pendulum", "vss", "mirosot"])
 def test_what_is_written_is_read_back(tmp_path, name):
-    model = load_object(OBJECTS / f"{name}.yaml")
+    model = load_object(OBJECTS / f"{name}.yaml", {"green": 4, "red": 5, "violet": 6} if name == "mirosot" else None)
     save_object(tmp_path / "copy.yaml", model, ("a comment",))
     copy = load_object(tmp_path / "copy.yaml")
-    assert copy.name == model.name and copy.is_spatial == model.is_spatial
+    assert copy.name == model.name and copy.is_spatial == model.is_spatial and copy.is_flat == model.is_flat
+    assert (copy.identities, copy.unique) == (model.identities, model.unique)
     for a, b in zip(model.components, copy.components, strict=True):
         assert (a.name, a.required, a.label, a.body_label) == (b.name, b.required, b.label, b.body_label)
+        assert a.classes == b.classes
         for m, n in zip(a.markers, b.markers, strict=True):
             assert m.name == n.name and m.disc_radius == n.disc_radius
             np.testing.assert_allclose(m.outline, n.outline, atol=1e-5)
@@ -61,3 +63,9 @@ def test_different_shapes_of_one_name_are_kept_apart(tmp_path):
 def test_a_folder_that_is_missing_is_told(tmp_path):
     with pytest.raises(ConfigError, match="cannot be written"):
         save_object(tmp_path / "none" / "o.yaml", load_object(OBJECTS / "vss.yaml"))
+
+
+def test_classes_whose_labels_are_open_cannot_be_written():
+    model = load_object(OBJECTS / "mirosot.yaml")
+    with pytest.raises(ConfigError, match="component 'left': the labels of its classes are not known"):
+        object_yaml(model)

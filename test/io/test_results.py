@@ -76,6 +76,18 @@ def test_without_calibration_the_pose_is_null():
     assert FrameRecord.from_json(line).detections[0].pose is None
 
 
+def test_how_a_pose_is_known_and_its_own_frame_come_back():
+    by_size = replace(DETECTION, pose_from="size")
+    on_field = replace(DETECTION, id=2, frame_id="field")
+    line = FrameRecord.of(7, "a.png", FrameResult((8, 6), (DETECTION, by_size, on_field)), "optical").to_json()
+    told = json.loads(line)["objects"]
+    assert [o.get("pose_from") for o in told] == [None, "size", None]  # a fit needs no word
+    assert [o["pose"]["frame_id"] for o in told] == ["optical", "optical", "field"]
+    back = FrameRecord.from_json(line)
+    assert [(d.pose_from, d.frame_id) for d in back.detections] == [("fit", ""), ("size", ""), ("fit", "field")]
+    assert back.to_json() == line
+
+
 def test_a_broken_line_is_named(tmp_path):
     path = tmp_path / "d.jsonl"
     path.write_text(FrameRecord(7, "a", error="x").to_json() + "\n" + '{"stamp_ns": 8, "fra')

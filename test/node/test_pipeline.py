@@ -16,13 +16,16 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
-from peer import WAIT_S, label_image, ros, wait_until
+from geometry_msgs.msg import PoseArray
+from peer import WAIT_S, Peer, label_image, ros, wait_until
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from visualization_msgs.msg import MarkerArray
 
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.parameters.parameter_file import Setup
-from artrec_ros.node import pipeline, worker
+from artrec_ros.node import pipeline, publishers, worker
+from artrec_ros.node.conversions import to_ros
 from artrec_ros.node.node import RecognizerNode
 
 
@@ -236,3 +239,23 @@ def test_pictures_are_made_for_those_who_look(
         monkeypatch.setattr(pipeline, name, lambda *_, name=name: made.append(name))
     node.take_image(label_image(picture), time.time_ns())
     assert node.counters.processed == 1 and made == []
+
+
+def test_messages_are_made_for_those_who_listen(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+    monkeypatch.setattr(publishers, "to_ros", lambda message: made.append(message.type) or to_ros(message))
+    monkeypatch.setattr(publishers.MarkerScene, "update", lambda *_: made.append("markers") or MarkerArray())
+    node.take_image(label_image(picture), time.time_ns())
+    assert node.counters.objects == 1 and made == []
+    heard: list[PoseArray] = []
+    with Peer(namespace="/alone") as peer:
+        peer.node.create_subscription(PoseArray, "toy/image_poses", heard.append, 10)
+
+        def is_made() -> bool:
+            node.take_image(label_image(picture), time.time_ns())
+            return bool(made)
+
+        assert wait_until(is_made) and peer.spin_until(lambda: heard)
+    assert set(made) == {"geometry_msgs/msg/PoseArray"} and len(heard[0].poses) == 1

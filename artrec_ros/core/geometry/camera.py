@@ -43,6 +43,10 @@ class Camera:
         K = np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
         return cls(K, np.zeros(0), size, frame_id)
 
+    def sees_as(self, other: Camera) -> bool:
+        """Whether both have the same pixels for the same points."""
+        return np.array_equal(self.matrix, other.matrix) and np.array_equal(self.rational, other.rational)
+
     @cached_property
     def rational(self) -> Array:
         """(8,) coefficients k1 k2 p1 p2 k3 k4 k5 k6 of OpenCV's rational model; those that are not given are 0."""

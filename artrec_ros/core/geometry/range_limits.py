@@ -9,9 +9,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ..base.config import RecognizerConfig
 from ..base.errors import ConfigError
 from .camera import Camera
+from .transforms import Array
 
 
 class RangeLimits(NamedTuple):
@@ -55,3 +58,9 @@ def scale_limits(config: RecognizerConfig, camera: Camera | None) -> ScaleLimits
         return ScaleLimits(config.min_scale, config.max_scale or math.inf)
     near_m, far_m = range_limits(config, camera)
     return ScaleLimits(camera.focal_px / far_m, camera.focal_px / near_m if near_m > 0 else math.inf)
+
+
+def narrowed(limits: ScaleLimits, others: Array) -> ScaleLimits:
+    """What is left of limits where one of others (n, 2), n > 0, holds as well; no more than a point if nothing is."""
+    low, high = np.clip([others[:, 0].min(), others[:, 1].max()], limits.least, limits.greatest).tolist()
+    return ScaleLimits(low, high)

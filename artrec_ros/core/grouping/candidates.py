@@ -106,8 +106,9 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Roles:
-    """What instances can be in one target: a row per component and marker, in the model's order.
+    """What instances can be in one target: a row per marker and class that it may have, in the model's order.
 
+    :param key: (K,) numbers of the markers in the model's order, as constraints count them.
     :param shape, label, axis_angle: (K,) the marker's shape, class and axis in the shape.
     :param boxes: the target's constraints. :param least_perimeter_m: (N,) of each component's shortest marker.
     """
@@ -115,6 +116,7 @@ class Roles:
     target: Target
     component: NDArray[np.int64]
     marker: NDArray[np.int64]
+    key: NDArray[np.int64]
     shape: NDArray[np.int64]
     label: NDArray[np.int64]
     axis_angle: Array
@@ -123,16 +125,17 @@ class Roles:
 
     @classmethod
     def of(cls, target: Target, shape_of: ShapeOf) -> Roles:
+        markers = [(c, m, marker) for c, p in enumerate(target.model.components) for m, marker in enumerate(p.markers)]
         rows = [
-            (c, m, shape_of[component.name, marker.name], target.label if component.label is None else component.label)
-            for c, component in enumerate(target.model.components)
-            for m, marker in enumerate(component.markers)
+            (c, m, key, shape_of[target.model.components[c].name, marker.name], label)
+            for key, (c, m, marker) in enumerate(markers)
+            for label in target.model.components[c].labels(target.label)
         ]
-        angles = np.array([m.axis_angle for c in target.model.components for m in c.markers])
+        angles = np.array([markers[key][2].axis_angle for _, _, key, *_ in rows])
         # of its own memory each: columns of one array would be of another type where there is one row alone
-        component, marker, shape, label = (np.array(column, np.int64) for column in zip(*rows, strict=True))
+        component, marker, key, shape, label = (np.array(column, np.int64) for column in zip(*rows, strict=True))
         perimeters = np.array([min(m.perimeter for m in c.markers) for c in target.model.components])
-        return cls(target, component, marker, shape, label, angles, pack_boxes(target), perimeters)
+        return cls(target, component, marker, key, shape, label, angles, pack_boxes(target), perimeters)
 
     @cached_property
     def packed(self) -> RoleArrays:
@@ -153,4 +156,4 @@ def candidates_of_roles(roles: Roles, matches: Matches, config: RecognizerConfig
     noise = config.constraints.contour_noise_px, config.constraints.model_noise
     shapes = pack_shapes(tuple(matches.shapes))
     p, marker, *values = candidates(matches.packed, roles.packed, shapes, config.alignment.symmetry_px, *noise)
-    return Candidates(roles, p.component, marker, p.key, p.match, ImagePoses(*p[:7]), *values)
+    return Candidates(roles, p.component, marker, roles.key[p.key], p.match, ImagePoses(*p[:7]), *values)

@@ -47,6 +47,11 @@ class Blob:
         return self.contour.astype(np.float32)[:, None]
 
 
+def centres(blobs: Sequence[Blob]) -> Array:
+    """(n, 2) the middles of blobs' contours, pixels."""
+    return np.array([b.contour.mean(axis=0) for b in blobs]).reshape(-1, 2)
+
+
 def find_blobs(
     labels: NDArray[np.uint8],
     wanted: Iterable[int],

@@ -51,7 +51,7 @@ def coded(first: NDArray[np.intp], weights: Colours, labels: NDArray[np.uint8]) 
     """Codes of colours that are named `first` (n,) and for whose classes so much speaks as `weights` (classes, n) say.
 
     A code is a pair, the class that is named and the weightiest other one, with the share of the first: in steps so
-    fine that the pairs that occur have codes enough.
+    fine that the pairs that occur have codes enough; where not even halves have, all are sure.
     """
     colours = np.arange(len(first))
     rest = weights.copy()
@@ -59,7 +59,7 @@ def coded(first: NDArray[np.intp], weights: Colours, labels: NDArray[np.uint8]) 
     second = np.argmax(rest, axis=0)
     a, b = weights[first, colours], weights[second, colours]
     share = a / np.maximum(a + b, 1e-30)
-    for steps in range(_FINEST, 0, -1):
+    for steps in range(_FINEST, -1, -1):
         step = np.rint(share * steps).astype(int)
         other = np.where(step == steps, first, second)
         key = (first * len(labels) + other) * (steps + 1) + step
@@ -70,11 +70,12 @@ def coded(first: NDArray[np.intp], weights: Colours, labels: NDArray[np.uint8]) 
     meaning[np.arange(256), np.arange(256)] = 1.0
     pair, step = np.divmod(found, steps + 1)
     named, other = np.divmod(pair, len(labels))
+    part = step / steps if steps else np.ones(len(found))
     label = np.arange(256, dtype=np.uint8)
     label[: len(found)] = labels[named]
     meaning[: len(found)] = 0.0
-    np.add.at(meaning, (np.arange(len(found)), labels[named]), step / steps)
-    np.add.at(meaning, (np.arange(len(found)), labels[other]), 1 - step / steps)
+    np.add.at(meaning, (np.arange(len(found)), labels[named]), part)
+    np.add.at(meaning, (np.arange(len(found)), labels[other]), 1 - part)
     return code[:-1].astype(np.uint8), Codes(label, meaning)
 
 

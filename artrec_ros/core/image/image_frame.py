@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..base.deadline import Deadline
 from ..geometry.camera import Camera
 from ..geometry.pixel_kernels import LabelView
+from ..geometry.scene import Scene
 from .label_field import LabelField
 
 
@@ -25,6 +26,7 @@ class ImageFrame:
     :param deadline: when the search ends with what it has.
     :param image: (H, W, 3) uint8 the colours of which the labels were made; None: the labels came as they are.
     :param all_pixels: the labels before anybody owned some; None: nobody does.
+    :param scene: what is known of where objects are.
     """
 
     field: LabelField
@@ -32,6 +34,7 @@ class ImageFrame:
     deadline: Deadline = of(default_factory=Deadline)
     image: NDArray[np.uint8] | None = None
     all_pixels: LabelField | None = None
+    scene: Scene = Scene()
 
     @property
     def camera(self) -> Camera:

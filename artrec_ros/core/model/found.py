@@ -61,9 +61,9 @@ class ClassFit:
     reason: str = ""
 
 
-PoseSource = Literal["fit", "size"]
+PoseSource = Literal["fit", "size", "plane"]
 """How a pose in space is known: the whole object was fitted; or it was found flat, and is taken to face the camera,
-with its size in the image telling how far off it is."""
+with its size in the image telling how far off it is, or to lie on the plane that is given."""
 
 
 @dataclass(frozen=True)

@@ -127,7 +127,7 @@ class Component:
     :param markers: the markers that can show it; each may be seen alone.
     :param label: class label of its markers; None: the object's own.
     :param classes: class name -> label, where its markers may be of one of several classes, which tell the object's
-        identity; `label` is then None.
+        identity; `label` is then None. A label is None where it is not known, and does not matter (training).
     :param bodies: boxes that hide what is behind them, coloured `body_label` (None: colour unknown).
     """
 
@@ -138,24 +138,31 @@ class Component:
     joint: Joint | None = None
     bodies: tuple[Box, ...] = ()
     body_label: int | None = None
-    classes: Mapping[str, int] = field(default_factory=dict)
+    classes: Mapping[str, int | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_name(self.name, "component")
+        for name in self.classes:
+            check_name(name, "class")
         if self.classes and self.label is not None:
             raise ConfigError(f"component '{self.name}': give it either one label or alternative classes")
         for label in (self.label, self.body_label, *self.classes.values()):
             if label is not None and not 1 <= label <= GREATEST_LABEL:
                 raise ConfigError(f"component '{self.name}': the label {label} is not within 1 .. {GREATEST_LABEL}")
 
+        known = [label for label in self.classes.values() if label is not None]
+        if len(set(known)) < len(known):
+            raise ConfigError(
+                f"component '{self.name}': two of its classes have the same label; nothing tells them apart"
+            )
+
     def marker(self, name: str) -> Marker:
         return next(m for m in self.markers if m.name == name)
 
     def labels(self, default: int) -> tuple[int, ...]:
         """Class labels that its markers may have. :param default: the object's own."""
-        if self.classes:
-            return tuple(sorted(set(self.classes.values())))
-        return (default if self.label is None else self.label,)
+        known = {label for label in self.classes.values() if label is not None}
+        return tuple(sorted(known)) or (default if self.label is None else self.label,)
 
 
 @dataclass(frozen=True)

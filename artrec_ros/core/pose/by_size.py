@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,15 +18,8 @@ from ..geometry.projection import normalise
 from ..geometry.transforms import Array, Pose, skew
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Instance
+from ..model.objects import Marker
 from ..model.target import Target
-
-
-class _Seen(NamedTuple):
-    """A marker through an undistorted camera: (2,) its place, x/z and y/z; its direction; pixels per unit there."""
-
-    place: Array
-    theta: float
-    zoom: float
 
 
 class SizePlacer:
@@ -45,53 +37,96 @@ class SizePlacer:
         It is that of the object's frame where the object file tells the marker's pose in it, else of the frame of
         the marker that shows the required component.
         """
-        return tuple(d if d.pose is not None else self._placed(d, frame) for d in detections)
+        flat = [n for n, d in enumerate(detections) if d.pose is None]
+        if not flat:
+            return tuple(detections)
+        out = list(detections)
+        poses, covariances = self._poses([detections[n] for n in flat], frame)
+        for n, pose, covariance in zip(flat, poses, covariances, strict=True):
+            out[n] = replace(out[n], pose=pose, pose_covariance=covariance, pose_from="size")
+        return tuple(out)
 
-    def _placed(self, detection: Detection, frame: ImageFrame) -> Detection:
-        target = self._targets[detection.object]
-        required = target.model.required
-        shown = next(c for c in detection.components if c.component == required.name)
-        marker, seen = required.marker(shown.marker), _seen(shown, frame.camera)
-        seam_px = frame.field.seam_px(target.label if required.label is None else required.label)
-        radius_px = 2 * marker.area / marker.perimeter * shown.scale  # what an edge errs is so much of the scale
-        depth = seen.zoom / (shown.scale * (1 + seam_px / radius_px))
-        noise = np.hypot(self._config.flat_edge_px, self._config.seam_share * seam_px) / radius_px
-        centre = np.append(seen.place, 1.0) * depth
-        turn = seen.theta - marker.axis_angle
-        c, s = np.cos(turn), np.sin(turn)
-        R = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])  # the marker's y is up, its z towards the camera
-        T_camera_marker = Pose(R, centre - R @ np.append(marker.centroid, 0.0))
-        pose = T_camera_marker @ (marker.T_component_marker or Pose.identity()).inverse()
-        covariance = self._covariance(seen.place, depth, noise, pose.position - centre)
+    def _poses(self, detections: Sequence[Detection], frame: ImageFrame) -> tuple[list[Pose], Array]:
+        """The pose of each and its covariance, (n, 6, 6)."""
+        config = self._config
+        shown = [self._shown(d) for d in detections]
+        markers = [self._marker(d, s) for d, s in zip(detections, shown, strict=True)]
+        scale = np.array([s.scale for s in shown])
+        radius_px = np.array([2 * m.area / m.perimeter for m in markers]) * scale  # an edge that errs errs the scale
+        seam_px = np.array([self._seam_px(d, frame) for d in detections])
+        place, theta, zoom = _seen(shown, frame.camera)
+        depth = zoom / (scale * (1 + seam_px / radius_px))
+        centre = np.column_stack([place, np.ones(len(shown))]) * depth[:, None]
+        R = _facing(theta - [m.axis_angle for m in markers])
+        origins = [_origin(m) for m in markers]
+        poses = [Pose(r @ T.rotation, r @ T.position + c) for r, c, T in zip(R, centre, origins, strict=True)]
+        arm = np.array([p.position for p in poses]) - centre
+        noise = np.hypot(config.flat_edge_px, config.seam_share * seam_px) / radius_px
+        covariances = self._covariances(place, depth, noise, arm)
         place_px = np.hypot(self._contour.contour_noise_px, self._contour.model_noise * radius_px)
-        covariance[:2, :2] += np.eye(2) * (place_px / shown.scale) ** 2
-        return replace(detection, pose=pose, pose_covariance=covariance, pose_from="size")
+        covariances[:, [0, 1], [0, 1]] += ((place_px / scale) ** 2)[:, None]
+        return poses, covariances
 
-    def _covariance(self, place: Array, depth: float, noise: float, arm: Array) -> Array:
-        """(6, 6) of the object's frame, for a marker whose centre is seen at x/z, y/z.
+    def _shown(self, detection: Detection) -> Instance:
+        required = self._targets[detection.object].model.required.name
+        return next(c for c in detection.components if c.component == required)
 
-        To first order a tilt by w about the camera's axes changes the marker's size by (w_y x - w_x y) / 2, as a share,
-        and its direction by (w_x x + w_y y) / 2: the off-diagonal and skew parts of I - (x, y) (-w_y, w_x), which is
-        what its outline is mapped by. At the image's middle only the second order is left.
+    def _marker(self, detection: Detection, shown: Instance) -> Marker:
+        return self._targets[detection.object].model.required.marker(shown.marker)
 
-        :param noise: deviation of the scale, a share; of the direction, radians.
-        :param arm: from the marker's centre to the origin of the object's frame.
+    def _seam_px(self, detection: Detection, frame: ImageFrame) -> float:
+        target = self._targets[detection.object]
+        own = target.model.required.label
+        return frame.field.seam_px(target.label if own is None else own)
+
+    def _covariances(self, place: Array, depth: Array, noise: Array, arm: Array) -> Array:
+        """(n, 6, 6) of the objects' frames, for markers whose centres are seen at x/z, y/z.
+
+        To first order a tilt by w about the camera's axes changes a marker's size by (w_y x - w_x y) / 2, as a share,
+        and its direction by (w_x x + w_y y) / 2: the even and the skew part of I - (x, y) (-w_y, w_x), which is what
+        its outline is mapped by. At the image's middle only the second order is left.
+
+        :param place: (n, 2). :param noise: (n,) deviation of the scale, a share; of the direction, radians.
+        :param arm: (n, 3) from the marker's centre to the origin of the object's frame.
         """
-        (x, y), tilt = place, self._tilt_rad
-        ray = np.append(place, 1.0)
-        turns = np.eye(3)  # of the object, by a tilt about x and y, and by an error of its direction
-        turns[2, :2] = -x / 2, -y / 2
-        moves = np.outer(ray, (-y / 2, x / 2, 0.0)) * depth - skew(arm) @ turns
-        causes = np.array([tilt / 2, tilt / 2, np.hypot(noise, tilt**2 / 24)])  # deviations, over a cone of tilts
+        n, (x, y), tilt = len(place), place.T, self._tilt_rad
+        ray = np.column_stack([place, np.ones(n)]) * depth[:, None]
+        turns = np.tile(np.eye(3), (n, 1, 1))  # of the object, by a tilt about x and y, by its direction's error
+        turns[:, 2, 0], turns[:, 2, 1] = -x / 2, -y / 2
+        larger = np.column_stack([-y / 2, x / 2, np.zeros(n)])
+        moves = ray[:, :, None] * larger[:, None] - skew(arm) @ turns
+        cone = np.full(n, tilt / 2)  # deviation about each axis, over a cone of tilts
+        causes = np.column_stack([cone, cone, np.hypot(noise, tilt**2 / 10)])
+        linear = np.concatenate([moves, turns], axis=1) * causes[:, None]
         farther = np.hypot(noise, tilt**2 / (4 * np.sqrt(3.0)))  # of 1 - sqrt(cos tilt) over that cone
-        linear = np.concatenate([moves, turns]) * causes
-        along = np.pad(ray * depth * farther, (0, 3))
-        return np.asarray(linear @ linear.T + np.outer(along, along), np.float64)
+        covariances = linear @ linear.swapaxes(1, 2)
+        covariances[:, :3, :3] += ray[:, :, None] * ray[:, None] * (farther**2)[:, None, None]
+        shorter = np.sum(arm**2, axis=1) * tilt**4 / 24  # of 1 - cos tilt, which shortens the arm
+        covariances[:, [0, 1, 2], [0, 1, 2]] += shorter[:, None]
+        return np.asarray(covariances, np.float64)
 
 
-def _seen(shown: Instance, camera: Camera) -> _Seen:
-    step = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # to, along and across the marker's axis
-    c, s = np.cos(shown.theta), np.sin(shown.theta)
-    place, along, across = normalise(camera, step @ np.array([[c, s], [-s, c]]) + (shown.x, shown.y))
-    jacobian = np.stack([along - place, across - place])
-    return _Seen(place, float(np.arctan2(*jacobian[0, ::-1])), float(abs(np.linalg.det(jacobian)) ** -0.5))
+def _seen(shown: Sequence[Instance], camera: Camera) -> tuple[Array, Array, Array]:
+    """Markers through an undistorted camera: (n, 2) their places, x/z and y/z; directions; pixels per unit there."""
+    at = np.array([[s.x, s.y] for s in shown])
+    theta = np.array([s.theta for s in shown])
+    c, s = np.cos(theta), np.sin(theta)
+    pixels = np.stack([at, at + np.column_stack([c, s]), at + np.column_stack([-s, c])])  # to, along, across
+    place, along, across = normalise(camera, pixels.reshape(-1, 2)).reshape(3, -1, 2)
+    along, across = along - place, across - place
+    area = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]
+    return place, np.arctan2(along[:, 1], along[:, 0]), np.abs(area) ** -0.5
+
+
+def _facing(turn: Array) -> Array:
+    """(n, 3, 3) rotations of markers that face the camera, turned about its axis: their y is up, their z towards it."""
+    c, s = np.cos(turn), np.sin(turn)
+    R = np.zeros((len(turn), 3, 3))
+    R[:, 0, 0], R[:, 0, 1], R[:, 1, 0], R[:, 1, 1], R[:, 2, 2] = c, s, s, -c, -1.0
+    return R
+
+
+def _origin(marker: Marker) -> Pose:
+    """The object's frame in one with the marker's axes, and its centroid as origin."""
+    T_marker_object = (marker.T_component_marker or Pose.identity()).inverse()
+    return Pose(T_marker_object.rotation, T_marker_object.position - np.append(marker.centroid, 0.0))

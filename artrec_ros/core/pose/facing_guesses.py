@@ -11,7 +11,7 @@ import numpy as np
 from ..base.config import RecognizerConfig
 from ..geometry.range_limits import ScaleLimits
 from ..geometry.transforms import Array
-from ..image.blobs import Blob
+from ..image.blobs import Blob, centres
 from ..image.image_frame import ImageFrame
 from ..model.objects import Marker, ObjectModel
 from .grid_kernels import Grid, best_on_grid
@@ -68,9 +68,10 @@ class FacingGuesser:
         pixels = [_inside(frame, blob, config.grid_points) for blob in blobs]
         area = np.array([b.area_px for b in blobs])
         ratio, more = self._config.guesses.most_area_ratio, self._config.guesses.most_area_more_px
-        most = np.minimum(np.sqrt((ratio * area + more) / marker.area), limits.greatest)
+        lowest, highest = np.clip(frame.scene.scale_limits(centres(blobs)).T, limits.least, limits.greatest)
+        most = np.minimum(np.sqrt((ratio * area + more) / marker.area), highest)
         least = np.minimum(np.sqrt(config.least_area_share * area / marker.area), most)  # a larger one: several merged
-        least = np.maximum(least, min(limits.least, limits.greatest))
+        least = np.maximum(least, lowest)
         keep = np.ceil(area / (marker.area * np.maximum(least, 1e-9) ** 2)).astype(np.int64)
         starts = np.concatenate([[0], np.cumsum([len(p) for p in pixels])]).astype(np.int64)
         scale = np.ascontiguousarray(np.stack([least, np.maximum(most, least)], axis=1))

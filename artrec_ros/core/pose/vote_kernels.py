@@ -18,16 +18,16 @@ from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect
 def ring_votes(
     s: Surface, k: int, own: Any, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
 ) -> tuple[float, float]:
-    """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour that
-    does not lie amid its class.
+    """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour
+    within the image that does not lie amid its class; 0 where none is.
 
-    :param own: (256,) how far each code is of it.
+    :param own: (256,) how far each code is of its class.
     """
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
     outer, inner, ring_px = room.at[0], room.at[1], limits.ring_px
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
-    m, ring, amid, is_open = len(u), 0.0, 0.0, s.open_ring[k]
+    m, ring, seen, amid, is_open = len(u), 0.0, 0, 0.0, s.open_ring[k]
     for i in range(m):
         outer[i] = padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)
         inner[i] = padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)
@@ -35,8 +35,9 @@ def ring_votes(
         beyond = view.padded[outer[i]]
         if beyond != limits.outside:  # else not the marker ends there but the image
             ring += is_open[i] * out[beyond] + into[view.padded[inner[i]]]
+            seen += 1
             amid += is_open[i] * own[beyond]
-    return ring / m, 1.0 - amid / m
+    return ring / m, (seen - amid) / max(seen, 1)
 
 
 @jit

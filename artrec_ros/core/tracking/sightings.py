@@ -34,8 +34,8 @@ class Sighting:
 
     @classmethod
     def in_space(cls, detection: Detection, config: SightingsConfig) -> Sighting | None:
-        """None: the detection has no pose, or one that tells less than the image from which it is."""
-        if detection.pose is None or detection.pose_from == "size":
+        """None: the detection has no pose, or one that tells no more than the image from which it is."""
+        if detection.pose is None or detection.pose_from != "fit":
             return None
         place, covariance = detection.pose.position, detection.pose_covariance
         noise = np.zeros((6, 6)) if covariance is None else covariance

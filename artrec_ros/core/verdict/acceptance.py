@@ -192,7 +192,6 @@ def _at(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
 def verdict_of(claim: Claim) -> Verdict:
     """Which components the labels confirm, and by which marker."""
     surface, config = claim.finder.surface, claim.finder.config
-    least = config.verdict
     supported = set(surface.markers[claim.finder.supported(claim.scores)[0]].tolist())
     patch_votes, area_px, agree = _lists(claim.scores)
     votes, shown, confirmed = [], [], []
@@ -200,8 +199,7 @@ def verdict_of(claim: Claim) -> Verdict:
         votes.append(sum(patch_votes[p] for p in mine))
         best = max(mine, key=lambda p: area_px[p] * ((p in supported) + 1e-3))
         confirmed.append(best in supported)
-        told = agree[best] > least.told_agree and votes[c] > least.told_votes * area_px[best]
-        told = told and area_px[best] > config.min_blob_px  # else a speck
+        told = votes[c] > 0 and agree[best] > config.verdict.told_agree and area_px[best] > config.min_blob_px
         # a wider one has room for what would confirm it between the seams on its two sides
         told = told and claim.width_px(best) < 2 * (surface.votes.ring_px + surface.votes.ring_width_px)
         shown.append(best if best in supported or told or c == claim.finder.root else -1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -33,6 +34,7 @@ class Claim:
     frame: ImageFrame
     depth_m: float = math.nan  # of the required component, along the optical axis; NaN: not asked for
     scale: float = math.nan  # pixels per metre there
+    misplaced: str | None = None  # why nothing can be there, by what is known of the scene
 
     def width_px(self, patch: int) -> float:
         """Mean width of a marker as it is seen, pixels, from its area and its outline's length."""
@@ -51,13 +53,22 @@ def claims_of(
     scores = of_all = finder.judge(frame, poses, occlusion=True)
     if frame.unowned is not frame:
         of_all = finder.judge(frame.unowned, poses, occlusion=True) if all_scores is None else all_scores
-    depth_m = finder.anchors(poses)[:, 2]
+    anchors = finder.anchors(poses)
+    depth_m = anchors[:, 2]
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
-    numbers = zip(finder.total(scores).tolist(), depth_m.tolist(), scale.tolist(), strict=True)
+    misplaced = _misplaced(finder, frame, anchors, scale)
+    numbers = zip(finder.total(scores).tolist(), depth_m.tolist(), scale.tolist(), misplaced, strict=True)
     return [
         Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], of_all[i : i + 1], frame, *place)
         for i, (votes, *place) in enumerate(numbers)
     ]
+
+
+def _misplaced(finder: WholeObjectFinder, frame: ImageFrame, anchors: Array, scale: Array) -> Sequence[str | None]:
+    """Why there can be no object with its required component at points (H, 3); None where there can."""
+    if not frame.scene:
+        return [None] * len(anchors)
+    return frame.scene.reasons(project(frame.camera, anchors), scale if finder.facing else None)
 
 
 def corners_of(surface: SpatialModel, camera: Camera, poses: Poses) -> Array:

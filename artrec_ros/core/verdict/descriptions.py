@@ -106,7 +106,9 @@ class Describer:
         weight = seen[..., None]
         count = weight.sum(axis=2)
         centroid, tail, head = (pixels[:, self._first_drawn[:-1] + i] for i in range(3))  # (H, M, 2)
-        centre = np.where(count, (inside * weight).sum(axis=2) / np.maximum(count, 1), centroid)
+        # by how far the middle of what is seen is off that of all: the samples' own middle is not quite the centroid
+        off = (inside * weight).sum(axis=2) / np.maximum(count, 1) - inside.mean(axis=2)
+        centre = np.where(count, centroid + off, centroid)
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
         scale = camera.focal_px / np.maximum(X[:, self._first_drawn[:-1], 2], 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)

@@ -91,10 +91,12 @@ def _says(codes: Codes, floor: float) -> Array:
 def named(evidence: Array, names: Sequence[str], unique: bool, least: float) -> list[IdentityFit]:
     """The best naming of H objects with `evidence` (H, N), and each one's runner-up.
 
-    :param unique: whether a name may be given once only; objects beyond the number of names have none.
+    :param unique: whether a name may be given once only. Of more objects than names some have none: those of which the
+        pixels tell least, for one without a name is worth the mean of what it would be with each.
     :param least: probability below which no name is told.
     """
-    choose = _together if unique else _each
+    choose, spare = (_together, max(len(evidence) - len(names), 0)) if unique else (_each, 0)
+    evidence = np.hstack([evidence, np.tile(evidence.mean(axis=1, keepdims=True), spare)])
     best = choose(evidence)
     return [_fit(evidence, names, unique, least, choose, best, i) for i in range(len(best))]
 
@@ -109,18 +111,19 @@ def _fit(
     i: int,
 ) -> IdentityFit:
     """Object `i` under the best naming of all, against the best in which it has another name."""
-    known = dict(zip(names, evidence[i].tolist(), strict=True))
-    if best[i] < 0:
+    known = dict(zip(names, evidence[i].tolist(), strict=False))  # what is beyond them is no name
+    if best[i] >= len(names):
         return IdentityFit(None, 0.0, None, unique, least, known)
     other = evidence.copy()
     other[i, best[i]] = _NOT_KNOWN
     rival = choose(other)
-    if rival[i] < 0 or rival[i] == best[i]:  # there is no other name for it
+    if rival[i] == best[i]:  # there is no other name for it
         return IdentityFit(names[best[i]], 1.0, None, unique, least, known)
     margin = _value(evidence, best) - _value(evidence, rival)
     probability = float(1 / (1 + np.exp(-min(margin, 700.0))))
     told = names[best[i]] if probability >= least else None
-    return IdentityFit(told, probability, names[rival[i]], unique, least, known)
+    runner_up = names[rival[i]] if rival[i] < len(names) else None
+    return IdentityFit(told, probability, runner_up, unique, least, known)
 
 
 def _each(evidence: Array) -> list[int]:
@@ -128,12 +131,9 @@ def _each(evidence: Array) -> list[int]:
 
 
 def _together(evidence: Array) -> list[int]:
-    """Index of each object's name, -1 without one, by the assignment of most evidence."""
-    rows, columns = linear_sum_assignment(evidence, maximize=True)
-    out = np.full(len(evidence), -1)
-    out[rows] = columns
-    return [int(n) for n in out]
+    """Index of each object's name, by the assignment of most evidence."""
+    return [int(n) for n in linear_sum_assignment(evidence, maximize=True)[1]]
 
 
 def _value(evidence: Array, naming: Sequence[int]) -> float:
-    return float(sum(evidence[i, n] for i, n in enumerate(naming) if n >= 0))
+    return float(evidence[np.arange(len(naming)), naming].sum())

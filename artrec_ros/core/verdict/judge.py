@@ -58,6 +58,8 @@ class Judge:
         out_of_reach = self.reach.reason(verdict.claim.depth_m, verdict.claim.scale)
         if out_of_reach is not None:
             return out_of_reach
+        if verdict.claim.misplaced is not None:
+            return verdict.claim.misplaced
         confirmed, wanted = sum(verdict.confirmed), min(self.min_components, len(verdict.confirmed))
         if confirmed < wanted:
             return f"{confirmed} of its components confirmed, {wanted} are wanted"

@@ -132,7 +132,9 @@ def label_of(component: Component, own: int, class_name: str | None, annotated: 
             f"{annotated.place}: the class of component '{component.name}' is not told; name it in the annotation's "
             f"attributes, as identity or as {component.name} (known: {known})"
         )
-    return classes[class_name]
+    label = classes[class_name]
+    assert label is not None  # the parameter file's classes have been read
+    return label
 
 
 def outline_px(marker: Marker, place: Instance) -> Array:

@@ -160,10 +160,9 @@ def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], label
         raise value.error(str(error)) from None
 
 
-def _read_classes(value: Value, labels: _Labels) -> dict[str, int]:
-    """Alternatives: short name -> label, a number or a class' name."""
-    # a class without a number, where labels do not matter, gets some number: it is one of several all the same
-    found = {name: labels.resolve(entry) or n for n, (name, entry) in enumerate(value.entries().items(), 1)}
+def _read_classes(value: Value, labels: _Labels) -> dict[str, int | None]:
+    """Alternatives: short name -> label, a number or a class' name; None: of a name that may stay open."""
+    found = {name: labels.resolve(entry) for name, entry in value.entries().items()}
     if len(found) < 2:
         raise value.error("alternatives are two classes or more; a component of one class has a label")
     return found

@@ -84,6 +84,8 @@ def _component(c: Component, shapes: dict[tuple[str, str], str]) -> list[str]:
     if c.label is not None:
         lines.append(f"    label: {c.label}")
     if c.classes:
+        if None in c.classes.values():
+            raise ConfigError(f"component '{c.name}': the labels of its classes are not known, and cannot be written")
         alternatives = ", ".join(f"{_name(name)}: {label}" for name, label in c.classes.items())
         lines.append(f"    classes: {{{alternatives}}}")
     lines.append("    markers:")

@@ -16,11 +16,14 @@ from ...core.base.config import (
     ImageConfig,
     NodeConfig,
     ObjectConfig,
+    PlaneConfig,
     RecognizerConfig,
+    SceneConfig,
     TrackingConfig,
     rooms_of,
 )
 from ...core.base.errors import ConfigError
+from ...core.geometry.scene import Scene
 from ...core.image.segmentation import Segmenter
 from ...core.model.target import Target
 from ...core.recognizer import Recognizer
@@ -35,7 +38,7 @@ _SECTION = "ros__parameters"
 _WILDCARDS = ("/**", "/*", "**", "*")
 _ROS_OWN = ("use_sim_time", "start_type_description_service")  # every ROS node has these
 _ROS_OWN_PREFIX = "qos_overrides."
-_RESERVED = ("objects", "image", "recognizer", "tracking", "expert", "qos_overrides")
+_RESERVED = ("objects", "image", "recognizer", "scene", "tracking", "expert", "qos_overrides")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -161,7 +164,9 @@ def setup_from_flat(
     specs = all_specs(objects, classes)
     values = _known(values, specs, warn)
     image = _read_image(values, classes, str(source))
-    recognizer = _read_config(RecognizerConfig, "recognizer.", values, str(source))
+    recognizer = _read_config(
+        RecognizerConfig, "recognizer.", values, str(source), scene=_read_scene(values, str(source))
+    )
     tracking = _read_config(TrackingConfig, "tracking.", values, str(source))
     node = _read_config(NodeConfig, "", values, str(source))
     configs = {name: _read_object(name, values, base_dir, str(source)) for name in objects}
@@ -238,6 +243,16 @@ def _read_image(values: Mapping[str, Value], classes: Iterable[str], source: str
         read[name] = _read_config(ClassConfig, f"image.{name}.", values, source)
     image: ImageConfig = _read_config(ImageConfig, "image.", values, source, classes=read)
     return image
+
+
+def _read_scene(values: Mapping[str, Value], source: str) -> SceneConfig:
+    plane = _read_config(PlaneConfig, "scene.plane.", values, source)
+    scene: SceneConfig = _read_config(SceneConfig, "scene.", values, source, plane=plane)
+    try:
+        Scene.of(scene)  # whether its points can be what they are said to be
+    except ConfigError as error:
+        raise ConfigError(f"{source}: {error}") from None
+    return scene
 
 
 def _require(values: Mapping[str, Value], key: str, source: str) -> None:

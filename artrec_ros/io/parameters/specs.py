@@ -16,14 +16,16 @@ from ...core.base.config import (
     LearningConfig,
     NodeConfig,
     ObjectConfig,
+    PlaneConfig,
     RecognizerConfig,
+    SceneConfig,
     TrackingConfig,
     rooms_of,
 )
 from ..base.yaml_files import Value
 
 EXPERT = "expert."
-LIVE = ("image.", "recognizer.", "tracking.", EXPERT, "marker_lifetime_s", "no_image_after_s")
+LIVE = ("image.", "recognizer.", "scene.", "tracking.", EXPERT, "marker_lifetime_s", "no_image_after_s")
 """What may be changed while the node runs: all parameters of a group, or one."""
 _FIXED = ("image.classes",)  # it decides which other parameters there are
 
@@ -112,6 +114,8 @@ def all_specs(objects: Iterable[str], classes: Iterable[str]) -> dict[str, Spec]
         _names("image.classes", "palette, colour: the pixel classes; each has parameters image.NAME.label, ..."),
         *(s for name in classes for s in specs_of(ClassConfig, f"image.{name}.")),
         *specs_of(RecognizerConfig, "recognizer."),
+        *specs_of(SceneConfig, "scene."),
+        *specs_of(PlaneConfig, "scene.plane."),
         *specs_of(TrackingConfig, "tracking."),
         *specs_of(NodeConfig),
         *(s for name, room in expert_rooms().items() for s in specs_of(room, f"{EXPERT}{name}.")),

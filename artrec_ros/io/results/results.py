@@ -77,7 +77,7 @@ class FrameRecord:
     def from_json(cls, line: str) -> FrameRecord:
         """:raises KeyError, ValueError, TypeError: if it is no line of a result."""
         c = json.loads(line)
-        poses = [o["pose"] for o in c["objects"] if o["pose"]]
+        poses = [o["pose"] for o in c["objects"] if o["pose"] and o.get("pose_from") != "plane"]
         frame_id = poses[0]["frame_id"] if poses else ""
         return cls(
             stamp_ns=int(c["stamp_ns"]),

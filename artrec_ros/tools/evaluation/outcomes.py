@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.geometry.transforms import Pose
 from ...core.model.found import Detection
 from ...io.truth.records import TrueObject
 
@@ -35,10 +36,15 @@ class Outcome:
         return self.counted and self.detection is not None
 
     @property
+    def _found_pose(self) -> Pose | None:
+        """In the camera's frame, as the truth is; a pose on a field is no mistake, but nothing to compare."""
+        return None if self.detection is None or self.detection.frame_id else self.detection.pose
+
+    @property
     def position_error_m(self) -> float | None:
-        if self.detection is None or self.detection.pose is None or self.truth.pose is None:
+        if self._found_pose is None or self.truth.pose is None:
             return None
-        return float(np.linalg.norm(self.detection.pose.position - self.truth.pose.position))
+        return float(np.linalg.norm(self._found_pose.position - self.truth.pose.position))
 
     @property
     def position_error(self) -> float | None:
@@ -48,9 +54,9 @@ class Outcome:
 
     @property
     def rotation_error_rad(self) -> float | None:
-        if self.detection is None or self.detection.pose is None or self.truth.pose is None:
+        if self._found_pose is None or self.truth.pose is None:
             return None
-        cosine = (np.trace(self.detection.pose.rotation.T @ self.truth.pose.rotation) - 1) / 2
+        cosine = (np.trace(self._found_pose.rotation.T @ self.truth.pose.rotation) - 1) / 2
         return float(np.arccos(np.clip(cosine, -1, 1)))
 
     @property

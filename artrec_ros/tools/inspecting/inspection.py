@@ -13,6 +13,7 @@ from ...core.geometry.camera import Camera
 from ...core.image.segmentation import Segmenter
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
+from ...core.ways import SPACE, way_of
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
 from ...io.learned.annotations import Annotations
@@ -41,6 +42,13 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
     for path, camera in _all(items, Camera):
         yield from _calibration(path, camera, items)
     yield from _stamps(items)
+
+
+def calibrated_images(items: Sequence[Item]) -> bool | None:
+    """Whether a calibration comes with images or beside them; None: there are neither images nor a calibration."""
+    samples = [s for _, found in _samples(items) for s in found]
+    cameras = bool(_all(items, Camera)) or any(s.camera for s in samples)
+    return cameras if cameras or samples else None
 
 
 def _all(items: Sequence[Item], kind: type[T]) -> list[tuple[Path, T]]:
@@ -102,9 +110,7 @@ def _constraints(path: Path, constraints: ConstraintContent, models: Mapping[str
 
 
 def _setup(path: Path, setup: Setup, items: Sequence[Item]) -> Iterator[str]:
-    images = _samples(items)
-    calibrated = not images or bool(_all(items, Camera)) or any(s.camera for _, samples in images for s in samples)
-    yield from (f"{path}: {line}" for line in setup.lacks(calibrated))
+    yield from (f"{path}: {line}" for line in setup.lacks(calibrated_images(items) is not False))
     used = {t.model.name for t in setup.targets}
     for other, model in _all(items, ObjectModel):
         if model.name not in used:
@@ -135,7 +141,8 @@ def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calib
         yield f"{other}: {len(fitting)} topics fit image.kind '{setup.image.kind}': {names}; choose one with --topic"
     for sample in fitting:
         yield from _labels(path, setup, other, sample)
-        spatial = [t.name for t in setup.targets if t.model.is_spatial and not t.model.is_flat]
+        ways = {t.name: way_of(t, setup.recognizer, calibrated=True) for t in setup.targets if not t.model.is_flat}
+        spatial = [name for name, way in ways.items() if way == SPACE]
         if sample.camera is None and not calibrated and spatial:
             reason = sample.camera_problem or "no calibration: give a calibration file (--camera-info)"
             yield f"{other}: {sample.name}: {reason}: no poses in space of {', '.join(spatial)}"
@@ -164,6 +171,8 @@ def _expected(target: Target) -> dict[int, str]:
     """label -> what has it."""
     expected: dict[int, str] = {}
     for c in target.model.components:
+        if c.classes:
+            continue  # any of them will do
         if c.label is None:
             expected.setdefault(target.label, f"that of '{target.name}'")
         else:

@@ -142,8 +142,9 @@ def _groups(pairs: Sequence[Likeness]) -> list[list[Key]]:
 
 def _labels(model: ObjectModel) -> Iterator[str]:
     for c in model.components:
-        if c.label is not None and c.label == c.body_label:
-            yield f"warning: the markers of '{c.name}' have the class of its body ({c.label}) and cannot be seen on it"
+        if c.body_label is not None and c.body_label in (c.label, *c.classes.values()):
+            body = f"the class of its body ({c.body_label})"
+            yield f"warning: the markers of '{c.name}' have {body} and cannot be seen on it"
 
 
 def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iterator[str]:

@@ -140,6 +140,8 @@ def test_an_image_of_one_class_says_the_same_everywhere(label):
     votes |= {0: (INSIDE[1], RIM[1] + RING[1])}
     ring_px = surface.perimeter[0] * (1 + cosine) / 2 * np.sqrt(f2) / centre[2] * DEFAULTS.votes.ring_width_px
     inside, ring = votes[label]
+    if label == RED:  # amid its class a marker is not told by what lies inside
+        inside = 0.0
     assert scores.votes[0, 0] == pytest.approx(inside * area_px + ring * ring_px, rel=1e-6)
 
 

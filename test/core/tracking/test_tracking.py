@@ -217,3 +217,17 @@ def test_degenerate_detections_are_borne(detection):
 def test_bad_parameters_are_refused(bad):
     with pytest.raises(ConfigError, match=f"tracking.{next(iter(bad))}"):
         TrackingConfig(**bad)
+
+
+def test_what_is_placed_by_its_size_is_followed_in_the_image():
+    """Its distance follows from a few pixels: a pose by size must cost nobody the name."""
+    rng = np.random.default_rng(0)
+
+    def noisy(x):
+        d = flat(300 * x + 320, 240, 300 * rng.normal(1, 0.2))
+        far = Pose(np.diag([1.0, -1, -1]), np.array([x, 0, 1]) * 300 / d.image.scale)
+        return replace(d, pose=far, pose_covariance=COVARIANCE, pose_from="size")
+
+    frames = [[noisy(-0.1 + 0.005 * k), noisy(0.1 - 0.005 * k)] for k in range(12)]
+    with_poses = ids(Tracker(TrackingConfig()), frames)
+    assert with_poses == ids(Tracker(TrackingConfig()), [[replace(d, pose=None) for d in f] for f in frames])

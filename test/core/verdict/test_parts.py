@@ -66,8 +66,7 @@ def test_a_component_of_which_little_is_seen_is_less_probable():
 
 
 def test_only_components_probable_enough_are_told_and_joints_that_they_tell():
-    labels = without_leg("fore", 0.45)
-    told = {}
+    labels, told = whole(), {}
     for least in (0.0, 1.0):
         verdict, frame = verdict_on(labels, config=settings(min_component_probability=least))
         (told[least],) = Describer(verdict.claim.finder).describe([verdict], frame)

@@ -16,6 +16,7 @@ from .node import NodeConfig
 from .paper import PaperConfig
 from .params import PATHS, param, room, rooms_of, validate, with_values
 from .recognition import ObjectConfig, RecognizerConfig
+from .scene import PlaneConfig, SceneConfig
 from .seams import SeamsConfig
 from .search import SearchConfig
 from .sightings import SightingsConfig
@@ -42,7 +43,9 @@ __all__ = [
     "NodeConfig",
     "ObjectConfig",
     "PaperConfig",
+    "PlaneConfig",
     "RecognizerConfig",
+    "SceneConfig",
     "SeamsConfig",
     "SearchConfig",
     "SightingsConfig",

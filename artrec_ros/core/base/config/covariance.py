@@ -36,7 +36,7 @@ class CovarianceConfig(Room):
         "deviation of an edge's place in a seam, the same all around, as a share of half the seam",
         low=0,
         high=10,
-        paths=_WHOLE,
+        paths=("plane", "space", "facing"),
         origin="that of an even distribution over the seam is 0.58",
     )
     shift_px: float = param(
@@ -107,5 +107,23 @@ class CovarianceConfig(Room):
         high=20,
         paths=_PLANE,
         calibrated=True,
-        origin="measured: simulated squares of 8 to 80 px, with and without a seam, tilted by up to 35 deg",
+        origin="by hand, held against true poses: squares of 8 to 80 px; benchmarks/covariance.py --image-plane",
+    )
+    plane_z_m: float = param(
+        0.002,
+        "deviation of a marker's height from scene.plane",
+        unit="m",
+        low=0,
+        high=10,
+        paths=("plane", "facing"),
+        origin="by hand: markers on robots that stand on a floor",
+    )
+    plane_tilt_rad: float = param(
+        0.02,
+        "deviation of a marker's roll and pitch from scene.plane",
+        unit="rad",
+        low=0,
+        high=1,
+        paths=("plane", "facing"),
+        origin="by hand: 2 mm over a robot's width of 10 cm",
     )

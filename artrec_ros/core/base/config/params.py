@@ -52,7 +52,8 @@ def room(config: type) -> Any:
 def rooms_of(config: type) -> dict[str, type]:
     """The configs that a config holds in fields made by `room`, by the fields' names."""
     hints = typing.get_type_hints(config)
-    return {f.name: hints[f.name] for f in dataclasses.fields(config) if dataclasses.is_dataclass(hints[f.name])}
+    kinds = {f.name: hints[f.name] for f in dataclasses.fields(config)}
+    return {name: kind for name, kind in kinds.items() if isinstance(kind, type) and issubclass(kind, Room)}
 
 
 def validate(config: Any, prefix: str = "") -> None:

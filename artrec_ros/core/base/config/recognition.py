@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..errors import ConfigError
 from .alignment import AlignmentConfig
@@ -16,6 +16,7 @@ from .guesses import GuessesConfig
 from .image import GREATEST_LABEL
 from .paper import PaperConfig
 from .params import param, room, validate
+from .scene import SceneConfig
 from .seams import SeamsConfig
 from .search import SearchConfig
 from .time import TimeConfig
@@ -121,6 +122,7 @@ class RecognizerConfig:
     min_class_confidence: float = param(
         0.5, "least confidence of a class; below it there is none", low=0, high=1, paths=("plane", "space", "facing")
     )
+    scene: SceneConfig = field(default_factory=SceneConfig)
     time: TimeConfig = room(TimeConfig)
     blobs: BlobsConfig = room(BlobsConfig)
     seams: SeamsConfig = room(SeamsConfig)

@@ -17,7 +17,8 @@ class SeamsConfig(Room):
         unit="px",
         low=1,
         high=20,
-        paths=("space",),
+        paths=("plane", "space"),
+        calibrated=True,
         origin="segmenters leave two pixels where colours blend",
     )
     border_share: float = param(
@@ -25,6 +26,7 @@ class SeamsConfig(Room):
         "least share of a class' border that must have another known class in reach, for it to have a seam",
         low=0,
         high=1,
-        paths=("space",),
+        paths=("plane", "space"),
+        calibrated=True,
         origin="less is a neighbour that happens to be near",
     )

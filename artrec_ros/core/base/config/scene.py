@@ -1,0 +1,91 @@
+"""What is known of the scene: where in the image objects can be, and the plane on which they lie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ..errors import ConfigError
+from .params import param, validate
+
+_FLAT = ("plane", "facing")
+_LIMIT_PX, _LIMIT_M = 1e5, 1e4
+
+
+@dataclass(frozen=True)
+class PlaneConfig:
+    """The plane in which the markers lie, by points of known places: `scene.plane`."""
+
+    image_points: tuple[float, ...] = param(
+        (),
+        "x, y of four or more points in the image, one after the other, at the markers' height; a pixel's centre has "
+        "whole numbers; as the image is, the lens' distortion included; empty: no plane is known",
+        unit="px",
+        low=-_LIMIT_PX,
+        high=_LIMIT_PX,
+        paths=_FLAT,
+    )
+    field_points: tuple[float, ...] = param(
+        (),
+        "x, y of the same points in the field, in the same order; seen from above y is to the left of x",
+        unit="m",
+        low=-_LIMIT_M,
+        high=_LIMIT_M,
+        paths=_FLAT,
+    )
+    frame_id: str = param("field", "the field's frame: that of poses of objects that are found flat", paths=_FLAT)
+    point_noise_px: float = param(
+        0.5,
+        "standard deviation of the points' pixels; it is part of the poses' covariance",
+        unit="px",
+        low=0,
+        high=100,
+        paths=_FLAT,
+    )
+    scale_tolerance: float = param(
+        0.2,
+        "objects whose scale differs from that of the plane at their place by a larger share are none: half a pixel on "
+        "each side of a marker of 10 px is a tenth, and so is the squeeze of a slant of 35 degrees",
+        low=0.01,
+        high=10,
+        paths=_FLAT,
+    )
+
+    @property
+    def is_given(self) -> bool:
+        return bool(self.image_points)
+
+    def __post_init__(self) -> None:
+        validate(self, "scene.plane.")
+        image, place = len(self.image_points), len(self.field_points)
+        for name, n in (("image_points", image), ("field_points", place)):
+            if n % 2:
+                raise ConfigError(f"scene.plane.{name}: {n} numbers are given; x, y of each point make an even number")
+        if image != place:
+            raise ConfigError(
+                f"scene.plane: image_points has {image // 2} points and field_points {place // 2}; each point needs "
+                "its place in both (change both at once: ros2 param load, or one set_parameters_atomically)"
+            )
+        if 0 < image < 8:
+            raise ConfigError(f"scene.plane.image_points: {image // 2} points are given; a plane takes four or more")
+        if not self.frame_id.strip("/"):
+            raise ConfigError("scene.plane.frame_id: is empty; give the name of the field's frame, such as field")
+
+
+@dataclass(frozen=True)
+class SceneConfig:
+    """What is known of the scene: `scene`. All of it is optional."""
+
+    region: tuple[float, ...] = param(
+        (),
+        "x, y of the corners of a polygon in the image; outside of it nothing is looked for; empty: everywhere",
+        unit="px",
+        low=-_LIMIT_PX,
+        high=_LIMIT_PX,
+    )
+    plane: PlaneConfig = field(default_factory=PlaneConfig)
+
+    def __post_init__(self) -> None:
+        validate(self, "scene.")
+        n = len(self.region)
+        if n and (n % 2 or n < 6):
+            raise ConfigError(f"scene.region: {n} numbers are given; x, y of three corners or more are wanted")

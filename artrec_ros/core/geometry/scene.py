@@ -1,0 +1,86 @@
+"""What is known of the scene in one camera's images: where objects are looked for, and how large they are there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.config import SceneConfig
+from ..base.errors import ConfigError
+from .camera import Camera
+from .field_plane import FieldPlane
+from .transforms import Array
+
+_LEAST_AREA_PX = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Nothing is known of what is None.
+
+    :param region: (n, 2) corners of the polygon in which objects are.
+    :param plane: on which the markers lie of objects that are found flat.
+    """
+
+    region: Array | None = None
+    plane: FieldPlane | None = None
+
+    @classmethod
+    def of(cls, config: SceneConfig, camera: Camera | None = None) -> Scene:
+        """:param camera: of the images, where it is known.
+        :raises ConfigError: a region without an area, or a plane's points that make none.
+        """
+        region = None
+        if config.region:
+            region = np.reshape(config.region, (-1, 2)).astype(float)
+            if _area(region) < _LEAST_AREA_PX:
+                raise ConfigError("scene.region: its corners enclose nothing; give them in order around the region")
+        return cls(region, FieldPlane.of(config.plane, camera) if config.plane.is_given else None)
+
+    def __bool__(self) -> bool:
+        """Whether anything is known."""
+        return self.region is not None or self.plane is not None
+
+    def inside(self, pixels: Array) -> np.ndarray:
+        """(n,) bool: which pixels (n, 2) lie in the region, by the even-odd rule."""
+        if self.region is None:
+            return np.ones(len(pixels), bool)
+        (ax, ay), (bx, by) = self.region.T[..., None], np.roll(self.region, -1, axis=0).T[..., None]
+        x, y = np.asarray(pixels, float).T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossed = ((ay > y) != (by > y)) & (x < ax + (y - ay) * (bx - ax) / (by - ay))
+        return np.asarray(crossed.sum(axis=0) % 2 == 1)
+
+    def scale_limits(self, pixels: Array) -> Array:
+        """(n, 2) least and greatest pixels per metre of objects at pixels (n, 2); 0 and infinity: any."""
+        if self.plane is None:
+            return np.tile([0.0, np.inf], (len(pixels), 1))
+        tolerance = 1 + self.plane.config.scale_tolerance
+        return np.asarray(self.plane.scales(pixels)[:, None] * (1 / tolerance, tolerance), np.float64)
+
+    def reasons(self, pixels: Array, scales: Array | None = None) -> list[str | None]:
+        """Why there can be no objects at pixels (n, 2); None where there can.
+
+        :param scales: (n,) theirs, pixels per metre, of objects that are found flat; None: not asked for.
+        """
+        out: list[str | None] = [None if yes else "outside scene.region" for yes in self.inside(pixels)]
+        if self.plane is None or scales is None:
+            return out
+        limits, known = self.scale_limits(pixels), self.plane.scales(pixels)
+        for i, (scale, (least, most)) in enumerate(zip(scales, limits, strict=True)):
+            if out[i] is None and not least <= scale <= most:
+                out[i] = _off_scale(float(scale), float(known[i]))
+        return out
+
+
+def _off_scale(scale: float, known: float) -> str:
+    if not known > 0:
+        return "behind the horizon of scene.plane"
+    return f"{scale:.3g} px/m, but scene.plane has {known:.3g} px/m there: more than scale_tolerance off"
+
+
+def _area(corners: Sequence[Sequence[float]] | Array) -> float:
+    x, y = np.asarray(corners, float).T
+    return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)

@@ -1,0 +1,106 @@
+"""Which one of several like objects a track is: evidence over frames, and names that keep tracks apart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_tracking import PERIOD, START, flat, frame
+
+from artrec_ros.core.base.config import SightingsConfig, TrackingConfig
+from artrec_ros.core.tracking.tracker import Tracker
+from artrec_ros.core.verdict.identity import named
+
+NAMES = ("gr", "gv", "vr")
+
+
+def seen(*detections, unique=True, least=0.8):
+    """A frame of (x, evidence of each name) each, named as the recogniser does: all of it together."""
+    evidence = np.array([e for _, e in detections], float)
+    fits = named(evidence, NAMES, unique, least)
+    return frame(*(replace(flat(x), identity=fit) for (x, _), fit in zip(detections, fits, strict=True)))
+
+
+def followed(frames, config=None):
+    tracker = Tracker(config or TrackingConfig())
+    return [tracker.update(START + k * PERIOD, result).detections for k, result in enumerate(frames)]
+
+
+def names(detections):
+    return [d.identity.name for d in detections]
+
+
+DOUBT = (0, -1, -9)
+
+
+def test_evidence_over_frames_decides_a_doubtful_one():
+    """Each frame alone says gr at odds of e: too little, until some have been seen."""
+    one = seen((100, DOUBT))
+    assert names(one.detections) == [None]
+    told = [d for (d,) in followed([one] * 8)]
+    assert told[0].identity.name is None and told[-1].identity.name == "gr"
+    sure = [d.identity.probability for d in told]
+    assert (np.diff(sure) > 0).all()
+    memory = SightingsConfig().identity_memory
+    for k, p in enumerate(sure):  # odds grow as what is remembered adds up
+        assert np.log(p / (1 - p)) == pytest.approx((1 - memory ** (k + 1)) / (1 - memory))
+
+
+def test_a_slip_of_one_frame_changes_no_name_and_a_lasting_change_does():
+    slip, usual = seen((100, (-1, 0, -9))), seen((100, (0, -3, -9)))
+    told = [names(d)[0] for d in followed([usual] * 6 + [slip] + [usual] * 3 + [slip] * 20)]
+    assert set(told[:10]) == {"gr"}
+    assert told[-1] == "gv"
+
+
+def test_without_memory_each_frame_tells_for_itself():
+    config = TrackingConfig(sightings=SightingsConfig(identity_memory=0.0))
+    told = followed([seen((100, DOUBT))] * 5, config)
+    assert [names(d) for d in told] == [[None]] * 5
+
+
+def test_all_of_a_frame_are_named_together_by_what_was_seen_before():
+    """The second is known as gv of old; a frame in which both look like gr leaves it that."""
+    clear, both = seen((100, (0, -9, -9)), (300, (-9, 0, -9))), seen((100, (0, -2, -9)), (300, (0, -0.5, -9)))
+    told = followed([clear] * 3 + [both] * 3)
+    assert {tuple(names(d)) for d in told} == {("gr", "gv")}
+    assert [d.name for d in told[-1]] == ["red_gr", "red_gv"]
+
+
+def test_told_names_keep_tracks_apart():
+    """Two robots that jump to each other's place between two frames: names, not places, tell who is who."""
+    before = seen((100, (0, -30, -30)), (112, (-30, 0, -30)))
+    after = seen((100, (-30, 0, -30)), (112, (0, -30, -30)))
+    told = followed([before] * 5 + [after])
+    assert [d.id for d in told[-2]] == [0, 1] and [d.id for d in told[-1]] == [1, 0]
+    assert names(told[-1]) == ["gv", "gr"]
+
+
+def test_names_that_occur_more_than_once_keep_nobody_apart():
+    before = seen((100, (0, -30, -30)), (300, (-30, 0, -30)), unique=False)
+    after = seen((100, (-30, 0, -30)), (300, (0, -30, -30)), unique=False)
+    told = followed([before] * 5 + [after])
+    assert [d.id for d in told[-1]] == [0, 1]
+
+
+def test_a_name_that_is_not_told_keeps_nobody_apart():
+    told = followed([seen((100, (0, -9, -9)), (300, (-9, 0, -9)))] * 3 + [seen((102, (0, 0, 0)), (300, (-9, 0, -9)))])
+    assert [d.id for d in told[-1]] == [0, 1] and names(told[-1]) == ["gr", "gv"]
+
+
+def test_a_missed_frame_keeps_the_evidence():
+    told = followed([seen((100, DOUBT))] * 6 + [frame()] * 2 + [seen((100, (0, 0, 0)))])
+    assert names(told[-1]) == ["gr"]
+
+
+def test_objects_without_identities_stay_as_they_are():
+    mixed = replace(seen((100, DOUBT)), detections=(*seen((100, DOUBT)).detections, flat(300, name="blue")))
+    told = followed([mixed] * 4)
+    assert told[-1][1].identity is None and told[-1][0].identity.name == "gr"
+    bare = replace(seen((100, DOUBT)).detections[0].identity, evidence={})  # as read from a file of results
+    (last,) = followed([frame(replace(flat(100), identity=bare))] * 4)[-1]
+    assert last.identity == bare
+
+
+def test_switched_off_names_are_the_recognisers():
+    told = followed([seen((100, DOUBT))] * 6, TrackingConfig(enabled=False))
+    assert [names(d) for d in told] == [[None]] * 6

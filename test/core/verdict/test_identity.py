@@ -1,0 +1,204 @@
+"""Which one of several like objects each is: naming them together, and what pixels say."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from settings import DEFAULTS
+from squares import COLOURS, ROBOT, TEAM, Placing, rendered, robot
+
+from artrec_ros.core.image.codes import LABELS, UNKNOWN, Codes
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose
+from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.verdict.identity import Identifier, identities_of, named
+
+NAMES = ("a", "b", "c", "d", "e")
+
+
+def told(evidence, unique=True, least=0.8):
+    evidence = np.array(evidence, float)
+    return named(evidence, NAMES[: evidence.shape[1]], unique, least)
+
+
+def names(fits):
+    return [fit.name for fit in fits]
+
+
+def test_each_is_what_it_looks_like_most():
+    fits = told([[0, -9, -9], [-9, 0, -9]])
+    assert names(fits) == ["a", "b"] and all(fit.unique for fit in fits)
+    assert fits[0].probability == pytest.approx(1 / (1 + np.exp(-9)), rel=1e-6)
+    assert fits[0].evidence == {"a": 0.0, "b": -9.0, "c": -9.0}
+    assert fits[0].runner_up == "c"  # for b is taken
+
+
+def test_where_names_occur_once_all_are_named_together():
+    """The second alone would be an a; but the first is one more clearly."""
+    evidence = [[0, -20, -20], [0, -4, -8]]
+    assert names(told(evidence)) == ["a", "b"]
+    assert names(told(evidence, unique=False)) == ["a", "a"]
+
+
+def test_a_swap_is_found_and_counts_as_the_rival():
+    evidence = [[0, -1, -30], [-1, 0, -30], [-30, -30, 0]]
+    fits = told(evidence)
+    assert [fit.runner_up for fit in fits[:2]] == ["b", "a"]  # who would be the other's had both been swapped
+    assert fits[0].probability == pytest.approx(1 / (1 + np.exp(-2)), rel=1e-6)
+    assert names(fits) == ["a", "b", "c"]
+
+
+def test_of_two_names_alike_none_is_told_but_the_runner_up():
+    fits = told([[0, -0.1, -30], [-30, -30, 0]])
+    assert names(fits) == [None, "c"]
+    assert 0.5 < fits[0].probability < 0.55 and fits[0].runner_up == "b"
+    for least, name in ((0.5, "a"), (0.53, None)):
+        assert told([[0, -0.1, -30]], least=least)[0].name == name
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.booleans())
+def test_a_name_is_as_probable_as_the_best_naming_against_the_best_without_it(seed, count, unique):
+    """Against all namings, one by one."""
+    evidence = np.random.default_rng(seed).normal(0, 3, (count, 4))
+    ways = [w for w in np.ndindex(*[4] * count) if not unique or len(set(w)) == count]
+    value = {w: sum(evidence[i, n] for i, n in enumerate(w)) for w in ways}
+    best = max(value, key=value.get)
+    for i, fit in enumerate(told(evidence, unique, least=0.5)):
+        assert fit.name == NAMES[best[i]]
+        rival = max((w for w in ways if w[i] != best[i]), key=value.get)
+        assert fit.runner_up == NAMES[rival[i]]
+        assert fit.probability == pytest.approx(1 / (1 + np.exp(value[rival] - value[best])))
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_the_order_of_objects_does_not_matter(order):
+    evidence = np.random.default_rng(5).normal(0, 5, (3, 4))
+    fits = told(evidence, least=0.5)
+    assert told(evidence[list(order)], least=0.5) == [fits[i] for i in order]
+
+
+def test_beyond_all_names_the_one_that_tells_least_has_none():
+    """Three objects of two names: a false one, small and like neither, takes nobody's name however little it says."""
+    fits = told([[-3.0, -23.0], [-0.5, -0.6], [-30.0, -5.0]])
+    assert names(fits) == ["a", None, "b"]
+    assert (fits[1].probability, fits[1].runner_up) == (0.0, None)
+
+
+def test_two_that_claim_the_only_name_are_both_in_doubt():
+    fits = told([[0.0, -20.0], [0.0, -20.0], [-20.0, 0.0]])
+    assert names(fits) == [None, None, "b"]
+    assert max(fit.probability for fit in fits[:2]) == pytest.approx(0.5)
+
+
+def test_one_name_for_one_object_has_no_rival():
+    (fit,) = told([[-40.0]])
+    assert (fit.name, fit.probability, fit.runner_up) == ("a", 1.0, None)
+
+
+@pytest.mark.parametrize("count", [1, 3, 7])
+@pytest.mark.parametrize("unique", [True, False])
+def test_evidence_beyond_all_measure_gives_probabilities(count, unique):
+    evidence = np.random.default_rng(count).choice([-1e6, 0.0, -5e5], (count, 3))
+    for fit in told(evidence, unique):
+        assert 0 <= fit.probability <= 1 and np.isfinite(fit.probability)
+
+
+def test_identities_are_the_declared_ones_or_all_combinations():
+    assert [i.name for i in identities_of(robot())] == ["gr", "gv", "rg", "vr"]
+    open_ = identities_of(robot(identities=()))
+    assert [i.name for i in open_] == [f"{a}_{b}" for a in "grv" for b in "grv"]
+    assert open_[1].classes == {"left": "g", "right": "r"}
+    assert identities_of(ROBOT["plain"]) == ()
+
+
+def frame_of(*placed, codes=None, meaning=LABELS):
+    labels = rendered(*placed)
+    return ImageFrame(LabelField(labels if codes is None else codes(labels), None, meaning)).faced()
+
+
+def poses_of(frame, *placed):
+    return Poses.concatenate([p.pose(frame.camera) for p in placed])
+
+
+ONE = Placing(60.0, 50.0, 0.4, 300.0, "gr")
+
+
+@pytest.mark.parametrize("name", ["gr", "gv", "rg", "vr"])
+def test_the_classes_that_are_shown_win(name):
+    at = Placing(60.0, 50.0, 0.4, 300.0, name)
+    frame = frame_of(at)
+    identifier = Identifier(SpatialModel(robot(), TEAM, DEFAULTS.votes), DEFAULTS)
+    evidence = identifier.evidence(frame, poses_of(frame, at))
+    assert evidence.shape == (1, 4) and (evidence <= 0).all()
+    assert identifier.identities[int(evidence.argmax())].name == name
+    (fit,) = identifier.identify(frame, poses_of(frame, at))
+    assert fit.name == name and fit.probability > 0.95 and fit.least == DEFAULTS.min_identity_probability
+
+
+def test_evidence_grows_with_what_is_seen():
+    """By the pixels on the components: twice as large tells four times as much."""
+    gaps = []
+    for scale in (200.0, 400.0):
+        at = Placing(75.0, 60.0, 0.0, scale, "gr")
+        frame = frame_of(at)
+        identifier = Identifier(SpatialModel(robot(), TEAM, DEFAULTS.votes), DEFAULTS)
+        evidence = np.sort(identifier.evidence(frame, poses_of(frame, at))[0])
+        gaps.append(evidence[-1] - evidence[0])
+    assert gaps[1] / gaps[0] == pytest.approx(4, rel=0.15)
+
+
+def test_what_shows_none_of_the_classes_tells_no_name():
+    frame = frame_of()
+    identifier = Identifier(SpatialModel(robot(), TEAM, DEFAULTS.votes), DEFAULTS)
+    (fit,) = identifier.identify(frame, poses_of(frame, ONE))
+    assert fit.name is None and fit.probability == pytest.approx(0.5, abs=1e-6)
+
+
+def test_pixels_in_doubt_tell_as_much_as_they_know():
+    """The left patch's pixels may be green or violet: gr and vr are told apart by the share alone."""
+    green, red, violet = (COLOURS[c] for c in "grv")
+
+    def meaning_of(share):
+        table, label = np.eye(256), np.arange(256, dtype=np.uint8)
+        table[green] = 0
+        table[green, [green, violet]] = share, 1 - share
+        return Codes(label, table)
+
+    model = robot(identities=(("gr", "g", "r"), ("vr", "v", "r")))
+    found = {}
+    for share in (1.0, 0.7, 0.5, 0.2):
+        meaning = meaning_of(share)
+        frame = frame_of(ONE, meaning=meaning)
+        identifier = Identifier(SpatialModel(model, TEAM, DEFAULTS.votes, meaning), DEFAULTS)
+        gr, vr = identifier.evidence(frame, poses_of(frame, ONE))[0]
+        found[share] = gr - vr
+    assert found[1.0] > found[0.7] > found[0.5] > found[0.2]
+    assert found[0.5] == pytest.approx(0) and found[0.2] < 0
+    assert UNKNOWN not in (green, red, violet)
+
+
+def test_without_identities_or_objects_nothing_is_told():
+    frame = frame_of(ONE)
+    plain = Identifier(SpatialModel(ROBOT["plain"], TEAM, DEFAULTS.votes), DEFAULTS)
+    assert plain.identify(frame, poses_of(frame, ONE, ONE)) == [None, None]
+    whole = Identifier(SpatialModel(robot(), TEAM, DEFAULTS.votes), DEFAULTS)
+    assert whole.identify(frame, poses_of(frame, ONE)[:0]) == []
+
+
+@pytest.mark.parametrize(
+    ("fit", "name"),
+    [
+        (None, "red_3"),
+        (IdentityFit(None, 0.6, "gr", True), "red_3"),
+        (IdentityFit("gr", 0.9, "gv", True), "red_gr"),
+        (IdentityFit("gr", 0.9, "gv", False), "red_gr_3"),
+    ],
+)
+def test_an_object_is_called_by_its_identity_where_it_is_known(fit, name):
+    assert Detection("red", 3, 0.9, ImagePose(0, 0, 0, 1), (), identity=fit).name == name

@@ -36,4 +36,4 @@ def shown_as(target: Target, identity: str | None) -> Target:
 
 def alternative_labels(targets: Sequence[Target]) -> set[int]:
     """Labels of all classes that components may have."""
-    return {label for t in targets for c in t.model.components for label in c.classes.values()}
+    return {label for t in targets for c in t.model.components if c.classes for label in c.labels(t.label)}

@@ -13,16 +13,19 @@ from pathlib import Path
 import numpy as np
 from acceptance import INDEX, PART_INDEX, Model, fitted_parts, report, summary, write
 from acceptance_claims import RANGE_PX, RANGE_SHARE, SIZE_PX, SIZE_SHARE, Claims, Parts, Watcher, joined, load, save
-from random_flat import flat_frames, flat_world
+from numpy.typing import NDArray
+from random_flat import flat_frames, flat_world, world_colours
 from tqdm import tqdm
 
-from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
 from artrec_ros.core.facing_search import FacingSearch
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.range_limits import ScaleLimits
 from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.codes import LABELS
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.verdict import facing_curves
@@ -56,19 +59,26 @@ def is_there(verdict: Verdict, truth: ObjectTruth, faced: ImageFrame, frame: Sim
 class FacingWatcher(Watcher):
     """Searches scenes for some flat targets."""
 
-    def __init__(self, targets: Sequence[Target]) -> None:
+    def __init__(self, targets: Sequence[Target], colours: ImageConfig) -> None:
         super().__init__(())
-        config = RecognizerConfig(min_component_probability=0.0)
-        self._searches = [FacingSearch(WholeObjectFinder(t, config, facing=True), config) for t in targets]
-        self._describers = {s.finder.target.name: Describer(s.finder) for s in self._searches}
-        self._judge = Judge.of(config)
-        self._blobs = config
+        self._blobs = config = RecognizerConfig(min_component_probability=0.0)
+        self._segmenter, self._judge = Segmenter(colours), Judge.of(config)
+        self._searches = {
+            codes: [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
+            for codes in (LABELS, self._segmenter.meaning)
+        }
 
-    def look(self, frame: SimulatedFrame) -> None:
-        image = ImageFrame(LabelField(frame.labels)).faced()
-        wanted = {label for s in self._searches for label in s.finder.root_labels}
-        blobs = find_blobs(frame.labels, wanted, self._blobs)
-        found = [(s.finder, s.run(image, blobs, ScaleLimits(0.0, np.inf))) for s in self._searches]
+    def see(self, frame: SimulatedFrame, picture: NDArray[np.uint8] | None) -> None:
+        """Search a scene by its labels, or in a picture of it."""
+        if picture is None:
+            field = LabelField(frame.labels)
+        else:
+            field = LabelField(self._segmenter.codes(picture), meaning=self._segmenter.meaning)
+        image, searches = ImageFrame(field, image=picture).faced(), self._searches[field.meaning]
+        self._describers = {s.finder.target.name: Describer(s.finder) for s in searches}
+        wanted = {label for s in searches for label in s.finder.root_labels}
+        blobs = find_blobs(field.labels, wanted, self._blobs)
+        found = [(s.finder, s.run(image, blobs, ScaleLimits(0.0, np.inf))) for s in searches]
         accepted, others = share_out(found, image, self._judge)
         left = list(frame.truths)
         for verdict in (*accepted, *(v for v in others if v.confirmed[v.claim.finder.root])):
@@ -84,9 +94,9 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
     claims, parts = [], []
     for number in tqdm(range(first, first + worlds), desc="worlds", disable=None):
         world = flat_world(number)
-        watcher = FacingWatcher(world.targets)
-        for frame in flat_frames(world, number, scenes):
-            watcher.look(frame)
+        watcher = FacingWatcher(world.targets, world_colours(number))
+        for frame, picture in flat_frames(world, number, scenes):
+            watcher.see(frame, picture)
         claims.append(Claims.of(number, watcher.claims))
         parts.append(Parts.of(number, watcher.parts))
     return joined(claims), joined(parts)

@@ -3,7 +3,8 @@
 
 Half of them are trees of flat parts (`random_solids.random_model`, those of which all markers lie face up); half are
 small rigid patterns, a base that is cut into a few pieces of several classes, as robots bear them that are seen from
-above. They are tilted by up to twenty degrees, stand among clutter and strangers, and are segmented exactly or badly.
+above. They are tilted by up to twenty degrees, stand among clutter and strangers, and are segmented exactly or badly;
+or they are painted, blurred and compressed, as a camera's colours are, for the recogniser to read itself.
 """
 
 from __future__ import annotations
@@ -11,10 +12,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 from random_patterns import random_clutter, shaded
-from random_solids import LABELS, OTHER, SHARES, SIZES, World, random_model
+from random_solids import BODY, LABELS, OTHER, SHARES, SIZES, World, random_model
 
+from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.geometry.transforms import Array, Pose
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
@@ -24,6 +28,7 @@ from artrec_ros.simulation.scene import sample_scene
 from artrec_ros.simulation.simulator import SimulatedFrame, pinhole_camera, render_frame
 
 THIRD = 4  # a further class
+PAINTED = (*LABELS, THIRD, BODY, OTHER)
 UP = np.eye(3)
 
 
@@ -88,11 +93,40 @@ def _area(polygon: Array) -> float:
     return float(abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2)
 
 
-def flat_frames(world: World, seed: int, scenes: int) -> Iterator[SimulatedFrame]:
-    """Scenes of a world, each with a size, crowding, clutter and a segmentation of its own, seen from above."""
-    for rng in (np.random.default_rng([22, seed, n]) for n in range(scenes)):
+def world_colours(seed: int) -> ImageConfig:
+    """How a world's painted scenes are read: a colour for each class, far enough apart, and a background."""
+    rng, rgb = np.random.default_rng([23, seed]), list[tuple[int, ...]]()
+    while len(rgb) < len(PAINTED) + 1:
+        grey = len(rgb) == len(PAINTED)
+        colour = rng.integers(25, 230, 3) if not grey else rng.integers(20, 200) + rng.integers(-12, 13, 3)
+        if all(np.linalg.norm(colour - np.array(other)) > 70 for other in rgb):
+            rgb.append(tuple(int(c) for c in colour))
+    classes = {f"c{label}": ClassConfig(label=label, rgb=c) for label, c in zip(PAINTED, rgb[:-1], strict=True)}
+    return ImageConfig(kind="colour", classes=classes, background=rgb[-1])
+
+
+def painted(labels: NDArray[np.uint8], colours: ImageConfig, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """(H, W, 3) what a camera makes of labels: light that falls off, blur of up to a pixel and a half, noise, JPEG."""
+    table = np.tile(np.array(colours.background, float), (256, 1))
+    for cls in colours.classes.values():
+        table[cls.label] = cls.rgb
+    image, (height, width) = table[labels][..., ::-1], labels.shape
+    x, y = np.meshgrid(np.linspace(-1, 1, width), np.linspace(-1, 1, height))
+    light = rng.uniform(0.7, 1.25) * (1 + rng.uniform(-0.25, 0.25) * x + rng.uniform(-0.25, 0.25) * y)
+    image = cv2.GaussianBlur(image * light[..., None], (0, 0), rng.uniform(0.3, 1.5))
+    image += rng.normal(0, rng.uniform(1, 6), image.shape)
+    coded = cv2.imencode(".jpg", np.clip(image, 0, 255).astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, 85])[1]
+    return np.asarray(cv2.imdecode(coded, cv2.IMREAD_COLOR), np.uint8)
+
+
+def flat_frames(world: World, seed: int, scenes: int) -> Iterator[tuple[SimulatedFrame, NDArray[np.uint8] | None]]:
+    """Scenes of a world, each with a size, crowding, clutter and a segmentation of its own, seen from above; every
+    second one is painted (H, W, 3)."""
+    colours = world_colours(seed)
+    for number in range(scenes):
+        rng, in_colour = np.random.default_rng([22, seed, number]), number % 2 == 1
         size, count = SIZES[rng.choice(len(SIZES), p=SHARES)], int(rng.integers(0, 11))
-        least = np.exp(rng.uniform(np.log(max(12 / size[0], 0.021)), np.log(0.4)))
+        least = np.exp(rng.uniform(np.log(max(12 / size[0], 0.021)), np.log(0.25 if rng.random() < 0.7 else 0.5)))
         scene = SceneConfig(
             objects=(count, count),
             size=(float(least), float(min(least * rng.uniform(1, 1.5), 0.6))),
@@ -101,11 +135,12 @@ def flat_frames(world: World, seed: int, scenes: int) -> Iterator[SimulatedFrame
             distractors=int(rng.choice([0, 3, 8])),
         )
         sensor = SensorConfig(spots=int(rng.choice([0, 10])), motion_blur_px=float(rng.choice([0.0, 2.0])))
-        sensor = sensor.scaled(float(rng.choice([0.0, 0.5, 1.0, 1.5])))
+        sensor = sensor.scaled(float(rng.choice([0.0, 0.5, 1.0, 1.5])) * (not in_colour))
         camera = pinhole_camera(size, 40)
         drawn = sample_scene([*world.targets, *world.strangers], camera, scene, rng)
         if rng.random() < 0.3:
             depth = max((p.T_camera_object.position[2] for p in drawn.objects), default=1.0)
             clutter = random_clutter(camera, LABELS[0], rng.uniform(0.05, 0.35), float(depth), rng)
             drawn = replace(drawn, distractors=(*drawn.distractors, *clutter))
-        yield shaded(render_frame(0, Renderer(camera), drawn, sensor, rng), rng)
+        frame = render_frame(0, Renderer(camera), drawn, sensor, rng)
+        yield (frame, painted(frame.labels, colours, rng)) if in_colour else (shaded(frame, rng), None)

@@ -38,8 +38,10 @@ def _object_record(truth: ObjectTruth) -> dict[str, Any]:
             "full_px": marker.full_px,
             "centre": None if marker.centre is None else marker.centre.tolist(),
         }
+    who = {} if placed.identity is None else {"identity": placed.identity}
     return {
         "object": placed.target.name,
+        **who,
         "team": placed.target.label,
         "position": placed.T_camera_object.position.tolist(),
         "rotation": placed.T_camera_object.rotation.tolist(),
@@ -100,6 +102,8 @@ class CocoBuilder:
                 "area": round(sum(m.visible_px for m in marked.values()), 1),
                 "iscrowd": 0,
             }
+            if truth.placed.identity is not None:
+                annotation["attributes"] = {"identity": truth.placed.identity}
             self.content["annotations"].append(annotation)
 
 

@@ -6,7 +6,7 @@ Camera's optical frame throughout: x right, y down, z along the line of sight, m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,7 @@ from ..core.geometry.transforms import Array, Pose, rotation_from_rotvec
 from ..core.model.objects import Joint, ObjectModel
 from ..core.model.target import Target
 from .config import SceneConfig
+from .identities import all_taken, alternative_labels, drawn, shown_as
 from .surfaces import Surface, object_surfaces
 
 _SIDE_DEG, _ABOVE_DEG = (0.0, 25.0), (65.0, 90.0)
@@ -31,11 +32,13 @@ class PlacedObject:
 
     :param T_camera_object: its frame in the camera's optical frame.
     :param joints: name -> radians (metres for prismatic joints).
+    :param identity: which one it is, where it has identities; the target's components then have one class each.
     """
 
     target: Target
     T_camera_object: Pose
     joints: dict[str, float]
+    identity: str | None = None
 
     def surfaces(self) -> list[Surface]:
         """Its surfaces in the camera's frame."""
@@ -92,7 +95,7 @@ def require_places(model: ObjectModel) -> None:
 
 
 def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig, rng: np.random.Generator) -> Scene:
-    """A random scene. A frame may hold fewer objects than drawn where no free place is found for more.
+    """A random scene. It may hold fewer objects than drawn: no free place is found for more, or each is there already.
 
     :raises ConfigError: a target's model lacks a marker's place.
     """
@@ -102,9 +105,12 @@ def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig,
     ground = _sample_ground(targets, extents, camera, config, rng)
     placed: list[PlacedObject] = []
     for target in chosen:
+        taken = [p.identity for p in placed if p.target.name == target.name and p.identity is not None]
         position = _find_place(target, extents, placed, ground, camera, config, rng)
-        if position is not None:
-            placed.append(_place(target, position, extents[target.name].centre, ground, config, rng))
+        if position is not None and not all_taken(target.model, taken):
+            identity = drawn(target.model, taken, rng)
+            one = _place(shown_as(target, identity), position, extents[target.name].centre, ground, config, rng)
+            placed.append(replace(one, identity=identity))
     floor = None
     up = ground.axes[:, 2]
     if config.floor_label and up @ ground.point < 0:  # a floor above the camera would hide what stands on it
@@ -242,7 +248,8 @@ def sample_distractors(
     rng: np.random.Generator,
 ) -> list[Surface]:
     """Upright polygons of the objects' colours, mostly behind the objects, of about the size of a marker or a body."""
-    labels = sorted({s.label for t in targets for s in object_surfaces(t.model, t.label, {})} - {0})
+    own = {s.label for t in targets for s in object_surfaces(t.model, t.label, {})}
+    labels = sorted((own | alternative_labels(targets)) - {0})
     depths = [p.T_camera_object.position[2] for p in placed] or [1.0]
     surfaces = []
     for _ in range(int(rng.integers(0, config.distractors + 1))):

@@ -6,9 +6,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from ..core.geometry.transforms import Array
 from ..core.learning.colour_learning import Learned
 
 _WORTH_TELLING = 0.01  # share of a class that gets another's label
+_WIDER = 1.25  # limits of the scale, over what was marked: that of small patches is found to a tenth, or less
 _MUCH = 0.02  # share of a background that a class may take before something should be done: a robot or two
 
 
@@ -27,6 +29,15 @@ def report(learned: Learned) -> Iterator[str]:
     yield f"background: {_colours(learned.image.background) or 'no colour of its own'}"
     yield f"sharpen_px: {learned.image.sharpen_px}"
     yield from _advice(learned)
+
+
+def scale_line(scales: Array) -> str:
+    """What the marked objects' scales are, and the limits that they suggest. :param scales: px/m, one or more."""
+    least, greatest = scales.min(), scales.max()
+    return (
+        f"scale: {least:.4g} to {greatest:.4g} px/m where marked; a quarter wider, recognizer.min_scale "
+        f"{least / _WIDER:.4g} and max_scale {greatest * _WIDER:.4g} keep out what is smaller or larger"
+    )
 
 
 def _taken(name: str, shares: Mapping[str, float]) -> Iterator[str]:

@@ -171,6 +171,8 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
     yield f"{head} for image.kind '{setup.image.kind}'"
     for t in setup.targets:
         space = "in space" if t.model.is_spatial else "in the image plane"
+        if t.model.is_spatial and t.model.is_flat:
+            space = "in space, or without a calibration as a whole in the image (no poses, but image_poses)"
         learned = "no constraints"
         if isinstance(t.constraints, ConstraintSet):
             learned = counted(len(t.constraints.pairs), "learned pair")

@@ -24,10 +24,10 @@ from ..core.learning.colour_learning import (
 )
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
-from ..io.learned.marked_objects import REST, load_marked_objects
+from ..io.learned.marked_objects import REST, load_marked_objects, marked_scales
 from ..io.learned.regions import MarkedImage, load_regions
 from ..io.sources.opening import Frame, SourceOptions, open_sources
-from .colour_report import report
+from .colour_report import report, scale_line
 from .colour_setup import ColourSetup, load_colour_setup
 
 _UNMARKED = 255  # number of the pixels that nobody has marked
@@ -83,6 +83,8 @@ def run(args: argparse.Namespace) -> int:
     learned = replace(learned, image=sharpened(learned.image, told))
     save_colours(args.output, learned.image)
     print("\n".join(report(learned)))
+    if setup is not None:
+        print(scale_line(marked_scales(args.annotations, setup.targets)))
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")
     return 0
 

@@ -8,13 +8,18 @@ import pytest
 
 from artrec_ros.core.base.errors import SourceError
 from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.io.bags.reader import Bag
 from artrec_ros.io.images.cameras import load_camera
+from artrec_ros.io.learned.annotations import load_coco
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.output import write_frames
 from artrec_ros.simulation.records import is_annotated, keypoint_names, truth_record
 from artrec_ros.simulation.simulator import simulate
 from artrec_ros.simulation.truth import MarkerTruth, ObjectTruth
+
+from .conftest import square
 
 
 @pytest.fixture
@@ -117,7 +122,7 @@ def test_other_markers_of_a_component_are_named_with_it():
 
     pose = Pose(np.eye(3), np.array([0, 0, 1.0]))
     target = SimpleNamespace(name="pump", label=3)
-    placed = SimpleNamespace(target=target, T_camera_object=pose, joints={})
+    placed = SimpleNamespace(target=target, T_camera_object=pose, joints={}, identity=None)
     truth = ObjectTruth(placed, np.zeros(2), (seen("rear", 10.0), seen("front", 90.0)))
     frame = SimpleNamespace(stamp_ns=1, truths=(truth,))
     components = truth_record(frame)["objects"][0]["components"]
@@ -135,3 +140,17 @@ def test_the_bag_bears_true_joints_and_the_calibration_a_file(tmp_path, frames, 
     read = load_camera(tmp_path / "out/camera.yaml")
     np.testing.assert_allclose(read.matrix, camera.matrix)
     assert read.size == camera.size and read.frame_id == camera.frame_id and not read.distortion.any()
+
+
+def test_truth_and_annotations_tell_which_one_it_is(tmp_path, camera):
+    side, beside = (square(0.08, place=Pose(np.eye(3), np.array([x, 0.0, 0.01]))) for x in (0.0, 0.1))
+    team = Component("team", (side,), required=True)
+    accent = Component("accent", (beside,), classes={"red": 3, "blue": 4})
+    target = Target("robot", ObjectModel("robot", (team, accent)), 2)
+    frames = list(simulate([target], camera, SceneConfig(distractors=0), SensorConfig(), 1, 4))
+    write_frames(frames, [target], tmp_path / "out")
+    shown = [p.identity for frame in frames for p in frame.scene.objects]
+    truth = [json.loads(line) for line in (tmp_path / "out/truth.jsonl").read_text().splitlines()]
+    assert [o["identity"] for record in truth for o in record["objects"]] == shown
+    annotated = load_coco([tmp_path / "out/annotations.json"]).objects
+    assert shown and [a.attributes["identity"] for a in annotated] == shown

@@ -176,3 +176,32 @@ def test_joints_go_by_their_own_names_wherever_they_are_told(target, camera, tmp
         np.testing.assert_allclose(a.corners, b.corners)
     with pytest.raises(ConfigError, match="two joints have the same name"):
         ObjectModel("pump", (base, arm, dataclasses.replace(arm, name="other")))
+
+
+def of_two_colours(unique):
+    """A square whose other square is red or blue, both face up."""
+    place = Pose(np.eye(3), np.array([0.0, 0.0, 0.01]))
+    team = Component("team", (square(0.04, place=place),), required=True)
+    accent = Component("accent", (square(0.04, place=place),), classes={"red": 3, "blue": 4})
+    return Target("robot", ObjectModel("robot", (team, accent), unique=unique), 2)
+
+
+def test_each_object_shows_the_classes_of_one_identity(camera):
+    shown = set()
+    for scene in scenes(of_two_colours(unique=False), camera, objects=(3, 3), size=(0.1, 0.15)):
+        for placed in scene.objects:
+            labels = {s.owner[0]: s.label for s in placed.surfaces() if s.owner is not None}
+            assert labels == {"team": 2, "accent": {"red": 3, "blue": 4}[placed.identity]}
+            shown.add(placed.identity)
+    assert shown == {"red", "blue"}
+
+
+def test_unique_objects_are_there_once(camera):
+    found = scenes(of_two_colours(unique=True), camera, objects=(3, 3), size=(0.1, 0.15))
+    counts = [sorted(p.identity for p in scene.objects) for scene in found]
+    assert ["blue", "red"] in counts and all(len(set(names)) == len(names) <= 2 for names in counts)
+
+
+def test_what_belongs_to_nothing_has_any_of_the_classes(camera):
+    found = scenes(of_two_colours(unique=True), camera, objects=(1, 1), distractors=5)
+    assert {s.label for scene in found for s in scene.distractors} == {2, 3, 4}

@@ -312,3 +312,17 @@ def test_no_scene_is_drawn_where_there_is_none(tmp_path, config, capsys):
     )
     assert "not drawn: it takes a parameter file with scene.region or scene.plane, and images" in printed
     assert not (tmp_path / "s.png").exists()
+
+
+def test_flat_objects_want_no_calibration(tmp_path, capsys):
+    object_file = "format: artrec_object/1\nname: robot\nmarkers: {patch: {rectangle: {width: 0.04, height: 0.02}}}\n"
+    object_file += "components: {team: {required: true, markers: {patch: {pose: {xyz: [0, 0, 0]}}}}}\n"
+    (tmp_path / "robot.yaml").write_text(object_file)
+    node = {"objects": ["robot"], "robot": {"object_file": "robot.yaml", "label": 2}, "image": {"kind": "labels"}}
+    (tmp_path / "robots.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": node}}))
+    (tmp_path / "images").mkdir()
+    image = np.zeros((30, 40), np.uint8)
+    image[10:20, 10:30] = 2
+    cv2.imwrite(str(tmp_path / "images/0.png"), image)
+    code, printed, problems = inspect(capsys, tmp_path / "robots.yaml", tmp_path / "images")
+    assert (code, problems) == (0, []) and "image_poses" in printed

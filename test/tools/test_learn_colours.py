@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 
 import cv2
@@ -248,3 +249,20 @@ def test_what_was_decided_about_sharpening_goes_before_an_earlier_file(robots: P
     (robots / "robots.yaml").write_text(text.replace("kind: colour", "kind: colour\n      sharpen_px: 3"))
     assert learn_robots(robots) == 0
     assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.sharpen_px in (0, 1)
+
+
+def test_the_scale_of_what_was_marked_is_told_with_limits(robots: Path, capsys) -> None:
+    """Axes of 16 px, 0.2 m long."""
+    assert learn_robots(robots) == 0
+    (line,) = [text for text in capsys.readouterr().out.splitlines() if text.startswith("scale: ")]
+    scale = 16 / 0.2
+    told = [float(number) for number in re.findall(r"[0-9.]+(?= |$)", line)]
+    assert told == pytest.approx([scale, scale, scale / 1.25, scale * 1.25], rel=1e-3)
+
+
+def test_colours_go_before_those_of_an_earlier_file_with_other_lights(robots: Path) -> None:
+    text = (robots / "robots.yaml").read_text()
+    earlier = "blue: {label: 2, rgb: [1, 2, 3, 4, 5, 6], light: [0.5, 1.5, 0.6, 1.2]}"
+    (robots / "robots.yaml").write_text(text.replace("blue: {label: 2}", earlier))
+    assert learn_robots(robots) == 0
+    assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.classes["blue"].label == 2

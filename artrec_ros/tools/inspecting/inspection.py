@@ -141,7 +141,7 @@ def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calib
         yield f"{other}: {len(fitting)} topics fit image.kind '{setup.image.kind}': {names}; choose one with --topic"
     for sample in fitting:
         yield from _labels(path, setup, other, sample)
-        ways = {t.name: way_of(t, setup.recognizer, calibrated=True) for t in setup.targets}
+        ways = {t.name: way_of(t, setup.recognizer, calibrated=True) for t in setup.targets if not t.model.is_flat}
         spatial = [name for name, way in ways.items() if way == SPACE]
         if sample.camera is None and not calibrated and spatial:
             reason = sample.camera_problem or "no calibration: give a calibration file (--camera-info)"

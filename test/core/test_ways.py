@@ -80,7 +80,7 @@ def target(model):
     return Target(model.name, model, TEAM)
 
 
-@pytest.mark.parametrize(("whole", "calibrated"), product([True, False], repeat=2))
+@pytest.mark.parametrize(("whole", "calibrated"), list(product([True, False], repeat=2)))
 def test_ways(whole, calibrated):
     config, paper = settings(whole_object=whole), settings(whole_object=whole, profile="paper")
     cases = {"flat": (robot(), FACING), "solid": (truck(), PLANE), "without places": (without_places(robot()), PLANE)}

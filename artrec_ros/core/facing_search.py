@@ -89,7 +89,8 @@ class FacingSearch:
         """Indices of the best hypotheses of each blob that are not alike."""
         cell = self._config.facing.cell_px
         uv = np.rint(poses.t[:, :2] / poses.t[:, 2:] * (frame.camera.focal_px / cell))
-        turn = np.rint(np.arctan2(poses.R[:, 1, 0], poses.R[:, 0, 0]) * (12 / np.pi)) % 24
+        along = poses.R @ self._guesser.along
+        turn = np.rint(np.arctan2(along[:, 1], along[:, 0]) * (12 / np.pi)) % 24
         order = np.lexsort((-votes, blob))
         keys = np.column_stack([blob, uv, turn])[order]
         _, first = np.unique(keys, axis=0, return_index=True)

@@ -13,6 +13,7 @@ from artrec_ros.core.model.found import (
     ConstraintFailure,
     Detection,
     FrameResult,
+    IdentityFit,
     ImagePose,
     Instance,
     Rejection,
@@ -28,6 +29,7 @@ def frame(stamp_ns: int = 10) -> Recognised:
     found = Detection(
         "arm", 2, 0.1 + 0.2, ImagePose(1, 2, 3, 4), (part,), pose, {"lever": np.float64(1 / 3)},
         random.normal(size=(6, 6)), ClassFit("waving", 0.7, None), 0.25,
+        IdentityFit(None, 1 / 3, "gr", True, 0.8, {"gr": np.float64(-1 / 3), "gv": -2.5}),
     )  # fmt: skip
     failed = ConstraintFailure("a/b", "c/d", "distance_m", 1 / 3, 0.1, 0.2, 0.13)
     rejected = (Rejection("arm", "weiß nicht", 0.5, 1.5, 2.5, failed), Rejection("arm", "other"))
@@ -43,6 +45,8 @@ def same(a: object, b: object) -> bool:
         return isinstance(b, np.ndarray) and a.shape == b.shape and np.array_equal(a, b)
     if isinstance(a, tuple):
         return isinstance(b, tuple) and len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, dict):
+        return isinstance(b, dict) and list(a) == list(b) and all(same(a[k], b[k]) for k in a)
     return a == b
 
 

@@ -10,7 +10,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose, Instance
 from artrec_ros.core.model.target import Target
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.messages import detection_messages as messages
@@ -76,6 +76,21 @@ def test_fields_come_back_and_the_others_are_ros_defaults(tmp_path, scene):
 
 def test_a_pose_without_covariance_is_no_best_pose():
     assert messages.best_pose([detection(0, 0.9)], "eye", partial(messages.header, STAMP)) is None
+
+
+def test_who_is_known_is_called_by_name(scene):
+    """In all that bears names; who is not known keeps the number."""
+    known = replace(detection(1, 0.75), identity=IdentityFit("gr", 0.9, "gv", True))
+    doubt = replace(detection(0, 0.5), identity=IdentityFit(None, 0.6, "gv", True))
+    header = messages.header(STAMP, "eye")
+    assert messages.robots([known, doubt], header).fields["joint_names"] == ["toy_gr", "toy_0"]
+    assert messages.joint_states([known, doubt], header).fields["name"] == ["toy_gr/arm", "toy_0/arm"]
+    shown = scene.update([known, doubt], "eye", lambda frame: messages.header(STAMP, frame))
+    assert {"toy_gr", "toy_0"} <= {text.split()[0] for text in _texts(shown) if text}
+
+
+def _texts(message: Message) -> list[str]:
+    return [m.fields["text"] for m in message.fields["markers"] if "text" in m.fields]
 
 
 def test_the_node_sends_the_same(tmp_path, scene):

@@ -15,6 +15,7 @@ from artrec_ros.core.model.found import (
     ConstraintFailure,
     Detection,
     FrameResult,
+    IdentityFit,
     ImagePose,
     Instance,
     Rejection,
@@ -112,6 +113,23 @@ def test_a_class_a_margin_and_a_failed_constraint_come_back(fit):
     back = FrameRecord.from_json(line)
     assert (back.detections[0].class_fit, back.detections[0].margin) == (fit, 0.25)
     assert back.rejected[0].failed == failed
+
+
+@pytest.mark.parametrize(
+    "fit",
+    [IdentityFit("gr", 0.97, "gv", True), IdentityFit(None, 0.6, "gr", False), IdentityFit("gr", 1.0, None, True)],
+)
+def test_an_identity_comes_back(fit):
+    """What it was told by stays with the recogniser."""
+    given = replace(fit, evidence={"gr": -1.5, "gv": -3.25}, least=0.8)
+    line = FrameRecord.of(7, "a.png", FrameResult((8, 6), (replace(DETECTION, identity=given),))).to_json()
+    told = json.loads(line)["objects"][0]
+    names = ("identity", "identity_probability", "identity_runner_up", "identity_unique")
+    assert tuple(told[name] for name in names) == (fit.name, fit.probability, fit.runner_up, fit.unique)
+    (back,) = FrameRecord.from_json(line).detections
+    assert back.identity == fit and not back.identity.evidence
+    assert back.name == replace(DETECTION, identity=fit).name
+    assert not {*names} & set(json.loads(FrameRecord.of(7, "a.png", RESULT).to_json())["objects"][0])
 
 
 def test_results_that_are_no_text_are_told(tmp_path):

@@ -48,6 +48,7 @@ class FacingGuesser:
         frames = kin.forward(np.eye(3)[None], np.zeros((1, 3)), self._q[None])
         R, t = frames.R[0, surface.root], frames.t[0, surface.root]
         in_object = [(R @ _turn(m), R @ m.centre + t) for m in part.markers]
+        self.along = in_object[0][0][:, 0]  # of the object's frame: a direction in its plane
         # the object's frame in a marker's about its centroid, as a camera that it faces sees it: a turn, an origin
         self._frames = [(FACING @ R_m.T, -FACING @ R_m.T @ centre) for R_m, centre in in_object]
 

@@ -26,24 +26,20 @@ class Grid(NamedTuple):
 
 @lean
 def keep_apart(T: Any, score: Any, x: float, y: float, k: float, value: float, apart_px: float) -> None:
-    """Put an alignment among the best of its direction T (K, 3), score (K,): in place of a worse one near it, else of
-    the worst."""
-    worst, near = 0, -1
+    """Put an alignment among the best of its direction T (K, 3), score (K,): in place of worse ones near it, else of
+    the worst; where a better one is near it, or all are better, it is left out."""
+    worst = 0
     for i in range(len(score)):
-        if score[i] > -np.inf and (T[i, 0] - x) ** 2 + (T[i, 1] - y) ** 2 < apart_px * apart_px:
-            if score[i] >= value:
-                return
-            if near >= 0:
-                score[i] = -np.inf  # one stays of what is near
-            else:
-                near = i
+        if score[i] >= value and (T[i, 0] - x) ** 2 + (T[i, 1] - y) ** 2 < apart_px * apart_px:
+            return
         if score[i] < score[worst]:
             worst = i
-    if near < 0:
-        if score[worst] >= value:
-            return
-        near = worst
-    T[near, 0], T[near, 1], T[near, 2], score[near] = x, y, k, value
+    if score[worst] >= value:
+        return
+    for i in range(len(score)):  # it takes the place of all that are near it
+        if score[i] > -np.inf and (T[i, 0] - x) ** 2 + (T[i, 1] - y) ** 2 < apart_px * apart_px:
+            worst, score[i] = i, -np.inf
+    T[worst, 0], T[worst, 1], T[worst, 2], score[worst] = x, y, k, value
 
 
 @jit

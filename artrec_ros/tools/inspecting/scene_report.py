@@ -127,8 +127,8 @@ def _floor(scene: Scene) -> Iterator[str]:
         return
     c = scene.floor.config
     yield (
-        f"floor {c.camera_height_m:g} m below the camera, which looks down by {c.camera_pitch_deg:g} deg; objects' frames "
-        f"{c.object_height_m - c.height_tolerance_m:.3g} to {c.object_height_m + c.height_tolerance_m:.3g} m above it, "
+        f"floor {c.camera_height_m:g} m below the camera, which looks down by {c.camera_pitch_deg:g} deg; "
+        f"objects' frames {c.object_height_m - c.height_tolerance_m:.3g} to {c.object_height_m + c.height_tolerance_m:.3g} m above it, "
         f"leaning by {c.max_tilt_deg:g} deg at most; in calibrated images"
     )
 

@@ -1,13 +1,23 @@
 """Sample points of markers and box faces: where they lie, how evenly, and what they stand for."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
+import squares
 from solids import BODY, CAB, FRONT, RED, marker, rectangle, sign, truck
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
-from artrec_ros.core.model.surface import contains, patches_of, sample_contour, sample_polygon
+from artrec_ros.core.model.surface import (
+    CONTOUR_POINTS,
+    contains,
+    open_ring,
+    patches_of,
+    sample_contour,
+    sample_polygon,
+)
 
 TURN = np.radians(np.arange(64) * 360 / 64)
 DISC = 0.03 * np.column_stack([np.cos(TURN), np.sin(TURN)])
@@ -137,3 +147,38 @@ def test_a_face_under_a_marker_shows_only_what_is_left():
     assert len(faces(rectangle(0.2, 0.2), 0.001)) == 5  # nothing of the front is left
     assert len(faces(rectangle(0.2, 0.2), 0.1)) == 6  # far in front of it: hidden() decides
     assert len(faces(rectangle(0.2, 0.2), -0.01)) == 6  # inside of the box
+
+
+def ring_of(model, label=RED):
+    """Marker name -> (m, 2) its contour's points in the plane of z = 0 and which of them are open."""
+    patches = patches_of(model, label)
+    markers = [p for p in patches if p.marker is not None]
+    out = open_ring(model, patches)
+    assert out.shape == (len(markers), CONTOUR_POINTS) and set(np.unique(out)) <= {0.0, 1.0}
+    return {p.marker.name: (p.contour[:, :2], row > 0) for p, row in zip(markers, out, strict=True)}
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_where_another_marker_that_may_be_alike_begins_the_ring_says_nothing(shared):
+    """Left and right of a robot meet along its middle line; the team's patch meets both, in another class."""
+    robots = squares.robot() if shared else squares.robot(alternatives=False)
+    found = ring_of(robots, squares.TEAM)
+    for name in ("left", "right"):
+        points, is_open = found[name]
+        middle = np.abs(points[:, 1]) < 1e-9
+        inner = middle & (points[:, 0] > 0.004) & (points[:, 0] < 0.033)
+        assert inner.sum() >= 5 and (is_open[inner] == (not shared)).all()
+        assert is_open[~middle].all()
+    assert found["back"][1].all()
+
+
+def test_markers_that_move_or_lie_apart_or_below_leave_rings_open():
+    team, left, right = squares.robot().components
+    joint = squares.hinge("team", (0, 0, 0), (0, 0, 1))
+    swings = ObjectModel("robot", (team, left, replace(right, joint=joint)))
+    lower = squares.patch("right", squares.RIGHT, Pose(np.eye(3), np.array([0, 0, -0.02])))
+    sunk = ObjectModel("robot", (team, left, replace(right, markers=(lower,))))
+    far = squares.patch("right", squares.RIGHT - (0, 0.02))
+    apart = ObjectModel("robot", (team, left, replace(right, markers=(far,))))
+    for model in (swings, sunk, apart):
+        assert all(is_open.all() for _, is_open in ring_of(model, squares.TEAM).values())

@@ -84,6 +84,16 @@ def test_a_component_lies_amid_what_is_seen_of_its_marker():
             np.testing.assert_allclose(part.contour, drawn[3:], atol=1e-6)
 
 
+def test_a_component_in_full_view_lies_at_its_outlines_centroid():
+    model = MODELS["sign"]
+    at = pose(0.03, -0.02, 0.5, 0.4, model=model)
+    describer, verdicts, frame = scene(model, at)
+    (detection,) = describer.describe(verdicts, frame)
+    (part,) = detection.components
+    truth = pixels_of(model.components[0].markers[0].centre[None], 0, detection, verdicts[0].claim.finder.surface)
+    np.testing.assert_allclose((part.x, part.y), truth[0], atol=1e-6)
+
+
 def test_scale_is_pixels_per_metre_at_the_outlines_centroid():
     """A front that stands 11 cm before the object's origin, 40 cm away."""
     model = MODELS["bare"]

@@ -1,0 +1,237 @@
+"""Images without calibration to whole flat objects: clean scenes of known truth, and images without any."""
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+from settings import settings
+from squares import ARM, BACK, COLOURS, PAIRS, SIZE, TEAM, Placing, gate, patch, rendered, robot
+
+from artrec_ros.core.base.config import ClassConfig, ImageConfig
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.recognizer import Recognizer
+
+NAMES = [name for name, *_ in PAIRS]
+
+
+def recognizer(model, **options):
+    return Recognizer(
+        (Target(model.name, model, TEAM),), settings(**{"time_budget_ms": 60000, **options}), Segmenter(ImageConfig())
+    )
+
+
+@pytest.fixture(scope="module")
+def robots():
+    return recognizer(robot())
+
+
+def errors(detection, at, outline=BACK):
+    """Of the required component: place in pixels, turn in degrees, scale as a share."""
+    (part,) = (c for c in detection.components if c.component == "team")
+    x, y = at.at([outline.mean(axis=0)])[0]
+    turned = np.angle(np.exp(1j * (part.theta + at.turn)))  # theta runs from x to y, which is down
+    return np.hypot(part.x - x, part.y - y), abs(np.degrees(turned)), abs(part.scale / at.scale - 1)
+
+
+def assert_found(result, *placed, place=0.35, turn=1.2, scale=0.02):
+    assert len(result.detections) == len(placed), [r.reason for r in result.rejected]
+    for at in placed:
+        near = min(result.detections, key=lambda d: errors(d, at)[0])
+        assert np.less(errors(near, at), (place, turn, scale)).all(), (at, errors(near, at))
+        assert near.pose is None and near.pose_covariance is None and 0.5 < near.score <= 1
+        assert (near.image.x, near.image.scale) == (near.components[0].x, near.components[0].scale)
+
+
+CORNERS = [(x, y) for x in (21.3, SIZE[0] - 22.7) for y in (21.7, SIZE[1] - 22.3)]
+
+
+@pytest.mark.parametrize("turn", [-2.4, 0.35, 1.2, 2.7])
+@pytest.mark.parametrize(("x", "y"), [(75.2, 60.4), (66.6, 31.1), *CORNERS])
+def test_place_turn_and_scale_are_found_all_over_the_image(robots, x, y, turn):
+    at = Placing(x, y, turn, 330.0, "gv")
+    result = robots.recognize(rendered(at))
+    assert_found(result, at)
+    (d,) = result.detections
+    assert d.name == "robot_gv" and {c.component for c in d.components} == {"team", "left", "right"}
+
+
+@pytest.mark.parametrize("scale", [210.0, 330.0, 500.0, 760.0])
+def test_large_and_small(robots, scale):
+    rng = np.random.default_rng(int(scale))
+    reach = 0.054 * scale + 1
+    for _ in range(4):
+        x, y = rng.uniform(reach, np.array(SIZE) - reach)
+        at = Placing(x, y, rng.uniform(-np.pi, np.pi), scale, str(rng.choice(NAMES)))
+        result = robots.recognize(rendered(at))
+        assert_found(result, at, turn=2.6, scale=0.03, place=0.35)
+        assert result.detections[0].identity.name == at.name
+
+
+def test_what_the_border_cuts_is_found_where_it_is(robots):
+    for x, y in ((9.0, 60.3), (140.6, 40.2), (70.4, 8.7)):
+        at = Placing(x, y, 0.35, 330.0, "rg")
+        (d,) = robots.recognize(rendered(at)).detections
+        contour = next(c.contour for c in d.components if c.component == "team")
+        truth = at.at(BACK)
+        assert np.linalg.norm(contour[:, None] - truth, axis=2).min(axis=1).max() < 1.0
+
+
+@pytest.mark.parametrize("turns", [(0.0, 0.0), (0.7, 0.7), (1.1, 1.1 + np.pi / 2)])
+def test_two_that_touch_are_told_apart_though_they_are_one_blob(turns):
+    """Back to back, where both team patches are a square, and across. Two sizes fit a square: limits tell."""
+    first = Placing(60.3, 60.4, turns[0] + np.pi, 330.0, "gr")
+    ahead = np.array([np.cos(turns[0]), -np.sin(turns[0])]) * 0.0752 * first.scale
+    second = Placing(*(np.array([60.3, 60.4]) + ahead), turns[1], 330.0, "vr")
+    result = recognizer(robot(), min_scale=250.0, max_scale=430.0).recognize(rendered(first, second))
+    assert_found(result, first, second, place=0.6, turn=2.5, scale=0.04)
+    assert sorted(d.name for d in result.detections) == ["robot_gr", "robot_vr"]
+
+
+def test_a_full_field_is_named_together(robots):
+    placed = [
+        Placing(25.2, 25.3, 0.4, 300.0, "gr"), Placing(75.4, 28.1, 2.0, 300.0, "gv"),
+        Placing(122.3, 30.4, -1.0, 300.0, "rg"), Placing(40.1, 85.2, 3.0, 300.0, "vr"),
+    ]  # fmt: skip
+    result = robots.recognize(rendered(*placed))
+    assert_found(result, *placed)
+    assert sorted(d.name for d in result.detections) == [f"robot_{name}" for name in sorted(NAMES)]
+    assert sorted(d.id for d in result.detections) == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("arm", [-1.0, -0.3, 0.0, 0.62, 1.1])
+def test_a_joint_in_the_plane_is_told(arm):
+    at = Placing(60.3, 60.2, 0.5, 400.0, "gr", arm)
+    result = recognizer(gate()).recognize(rendered(at))
+    assert_found(result, at)
+    (d,) = result.detections
+    assert np.degrees(abs(d.joints["arm"] - arm)) < 2.0
+    assert "arm" in {c.component for c in d.components}
+
+
+def turned(model, T):
+    """The same object with another frame: its plane is another one of its own."""
+    parts = tuple(
+        dataclasses.replace(
+            c, markers=tuple(dataclasses.replace(m, T_component_marker=T @ m.T_component_marker) for m in c.markers)
+        )
+        for c in model.components
+    )
+    return dataclasses.replace(model, components=parts)
+
+
+@pytest.mark.parametrize("rpy", [(np.pi / 2, 0, 0), (0, np.pi / 2, 0), (0.3, -np.pi / 2, 0.7), (0, 0, 2.0)])
+def test_the_objects_plane_may_be_any_of_its_frame(rpy):
+    """Also that of y and z, whose normal is x: turns are told by what lies in the plane."""
+    engine = recognizer(turned(robot(), Pose.from_xyz_rpy((0.01, -0.02, 0.03), rpy)))
+    for n, at in enumerate((Placing(50.3, 60.4, 0.5, 330.0, "gr"), Placing(90.3, 50.4, -2.5, 330.0, "vr"))):
+        result = engine.recognize(rendered(at))
+        assert_found(result, at)
+        assert result.detections[0].identity.name == at.name, n
+
+
+def test_limits_of_scale_are_kept():
+    at = Placing(75.3, 60.2, 0.5, 330.0, "gr")
+    labels = rendered(at)
+    for low, high in ((300, 360), (320, 0), (0, 340), (450, 0), (0, 220)):
+        result = recognizer(robot(), min_scale=float(low), max_scale=float(high)).recognize(labels)
+        for d in result.detections:
+            assert low - 1e-6 <= d.image.scale <= (high or np.inf) + 1e-6
+        if low < at.scale < (high or np.inf):
+            assert_found(result, at)
+        else:  # of another size there is none, or one that fits badly
+            assert all(d.score < 0.6 for d in result.detections)
+    tight = recognizer(robot(), min_scale=335.0, max_scale=336.0).recognize(labels)
+    assert 335.0 - 1e-6 <= tight.detections[0].image.scale <= 336.0 + 1e-6
+
+
+def test_without_time_or_without_anything_in_view_nothing_is_found(robots):
+    for image in (np.zeros((90, 110), np.uint8), np.full((90, 110), 9, np.uint8), np.zeros((1, 1), np.uint8)):
+        result = robots.recognize(image)
+        assert result.complete and not result.detections and not list(result.rejected)
+    late = recognizer(robot(), time_budget_ms=1).recognize(rendered(*(Placing(40, 40, 0.3, 300.0),) * 2))
+    assert late.size == SIZE
+    assert late.ended_by in ((), ("recognizer.time_budget_ms",))
+
+
+def test_any_label_image_gives_a_result(robots):
+    rng = np.random.default_rng(0)
+    rows, columns = np.indices((90, 120))
+    images = {
+        "noise": rng.integers(0, 9, (90, 120)), "full": np.full((90, 120), TEAM), "stripes": rows % 2 * TEAM,
+        "checks": (rows + columns) % 2 * TEAM, "one": np.full((1, 1), TEAM), "row": np.full((1, 90), TEAM),
+        "line": (rows == columns) * TEAM, "teams": rng.choice([0, TEAM], (90, 120)),
+    }  # fmt: skip
+    for name, image in images.items():
+        result = robots.recognize(image.astype(np.uint8))
+        assert all(0 <= d.score <= 1 for d in result.detections), name
+        assert all(np.isfinite((d.image.x, d.image.y, d.image.scale)).all() for d in result.detections), name
+        assert all(r.reason for r in result.rejected), name
+
+
+def test_specks_are_no_robots(robots):
+    labels = np.zeros(SIZE[::-1], np.uint8)
+    labels[20:23, 30:33], labels[60:62, 80:85] = TEAM, TEAM
+    assert not robots.recognize(labels).detections
+
+
+def test_a_team_patch_alone_is_one_of_no_name(robots):
+    """Its other patches' pixels show something else: which one it is cannot be told."""
+    at = Placing(75.3, 60.2, 0.5, 330.0, "gr")
+    labels = rendered(at)
+    labels[np.isin(labels, list(COLOURS.values()))] = 9
+    for d in robots.recognize(labels).detections:
+        assert d.identity.name is None and d.name == "robot_0"
+
+
+def test_calibrated_or_not_the_same_object_is_at_the_same_place():
+    """In space the camera that takes the image tells; facing it, any does."""
+    at = Placing(70.3, 55.2, 0.5, 330.0, "gr")
+    engine, labels = recognizer(robot()), rendered(at)
+    (bare,) = engine.recognize(labels).detections
+    (posed,) = engine.recognize(labels, Camera.facing(SIZE)).detections
+    assert bare.pose is None and posed.pose is not None
+    np.testing.assert_allclose((bare.image.x, bare.image.y), (posed.image.x, posed.image.y), atol=0.5)
+    assert bare.identity.name == posed.identity.name == "gr"
+
+
+def test_soft_edges_of_colour_images_cost_no_robot():
+    """Blurred colours whose mixtures are in doubt; the place is as good as on labels."""
+    rgb = {TEAM: (230, 200, 30), 4: (40, 160, 60), 5: (210, 40, 60), 6: (120, 60, 170), 0: (60, 60, 62)}
+    classes = {f"c{label}": ClassConfig(label=label, rgb=colour) for label, colour in rgb.items() if label}
+    image = ImageConfig(kind="colour", classes=classes, background=rgb[0])
+    model = robot()
+    engine = Recognizer((Target("robot", model, TEAM),), settings(time_budget_ms=60000), Segmenter(image))
+    rng = np.random.default_rng(2)
+    for name, turn in (("gr", 0.4), ("vr", 2.2), ("rg", -1.2)):
+        at = Placing(72.3, 58.4, turn, 330.0, name)
+        labels = rendered(at)
+        bgr = np.zeros((*labels.shape, 3))
+        for label, colour in rgb.items():
+            bgr[labels == label] = colour[::-1]
+        bgr = cv2.GaussianBlur(bgr, (0, 0), 0.8) + rng.normal(0, 3, bgr.shape)
+        result = engine.recognize(np.clip(np.rint(bgr), 0, 255).astype(np.uint8))
+        assert_found(result, at, place=0.6, turn=2.0, scale=0.05)
+        assert result.detections[0].identity.name == name
+
+
+def test_a_marker_on_the_joint_alone_can_be_the_required_one():
+    """All grows from the arm: the rest is found where its joint lets it be."""
+    base, arm = gate().components[0], gate().components[-1]
+    model = ObjectModel(
+        "arm",
+        (
+            dataclasses.replace(base, required=False),
+            Component("tip", (patch("arm", ARM),), required=True, label=7, joint=arm.joint),
+        ),
+    )
+    at = Placing(60.3, 60.2, 0.5, 400.0, "gr", 0.6)
+    labels = rendered(at)
+    labels[np.isin(labels, list(COLOURS.values()))] = 0
+    (d,) = recognizer(model).recognize(labels).detections
+    found = {c.component: c for c in d.components}
+    assert set(found) == {"team", "tip"} and np.degrees(abs(d.joints["tip"] - 0.6)) < 2.0

@@ -23,8 +23,8 @@ from .claims import Claim
 
 _LEAST_PX = 8.0  # of a marker that could be recognised
 # A component of a found object is told where so much of its marker bears its label and the votes are not clearly
-# against it; seen nearly edge-on it may be too thin to count as confirmed. A wider one has room for what would confirm it
-# between the seams on its two sides.
+# against it; seen nearly edge-on it may be too thin to count as confirmed. A wider one has room for what would confirm
+# it between the seams on its two sides.
 _TOLD_AGREE, _TOLD_VOTES = 0.2, -0.5  # share; votes per pixel
 _Scores = tuple[list[float], list[float], list[float]]  # of each patch
 
@@ -197,12 +197,13 @@ def verdict_of(claim: Claim) -> Verdict:
     surface = claim.finder.surface
     supported = set(surface.markers[claim.finder.supported(claim.scores)[0]].tolist())
     patch_votes, area_px, agree = _lists(claim.scores)
+    thin_px = 2 * (surface.votes.ring_px + surface.votes.ring_width_px)
     votes, shown, confirmed = [], [], []
     for c, mine in enumerate(surface.markers_of):
         votes.append(sum(patch_votes[p] for p in mine))
         best = max(mine, key=lambda p: area_px[p] * ((p in supported) + 1e-3))
         confirmed.append(best in supported)
+        sure = best in supported or c == claim.finder.root
         told = area_px[best] > _LEAST_PX and agree[best] > _TOLD_AGREE and votes[c] > _TOLD_VOTES * area_px[best]
-        told = told and claim.width_px(best) < 2 * (surface.votes.ring_px + surface.votes.ring_width_px)
-        shown.append(best if best in supported or told or c == claim.finder.root else -1)
+        shown.append(best if sure or (told and claim.width_px(best) < thin_px) else -1)
     return Verdict(claim, tuple(shown), tuple(confirmed), tuple(votes))

@@ -38,8 +38,12 @@ class Judge:
 
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
-        verdict = self.verdicts(finder, poses[:1], frame)[0] if len(poses) else None
+        verdict = self.on_first(finder, poses, frame)
         return self.trust(verdict) if verdict is not None else 0.0
+
+    def on_first(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> Verdict | None:
+        """What the labels confirm of the first one; None: there is none, or it has not votes enough."""
+        return self.verdicts(finder, poses[:1], frame)[0] if len(poses) else None
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""

@@ -43,12 +43,11 @@ class Recorder(Judge):
 
     asked: list[Verdict] = field(default_factory=list)
 
-    def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
-        verdict = self.verdicts(finder, poses[:1], frame)[0] if len(poses) else None
-        if verdict is None:
-            return 0.0
-        self.asked.append(verdict)
-        return self.trust(verdict)
+    def on_first(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> Verdict | None:
+        verdict = super().on_first(finder, poses, frame)
+        if verdict is not None:
+            self.asked.append(verdict)
+        return verdict
 
 
 def shown_centre(verdict: Verdict) -> Array:

@@ -9,8 +9,8 @@ from .base.config import SearchConfig
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .pose.finder import Climb, WholeObjectFinder
-from .pose.ranked import Ranked
 from .pose.surface_model import Poses
+from .verdict.acceptance import Verdict
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
 
@@ -48,9 +48,10 @@ class SpatialSearch:
         """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
         none where there is doubt. None: nor is the blob worth a longer look, for others would lead to the object."""
         found = finder.plain_guesses(self._frame, blob)
-        if finder.is_alike_throughout and self._is_hopeless(finder, found, climbs=1):
+        verdict = self._judge.on_first(finder, found.poses, self._frame)
+        if finder.is_alike_throughout and self._is_hopeless(verdict, climbs=1):
             return None
-        if not self._is_sure(finder, found.poses):
+        if verdict is None or self._judge.trust(verdict) <= self._config.sure:
             return found.poses[:0]
         return finder.climbed(self._frame, found, self._plain_climb, sure=True).poses
 
@@ -58,9 +59,12 @@ class SpatialSearch:
         """Hypotheses of which a component made a blob, or part of one, best first."""
         found, sure = finder.guesses(self._frame, blob), False
         for number, climb in enumerate(self._climbs):
-            if self._frame.deadline.expired or self._is_hopeless(finder, found, climbs=number):
+            if self._frame.deadline.expired or not (found.votes > 0).any():
                 break
-            sure = sure or self._is_sure(finder, found.poses)
+            verdict = self._judge.on_first(finder, found.poses, self._frame)
+            if self._is_hopeless(verdict, climbs=number):
+                break
+            sure = sure or (verdict is not None and self._judge.trust(verdict) > self._config.sure)
             if not sure or climb is self._climbs[-1]:
                 found = finder.climbed(self._frame, found, climb, sure=sure)
         return found.poses
@@ -72,18 +76,12 @@ class SpatialSearch:
         self._hide_found()
         return self._unexplained.get(finder, self._frame).field.owned_share(blob.contour) > self._config.explained
 
-    def _is_sure(self, finder: WholeObjectFinder, poses: Poses) -> bool:
-        return self._judge.trust_in(finder, poses, self._frame) > self._config.sure
-
-    def _is_hopeless(self, finder: WholeObjectFinder, found: Ranked, *, climbs: int) -> bool:
+    def _is_hopeless(self, verdict: Verdict | None, *, climbs: int) -> bool:
         """Whether no climb will make an object of the best one: what it lacks to be one it does not find on its way.
 
         A climb may yet bring the required component to its place; the next one does not.
         """
-        if not (found.votes > 0).any():
-            return True
-        verdict = self._judge.verdicts(finder, found.poses[:1], self._frame)[0]
-        if verdict is None or not verdict.confirmed[finder.root]:
+        if verdict is None or not verdict.confirmed[verdict.claim.finder.root]:
             return climbs > 0
         return verdict.probability < self._config.hopeless
 

@@ -190,7 +190,7 @@ def test_of_twelve_equal_squares_one_board_is_told(heading, tilt):
 
 
 def test_legs_that_another_object_hides_are_not_missing():
-    """An object of which another one hides all but the required component is found; before, its legs were missing."""
+    """An object of which another one hides most but the required component is found."""
     near = pose(0.13, 0.1, 0.62, 0.0, model=TRUCK)
     far = pose(0.05, 0.02, 1.0, 0.1, model=TRUCK)
     labels = render(CAMERA, [(TRUCK, near, BLUE), (TRUCK, far, RED)])

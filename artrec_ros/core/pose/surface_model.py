@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -62,10 +61,6 @@ class PatchScores:
 
     def __getitem__(self, index: NDArray | list[int] | slice) -> PatchScores:
         return PatchScores(self.votes[index], self.area_px[index], self.agree[index])
-
-    @classmethod
-    def concatenate(cls, parts: Sequence[PatchScores]) -> PatchScores:
-        return cls(*(np.concatenate(values) for values in zip(*(p.arrays for p in parts), strict=True)))
 
 
 def _limits(votes: VotesConfig) -> SurfaceLimits:

@@ -194,13 +194,14 @@ def verdict_of(claim: Claim) -> Verdict:
     surface, config = claim.finder.surface, claim.finder.config
     supported = set(surface.markers[claim.finder.supported(claim.scores)[0]].tolist())
     patch_votes, area_px, agree = _lists(claim.scores)
+    thin_px = 2 * (surface.votes.ring_px + surface.votes.ring_width_px)
     votes, shown, confirmed = [], [], []
     for c, mine in enumerate(surface.markers_of):
         votes.append(sum(patch_votes[p] for p in mine))
         best = max(mine, key=lambda p: area_px[p] * ((p in supported) + 1e-3))
         confirmed.append(best in supported)
+        sure = best in supported or c == claim.finder.root
         told = votes[c] > 0 and agree[best] > config.verdict.told_agree and area_px[best] > config.min_blob_px
         # a wider one has room for what would confirm it between the seams on its two sides
-        told = told and claim.width_px(best) < 2 * (surface.votes.ring_px + surface.votes.ring_width_px)
-        shown.append(best if best in supported or told or c == claim.finder.root else -1)
+        shown.append(best if sure or (told and claim.width_px(best) < thin_px) else -1)
     return Verdict(claim, tuple(shown), tuple(confirmed), tuple(votes))

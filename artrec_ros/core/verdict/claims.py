@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -22,7 +23,7 @@ from ..pose.surface_model import PatchScores, Poses, SpatialModel
 class Claim:
     """A candidate and what the labels that nobody better owns say of it.
 
-    :param scores: of these labels. :param all_scores: of all labels, whoever owns them.
+    :param scores: of these labels.
     :param frame: where it is said.
     """
 
@@ -30,11 +31,17 @@ class Claim:
     poses: Poses  # one hypothesis
     votes: float
     scores: PatchScores
-    all_scores: PatchScores
     frame: ImageFrame
     depth_m: float = math.nan  # of the required component, along the optical axis; NaN: not asked for
     scale: float = math.nan  # pixels per metre there
     misplaced: str | None = None  # why nothing can be there, by what is known of the scene
+
+    @cached_property
+    def all_scores(self) -> PatchScores:
+        """The same of all labels, whoever owns them."""
+        if self.frame.unowned is self.frame:
+            return self.scores
+        return self.finder.judge(self.frame.unowned, self.poses, occlusion=True)
 
     def width_px(self, patch: int) -> float:
         """Mean width of a marker as it is seen, pixels, from its area and its outline's length."""
@@ -43,23 +50,16 @@ class Claim:
         return 2 * float(self.all_scores.area_px[0, patch]) / max(marker.perimeter * self.scale, 1e-9)
 
 
-def claims_of(
-    finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, all_scores: PatchScores | None = None
-) -> list[Claim]:
-    """A claim for each hypothesis.
-
-    :param all_scores: what all labels say of them, where that is known: it does not change with who owns them.
-    """
-    scores = of_all = finder.judge(frame, poses, occlusion=True)
-    if frame.unowned is not frame:
-        of_all = finder.judge(frame.unowned, poses, occlusion=True) if all_scores is None else all_scores
+def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Claim]:
+    """A claim for each hypothesis."""
+    scores = finder.judge(frame, poses, occlusion=True)
     anchors = finder.anchors(poses)
     depth_m = anchors[:, 2]
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
     misplaced = _misplaced(finder, poses, frame, anchors, scale)
     numbers = zip(finder.total(scores).tolist(), depth_m.tolist(), scale.tolist(), misplaced, strict=True)
     return [
-        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], of_all[i : i + 1], frame, *place)
+        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], frame, *place)
         for i, (votes, *place) in enumerate(numbers)
     ]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ..base.config import RecognizerConfig
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import PatchScores, Poses
+from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdict_of
 from .claims import claims_of
 from .reach import Reach
@@ -31,18 +31,19 @@ class Judge:
     def of(cls, config: RecognizerConfig) -> Judge:
         return cls(config.verdict.min_votes, config.min_probability, config.min_components, Reach.of(config))
 
-    def verdicts(
-        self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, all_scores: PatchScores | None = None
-    ) -> list[Verdict | None]:
-        """What the labels confirm of each hypothesis; None for those without votes enough. :param all_scores: as of
-        `claims_of`."""
-        claims = claims_of(finder, poses, frame, all_scores)
+    def verdicts(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Verdict | None]:
+        """What the labels confirm of each hypothesis; None for those without votes enough."""
+        claims = claims_of(finder, poses, frame)
         return [verdict_of(claim) if claim.votes > self.min_votes else None for claim in claims]
 
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
-        verdict = self.verdicts(finder, poses[:1], frame)[0] if len(poses) else None
+        verdict = self.on_first(finder, poses, frame)
         return self.trust(verdict) if verdict is not None else 0.0
+
+    def on_first(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> Verdict | None:
+        """What the labels confirm of the first one; None: there is none, or it has not votes enough."""
+        return self.verdicts(finder, poses[:1], frame)[0] if len(poses) else None
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""

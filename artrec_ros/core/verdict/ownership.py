@@ -12,7 +12,7 @@ from ..geometry.camera import Camera
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import PatchScores, Poses
+from ..pose.surface_model import Poses
 from .acceptance import Verdict
 from .claims import corners_of, silhouette
 from .judge import Judge
@@ -78,15 +78,9 @@ class _Group:
             margin = margin + np.linalg.norm(np.ptp(moved, axis=1), axis=1, keepdims=True)
         return np.stack([low - margin, high + margin], axis=1)
 
-    def judged(
-        self, rows: Sequence[int], frame: ImageFrame, before: Sequence[_Standing] = ()
-    ) -> list[_Standing | None]:
-        """Claims of some of the hypotheses; None for those without votes enough.
-
-        :param before: the same claims when others owned less.
-        """
-        known = PatchScores.concatenate([s.verdict.claim.all_scores for s in before]) if before else None
-        verdicts = self.judge.verdicts(self.finder, self.poses[list(rows)], frame, known)
+    def judged(self, rows: Sequence[int], frame: ImageFrame) -> list[_Standing | None]:
+        """Claims of some of the hypotheses; None for those without votes enough."""
+        verdicts = self.judge.verdicts(self.finder, self.poses[list(rows)], frame)
         return [_Standing(self, row, v) if v is not None else None for row, v in zip(rows, verdicts, strict=True)]
 
 
@@ -112,7 +106,7 @@ def _judged_again(alive: list[_Standing], owner: _Standing, frame: ImageFrame) -
             met.setdefault(standing.group, []).append(standing)
     anew: dict[_Standing, _Standing | None] = {}
     for group, mine in met.items():
-        anew.update(zip(mine, group.judged([s.row for s in mine], frame, mine), strict=True))
+        anew.update(zip(mine, group.judged([s.row for s in mine], frame), strict=True))
     return [now for now in (anew.get(s, s) for s in alive) if now is not None]
 
 

@@ -22,6 +22,7 @@ from sensor_msgs.msg import Image, JointState, MultiDOFJointState
 from visualization_msgs.msg import MarkerArray
 
 from artrec_ros.core.drawing import class_picture
+from artrec_ros.core.geometry.projection import project
 from artrec_ros.io.parameters.parameter_file import Setup
 
 NO_CALIBRATION = np.zeros(9)
@@ -165,6 +166,34 @@ def test_a_good_change_is_taken_and_works(peer: Peer, picture: np.ndarray) -> No
     assert peer.diagnose("recognition", "nothing found", sending=label_image(picture))
     assert peer.set_parameters(image__blank=[]).successful
     assert peer.get_parameter("image.blank") == []
+    assert peer.diagnose("recognition", "object(s) in", sending=label_image(picture))
+
+
+def test_a_plane_and_a_region_given_while_it_runs_are_used(peer: Peer, setup: Setup, picture: np.ndarray) -> None:
+    peer.send_camera(toy.CAMERA.matrix)
+    (seen,) = setup.build().recognize(picture, toy.CAMERA).detections
+    assert seen.pose is not None
+    corners = np.array([[-0.3, -0.2], [0.3, -0.2], [0.3, 0.2], [-0.3, 0.2]])  # metres, y up, as deep as the object
+    pixels = project(toy.CAMERA, np.column_stack([corners * (1, -1), np.full(4, seen.pose.position[2])]))
+    plane = {
+        "scene__plane__image_points": pixels.ravel().tolist(),
+        "scene__plane__field_points": corners.ravel().tolist(),
+    }
+    alone = peer.set_parameters(scene__plane__image_points=pixels.ravel().tolist())
+    assert not alone.successful and "field_points 0" in alone.reason
+    assert peer.set_parameters(**plane).successful
+
+    def in_field() -> PoseArray | None:
+        answer = peer.answer("toy/poses", peer.send(label_image(picture)))
+        return answer if answer.header.frame_id == "field" else None
+
+    answer = next(found for _ in range(50) if (found := in_field()) is not None)
+    (pose,) = answer.poses
+    x, y, _ = seen.pose.position
+    assert (pose.position.x, pose.position.y) == pytest.approx((x, -y), abs=0.01)
+    assert peer.set_parameters(scene__region=[0.0, 0.0, 5.0, 0.0, 5.0, 5.0, 0.0, 5.0]).successful
+    assert peer.diagnose("recognition", "nothing found", sending=label_image(picture))
+    assert peer.set_parameters(scene__region=[], **dict.fromkeys(plane, [])).successful
     assert peer.diagnose("recognition", "object(s) in", sending=label_image(picture))
 
 

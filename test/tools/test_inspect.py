@@ -289,6 +289,7 @@ SCENE = {
         "image_points": [5.0, 25.0, 35.0, 25.0, 35.0, 5.0, 5.0, 5.0, 20.0, 15.0],
         "field_points": [0.0, 0.0, 0.3, 0.0, 0.3, 0.2, 0.0, 0.2, 0.15, 0.1],
     },
+    "floor": {"camera_height_m": 0.5, "object_height_m": 0.2},
 }
 
 
@@ -300,6 +301,7 @@ def test_the_scene_is_told_and_drawn(tmp_path, config, capsys):
     assert "scene: region of 4 corners, 50% of the image" in printed
     assert "plane by 5 points, frame 'field', 100 to 100 px/m, a pixel is 10 mm" in printed
     assert "the points lie" in printed and "blobs of the objects' classes lie in the region" in printed
+    assert "floor 0.5 m below the camera" in printed and "frames 0.1 to 0.3 m above it" in printed
     drawn = cv2.imread(str(picture))
     assert drawn.shape[1] >= 600
     halves = drawn[:, : drawn.shape[1] // 2].mean(), drawn[:, drawn.shape[1] // 2 :].mean()

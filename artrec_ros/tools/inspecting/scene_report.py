@@ -126,11 +126,10 @@ def _floor(scene: Scene) -> Iterator[str]:
     if scene.floor is None:
         return
     c = scene.floor.config
-    low_m, high_m = c.object_height_m - c.height_tolerance_m, c.object_height_m + c.height_tolerance_m
+    low, high = c.object_height_m - c.height_tolerance_m, c.object_height_m + c.height_tolerance_m
     yield (
-        f"floor {c.camera_height_m:g} m below the camera, which looks down by {c.camera_pitch_deg:g} deg; "
-        f"objects' frames {low_m:.3g} to {high_m:.3g} m above it, "
-        f"leaning by {c.max_tilt_deg:g} deg at most; in calibrated images"
+        f"floor {c.camera_height_m:g} m below the camera, which looks down by {c.camera_pitch_deg:g} deg; objects' "
+        f"frames {low:.3g} to {high:.3g} m above it, leaning by {c.max_tilt_deg:g} deg at most; in calibrated images"
     )
 
 

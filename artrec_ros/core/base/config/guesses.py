@@ -178,8 +178,8 @@ class GuessesConfig(Room):
         high=100,
         paths=_SPACE,
         calibrated=True,
-        origin="121 frames of a crowd of quadrupeds: at 1.5 one in forty right ones gets a limb wrong, at 2.5 one "
-        "false object comes back",
+        origin="121 frames of a crowd of quadrupeds: at 1.5 one in forty right ones gets a limb wrong, at 2.5 a "
+        "false one comes back",
     )
 
     def __post_init__(self) -> None:

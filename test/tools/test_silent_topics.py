@@ -79,7 +79,7 @@ def test_reasons(tmp_path):
     in_space = lines("aibo.yaml", True, tmp_path)
     assert not any("poses" in line or "joint_states" in line for line in in_space)
     assert any("joint_states of red, blue stays empty where" in line for line in lines("aibo.yaml", None, tmp_path))
-    assert any("found in space, and they are not" in line for line in lines("aibo.yaml", False, tmp_path))
+    assert any("found as a whole, and they are not" in line for line in lines("aibo.yaml", False, tmp_path))
     assert any(
         "profile 'paper'" in line for line in lines("aibo.yaml", True, tmp_path, "{recognizer: {profile: paper}}")
     )

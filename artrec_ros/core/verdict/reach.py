@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from ..base.config import RecognizerConfig
 
 
+_ROUNDING = 1 + 1e-6  # a fit that a limit holds comes to lie on it
+
+
 @dataclass(frozen=True)
 class Reach:
     """The limits of `RecognizerConfig`, as `range_limits` has them together; a greatest one of 0 means any.
@@ -26,12 +29,12 @@ class Reach:
 
     def reason(self, depth_m: float, scale: float) -> str | None:
         """Why an object is out of it; None where it is not, and of a NaN."""
-        if depth_m < self.min_range_m:
+        if depth_m * _ROUNDING < self.min_range_m:
             return f"{depth_m:.3g} m away, nearer than min_range_m {self.min_range_m:g}"
-        if 0 < self.max_range_m < depth_m:
+        if 0 < self.max_range_m * _ROUNDING < depth_m:
             return f"{depth_m:.3g} m away, beyond max_range_m {self.max_range_m:g}"
-        if scale < self.min_scale:
+        if scale * _ROUNDING < self.min_scale:
             return f"{scale:.3g} px/m, below min_scale {self.min_scale:g}"
-        if 0 < self.max_scale < scale:
+        if 0 < self.max_scale * _ROUNDING < scale:
             return f"{scale:.3g} px/m, above max_scale {self.max_scale:g}"
         return None

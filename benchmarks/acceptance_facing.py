@@ -1,6 +1,6 @@
 """Is a flat object in an uncalibrated image there as often as its score says? As `acceptance.py`, of flat objects.
 
-python benchmarks/acceptance_facing.py --save found.npz [--first 0] [--worlds 120] [--scenes 10]
+python benchmarks/acceptance_facing.py --save found.npz [--first 0] [--worlds 120] [--scenes 14]
 python benchmarks/acceptance_facing.py --load found.npz [more.npz ...] [--fit]
 """
 
@@ -106,7 +106,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=0, help="number of the first world")
     parser.add_argument("--worlds", type=int, default=120)
-    parser.add_argument("--scenes", type=int, default=10, help="of each world")
+    parser.add_argument("--scenes", type=int, default=14, help="of each world")
     parser.add_argument("--save", type=Path, metavar="FILE.npz")
     parser.add_argument("--load", type=Path, nargs="+", metavar="FILE.npz")
     parser.add_argument("--fit", action="store_true", help=f"write {OUT.name}")

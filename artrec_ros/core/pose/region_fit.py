@@ -12,6 +12,8 @@ from ..image.image_frame import ImageFrame
 from .region_kernels import Regions, even_out
 from .surface_model import Poses, SpatialModel
 
+_MOST_IN = 0.6  # of the way to its middle at most, a marker's points are drawn in
+
 
 class RegionFit:
     """Fits one model's poses: each marker is a region, and so is what lies around each."""
@@ -21,10 +23,14 @@ class RegionFit:
         patches = [surface.patches[p] for p in surface.markers]
         outward = [np.cross(p.contour_along, p.normal) for p in patches]
         around = surface.open_contour
+        # inside as far from the outlines as outside: else blur, which is in some points and not in others, pulls
+        radius = [2 * p.area / p.marker.perimeter for p in patches if p.marker is not None]  # of a circle within, about
+        inward = [(p.inside.mean(axis=0) - p.inside) / r for p, r in zip(patches, radius, strict=True)]
+        most = [np.full(len(p.inside), _MOST_IN * r) for p, r in zip(patches, radius, strict=True)]
         points = [p.inside for p in patches] + [p.contour[free] for p, free in zip(patches, around, strict=True)]
         self._points = np.concatenate(points)
-        self._outward = np.concatenate([np.zeros_like(p.inside) for p in patches]
-                                       + [o[free] for o, free in zip(outward, around, strict=True)])  # fmt: skip
+        self._away = np.concatenate(inward + [o[free] for o, free in zip(outward, around, strict=True)])
+        self._most_m = np.concatenate([*most, np.full(int(around.sum()), np.inf)])
         self._on = np.concatenate([np.full(len(p), patches[i % len(patches)].component) for i, p in enumerate(points)])
         self._region = np.concatenate([np.full(len(p), i) for i, p in enumerate(points)])
         self._count = len(points)
@@ -43,7 +49,7 @@ class RegionFit:
         camera, config, depth = frame.camera, self._config, pose.t[0, 2]
         frames = self._surface.kinematics.forward(pose.R, pose.t, pose.q)
         scale = camera.focal_px / depth  # pixels per metre
-        beyond = self._points + self._outward * (config.region_ring_px / scale)
+        beyond = self._points + self._away * np.minimum(config.region_ring_px / scale, self._most_m)[:, None]
         pixels = project(camera, self._surface.place(frames, beyond, self._on))[0]
         origin = project(camera, pose.t)[0]
         x, y = (pixels - origin).T

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from ..base.config import RecognizerConfig
 
-
 _ROUNDING = 1 + 1e-6  # a fit that a limit holds comes to lie on it
 
 

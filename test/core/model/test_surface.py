@@ -13,7 +13,7 @@ from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.model.surface import (
     CONTOUR_POINTS,
     contains,
-    open_ring,
+    free_contour,
     patches_of,
     sample_contour,
     sample_polygon,
@@ -153,9 +153,9 @@ def ring_of(model, label=RED):
     """Marker name -> (m, 2) its contour's points in the plane of z = 0 and which of them are open."""
     patches = patches_of(model, label)
     markers = [p for p in patches if p.marker is not None]
-    out = open_ring(model, patches)
-    assert out.shape == (len(markers), CONTOUR_POINTS) and set(np.unique(out)) <= {0.0, 1.0}
-    return {p.marker.name: (p.contour[:, :2], row > 0) for p, row in zip(markers, out, strict=True)}
+    out = free_contour(model, patches, own_class=True)
+    assert out.shape == (len(markers), CONTOUR_POINTS) and out.dtype == bool
+    return {p.marker.name: (p.contour[:, :2], row) for p, row in zip(markers, out, strict=True)}
 
 
 @pytest.mark.parametrize("shared", [True, False])
@@ -182,3 +182,11 @@ def test_markers_that_move_or_lie_apart_or_below_leave_rings_open():
     apart = ObjectModel("robot", (team, left, replace(right, markers=(far,))))
     for model in (swings, sunk, apart):
         assert all(is_open.all() for _, is_open in ring_of(model, squares.TEAM).values())
+
+
+def test_where_any_other_marker_begins_the_contour_is_not_free():
+    """Of whichever class: what colours lie around an object begins beyond all of its markers."""
+    model = squares.robot()
+    alike, any_class = (free_contour(model, patches_of(model, 1), own_class=own) for own in (True, False))
+    assert (any_class <= alike).all() and any_class.sum() < alike.sum()
+    assert any_class.any(axis=1).all()  # each part has an outer side

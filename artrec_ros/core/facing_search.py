@@ -13,6 +13,7 @@ from .base.config import RecognizerConfig
 from .geometry.range_limits import ScaleLimits
 from .image.blobs import Blob, centres
 from .image.image_frame import ImageFrame
+from .pose.distinct_kernels import few_of_places
 from .pose.facing_guesses import FacingGuesser, Guesses
 from .pose.finder import Climb, WholeObjectFinder
 from .pose.guesses import is_small
@@ -76,12 +77,9 @@ class FacingSearch:
         anchors = self.finder.anchors(found.poses[order])
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other
-        near = np.linalg.norm(at[:, None] - at, axis=2) < reach[:, None]
-        kept: list[int] = []
-        for i in range(len(order)):
-            if np.count_nonzero(near[i, kept]) < self._config.facing.rivals:
-                kept.append(i)
-        return found.poses[order[kept]]
+        kept = np.empty(len(order), np.int64)
+        n = few_of_places(np.ascontiguousarray(at), reach, int(self._config.facing.rivals), kept)
+        return found.poses[order[kept[:n]]]
 
     def _best_of_each(
         self, frame: ImageFrame, poses: Poses, votes: np.ndarray, blob: np.ndarray, most: np.ndarray

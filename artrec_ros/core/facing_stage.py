@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .base.config import RecognizerConfig
+from .base.deferred import Deferred
 from .facing_search import FacingSearch
 from .geometry.range_limits import scale_limits
 from .image.blobs import Blob
@@ -32,8 +33,8 @@ class FacingStage:
 
     def recognize(
         self, frame: ImageFrame, blobs: Sequence[Blob]
-    ) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
-        """Detections by target and score, and what was turned down, with reasons."""
+    ) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
+        """Detections by target and score, and what was turned down, with reasons: worked out when looked at."""
         if not self._searches:
             return (), ()
         limits, faced = scale_limits(self._config, frame.calibration), frame.faced()
@@ -45,4 +46,4 @@ class FacingStage:
             for describer in self._describers
             for detection in describer.describe([v for v in accepted if v.claim.finder is describer.finder], faced)
         ]
-        return tuple(detections), tuple(rejection_of(v, faced, self._judge) for v in others)
+        return tuple(detections), Deferred(lambda: tuple(rejection_of(v, faced, self._judge) for v in others))

@@ -47,3 +47,20 @@ def first_of_cells(order: Any, R: Any, t: Any, place: float, depth: float, turn:
             out[kept] = h
             kept += 1
     return kept
+
+
+@jit
+def few_of_places(at: Any, reach: Any, most: int, out: Any) -> int:
+    """Fill `out` (n,) with hypotheses at places (n, 2), in their order, of which fewer than `most` of those before are
+    within its reach (n,); how many these are."""
+    kept = 0
+    for i in range(len(at)):
+        near = 0
+        for k in range(kept):
+            j = out[k]
+            x, y = at[j, 0] - at[i, 0], at[j, 1] - at[i, 1]
+            near += x * x + y * y < reach[i] * reach[i]
+        if near < most:
+            out[kept] = i
+            kept += 1
+    return kept

@@ -47,7 +47,8 @@ class Judge:
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""
-        return verdict.probability if self.reason(verdict) is None else 0.0
+        likely = verdict.probability >= self.min_probability  # asked first: most are not, and reasons are many words
+        return verdict.probability if likely and self.reason(verdict) is None else 0.0
 
     def reason(self, verdict: Verdict) -> str | None:
         """Why a claim is no object; None where it is one."""

@@ -6,6 +6,7 @@ from settings import DEFAULTS
 from solids import pose, random_poses, sign, truck
 
 from artrec_ros.core.pose.distinct import apart, best_distinct
+from artrec_ros.core.pose.distinct_kernels import few_of_places
 from artrec_ros.core.pose.surface_model import Poses
 
 MODEL, SEARCH = sign(), DEFAULTS.search
@@ -57,3 +58,16 @@ def test_of_hypotheses_that_are_alike_the_best_is_kept():
         axes = np.abs((poses.R[near] - poses.R[h])[:, :, [0, 2]]).max(axis=(1, 2))
         alike = (place <= SEARCH.cell_place) & (depth <= SEARCH.cell_log_depth) & (axes <= SEARCH.cell_axis)
         assert alike.any()
+
+
+@pytest.mark.parametrize("most", [1, 2, 3])
+def test_of_each_place_so_many_are_kept_the_first_ones(most):
+    rng = np.random.default_rng(most)
+    at, reach = rng.uniform(0, 30, (60, 2)), rng.uniform(1, 6, 60)
+    out = np.empty(60, np.int64)
+    kept = out[: few_of_places(at, reach, most, out)].tolist()
+    expected: list[int] = []
+    for i in range(60):
+        if np.count_nonzero(np.linalg.norm(at[expected] - at[i], axis=1) < reach[i]) < most:
+            expected.append(i)
+    assert kept == expected and 0 < len(kept) < 60

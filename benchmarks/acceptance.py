@@ -93,13 +93,16 @@ def write(
     of_parts: tuple[Curves, str],
     said: Sequence[str],
     out: Path,
+    program: str,
     sure_likely: tuple[float, float] | None = None,
 ) -> None:
     """The committed file of fitted numbers.
 
-    :param said: what they were fitted on, and how they do on the rest. :param sure_likely: thresholds of the search.
+    :param said: what they were fitted on, and how they do on the rest. :param program: that fitted them.
+    :param sure_likely: thresholds of the search.
     """
-    lines = ['"""The curves of `acceptance.py` and `parts.py`, written by `python benchmarks/acceptance.py --fit`.', ""]
+    head = f"The curves of `acceptance.py` and `parts.py`, written by `python benchmarks/{program} --fit`."
+    lines = [f'"""{head}', ""]
     notes = "; ".join(f"{case}: {note}" for case, note in {**model.notes, "components": of_parts[1]}.items())
     lines += [fill(text, 118) for text in (said[0], f"Chosen: {notes}.", *said[1:])]
     lines += ['"""', "", "Model = tuple[float, dict[str, tuple[tuple[float, ...], tuple[float, ...]]]]", ""]
@@ -116,15 +119,20 @@ def write(
     out.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def arguments(description: str | None, worlds: int, scenes: int, out: Path) -> argparse.Namespace:
+    """What is asked for. :param worlds, scenes: by default. :param out: what a fit writes."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=0, help="number of the first world")
-    parser.add_argument("--worlds", type=int, default=196)
-    parser.add_argument("--scenes", type=int, default=12, help="of each world")
+    parser.add_argument("--worlds", type=int, default=worlds)
+    parser.add_argument("--scenes", type=int, default=scenes, help="of each world")
     parser.add_argument("--save", type=Path, metavar="FILE.npz")
     parser.add_argument("--load", type=Path, nargs="+", metavar="FILE.npz")
-    parser.add_argument("--fit", action="store_true", help=f"write {OUT.name}")
-    args = parser.parse_args()
+    parser.add_argument("--fit", action="store_true", help=f"write {out.name}")
+    return parser.parse_args()
+
+
+def main() -> None:
+    args = arguments(__doc__, 196, 12, OUT)
     claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
     if args.save:
         save(args.save, claims, parts)
@@ -144,7 +152,7 @@ def main() -> None:
             f"On the odd-numbered ones: {summary(model.probability(final), final)}; "
             f"{summary(p_parts, odd_parts, 'components')}.",
         )
-        write(model, of_parts, said, OUT, (sure, likely))
+        write(model, of_parts, said, OUT, Path(__file__).name, (sure, likely))
         report("fitted", model.probability(final), final)
         report("components, fitted", p_parts, odd_parts, "components")
         for case in INDEX:

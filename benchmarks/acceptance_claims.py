@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
@@ -172,20 +172,34 @@ class Watcher:
         """Of several claims at an object's place only the first accepted one, the one with the most votes, is right."""
         judge = Recorder.of(self._config)
         image = ImageFrame(LabelField(frame.labels), frame.camera)
-        blobs = find_blobs(frame.labels, {label for f in self._finders for label in f.surface.labels}, self._config)
+        blobs = find_blobs(
+            frame.labels,
+            {label for f in self._finders for labels in f.surface.labels for label in labels},
+            self._config,
+        )
         search = SpatialSearch(image, judge, self._config.search)
-        accepted, others = share_out(search.run(self._finders, blobs), image, judge)
-        left = list(frame.truths)
+        shared = share_out(search.run(self._finders, blobs), image, judge)
+        self._note(*shared, frame.truths, image, lambda verdict, truth: is_at(verdict, truth, frame))
+        for verdict in judge.asked:
+            if verdict.confirmed[verdict.claim.finder.root]:
+                self.claims.append((False, verdict, any(is_at(verdict, truth, frame) for truth in frame.truths)))
+
+    def _note(
+        self,
+        accepted: Sequence[Verdict],
+        others: Sequence[Verdict],
+        truths: Sequence[ObjectTruth],
+        image: ImageFrame,
+        is_right: Callable[[Verdict, ObjectTruth], bool],
+    ) -> None:
+        left = list(truths)
         for verdict in (*accepted, *(v for v in others if v.confirmed[v.claim.finder.root])):
-            there = next((truth for truth in left if is_at(verdict, truth, frame)), None)
+            there = next((truth for truth in left if is_right(verdict, truth)), None)
             self.claims.append((True, verdict, there is not None))
             if verdict.probability > LIKELY_ENOUGH:
                 self._note_parts(verdict, there, image)
             if there is not None:
                 left = [truth for truth in left if truth is not there]
-        for verdict in judge.asked:
-            if verdict.confirmed[verdict.claim.finder.root]:
-                self.claims.append((False, verdict, any(is_at(verdict, truth, frame) for truth in frame.truths)))
 
     def _note_parts(self, verdict: Verdict, truth: ObjectTruth | None, image: ImageFrame) -> None:
         """A component is right where it is told within a third of its size of where the image shows it. Of a pattern of

@@ -6,12 +6,11 @@ python benchmarks/acceptance_facing.py --load found.npz [more.npz ...] [--fit]
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from acceptance import INDEX, PART_INDEX, Model, fitted_parts, report, summary, write
+from acceptance import INDEX, PART_INDEX, Model, arguments, fitted_parts, report, summary, write
 from acceptance_claims import RANGE_PX, RANGE_SHARE, SIZE_PX, SIZE_SHARE, Claims, Parts, Watcher, joined, load, save
 from numpy.typing import NDArray
 from random_flat import flat_frames, flat_world, world_colours
@@ -38,7 +37,6 @@ from artrec_ros.simulation.surfaces import component_poses
 from artrec_ros.simulation.truth import ObjectTruth
 
 OUT = Path(facing_curves.__file__)
-LIKELY_ENOUGH = 0.25  # of claims whose components are looked at
 
 
 def is_there(verdict: Verdict, truth: ObjectTruth, faced: ImageFrame, frame: SimulatedFrame) -> bool:
@@ -79,15 +77,8 @@ class FacingWatcher(Watcher):
         wanted = {label for s in searches for label in s.finder.root_labels}
         blobs = find_blobs(field.labels, wanted, self._blobs)
         found = [(s.finder, s.run(image, blobs, ScaleLimits(0.0, np.inf))) for s in searches]
-        accepted, others = share_out(found, image, self._judge)
-        left = list(frame.truths)
-        for verdict in (*accepted, *(v for v in others if v.confirmed[v.claim.finder.root])):
-            there = next((truth for truth in left if is_there(verdict, truth, image, frame)), None)
-            self.claims.append((True, verdict, there is not None))
-            if verdict.probability > LIKELY_ENOUGH:
-                self._note_parts(verdict, there, image)
-            if there is not None:
-                left = [truth for truth in left if truth is not there]
+        shared = share_out(found, image, self._judge)
+        self._note(*shared, frame.truths, image, lambda verdict, truth: is_there(verdict, truth, image, frame))
 
 
 def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
@@ -103,14 +94,7 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--first", type=int, default=0, help="number of the first world")
-    parser.add_argument("--worlds", type=int, default=120)
-    parser.add_argument("--scenes", type=int, default=14, help="of each world")
-    parser.add_argument("--save", type=Path, metavar="FILE.npz")
-    parser.add_argument("--load", type=Path, nargs="+", metavar="FILE.npz")
-    parser.add_argument("--fit", action="store_true", help=f"write {OUT.name}")
-    args = parser.parse_args()
+    args = arguments(__doc__, 120, 14, OUT)
     claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
     if args.save:
         save(args.save, claims, parts)
@@ -125,7 +109,7 @@ def main() -> None:
             f"{claims.world.min()} to {claims.world.max()}.",
             f"On the odd-numbered ones: {summary(p, rest)}; {summary(p_parts, parts[~even_part], 'components')}.",
         )
-        write(model, of_parts, said, OUT)
+        write(model, of_parts, said, OUT, Path(__file__).name)
         report("fitted", p, rest)
         report("components, fitted", p_parts, parts[~even_part], "components")
         for case in INDEX:

@@ -1,4 +1,4 @@
-"""The curves of `acceptance.py` and `parts.py`, written by `python benchmarks/acceptance.py --fit`.
+"""The curves of `acceptance.py` and `parts.py`, written by `python benchmarks/acceptance_facing.py --fit`.
 
 Fitted on 3584 claims and 2542 components in the even-numbered of worlds 0 to 119.
 Chosen: alone: 4 points a curve at most, pull 1; deserted: 8 points a curve at most, pull 3; borne out: 8 points a

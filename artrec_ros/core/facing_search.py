@@ -17,7 +17,7 @@ from .pose.distinct_kernels import few_of_places
 from .pose.facing_guesses import FacingGuesser, Guesses
 from .pose.finder import Climb, WholeObjectFinder
 from .pose.guesses import is_small
-from .pose.pose_fit import fit_poses
+from .pose.pose_fit import fit_required
 from .pose.ranked import Ranked
 from .pose.surface_model import Poses
 
@@ -56,14 +56,10 @@ class FacingSearch:
 
         :param large: of each blob, bool.
         """
-        surface, config = self.finder.surface, self._config.fit
         of = np.flatnonzero(large[guesses.blob])
         if not len(of):
             return guesses
-        poses = guesses.poses[of]
-        use = np.tile(surface.component[surface.markers] == surface.root, (len(of), 1))
-        pinned = np.zeros(poses.q.shape, bool)
-        fitted = fit_poses(surface, frame, poses, use, config.coarse_reach_px, config, pinned, facing=True)
+        fitted = fit_required(self.finder.surface, frame, guesses.poses[of], self._config.fit, facing=True)
         return Guesses(
             Poses.concatenate([guesses.poses, fitted]),
             np.concatenate([guesses.votes, guesses.votes[of]]),

@@ -31,9 +31,7 @@ class FacingStage:
         self._judge = Judge.of(config)
         self._placer = PlanePlacer(targets, config)
 
-    def recognize(
-        self, frame: ImageFrame, blobs: Sequence[Blob]
-    ) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
+    def recognize(self, frame: ImageFrame, blobs: Sequence[Blob]) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
         """Detections by target and score, and what was turned down, with reasons: worked out when looked at."""
         if not self._searches:
             return (), ()

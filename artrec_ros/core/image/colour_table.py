@@ -27,6 +27,8 @@ _SURE = 8.0  # logarithm of what speaks for a class beyond all doubt
 
 Colours = NDArray[np.float32]
 
+_GREYS: Colours = np.linspace(0, 1, _LIGHTS, dtype=np.float32)[:, None].repeat(3, axis=1)
+
 
 def colour_table(config: ImageConfig) -> tuple[NDArray[np.uint8], Codes]:
     """(65536,) code of every 16-bit colour (blue in the low 5 bits, green, red in the high 5), and what codes mean."""
@@ -89,7 +91,8 @@ def _costs(config: ImageConfig) -> tuple[dict[int, Colours], dict[int, Colours]]
     background = ClassConfig(label=0, rgb=config.background)
     for cls in (*config.classes.values(), *([background] if config.background else [])):
         if cls.rgb:
-            both = [_cost(bgr, references_bgr(one)[0], one, config) for one in lone(cls)]
+            grey = as_grey(bgr, cls.spread, config.noise)
+            both = [cost_of(bgr, references_bgr(one)[0], one, config, grey) for one in lone(cls)]
             cost, held = (np.min(c, axis=0) for c in zip(*both, strict=True))
         else:
             cost = held = np.where(_in_class(hsv, cls), np.float32(_BY_RANGE), np.float32(np.inf))
@@ -127,12 +130,21 @@ def deviation(bgr: Colours, shown: Colours, spread: float, noise: float) -> tupl
     return np.maximum(squared, 0) / scatter**2, 4 * np.log(scatter / noise)
 
 
-def _cost(bgr: Colours, reference: Colours, cls: ClassConfig, config: ImageConfig) -> tuple[Colours, Colours]:
+def as_grey(bgr: Colours, spread: float, noise: float) -> Colours:
+    """(N,) -2 log likelihood of colours (N, 3) as the grey that is most like each, light apart."""
+    return np.asarray(np.add(*deviation(bgr, _GREYS, spread, noise)).min(axis=1), np.float32)
+
+
+def cost_of(
+    bgr: Colours, reference: Colours, cls: ClassConfig, config: ImageConfig, grey: Colours
+) -> tuple[Colours, Colours]:
     """(N,) -2 log likelihood of colours on a reference's ray, up to a constant; and the same with inf for those that
     deviate too much.
 
     Light itself is likelier to be as it was than much darker or brighter (log-normal): what tells white in
     the shade from grey. What is more like some grey is not for a class that is none: greys are everywhere.
+
+    :param grey: what `as_grey` says of the colours.
     """
     factors, shown = ray(reference, cls.light)
     squared, across = deviation(bgr, shown, cls.spread, config.noise)
@@ -140,11 +152,9 @@ def _cost(bgr: Colours, reference: Colours, cls: ClassConfig, config: ImageConfi
     as_own = every.min(axis=1)
     every += (np.log(factors) / config.light_spread) ** 2
     cost, held = every.min(axis=1), np.where(squared <= config.max_deviation**2, every, np.inf).min(axis=1)
-    greys = np.linspace(0, 1, _LIGHTS, dtype=np.float32)[:, None].repeat(3, axis=1)
-    if deviation(reference[None], greys, cls.spread, config.noise)[0].min() > _GREY**2:
-        as_grey = np.add(*deviation(bgr, greys, cls.spread, config.noise)).min(axis=1)
-        cost += 2 * np.logaddexp(0, (as_own - as_grey) / 2)
-        held = np.where(as_grey < as_own, np.inf, held)
+    if deviation(reference[None], _GREYS, cls.spread, config.noise)[0].min() > _GREY**2:
+        cost += 2 * np.logaddexp(0, (as_own - grey) / 2)
+        held = np.where(grey < as_own, np.inf, held)
     return cost.astype(np.float32), held.astype(np.float32)
 
 

@@ -16,11 +16,7 @@ from .codes import LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from .seam_kernels import gaps_px
 
 _SUBPIXEL_BITS = 4
-
-
 _SEAM_PIXELS = 6000  # of a class that are looked at: its median is known to a hundredth of a pixel
-
-
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
 

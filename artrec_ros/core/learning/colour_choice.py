@@ -11,7 +11,7 @@ not: brightened wood is white, and would take what glares from every class.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -19,13 +19,11 @@ from numpy.typing import NDArray
 
 from ..base.config import ClassConfig, ImageConfig, LearningConfig
 from ..geometry.transforms import Array
-from ..image.colour_table import Colours, deviation, ray
+from ..image.colour_table import Colours, as_grey, cost_of
 
 _LEARNING = LearningConfig()
 _LIGHTS = ((0.35, 1.8), (0.6, 1.3), (0.7, 1.1))  # ranges of light that a class' reference may have: the usual one first
 _OTHER_LIGHT = (0.5, 0.7, 1.4)  # light in which samples are looked at besides their own
-_GREY_LEVELS = 24
-_GREY = 2.0  # a reference within so many standard deviations of grey is a grey
 _WORST = 6.0  # loss of a sample at most: wrong samples decide nothing
 _TOO_FAR = 200.0  # -2 log likelihood that stands for any greater
 
@@ -176,13 +174,6 @@ def _weighed(
 def _costs(colours: Colours, references: Sequence[Reference], image: ImageConfig) -> Colours:
     """(references, n) -2 log likelihood of colours (n, 3); more, under one that is no grey, of what is like a grey."""
     usual = ClassConfig()
-    greys = np.linspace(0, 1, _GREY_LEVELS, dtype=np.float32)[:, None].repeat(3, axis=1)
-    as_grey = np.add(*deviation(colours, greys, usual.spread, image.noise)).min(axis=1)
-    costs = np.empty((len(references), len(colours)), np.float32)
-    for n, reference in enumerate(references):
-        factors, shown = ray(reference.colour, reference.light)
-        on_ray = np.add(*deviation(colours, shown, usual.spread, image.noise))
-        costs[n] = (on_ray + (np.log(factors) / image.light_spread) ** 2).min(axis=1)
-        if deviation(reference.colour[None], greys, usual.spread, image.noise)[0].min() > _GREY**2:
-            costs[n] += 2 * np.logaddexp(0, (on_ray.min(axis=1) - as_grey) / 2)
-    return np.minimum(costs, _TOO_FAR)
+    grey = as_grey(colours, usual.spread, image.noise)
+    costs = [cost_of(colours, r.colour, replace(usual, light=r.light), image, grey)[0] for r in references]
+    return np.minimum(np.stack(costs), np.float32(_TOO_FAR))

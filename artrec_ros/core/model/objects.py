@@ -159,6 +159,11 @@ class Component:
     def marker(self, name: str) -> Marker:
         return next(m for m in self.markers if m.name == name)
 
+    @property
+    def body_labels(self) -> tuple[int, ...]:
+        """The class label of its bodies; none where their colour is not known."""
+        return () if self.body_label is None else (self.body_label,)
+
     def labels(self, default: int) -> tuple[int, ...]:
         """Class labels that its markers may have. :param default: the object's own."""
         known = {label for label in self.classes.values() if label is not None}

@@ -155,7 +155,7 @@ def _face_patches(c: int, component: Component) -> list[Patch]:
                 if free.any():
                     area = float(box.size[u] * box.size[v] * free.mean())
                     none = np.zeros((0, 3))
-                    labels = () if component.body_label is None else (component.body_label,)
+                    labels = component.body_labels
                     out.append(Patch(c, None, labels, points[free], none, none, none, normal, area))
     return out
 

@@ -37,7 +37,7 @@ class FacingGuesser:
     def __init__(self, model: ObjectModel, surface: SpatialModel, config: RecognizerConfig) -> None:
         part, labels = model.required, surface.labels[surface.root]
         inside = surface.table[surface.roles.inside(labels)]
-        ring = surface.table[surface.roles.ring(labels, () if part.body_label is None else (part.body_label,))]
+        ring = surface.table[surface.roles.ring(labels, part.body_labels)]
         self._config, self._none, self._markers = config, surface.no_poses, part.markers
         self._banks = [
             ViewBank(view_bank(m, config.guesses, facing=True), inside, ring, surface.limits, config.guesses)

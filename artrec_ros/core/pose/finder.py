@@ -62,7 +62,8 @@ class WholeObjectFinder:
         self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
         self._marker_centres = np.array([m.centre for m in markers])
         self._lookalikes = Lookalikes(self.surface)
-        self._seeds = Seeds(target, self.surface, config, self._lookalikes)
+        # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
+        self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
 
     @property
     def is_alike_throughout(self) -> bool:
@@ -78,10 +79,12 @@ class WholeObjectFinder:
 
     def plain_guesses(self, frame: ImageFrame, blob: Blob) -> Ranked:
         """A few of an object in plain view whose required component made a blob; none where there can be no such."""
+        assert self._seeds is not None  # nobody asks of what faces the camera
         return self._with_joints(frame, self._seeds.few(frame, blob))
 
     def guesses(self, frame: ImageFrame, blob: Blob) -> Ranked:
         """Hypotheses of which any component made a blob, or part of it."""
+        assert self._seeds is not None
         return self._with_joints(frame, self._seeds.all(frame, blob))
 
     def climbed(self, frame: ImageFrame, found: Ranked, climb: Climb, *, sure: bool) -> Ranked:
@@ -121,7 +124,7 @@ class WholeObjectFinder:
     def _standing(self, frame: ImageFrame, poses: Poses, slack: float) -> Poses:
         """Those that stand on the scene's floor, by so many times its limits."""
         floor = frame.scene.floor
-        if floor is None or self.facing:
+        if floor is None:
             return poses
         return poses[np.flatnonzero(floor.standing(poses.R, poses.t, slack))]
 
@@ -164,16 +167,8 @@ class WholeObjectFinder:
         """Local search on the votes of the whole object: no hypothesis gets worse, and the clock ends it."""
         kin, moved, surface = self.surface.kinematics, found.copied(), self.surface
         near_m, far_m = map(float, self._depths(frame.camera))
-        moves = climbing.Moves(
-            self._steps,
-            frame.camera.focal_px,
-            near_m,
-            far_m,
-            kin.lower,
-            kin.upper,
-            kin.unit,
-            kin.endless,
-        )
+        limits = kin.lower, kin.upper, kin.unit, kin.endless
+        moves = climbing.Moves(self._steps, frame.camera.focal_px, near_m, far_m, *limits)
         steps = np.full((len(found), 6 + kin.n_joints), climb.first_step, float)
         if self.facing:
             steps[:, 3:5] = 0.0

@@ -40,7 +40,7 @@ class Guesser:
         self.labels, self._none = labels, surface.no_poses
         self._markers = part.markers
         inside = surface.table[surface.roles.inside(labels)]
-        body = () if part.body_label is None else (part.body_label,)
+        body = part.body_labels
         ring = surface.table[surface.roles.ring(labels, body)]
         for m in self._markers:
             if (key := _key(m, body)) not in banks:

@@ -17,7 +17,7 @@ from ..model.target import Target
 from .distinct import best_distinct
 from .guesses import Guesser, Key, is_small
 from .lookalikes import Lookalikes
-from .pose_fit import fit_poses
+from .pose_fit import fit_required
 from .surface_model import Poses, SpatialModel
 from .view_bank import ViewBank
 
@@ -58,10 +58,7 @@ class Seeds:
 
     def _fit_root(self, frame: ImageFrame, poses: Poses, keep: int) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""
-        surface = self._surface
-        use = np.tile(surface.component[surface.markers] == self._root, (len(poses), 1))
-        pinned = np.zeros(poses.q.shape, bool)
-        fitted = fit_poses(surface, frame, poses, use, self._fit.coarse_reach_px, self._fit, pinned)
+        fitted = fit_required(self._surface, frame, poses, self._fit)
         return self._best_roots(frame, Poses.concatenate([poses, fitted]), keep, bodies=False)
 
     def _best_roots(self, frame: ImageFrame, poses: Poses, n: int, *, bodies: bool = True) -> Poses:

@@ -89,7 +89,7 @@ class SpatialModel:
         self.kinematics = Kinematics(model)
         self.patches: list[Patch] = patches_of(model, label)
         self.codes, self.roles = codes, VoteRoles(votes, codes)
-        bodies = [() if c.body_label is None else (c.body_label,) for c in model.components]
+        bodies = [c.body_labels for c in model.components]
         self.root = model.components.index(model.required)
         self.labels = [c.labels(label) for c in model.components]  # that each component's markers may have
         self.component = np.array([p.component for p in self.patches])

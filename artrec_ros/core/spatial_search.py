@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache, partial
 
 from .base.config import SearchConfig
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
+from .memory.recall import Recall
+from .memory.turns import Turns
 from .pose.finder import Climb, WholeObjectFinder
+from .pose.ranked import Ranked
 from .pose.surface_model import Poses
 from .verdict.acceptance import Verdict
 from .verdict.claims import silhouette
@@ -18,31 +21,78 @@ from .verdict.judge import Judge
 class SpatialSearch:
     """What is found so far, and the frame without the pixels of sure objects."""
 
-    def __init__(self, frame: ImageFrame, judge: Judge, config: SearchConfig) -> None:
-        self._frame, self._judge, self._config = frame, judge, config
+    def __init__(self, frame: ImageFrame, judge: Judge, config: SearchConfig, recall: Recall | None = None) -> None:
+        self._frame, self._judge, self._config, self._recall = frame, judge, config, recall or Recall()
+        self._turns: dict[WholeObjectFinder, Turns] = {}
         climbs = zip(config.climb_hypotheses, config.climb_rounds, config.climb_first_steps, strict=True)
         self._climbs = [Climb(*climb) for climb in climbs]
         self._plain_climb = self._climbs[-1]._replace(rounds=config.plain_climb_rounds)
+        self._known_climb = self._climbs[-1]._replace(rounds=self._recall.config.climb_rounds)
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
         # found, and whether sure; its pixels are still in the frames
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
     def run(self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]) -> list[tuple[WholeObjectFinder, Poses]]:
-        """Candidates of each target: first objects in plain view, then what takes more to find; the largest blobs
-        first."""
+        """Candidates of each target: known objects, then others in plain view, then what takes more to find; the
+        largest blobs first."""
         queue = [(f, b) for f in finders for b in blobs if b.label in f.root_labels]
         queue.sort(key=lambda fb: -fb[1].area_px)
+        for finder in finders:
+            self._turns[finder] = self._recall.turns(finder.target.name, [b for f, b in queue if f is finder])
+        queue = self._look_again(queue)
         for look in (self._look_for_plain, self._look_closely):
             left = []
             for finder, blob in queue:
-                if self._over(finder, blob):
+                if self._over(finder, blob) or self._waits(finder, blob):
                     continue
                 found = look(finder, blob)
                 if found is not None and not self._take(finder, found):
                     left.append((finder, blob))
             queue = left
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
+
+    def _look_again(self, queue: list[tuple[WholeObjectFinder, Blob]]) -> list[tuple[WholeObjectFinder, Blob]]:
+        """Look for known objects, and at the blobs whose turn it is, both as if nothing were known; what is left.
+
+        Only then known objects take their pixels: what was found anew can prove to be better.
+        """
+        known = [found for finder in self._turns for found in self._follow(finder)]
+        known.sort(key=lambda kp: -kp[1].votes[0])
+        again: list[tuple[WholeObjectFinder, Poses]] = []
+        for finder, blob in queue:
+            if self._turns[finder].is_due(blob) and not self._frame.deadline.expired:
+                self._turns[finder].search(blob)
+                found = self._look_for_plain(finder, blob)
+                if found is not None and not len(found):
+                    found = self._look_closely(finder, blob)
+                again += [(finder, found)] if found is not None else []
+        for finder, poses in (*((f, k.poses) for f, k in known), *again):
+            self._hide_found()
+            self._take(finder, poses)
+        return [(f, b) for f, b in queue if not self._turns[f].is_due(b)]
+
+    def _follow(self, finder: WholeObjectFinder) -> Iterator[tuple[WholeObjectFinder, Ranked]]:
+        """A target's known objects that are still there; the blobs of those that are gone wait no longer."""
+        for known in self._recall.known(finder.target.name):
+            if self._frame.deadline.expired:
+                return
+            expected, enough = known.at(self._recall.clock_s), self._recall.config.kept * known.votes
+            found = finder.followed(self._frame, expected, enough, self._known_climb)
+            still = self._judge.trust_in(finder, found.poses, self._frame) > 0
+            if still:
+                yield finder, found
+            if not still or found.votes[0] < enough:
+                self._turns[finder].hurry(*finder.discs(self._frame.camera, expected))
+
+    def _waits(self, finder: WholeObjectFinder, blob: Blob) -> bool:
+        """Whether a blob is left alone in this frame; else it is searched now."""
+        waits = self._turns[finder].waits(blob)
+        if waits:
+            self._recall.waiting += 1
+        else:
+            self._turns[finder].search(blob)
+        return waits
 
     def _look_for_plain(self, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
         """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;

@@ -27,7 +27,6 @@ class SpatialSearch:
         climbs = zip(config.climb_hypotheses, config.climb_rounds, config.climb_first_steps, strict=True)
         self._climbs = [Climb(*climb) for climb in climbs]
         self._plain_climb = self._climbs[-1]._replace(rounds=config.plain_climb_rounds)
-        self._known_climb = self._climbs[-1]._replace(rounds=self._recall.config.climb_rounds)
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
         # found, and whether sure; its pixels are still in the frames
@@ -78,11 +77,11 @@ class SpatialSearch:
             if self._frame.deadline.expired:
                 return
             expected, enough = known.at(self._recall.clock_s), self._recall.config.kept * known.votes
-            found = finder.followed(self._frame, expected, enough, self._known_climb)
+            found = finder.followed(self._frame, expected, self._plain_climb)
             still = self._judge.trust_in(finder, found.poses, self._frame) > 0
             if still:
                 yield finder, found
-            if not still or found.votes[0] < enough:
+            if self._recall.was_there(known) and not (still and found.votes[0] >= enough):
                 self._turns[finder].hurry(*finder.discs(self._frame.camera, expected))
 
     def _waits(self, finder: WholeObjectFinder, blob: Blob) -> bool:

@@ -18,52 +18,53 @@ class Looks:
     """n blobs, each as it was when it was searched, and where it was last.
 
     :param label: (n,). :param box: (n, 4) where it was last: middle and size of its bounding box, pixels.
-    :param shape: (n, 3) width, height and pixels enclosed when it was searched.
+    :param least: (n, 3) width, height and pixels enclosed, the least of each since it was searched.
     :param at_s: (n,) when that was.
     """
 
     label: Array
     box: Array
-    shape: Array
+    least: Array
     at_s: Array
 
     def __len__(self) -> int:
         return len(self.label)
 
     def __getitem__(self, index: Array) -> Looks:
-        return Looks(self.label[index], self.box[index], self.shape[index], self.at_s[index])
+        return Looks(self.label[index], self.box[index], self.least[index], self.at_s[index])
 
     @classmethod
     def of(cls, blobs: Sequence[Blob], at_s: float) -> Looks:
         """Blobs as they are now."""
         rects = np.array([cv2.boundingRect(b.pixels) for b in blobs], float).reshape(-1, 4)
         box = np.column_stack([rects[:, :2] + rects[:, 2:] / 2, rects[:, 2:]])
-        shape = np.column_stack([rects[:, 2:], [b.area_px for b in blobs]])
-        return cls(np.array([b.label for b in blobs], int), box, shape, np.full(len(blobs), at_s))
+        least = np.column_stack([rects[:, 2:], [b.area_px for b in blobs]])
+        return cls(np.array([b.label for b in blobs], int), box, least, np.full(len(blobs), at_s))
 
     @classmethod
     def joined(cls, parts: Sequence[Looks]) -> Looks:
-        return cls(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("label", "box", "shape", "at_s")))
+        return cls(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("label", "box", "least", "at_s")))
 
     def moved_to(self, now: Looks) -> Looks:
         """The same blobs where they are now."""
-        return Looks(self.label, now.box, self.shape, self.at_s)
+        return Looks(self.label, now.box, np.minimum(self.least, now.least), self.at_s)
 
     def same(self, now: Looks, config: RecallConfig) -> np.ndarray:
-        """(N,) of each blob of now the one of these that it still is, -1: none. No two are the same.
+        """(N,) of each blob of now the one of these that it still is, -1: none; no two are the same.
 
-        One that grew or shrank little by little is another one in the end: it is held against what was searched.
+        One that has grown since it was searched shows more than it did: it is another one. What shrinks, or is cut
+        otherwise by what hides it, shows no more than when it was searched in vain.
         """
         if not len(self) or not len(now):
             return np.full(len(now), -1)
-        off = np.linalg.norm(now.box[:, None, :2] - self.box[None, :, :2], axis=2)
-        change = np.abs(now.shape[:, None] - self.shape[None])
-        slack = config.changed_share * self.shape + (config.changed_px, config.changed_px, config.changed_px**2)
-        alike = (now.label[:, None] == self.label[None]) & (off <= config.moved_px) & (change <= slack).all(axis=2)
-        off = np.where(alike, off, np.inf)
-        nearest, mine = off.argmin(axis=1), off.argmin(axis=0)
+        off = np.abs(now.box[:, None, :2] - self.box[None, :, :2])
+        near = (off <= config.moved_px + config.moved_share * self.box[:, 2:]).all(axis=2)
+        slack = config.grown_px, config.grown_px, config.grown_px**2
+        grown = (now.least[:, None] > (1 + config.grown_share) * self.least + slack).any(axis=2)
+        distance = np.where((now.label[:, None] == self.label) & near & ~grown, off.max(axis=2), np.inf)
+        nearest, mine = distance.argmin(axis=1), distance.argmin(axis=0)
         rows = np.arange(len(now))
-        mutual = (mine[nearest] == rows) & np.isfinite(off[rows, nearest])
+        mutual = (mine[nearest] == rows) & np.isfinite(distance[rows, nearest])
         return np.where(mutual, nearest, -1)
 
 

@@ -44,6 +44,10 @@ class Recall:
         """The objects of a name that may be there, the most votes first."""
         return self._memory.known.get(name, ()) if self._memory else ()
 
+    def was_there(self, known: Known) -> bool:
+        """Whether it was seen in the frame before, and not only earlier."""
+        return self._memory is not None and known.seen_s == self._memory.clock_s
+
     def turns(self, name: str, blobs: Sequence[Blob]) -> Turns:
         """When the blobs in which an object of a name may be are searched."""
         looks = self._memory.looks.get(name, NO_LOOKS) if self._memory else NO_LOOKS

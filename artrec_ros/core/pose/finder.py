@@ -98,14 +98,12 @@ class WholeObjectFinder:
         found = self._climb(frame, found, climb)
         return self._with_lookalikes(frame, self._fit_all(frame, found.poses).best(len(found), search))
 
-    def followed(self, frame: ImageFrame, expected: Poses, enough: float, climb: Climb) -> Ranked:
-        """Where an object is that is expected near some poses, and its mirrored turns, best first: fitted to the
-        contours, its joints sought anew, and after a climb where that does not bring it enough votes."""
+    def followed(self, frame: ImageFrame, expected: Poses, climb: Climb) -> Ranked:
+        """Where an object is that is expected near some poses, and its mirrored turns, best first."""
         search = self._search
         found = self._with_bent(frame, self._fit_all(frame, expected).best(1, search))
-        found = self._fit_all(frame, self._sweep(frame, found.best(1, search)).poses).best(1, search)
-        if found.votes[0] < enough:
-            found = self._fit_all(frame, self._climb(frame, found, climb).poses).best(1, search)
+        found = self._climb(frame, self._sweep(frame, found.best(1, search)), climb)
+        found = self._fit_all(frame, found.poses).best(1, search)
         return self._with_rival_flips(frame, found).best(search.flip_keep, search)
 
     def _with_bent(self, frame: ImageFrame, found: Ranked) -> Ranked:

@@ -22,17 +22,26 @@ class RecallConfig(Room):
         paths=_WHOLE,
         origin="180 px/s at 30 Hz; more and neighbours of one class are taken for each other",
     )
-    changed_share: float = param(
-        0.15,
-        "and where its width, height and pixels changed by no larger share since it was searched",
+    moved_share: float = param(
+        0.25,
+        "and besides by this share of its width and height",
         low=0,
-        high=1,
+        high=10,
         paths=_WHOLE,
-        origin="tried on walking robots: frames change blobs by 5 to 10 %, what uncovers a marker by more",
+        origin="the middle of what is cut otherwise by what hides it moves so",
     )
-    changed_px: float = param(
+    grown_share: float = param(
+        0.3,
+        "and where its width, height and pixels have not grown by more than this since it was searched, or since they "
+        "were least",
+        low=0,
+        high=10,
+        paths=_WHOLE,
+        origin="what uncovers a marker does so within a few frames; noise and steps change blobs by 5 to 15 %",
+    )
+    grown_px: float = param(
         2.0,
-        "or by no more than this, and its pixels by its square",
+        "besides which they may grow by this, the pixels by its square",
         unit="px",
         low=0,
         high=100,
@@ -63,12 +72,4 @@ class RecallConfig(Room):
         high=100,
         paths=_WHOLE,
         origin="what hides robots that pass each other takes so long; each costs a millisecond a frame",
-    )
-    climb_rounds: int = param(
-        6,
-        "rounds of the climb of a known object that its fit alone does not explain",
-        low=1,
-        high=1000,
-        paths=_WHOLE,
-        origin="it begins near",
     )

@@ -78,10 +78,11 @@ class SpatialSearch:
                 return
             expected, enough = known.at(self._recall.clock_s), self._recall.config.kept * known.votes
             found = finder.followed(self._frame, expected, self._plain_climb)
-            still = self._judge.trust_in(finder, found.poses, self._frame) > 0
-            if still:
+            trust = self._judge.trust_in(finder, found.poses, self._frame)
+            if trust > 0:
                 yield finder, found
-            if self._recall.was_there(known) and not (still and found.votes[0] >= enough):
+            well = trust > self._config.sure or (trust > 0 and found.votes[0] >= enough)
+            if self._recall.was_there(known) and not well:
                 self._turns[finder].hurry(*finder.discs(self._frame.camera, expected))
 
     def _waits(self, finder: WholeObjectFinder, blob: Blob) -> bool:

@@ -68,11 +68,14 @@ class Turns:
 
 
 def _due(age_s: np.ndarray, passed_s: float, refresh_s: float) -> set[int]:
-    """Those that are searched again: all that would be too late the next time, and of those of half that age the
-    oldest, so many that turns spread out. :param age_s: since each was searched; inf: it was not."""
+    """Those that are searched again: all that would be too late the next time, and, where there is nothing new to look
+    at, of those of half that age the oldest, so many that turns spread out.
+
+    :param age_s: since each was searched; inf: it was not.
+    """
     known = np.flatnonzero(np.isfinite(age_s))
     order = known[np.argsort(-age_s[known], kind="stable")]
     late = order[age_s[order] + passed_s > refresh_s]
     share = int(np.ceil(len(known) * passed_s / (refresh_s / 2)))
-    early = order[age_s[order] > refresh_s / 2][:share]
+    early = order[age_s[order] > refresh_s / 2][: share if len(known) == len(age_s) else 0]
     return set(late.tolist()) | set(early.tolist())

@@ -76,12 +76,14 @@ class SpatialSearch:
         for known in self._recall.known(finder.target.name):
             if self._frame.deadline.expired:
                 return
-            expected, enough = known.at(self._recall.clock_s), self._recall.config.kept * known.votes
-            found = finder.followed(self._frame, expected, self._plain_climb)
+            expected, recall = known.at(self._recall.clock_s), self._recall.config
+            found = finder.followed(self._frame, expected, recall.left * known.votes, self._plain_climb)
             trust = self._judge.trust_in(finder, found.poses, self._frame)
-            if trust > 0:
+            well = trust > self._config.sure or (trust > 0 and found.votes[0] >= recall.kept * known.votes)
+            if trust > 0 and finder.is_near(found.poses[:1], expected):
                 yield finder, found
-            well = trust > self._config.sure or (trust > 0 and found.votes[0] >= enough)
+            elif trust > 0:
+                well = False
             if self._recall.was_there(known) and not well:
                 self._turns[finder].hurry(*finder.discs(self._frame.camera, expected))
 

@@ -14,6 +14,7 @@ from ..core.base import kernel_cache
 from ..core.base.errors import ArtrecError
 from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
+from ..core.memory.memory import Memory
 from ..core.model.found import FrameResult
 from ..core.recognizer import Recognizer, check_targets
 from ..core.tracking.tracker import Tracker
@@ -65,6 +66,7 @@ class Pipeline:
         self._names = [t.name for t in setup.targets]
         self._tracker = Tracker(setup.tracking)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
+        self._memory: tuple[Recognizer, Memory | None] | None = None  # whose it is, and what the last image left
         self._withdrawn = 0  # counts
         check_targets(setup.targets)
         self.dropped, self.problem = 0, ""
@@ -145,7 +147,9 @@ class Pipeline:
         finally:
             self._share = None
         began = time.perf_counter()
-        result = recognizer.recognize(image, camera)
+        memory = self._memory[1] if self._memory and self._memory[0] is recognizer else None
+        result, memory = recognizer.follow(image, camera, stamp_ns, memory)
+        self._memory = recognizer, memory
         self._tracker.configure(setup.tracking)
         frame_id = (msg.header.frame_id or camera.frame_id) if camera else ""
         result = self._tracker.update(stamp_ns, result, frame_id)

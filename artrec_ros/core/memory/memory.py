@@ -10,7 +10,7 @@ import numpy as np
 from ..geometry.camera import Camera
 from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation
 from ..pose.surface_model import Poses
-from .looks import NO_LOOKS, Looks
+from .looks import Looks
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,21 +60,22 @@ class Memory:
     """What the frames up to one tell the next; by the objects' names.
 
     :param stamp_ns: of that frame. :param clock_s: the time that went by since the first one; stamps may stand still.
-    :param size: (width, height) of its image. :param camera: that took it.
+    :param size: (width, height) of its image.
+    :param camera: the numbers of the calibration of the camera that took it; None: it is not known.
     """
 
     stamp_ns: int
     clock_s: float
     size: tuple[int, int]
-    camera: Camera | None
+    camera: tuple[float, ...] | None
     known: Mapping[str, tuple[Known, ...]] = field(default_factory=dict)
     looks: Mapping[str, Looks] = field(default_factory=dict)
 
     def holds(self, stamp_ns: int, size: tuple[int, int], camera: Camera | None) -> bool:
         """Whether it says something of a frame: a later one of the same view."""
-        if stamp_ns < self.stamp_ns or size != self.size or (camera is None) != (self.camera is None):
-            return False
-        return camera is self.camera or (camera is not None and self.camera is not None and camera.sees_as(self.camera))
+        return stamp_ns >= self.stamp_ns and size == tuple(self.size) and numbers_of(camera) == self.camera
 
-    def looks_of(self, name: str) -> Looks:
-        return self.looks.get(name, NO_LOOKS)
+
+def numbers_of(camera: Camera | None) -> tuple[float, ...] | None:
+    """Two cameras with the same ones have the same pixels for the same points."""
+    return None if camera is None else (*camera.matrix.ravel().tolist(), *camera.rational.tolist())

@@ -13,7 +13,7 @@ from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from ..verdict.acceptance import Verdict
 from .looks import NO_LOOKS, Looks
-from .memory import Known, Memory
+from .memory import Known, Memory, numbers_of
 from .turns import Turns
 
 _DEFAULTS = RecallConfig()
@@ -77,4 +77,4 @@ class Recall:
     def left(self, size: tuple[int, int], camera: Camera | None) -> Memory:
         """For the next frame. :param size: (width, height) of this one's image. :param camera: that took it."""
         looks: Mapping[str, Looks] = {name: turns.left() for name, turns in self._turns.items()}
-        return Memory(self._stamp_ns, self.clock_s, size, camera, self._known, looks)
+        return Memory(self._stamp_ns, self.clock_s, size, numbers_of(camera), self._known, looks)

@@ -98,10 +98,16 @@ class WholeObjectFinder:
         found = self._climb(frame, found, climb)
         return self._with_lookalikes(frame, self._fit_all(frame, found.poses).best(len(found), search))
 
-    def followed(self, frame: ImageFrame, expected: Poses, climb: Climb) -> Ranked:
-        """Where an object is that is expected near some poses, and its mirrored turns, best first."""
+    def followed(self, frame: ImageFrame, expected: Poses, least: float, climb: Climb) -> Ranked:
+        """Where an object is that is expected near some poses, and its mirrored turns, best first.
+
+        :param least: votes without which a first fit is not worth more.
+        """
         search = self._search
-        found = self._with_bent(frame, self._fit_all(frame, expected).best(1, search))
+        found = self._fit_all(frame, expected).best(1, search)
+        if found.votes[0] < least:
+            return found[:0]
+        found = self._with_bent(frame, found)
         found = self._climb(frame, self._sweep(frame, found.best(1, search)), climb)
         found = self._fit_all(frame, found.poses).best(1, search)
         return self._with_rival_flips(frame, found).best(search.flip_keep, search)
@@ -218,6 +224,14 @@ class WholeObjectFinder:
         radius = self._radius_px(camera, np.maximum(there[:, 2], here[:, 2]))
         distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
+
+    def is_near(self, poses: Poses, expected: Poses) -> bool:
+        """Whether one hypothesis is where one of some others has its required component, and turned like it."""
+        niche = self._search
+        range_m = float(np.linalg.norm(poses.t[0]))
+        near = np.linalg.norm(expected.t - poses.t[0], axis=1) < niche.niche_range * range_m
+        turned = np.einsum("kij,ij->k", expected.R, poses.R[0])
+        return bool((near & (turned > 1 + 2 * np.cos(niche.niche_rad))).any())
 
     def discs(self, camera: Camera, poses: Poses) -> tuple[Array, Array]:
         """Where required components are: middles (H, 2) and radii (H,), pixels."""

@@ -64,6 +64,14 @@ class RecallConfig(Room):
         paths=_WHOLE,
         origin="what it loses from frame to frame while it is followed well is below that",
     )
+    left: float = param(
+        0.5,
+        "share of its votes that a first fit must leave a known object, without which it is not followed",
+        low=0,
+        high=1,
+        paths=_WHOLE,
+        origin="half of it may be hidden from one frame to the next; in pictures of other scenes one in ten has as much",
+    )
     gone_s: float = param(
         0.5,
         "an object that was not seen for so long is forgotten",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Protocol
@@ -87,6 +87,12 @@ def parts_needed(targets: Sequence[Target], config: RecognizerConfig, *, calibra
     return (WHOLE_PARTS,) * bool(ways & {SPACE, FACING}) + (PLANE_PARTS,) * bool(ways & {PLANE, PAPER})
 
 
+def remembers(targets: Sequence[Target], config: RecognizerConfig, calibrated: Iterable[bool]) -> bool:
+    """Whether one image tells something of the next, of images with or without calibration."""
+    ways = {way_of(t, config, calibrated=c) for t in targets for c in calibrated}
+    return config.memory and SPACE in ways
+
+
 class Recognizer:
     """Finds objects in images. Models are made ready once; what one image tells of the next is
     the caller's to hand on."""
@@ -154,7 +160,7 @@ class Recognizer:
         :param memory: that the image before left; None: there was none.
         :raises ImageError: as `recognize`; the memory stays.
         """
-        if not self._config.memory:
+        if not remembers(self._targets, self._config, {camera is not None}):
             return self.recognize(image, camera), None
         height, width = image.shape[:2]
         if memory is not None and not memory.holds(stamp_ns, (width, height), camera):

@@ -60,12 +60,16 @@ class SpatialSearch:
         known.sort(key=lambda kp: -kp[1].votes[0])
         again: list[tuple[WholeObjectFinder, Poses]] = []
         for finder, blob in queue:
-            if self._turns[finder].is_due(blob) and not self._frame.deadline.expired:
-                self._turns[finder].search(blob)
-                found = self._look_for_plain(finder, blob)
+            turns = self._turns[finder]
+            if self._frame.deadline.expired or not (turns.is_due(blob) or turns.is_doubted(blob)):
+                continue
+            found = self._look_for_plain(finder, blob)
+            if turns.is_due(blob):
+                turns.search(blob)
                 if found is not None and not len(found):
                     found = self._look_closely(finder, blob)
-                again += [(finder, found)] if found is not None else []
+            if found is not None and len(found):
+                again.append((finder, found))
         for finder, poses in (*((f, k.poses) for f, k in known), *again):
             self._hide_found()
             self._take(finder, poses)
@@ -79,13 +83,13 @@ class SpatialSearch:
             expected, recall = known.at(self._recall.clock_s), self._recall.config
             found = finder.followed(self._frame, expected, recall.left * known.votes, self._plain_climb)
             trust = self._judge.trust_in(finder, found.poses, self._frame)
-            well = trust > self._config.sure or (trust > 0 and found.votes[0] >= recall.kept * known.votes)
-            if trust > 0 and finder.is_near(found.poses[:1], expected):
+            still = trust > 0 and finder.is_near(found.poses[:1], expected)
+            if still:
                 yield finder, found
-            elif trust > 0:
-                well = False
-            if self._recall.was_there(known) and not well:
-                self._turns[finder].hurry(*finder.discs(self._frame.camera, expected))
+            if not self._recall.was_there(known) or (still and found.votes[0] >= recall.kept * known.votes):
+                continue
+            look_anew = self._turns[finder].doubt if still and trust > self._config.sure else self._turns[finder].hurry
+            look_anew(*finder.discs(self._frame.camera, expected))
 
     def _waits(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether a blob is left alone in this frame; else it is searched now."""

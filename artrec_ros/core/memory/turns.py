@@ -37,6 +37,7 @@ class Turns:
         age_s[old] = now_s - before.at_s[self._same[old]]
         self.due = _due(age_s, passed_s, refresh_s)
         self._waiting = set(old.tolist()) - self.due
+        self._doubted: set[int] = set()
         self._searched: set[int] = set()
 
     def number(self, blob: Blob) -> int:
@@ -54,11 +55,21 @@ class Turns:
         """It is searched now."""
         self._searched.add(self.number(blob))
 
+    def is_doubted(self, blob: Blob) -> bool:
+        """Whether it shows less of an object than it did: perhaps another one is in plain view."""
+        return self.number(blob) in self._doubted
+
+    def doubt(self, places: Array, radius_px: Array) -> None:
+        """Blobs within some discs, of middles (n, 2) and radii (n,) pixels, show less of what they showed."""
+        self._doubted |= self._within(places, radius_px)
+
     def hurry(self, places: Array, radius_px: Array) -> None:
-        """Blobs within some discs, of middles (n, 2) and radii (n,) pixels, do not wait any longer: what they showed
-        is gone."""
+        """Blobs within some discs do not wait any longer: what they showed is gone."""
+        self._waiting -= self._within(places, radius_px)
+
+    def _within(self, places: Array, radius_px: Array) -> set[int]:
         off = np.linalg.norm(self._now.box[:, None, :2] - places, axis=2)
-        self._waiting -= set(np.flatnonzero((off < radius_px).any(axis=1)).tolist())
+        return set(np.flatnonzero((off < radius_px).any(axis=1)).tolist())
 
     def left(self) -> Looks:
         """For the next frame: blobs that were searched now, and those of before that are still there."""

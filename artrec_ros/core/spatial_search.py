@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cache, partial
+from typing import NamedTuple
+
+import numpy as np
 
 from .base.config import SearchConfig
 from .image.blobs import Blob
@@ -16,6 +19,17 @@ from .pose.surface_model import Poses
 from .verdict.acceptance import Verdict
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
+
+
+class _Followed(NamedTuple):
+    """A known object. :param trust: 0: it is not where it is expected. :param well: it is as it was."""
+
+    finder: WholeObjectFinder
+    expected: Poses
+    found: Ranked
+    trust: float
+    well: bool
+    was_there: bool
 
 
 class SpatialSearch:
@@ -56,8 +70,18 @@ class SpatialSearch:
 
         Only then known objects take their pixels: what was found anew can prove to be better.
         """
-        known = [found for finder in self._turns for found in self._follow(finder)]
-        known.sort(key=lambda kp: -kp[1].votes[0])
+        known = [followed for finder in self._turns for followed in self._follow(finder)]
+        asked = [k for k in known if k.was_there]
+        if 2 * sum(k.well for k in asked) < len(asked):  # another scene: what is remembered says nothing of it
+            for turns in self._turns.values():
+                turns.forget()
+            return queue
+        for k in known:
+            if k.was_there and not k.well:
+                turns = self._turns[k.finder]
+                look_anew = turns.doubt if k.trust > self._config.sure else turns.hurry
+                look_anew(*k.finder.discs(self._frame.camera, k.expected))
+        known = sorted((k for k in known if k.trust > 0), key=lambda k: -k.found.votes[0])
         again: list[tuple[WholeObjectFinder, Poses]] = []
         for finder, blob in queue:
             turns = self._turns[finder]
@@ -70,26 +94,23 @@ class SpatialSearch:
                     found = self._look_closely(finder, blob)
             if found is not None and len(found):
                 again.append((finder, found))
-        for finder, poses in (*((f, k.poses) for f, k in known), *again):
+        for finder, poses in (*((k.finder, k.found.poses) for k in known), *again):
             self._hide_found()
             self._take(finder, poses)
         return [(f, b) for f, b in queue if not self._turns[f].is_due(b)]
 
-    def _follow(self, finder: WholeObjectFinder) -> Iterator[tuple[WholeObjectFinder, Ranked]]:
-        """A target's known objects that are still there; the blobs of those that are gone wait no longer."""
+    def _follow(self, finder: WholeObjectFinder) -> Iterator[_Followed]:
+        """A target's known objects, each as it is found now."""
         for known in self._recall.known(finder.target.name):
             if self._frame.deadline.expired:
                 return
             expected, recall = known.at(self._recall.clock_s), self._recall.config
             found = finder.followed(self._frame, expected, recall.left * known.votes, self._plain_climb)
             trust = self._judge.trust_in(finder, found.poses, self._frame)
-            still = trust > 0 and finder.is_near(found.poses[:1], expected)
-            if still:
-                yield finder, found
-            if not self._recall.was_there(known) or (still and found.votes[0] >= recall.kept * known.votes):
-                continue
-            look_anew = self._turns[finder].doubt if still and trust > self._config.sure else self._turns[finder].hurry
-            look_anew(*finder.discs(self._frame.camera, expected))
+            strayed = finder.strayed(found.poses, expected) if trust > 0 else np.inf
+            trust = trust if strayed < 1 else 0.0
+            well = trust > 0 and found.votes[0] >= recall.kept * known.votes and strayed < recall.strayed
+            yield _Followed(finder, expected, found, trust, bool(well), self._recall.was_there(known))
 
     def _waits(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether a blob is left alone in this frame; else it is searched now."""

@@ -40,6 +40,11 @@ class Turns:
         self._doubted: set[int] = set()
         self._searched: set[int] = set()
 
+    def forget(self) -> None:
+        """All blobs are new."""
+        self._same[:] = -1
+        self.due, self._waiting = set(), set()
+
     def number(self, blob: Blob) -> int:
         return self._number[id(blob)]
 

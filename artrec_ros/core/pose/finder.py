@@ -225,13 +225,12 @@ class WholeObjectFinder:
         distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
 
-    def is_near(self, poses: Poses, expected: Poses) -> bool:
-        """Whether one hypothesis is where one of some others has its required component, and turned like it."""
-        niche = self._search
-        range_m = float(np.linalg.norm(poses.t[0]))
-        near = np.linalg.norm(expected.t - poses.t[0], axis=1) < niche.niche_range * range_m
-        turned = np.einsum("kij,ij->k", expected.R, poses.R[0])
-        return bool((near & (turned > 1 + 2 * np.cos(niche.niche_rad))).any())
+    def strayed(self, poses: Poses, expected: Poses) -> float:
+        """How far the first hypothesis is from the nearest of some others: 1 where no climb would lead to it."""
+        niche, near = self._search, poses[:1]
+        off = np.linalg.norm(expected.t - near.t, axis=1) / (niche.niche_range * float(np.linalg.norm(near.t)))
+        cosine = (np.einsum("kij,ij->k", expected.R, near.R[0]) - 1) / 2
+        return float(np.maximum(off, np.arccos(np.clip(cosine, -1, 1)) / niche.niche_rad).min())
 
     def discs(self, camera: Camera, poses: Poses) -> tuple[Array, Array]:
         """Where required components are: middles (H, 2) and radii (H,), pixels."""

@@ -64,6 +64,14 @@ class RecallConfig(Room):
         paths=_WHOLE,
         origin="what it loses from frame to frame while it is followed well is below that",
     )
+    strayed: float = param(
+        0.3,
+        "how far it may be from where it is expected, as a share of what a climb leads to, before it is looked for anew",
+        low=0,
+        high=1,
+        paths=_WHOLE,
+        origin="steps at 30 Hz are below; a tenth of a second's are not",
+    )
     left: float = param(
         0.5,
         "share of its votes that a first fit must leave a known object, without which it is not followed",

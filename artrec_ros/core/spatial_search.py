@@ -2,45 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, partial
-from typing import NamedTuple
-
-import numpy as np
 
 from .base.config import SearchConfig
+from .base.crew import Ahead, Crew
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .memory.recall import Recall
 from .memory.turns import Turns
-from .pose.finder import Climb, WholeObjectFinder
-from .pose.ranked import Ranked
+from .pose.finder import WholeObjectFinder
 from .pose.surface_model import Poses
-from .verdict.acceptance import Verdict
+from .spatial_looks import Followed, SpatialLooks
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
 
-
-class _Followed(NamedTuple):
-    """A known object. :param trust: 0: it is not where it is expected. :param well: it is as it was."""
-
-    finder: WholeObjectFinder
-    expected: Poses
-    found: Ranked
-    trust: float
-    well: bool
-    was_there: bool
+_Task = tuple[WholeObjectFinder, Blob]
+_Look = Callable[[ImageFrame, WholeObjectFinder, Blob], Poses | None]
 
 
 class SpatialSearch:
     """What is found so far, and the frame without the pixels of sure objects."""
 
-    def __init__(self, frame: ImageFrame, judge: Judge, config: SearchConfig, recall: Recall | None = None) -> None:
-        self._frame, self._judge, self._config, self._recall = frame, judge, config, recall or Recall()
+    def __init__(
+        self,
+        frame: ImageFrame,
+        judge: Judge,
+        config: SearchConfig,
+        recall: Recall | None = None,
+        crew: Crew | None = None,
+    ) -> None:
+        """:param recall: what earlier frames say of this one. :param crew: who looks at blobs; results are the same."""
+        self._frame, self._judge, self._config = frame, judge, config
+        self._recall, self._crew, self._looks = recall or Recall(), crew or Crew(1), SpatialLooks(judge, config)
         self._turns: dict[WholeObjectFinder, Turns] = {}
-        climbs = zip(config.climb_hypotheses, config.climb_rounds, config.climb_first_steps, strict=True)
-        self._climbs = [Climb(*climb) for climb in climbs]
-        self._plain_climb = self._climbs[-1]._replace(rounds=config.plain_climb_rounds)
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
         # found, and whether sure; its pixels are still in the frames
@@ -53,98 +48,79 @@ class SpatialSearch:
         queue.sort(key=lambda fb: -fb[1].area_px)
         for finder in finders:
             self._turns[finder] = self._recall.turns(finder.target.name, [b for f, b in queue if f is finder])
-        queue = self._look_again(queue)
-        for look in (self._look_for_plain, self._look_closely):
-            left = []
-            for finder, blob in queue:
-                if self._over(finder, blob) or self._waits(finder, blob):
-                    continue
-                found = look(finder, blob)
-                if found is not None and not self._take(finder, found):
-                    left.append((finder, blob))
-            queue = left
+        queue, waiting = self._without_waiting(self._look_again(queue))
+        queue = self._look(self._looks.plain, queue, Crew(1))  # most are of objects, which change what is next
+        self._look(self._looks.close, queue, self._crew)
+        self._recall.waiting = sum(not self._over(finder, blob) for finder, blob in waiting)
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
-    def _look_again(self, queue: list[tuple[WholeObjectFinder, Blob]]) -> list[tuple[WholeObjectFinder, Blob]]:
+    def _without_waiting(self, queue: list[_Task]) -> tuple[list[_Task], list[_Task]]:
+        """Blobs that are looked at in this frame where nothing explains them, and those that are left alone."""
+        waits = [self._turns[finder].waits(blob) for finder, blob in queue]
+        split = [[task for task, wait in zip(queue, waits, strict=True) if wait == which] for which in (False, True)]
+        return split[0], split[1]
+
+    def _look(self, look: _Look, queue: list[_Task], crew: Crew) -> list[_Task]:
+        """Look at all blobs, one after the other; those in which no sure object was found, but one may be."""
+        left: list[_Task] = []
+        ahead: Ahead[_Task, Poses | None] | None = None
+        frame = self._frame
+        for number, (finder, blob) in enumerate(queue):
+            if self._over(finder, blob):
+                continue
+            if ahead is None or frame is not self._frame:  # what was begun was of other pixels
+                frame = self._frame
+                ahead = Ahead(crew, partial(_at, look, frame), queue, lambda task: not self._over(*task))
+            self._turns[finder].search(blob)
+            found = ahead.take(number)
+            if found is not None and not self._take(finder, found):
+                left.append((finder, blob))
+        return left
+
+    def _look_again(self, queue: list[_Task]) -> list[_Task]:
         """Look for known objects, and at the blobs whose turn it is, both as if nothing were known; what is left.
 
         Only then known objects take their pixels: what was found anew can prove to be better.
         """
-        known = [followed for finder in self._turns for followed in self._follow(finder)]
-        asked = [k for k in known if k.was_there]
-        if 2 * sum(k.well for k in asked) < len(asked):  # another scene: what is remembered says nothing of it
-            for turns in self._turns.values():
-                turns.forget()
+        known = self._follow()
+        if known is None:
             return queue
-        for k in known:
-            if k.was_there and not k.well:
-                turns = self._turns[k.finder]
-                look_anew = turns.doubt if k.trust > self._config.sure else turns.hurry
-                look_anew(*k.finder.discs(self._frame.camera, k.expected))
-        known = sorted((k for k in known if k.trust > 0), key=lambda k: -k.found.votes[0])
-        again: list[tuple[WholeObjectFinder, Poses]] = []
-        for finder, blob in queue:
-            turns = self._turns[finder]
-            if self._frame.deadline.expired or not (turns.is_due(blob) or turns.is_doubted(blob)):
-                continue
-            found = self._look_for_plain(finder, blob)
-            if turns.is_due(blob):
-                turns.search(blob)
-                if found is not None and not len(found):
-                    found = self._look_closely(finder, blob)
-            if found is not None and len(found):
-                again.append((finder, found))
-        for finder, poses in (*((k.finder, k.found.poses) for k in known), *again):
-            self._hide_found()
-            self._take(finder, poses)
+        again = [(f, b) for f, b in queue if self._turns[f].is_due(b) or self._turns[f].is_doubted(b)]
+        found = self._crew.each(self._look_at_old, again)
+        for finder, poses in (*((k.finder, k.found.poses) for k in known), *found):
+            if poses is not None and len(poses):
+                self._hide_found()
+                self._take(finder, poses)
         return [(f, b) for f, b in queue if not self._turns[f].is_due(b)]
 
-    def _follow(self, finder: WholeObjectFinder) -> Iterator[_Followed]:
-        """A target's known objects, each as it is found now."""
-        for known in self._recall.known(finder.target.name):
-            if self._frame.deadline.expired:
-                return
-            expected, recall = known.at(self._recall.clock_s), self._recall.config
-            found = finder.followed(self._frame, expected, recall.left * known.votes, self._plain_climb)
-            trust = self._judge.trust_in(finder, found.poses, self._frame)
-            strayed = finder.strayed(found.poses, expected) if trust > 0 else np.inf
-            trust = trust if strayed < 1 else 0.0
-            well = trust > 0 and found.votes[0] >= recall.kept * known.votes and strayed < recall.strayed
-            yield _Followed(finder, expected, found, trust, bool(well), self._recall.was_there(known))
+    def _look_at_old(self, task: _Task) -> tuple[WholeObjectFinder, Poses | None]:
+        finder, blob = task
+        if self._frame.deadline.expired:
+            return finder, None
+        if not self._turns[finder].is_due(blob):
+            return finder, self._looks.plain(self._frame, finder, blob)
+        self._turns[finder].search(blob)
+        return finder, self._looks.full(self._frame, finder, blob)
 
-    def _waits(self, finder: WholeObjectFinder, blob: Blob) -> bool:
-        """Whether a blob is left alone in this frame; else it is searched now."""
-        waits = self._turns[finder].waits(blob)
-        if waits:
-            self._recall.waiting += 1
-        else:
-            self._turns[finder].search(blob)
-        return waits
+    def _follow(self) -> list[Followed] | None:
+        """Known objects that are still there, the most votes first; blobs of others are looked at anew.
 
-    def _look_for_plain(self, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
-        """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
-        none where there is doubt. None: nor is the blob worth a longer look, for others would lead to the object."""
-        found = finder.plain_guesses(self._frame, blob)
-        verdict = self._judge.on_first(finder, found.poses, self._frame)
-        if finder.is_alike_throughout and self._is_hopeless(verdict, climbs=1):
+        None: most are gone, so this is another scene, of which what is remembered says nothing.
+        """
+        frame, now_s, config = self._frame, self._recall.clock_s, self._recall.config
+        known = [(finder, known) for finder in self._turns for known in self._recall.known(finder.target.name)]
+        followed = self._crew.each(lambda fk: self._looks.follow(frame, *fk, now_s, config), known)
+        asked = [f for f in followed if self._recall.was_there(f.known)]
+        if 2 * sum(f.well for f in asked) < len(asked):
+            for turns in self._turns.values():
+                turns.forget()
             return None
-        if verdict is None or self._judge.trust(verdict) <= self._config.sure:
-            return found.poses[:0]
-        return finder.climbed(self._frame, found, self._plain_climb, sure=True).poses
-
-    def _look_closely(self, finder: WholeObjectFinder, blob: Blob) -> Poses:
-        """Hypotheses of which a component made a blob, or part of one, best first."""
-        found, sure = finder.guesses(self._frame, blob), False
-        for number, climb in enumerate(self._climbs):
-            if self._frame.deadline.expired or not (found.votes > 0).any():
-                break
-            verdict = self._judge.on_first(finder, found.poses, self._frame)
-            if self._is_hopeless(verdict, climbs=number):
-                break
-            sure = sure or (verdict is not None and self._judge.trust(verdict) > self._config.sure)
-            if not sure or climb is self._climbs[-1]:
-                found = finder.climbed(self._frame, found, climb, sure=sure)
-        return found.poses
+        for f in asked:
+            if not f.well:
+                turns = self._turns[f.finder]
+                look_anew = turns.doubt if f.trust > self._config.sure else turns.hurry
+                look_anew(*f.finder.discs(frame.camera, f.expected))
+        return sorted((f for f in followed if f.trust > 0), key=lambda f: -f.found.votes[0])
 
     def _over(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether nothing of a blob is left to explain, or no time for it."""
@@ -152,15 +128,6 @@ class SpatialSearch:
             return True
         self._hide_found()
         return self._unexplained.get(finder, self._frame).field.owned_share(blob.contour) > self._config.explained
-
-    def _is_hopeless(self, verdict: Verdict | None, *, climbs: int) -> bool:
-        """Whether no climb will make an object of the best one: what it lacks to be one it does not find on its way.
-
-        A climb may yet bring the required component to its place; the next one does not.
-        """
-        if verdict is None or not verdict.confirmed[verdict.claim.finder.root]:
-            return climbs > 0
-        return verdict.probability < self._config.hopeless
 
     def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
         """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.
@@ -185,3 +152,7 @@ class SpatialSearch:
             self._unexplained[other] = rest(self._unexplained[other])  # several finders may still share one
         if sure:
             self._frame = rest(self._frame)
+
+
+def _at(look: _Look, frame: ImageFrame, task: _Task) -> Poses | None:
+    return look(frame, *task)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .base.config import RecognizerConfig
+from .base.crew import Crew
 from .image.blobs import Blob
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
@@ -25,7 +26,7 @@ class SpatialStage:
         self._config = config
         self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
         self._describers = [Describer(f) for f in self._finders]
-        self._judge = Judge.of(config)
+        self._judge, self._crew = Judge.of(config), Crew(config.threads)
 
     def recognize(
         self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None
@@ -37,7 +38,8 @@ class SpatialStage:
         if not self._finders:
             return (), ()
         search = self._config.search
-        found = SpatialSearch(frame.hurried(search.search_share), self._judge, search, recall).run(self._finders, blobs)
+        search_of = SpatialSearch(frame.hurried(search.search_share), self._judge, search, recall, self._crew)
+        found = search_of.run(self._finders, blobs)
         accepted, others = share_out(found, frame, self._judge)
         if recall is not None:
             for finder in self._finders:

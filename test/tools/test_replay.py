@@ -38,7 +38,7 @@ class Recogniser:
     def __init__(self, at_frame=None) -> None:
         self.at_frame, self.seen, self.cameras = at_frame or {}, 0, []
 
-    def recognize(self, image, camera=None) -> FrameResult:
+    def follow(self, image, camera, stamp_ns, memory) -> tuple[FrameResult, None]:
         self.seen += 1
         self.cameras.append(camera)
         if self.seen in self.at_frame:

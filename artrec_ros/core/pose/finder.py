@@ -114,9 +114,7 @@ class WholeObjectFinder:
 
     def _with_bent(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the same with joints sought anew: a better pose may show a limb that a worse one missed."""
-        bent = Poses.concatenate(
-            [found.poses, self.surface.search_joints(frame, found.poses, self._search.joint_step)]
-        )
+        bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, self._search.joint_step)])
         return Ranked(bent, self.votes(frame, bent, occlusion=True))
 
     def moved(self, frame: ImageFrame, poses: Poses, climb: Climb) -> Ranked:

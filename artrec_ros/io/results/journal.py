@@ -60,8 +60,8 @@ class Recognised:
 _TYPES = {
     kind.__name__: kind
     for kind in (
-        ClassFit, ConstraintFailure, Detection, FrameResult, IdentityFit, ImagePose, Instance, Known, Looks, Memory, Pose,
-        Recognised, Rejection,
+        ClassFit, ConstraintFailure, Detection, FrameResult, IdentityFit, ImagePose, Instance, Known, Looks, Memory,
+        Pose, Recognised, Rejection,
     )
 }  # fmt: skip
 

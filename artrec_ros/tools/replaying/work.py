@@ -90,7 +90,10 @@ class Worker:
     def recognise(
         self, source: int, part: Part, places: Collection[int], memory: Memory | None = None
     ) -> Iterator[Seen]:
-        """The frames of a part that have these places in it. :param memory: that the frame before the first one left."""
+        """The frames of a part that have these places in it.
+
+        :param memory: that the frame before the first one left.
+        """
         for place, frame in enumerate(self._read(source, part)):
             if place in places:
                 recognised = self._recognised(frame, memory)

@@ -66,7 +66,7 @@ class RecallConfig(Room):
     )
     strayed: float = param(
         0.3,
-        "how far it may be from where it is expected, as a share of what a climb leads to, before it is looked for anew",
+        "how far it may be from where it is expected, as a share of how far climbs go, else it is looked for anew",
         low=0,
         high=1,
         paths=_WHOLE,
@@ -78,7 +78,7 @@ class RecallConfig(Room):
         low=0,
         high=1,
         paths=_WHOLE,
-        origin="half of it may be hidden from one frame to the next; in pictures of other scenes one in ten has as much",
+        origin="half of it may be hidden from one frame to the next; where it is not there less is left",
     )
     gone_s: float = param(
         0.5,

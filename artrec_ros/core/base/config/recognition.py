@@ -137,6 +137,13 @@ class RecognizerConfig:
         high=3600,
         paths=("space",),
     )
+    threads: int = param(
+        0,
+        "so many look at a frame's blobs and known objects side by side, with the same results; 0: one for each core",
+        low=0,
+        high=1024,
+        paths=("space",),
+    )
     scene: SceneConfig = field(default_factory=SceneConfig)
     time: TimeConfig = room(TimeConfig)
     blobs: BlobsConfig = room(BlobsConfig)

@@ -7,17 +7,17 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import islice
 from typing import Generic, TypeVar
 
-import numba
+from .jit import cores
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
 
 
 class Crew:
-    """The caller and some others. :param threads: the caller included; 0: one for each core that numba may use."""
+    """The caller and some others. :param threads: the caller included; 0: one for each core."""
 
     def __init__(self, threads: int = 1) -> None:
-        self._others = (threads or numba.config.NUMBA_NUM_THREADS) - 1
+        self._others = (threads or cores()) - 1
         self._pool = ThreadPoolExecutor(self._others, "artrec") if self._others else None
 
     def each(self, work: Callable[[_Item], _Result], items: Iterable[_Item]) -> list[_Result]:

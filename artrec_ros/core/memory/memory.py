@@ -34,8 +34,12 @@ class Known:
     def at(self, now_s: float) -> Poses:
         """Where it is expected: where it was, and, where it moved, where that leads."""
         dt = now_s - self.seen_s
-        R, t, q = rotation_from_rotvec(self.turn * dt) @ self.R, self.t + self.shift * dt, self.q + self.bend * dt
-        return Poses(np.stack([self.R, R]), np.stack([self.t, t]), np.stack([self.q, q]))
+        R, q = rotation_from_rotvec(self.turn * dt) @ self.R, self.q + self.bend * dt
+        return Poses(np.stack([self.R, R]), self.places(now_s), np.stack([self.q, q]))
+
+    def places(self, now_s: float) -> Array:
+        """(2, 3) where these are."""
+        return np.stack([self.t, self.t + self.shift * (now_s - self.seen_s)])
 
     def then(self, poses: Poses, now_s: float, votes: float, steadiness: float) -> Known:
         """The same object, seen again. :param steadiness: what its speeds of before count, 0 to 1."""

@@ -71,8 +71,11 @@ class Recall:
 
     def _nearest(self, poses: Poses, known: Sequence[Known], within_m: float) -> Known | None:
         """The object that is expected next to where one is; None: none is so near."""
-        off_m = [float(np.linalg.norm(k.at(self.clock_s).t - poses.t[0], axis=1).min()) for k in known]
-        return known[int(np.argmin(off_m))] if off_m and min(off_m) < within_m else None
+        if not known:
+            return None
+        off_m = [np.linalg.norm(k.places(self.clock_s) - poses.t[0], axis=1).min() for k in known]
+        nearest = int(np.argmin(off_m))
+        return known[nearest] if off_m[nearest] < within_m else None
 
     def left(self, size: tuple[int, int], camera: Camera | None) -> Memory:
         """For the next frame. :param size: (width, height) of this one's image. :param camera: that took it."""

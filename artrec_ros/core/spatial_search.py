@@ -111,7 +111,7 @@ class SpatialSearch:
         known = [(finder, known) for finder in self._turns for known in self._recall.known(finder.target.name)]
         followed = self._crew.each(lambda fk: self._looks.follow(frame, *fk, now_s, config), known)
         asked = [f for f in followed if self._recall.was_there(f.known)]
-        if 2 * sum(f.well for f in asked) < len(asked):
+        if self._is_another_scene(asked):
             for turns in self._turns.values():
                 turns.forget()
             return None
@@ -121,6 +121,12 @@ class SpatialSearch:
                 look_anew = turns.doubt if f.trust > self._config.sure else turns.hurry
                 look_anew(*f.finder.discs(frame.camera, f.expected))
         return sorted((f for f in followed if f.trust > 0), key=lambda f: -f.found.votes[0])
+
+    def _is_another_scene(self, followed: Sequence[Followed]) -> bool:
+        """Whether most of what was there is not there as it was; of a single object, whether it is there at all."""
+        if len(followed) == 1:
+            return followed[0].trust <= self._config.sure
+        return 2 * sum(f.well for f in followed) < len(followed)
 
     def _over(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether nothing of a blob is left to explain, or no time for it."""

@@ -65,16 +65,20 @@ class Turns:
         return self.number(blob) in self._doubted
 
     def doubt(self, places: Array, radius_px: Array) -> None:
-        """Blobs within some discs, of middles (n, 2) and radii (n,) pixels, show less of what they showed."""
-        self._doubted |= self._within(places, radius_px)
+        """The largest blob in each of some discs, of middles (n, 2) and radii (n,) pixels, shows less than it did."""
+        inside = self._inside(places, radius_px)
+        if not len(inside):
+            return
+        largest = np.where(inside, self._now.least[:, 2:], 0.0).argmax(axis=0)
+        self._doubted |= set(largest[inside.any(axis=0)].tolist())
 
     def hurry(self, places: Array, radius_px: Array) -> None:
         """Blobs within some discs do not wait any longer: what they showed is gone."""
-        self._waiting -= self._within(places, radius_px)
+        self._waiting -= set(np.flatnonzero(self._inside(places, radius_px).any(axis=1)).tolist())
 
-    def _within(self, places: Array, radius_px: Array) -> set[int]:
-        off = np.linalg.norm(self._now.box[:, None, :2] - places, axis=2)
-        return set(np.flatnonzero((off < radius_px).any(axis=1)).tolist())
+    def _inside(self, places: Array, radius_px: Array) -> np.ndarray:
+        """(N, n) which blobs have their middles in which discs."""
+        return np.asarray(np.linalg.norm(self._now.box[:, None, :2] - places, axis=2) < radius_px)
 
     def left(self) -> Looks:
         """For the next frame: blobs that were searched now, and those of before that are still there."""

@@ -33,7 +33,7 @@ class FrameReport:
     :param recognition_ms: the recogniser's and the tracker's part of it; the rest is what the node adds.
     :param ended_by: the limits that ended the search early, by the parameters' names.
     :param header_problem: what the image's header lacks; empty: nothing.
-    :param frame_id: of the image's header.
+    :param frame_id: of the image's header. :param waiting: blobs that wait their turn to be searched again.
     """
 
     n_objects: int
@@ -42,6 +42,7 @@ class FrameReport:
     ended_by: tuple[str, ...]
     header_problem: str
     frame_id: str = ""
+    waiting: int = 0
 
 
 class Pipeline:
@@ -160,8 +161,9 @@ class Pipeline:
             self._publishers.publish(result.detections, msg.header, setup.node.marker_lifetime_s)
             latency_ms = (time.time_ns() - received_ns) * 1e-6
             self._publish_pictures(image, result, camera, msg.header)
-        problem, n_objects = _header_problem(msg.header), len(result.detections)
-        return FrameReport(n_objects, latency_ms, recognition_ms, result.ended_by, problem, msg.header.frame_id)
+        problem, n_objects, header_frame = _header_problem(msg.header), len(result.detections), msg.header.frame_id
+        times = latency_ms, recognition_ms
+        return FrameReport(n_objects, *times, result.ended_by, problem, header_frame, result.waiting)
 
     def _publish_pictures(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
         """Those that somebody subscribes to."""

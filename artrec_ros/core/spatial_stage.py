@@ -43,7 +43,7 @@ class SpatialStage:
         accepted, others = share_out(found, frame, self._judge)
         if recall is not None:
             for finder in self._finders:
-                recall.accept(finder, [v for v in accepted if v.claim.finder is finder])
+                recall.accept(finder, [v for v in accepted if v.claim.finder is finder], frame.camera)
         detections = [
             detection
             for finder, describer in zip(self._finders, self._describers, strict=True)

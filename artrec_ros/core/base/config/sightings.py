@@ -48,12 +48,57 @@ class SightingsConfig(Room):
         high=1,
         origin="a pixel at each end of a marker of 40",
     )
-    missed_per_seen: float = param(
+    misplaced: float = param(
+        0.03,
+        "share of detections that are wrong in space altogether, and right in the image only",
+        low=0.0001,
+        high=0.999,
+        origin="walking quadrupeds: farther off than their covariance allows in 2 to 10 %",
+    )
+    misnamed: float = param(
+        0.02,
+        "share of detections in which the pixels tell of another identity than the object's",
+        low=0.0001,
+        high=0.999,
+        origin="overhead robots: names told at 0.8 and more are wrong in one of fifty",
+    )
+    far: float = param(
+        40.0,
+        "squared deviations of place and turn, by the covariances, beyond which a pose is taken to be wrong",
+        low=1,
+        high=1e6,
+        origin="one in two million of six normal variables; walking quadrupeds: 2 to 7 %",
+    )
+    strange: float = param(
         2.0,
-        "frames in a row that an object may be missed, for each that it was seen in",
+        "frames in a row that show an object elsewhere in space than expected, or turned otherwise, before that is believed",
         low=0,
         high=1000,
-        origin="what was seen once or twice was perhaps nothing",
+        origin="mirrored turns come and go from frame to frame",
+    )
+    calm: float = param(
+        0.2,
+        "least speed that an object is taken to have, as a share of tracking.speed and turn_rate: so far it follows what "
+        "is seen of it",
+        low=0.001,
+        high=1,
+        origin="walking quadrupeds: change of the error from frame to frame 0.17 % of the range without, 0.12 % with",
+    )
+    joint_rad: float = param(
+        0.03,
+        "uncertainty of a joint where the fit tells none; of a prismatic one times a length of the object",
+        unit="rad",
+        low=0.0001,
+        high=3,
+        origin="walking quadrupeds: 0.01 to 0.05",
+    )
+    joint_rate: float = param(
+        3.0,
+        "standard deviation of the rate of joints; of prismatic ones times a length of the object",
+        unit="rad/s",
+        low=0,
+        high=1000,
+        origin="legs of walking quadrupeds: 2.8",
     )
     identity_memory: float = param(
         0.8,

@@ -1,0 +1,110 @@
+"""The probability that an object is there, carried on from frame to frame.
+
+A recursive Bayes filter after the integrated probabilistic data association (Musicki, Evans and Stankovic, 1994, with
+their object that exists and cannot be seen; Ristic et al., A tutorial on Bernoulli filters, 2013): an object is
+there and can be seen, is there and cannot be seen, or is not there. What one frame says of it, `Detection.score`, is
+alike in the next ones, light and clutter being the same: so what frames before say fades as more is said.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.config import ExistenceConfig
+from ..geometry.transforms import Array
+
+_SUREST = 0.999  # what a probability is taken for at most, and 1 less it at least
+
+
+@dataclass(frozen=True)
+class Existence:
+    """Of T objects. :param seen: (T,) probability that it is there and can be seen. :param hidden: there and cannot."""
+
+    seen: Array
+    hidden: Array
+
+    def __getitem__(self, rows: Array) -> Existence:
+        return Existence(self.seen[rows], self.hidden[rows])
+
+    @classmethod
+    def of(cls, probability: Array) -> Existence:
+        """In view, with these probabilities."""
+        return cls(probability, np.zeros(len(probability)))
+
+    @property
+    def probability(self) -> Array:
+        return self.seen + self.hidden
+
+    def joined(self, other: Existence) -> Existence:
+        return Existence(np.append(self.seen, other.seen), np.append(self.hidden, other.hidden))
+
+    def after(self, dt_s: float, config: ExistenceConfig) -> Existence:
+        """A time later."""
+        stay, hide, show = np.exp(-dt_s / np.array([config.stay_s, config.hide_s, config.show_s]))
+        seen = stay * (hide * self.seen + (1 - show) * self.hidden)
+        return Existence(seen, stay * self.probability - seen)
+
+    def missed(self, could_be_seen: Array, config: ExistenceConfig) -> Existence:
+        """Once a frame did not show them. :param could_be_seen: (T,) share of each that nothing known hides."""
+        unseen = self.seen * (1 - config.detected * could_be_seen)
+        total = unseen + self.hidden + 1 - self.probability
+        return Existence(unseen / total, self.hidden / total)
+
+    def found(self, scores: Array, config: ExistenceConfig) -> Existence:
+        """Once a frame has said of each with what probability it is there."""
+        said = log_odds(scores) + config.found_again
+        return Existence.of(_probability(config.memory * log_odds(self.probability) + said))
+
+
+def newcomers(scores: Array, continuous: float, dt_s: float, config: ExistenceConfig) -> Array:
+    """Probabilities of objects that nobody has seen before.
+
+    Alone, a frame is to be believed. In a sequence that goes on, an object that was not there a moment ago is less likely.
+
+    :param continuous: probability that the frame goes on from the one before. :param dt_s: time since that.
+    """
+    new = 1 - (1 - config.newcomer) * np.exp(-dt_s / config.newcomer_s)
+    return _probability(log_odds(scores) + np.log(continuous * new + 1 - continuous)) if continuous else scores
+
+
+def log_odds(probability: Array) -> Array:
+    p = np.clip(probability, 1 - _SUREST, _SUREST)
+    return np.asarray(np.log(p / (1 - p)))
+
+
+def _probability(odds: Array) -> Array:
+    return np.asarray(1 / (1 + np.exp(-odds)))
+
+
+@dataclass(frozen=True)
+class Continuity:
+    """Whether frames go on from one another, or begin anew: at a cut, or where they were never a sequence.
+
+    :param on, cut: how many frames did, of late.
+    """
+
+    on: float
+    cut: float
+
+    @classmethod
+    def expected(cls, config: ExistenceConfig) -> Continuity:
+        return cls((1 - config.cut) * config.cut_frames, config.cut * config.cut_frames)
+
+    def judged(self, known: Array, odds: Array, config: ExistenceConfig) -> tuple[float, Continuity]:
+        """The probability that this frame goes on from the one before, and what is known after it.
+
+        :param known: (T,) probabilities with which objects were to be seen. :param odds: (T,) how well what was
+            found continues each; 0: nothing was found.
+        """
+        prior = self.on / (self.on + self.cut)
+        if not len(known):
+            return prior, self
+        missed = 1 - config.detected * known
+        goes_on = np.where(odds > 0, config.detected * known * np.minimum(odds, config.most_odds), missed)
+        ratio = float(np.exp(np.clip(np.log(np.maximum(goes_on, 1e-9)).sum(), -50, 50)))
+        probability = prior * ratio / (prior * ratio + 1 - prior)
+        left, new = 1 - 1 / config.cut_frames, Continuity.expected(config)
+        on, cut = (left * old + fresh / config.cut_frames**2 for old, fresh in ((self.on, new.on), (self.cut, new.cut)))
+        return probability, Continuity(on + probability, cut + 1 - probability)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from ..base.config import SightingsConfig, TrackingConfig
 from ..geometry.transforms import Array
 from ..model.found import Detection
+from ..model.target import Target
 from .motion import Bodies, rotvecs
 from .tracks import Tracks
 
@@ -25,7 +26,7 @@ class Sightings:
     :param place, unit: (D, 3) in the image, and what a metre is along each axis. :param noise: (D, 3, 3).
     :param theta: (D,) direction in the image. :param posed: (D,) whether it has a pose in space that tells more than the
         image from which it is. :param position, turn: (D, 3), (D, 3, 3). :param pose_noise: (D, 6, 6).
-    :param range_m: (D,).
+    :param range_m: (D,). :param size_m: (D,) of their required components; 0: not known.
     """
 
     place: Array
@@ -37,13 +38,14 @@ class Sightings:
     turn: Array
     pose_noise: Array
     range_m: Array
+    size_m: Array
 
     def __getitem__(self, rows: Sequence[int]) -> Sightings:
         index = np.array(rows, int)
         return Sightings(*(getattr(self, f.name)[index] for f in fields(self)))
 
     @classmethod
-    def of(cls, detections: Sequence[Detection], config: SightingsConfig) -> Sightings:
+    def of(cls, detections: Sequence[Detection], sizes: Mapping[str, float], config: SightingsConfig) -> Sightings:
         n = len(detections)
         image = np.array([(d.image.x, d.image.y, d.image.scale, d.image.theta) for d in detections]).reshape(n, 4)
         place, scale = image[:, :3].copy(), image[:, 2]
@@ -55,7 +57,15 @@ class Sightings:
         posed = np.array([d.pose is not None and d.pose_from == "fit" for d in detections], bool)
         range_m = np.maximum(np.sqrt((position**2).sum(axis=1)), _LEAST_RANGE_M)
         noise = np.broadcast_to(noise, (n, 3, 3))
-        return cls(place, noise, unit, image[:, 3], posed, position, turn, pose_noise, range_m)
+        size_m = np.array([sizes.get(d.object, 0.0) for d in detections])
+        return cls(place, noise, unit, image[:, 3], posed, position, turn, pose_noise, range_m, size_m)
+
+
+def sizes_of(targets: Sequence[Target]) -> dict[str, float]:
+    """How large the markers of each object's required component are, metres."""
+    return {
+        t.name: max(float(np.ptp(marker.outline, axis=0).max()) for marker in t.model.required.markers) for t in targets
+    }
 
 
 _NO_POSES = np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 6, 6))
@@ -80,12 +90,15 @@ def agreement(s: Sightings, tracks: Tracks, possible: Array, area_px: float, con
     angle = np.mod(s.theta[d] - tracks.theta[t] + np.pi, 2 * np.pi) - np.pi
     variance = 2 * config.sightings.turn_rad**2 + (config.turn_rate * tracks.age_s[t]) ** 2
     place = _place_ratio(s.place[d] - image.place[t], image.place_covariance[t] + s.noise[d], area_px)
-    flat = place * _turn_ratio(angle, variance, 1, config)
-    odds[d, t] = flat
+    turn = _turn_ratio(angle, variance, 1, config)
+    odds[d, t] = place * turn
     both = s.posed[d] & tracks.posed[t]
     if both.any():
         d, t, wrong = d[both], t[both], config.sightings.misplaced
-        odds[d, t] = (1 - wrong) * _in_space(s, d, tracks.bodies, t, config) + wrong * flat[both]
+        S = image.place_covariance[t] + s.noise[d]
+        S = S[:, :2, :2] + (config.sightings.off_share * s.unit[d, 0] * s.size_m[d])[:, None, None] ** 2 * np.eye(2)
+        flat = _place_ratio(s.place[d, :2] - image.place[t, :2], S, area_px)
+        odds[d, t] = (1 - wrong) * _in_space(s, d, tracks.bodies, t, config) + wrong * flat
     return odds / config.newcomer_odds
 
 
@@ -104,7 +117,8 @@ def _place_ratio(error: Array, S: Array, room: Array | float) -> Array:
     """How much likelier errors (n, 3) of covariance S are than any place in a room of that size."""
     inverse = np.linalg.inv(S)
     far = np.einsum("ni,nij,nj->n", error, inverse, error)
-    return room * np.sqrt(np.abs(np.linalg.det(inverse)) / (2 * np.pi) ** 3) * np.exp(-0.5 * np.minimum(far, 1400))
+    peak = np.sqrt(np.abs(np.linalg.det(inverse)) / (2 * np.pi) ** error.shape[1])
+    return np.asarray(room * peak * np.exp(-0.5 * np.minimum(far, 1400)))
 
 
 def _turn_ratio(angle: Array, variance: Array, axes: int, config: TrackingConfig) -> Array:

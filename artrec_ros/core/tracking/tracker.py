@@ -24,7 +24,7 @@ from .following import begun, followed
 from .joints import Joints, units_of
 from .motion import MotionModel
 from .names import Numbers, identified, same_name
-from .sightings import Sightings, agreement
+from .sightings import Sightings, agreement, sizes_of
 from .telling import Teller
 from .tracks import Tracks
 
@@ -35,11 +35,12 @@ class Tracker:
     """Carries objects on through the frames of one camera, in their order."""
 
     def __init__(self, config: TrackingConfig, targets: Sequence[Target] = (), in_doubt: bool = True) -> None:
-        """:param targets: tell what joints are measured in.
+        """:param targets: tell what joints are measured in, and how large objects are.
         :param in_doubt: whether scores are probabilities to which other frames add; else each frame tells for itself
             what is there, and only names and motions are carried on.
         """
         self._numbers, self._units = Numbers(), units_of(targets)
+        self._sizes = sizes_of(targets)
         self._size, self._frame_id = (0, 0), ""
         self.configure(config, in_doubt)
         self.forget()
@@ -70,7 +71,7 @@ class Tracker:
             return replace(result, faint=())
         first, dt_s = self._advance(stamp_ns, result.size, frame_id)
         found = (*result.detections, *(result.faint if self._in_doubt else ()))
-        sightings = Sightings.of(found, self._config.sightings)
+        sightings = Sightings.of(found, self._sizes, self._config.sightings)
         row_of, odds = self._match(found, sightings, len(result.detections), result.size)
         goes_on = 0.0 if first or not self._in_doubt else self._goes_on(odds, dt_s)
         self._tracks = followed(self._tracks, found, sightings, row_of, dt_s, result.size, self._motion, self._config)

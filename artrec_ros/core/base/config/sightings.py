@@ -55,6 +55,13 @@ class SightingsConfig(Room):
         high=0.999,
         origin="walking quadrupeds: farther off than their covariance allows in 2 to 10 %",
     )
+    off_share: float = param(
+        0.15,
+        "how far off its place in the image such a one is, as a share of the required component's size",
+        low=0,
+        high=10,
+        origin="markers that are half hidden, walking quadrupeds",
+    )
     misnamed: float = param(
         0.02,
         "share of detections in which the pixels tell of another identity than the object's",

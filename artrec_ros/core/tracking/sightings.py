@@ -90,8 +90,8 @@ def agreement(s: Sightings, tracks: Tracks, possible: Array, area_px: float, con
     angle = np.mod(s.theta[d] - tracks.theta[t] + np.pi, 2 * np.pi) - np.pi
     variance = 2 * config.sightings.turn_rad**2 + (config.turn_rate * tracks.age_s[t]) ** 2
     place = _place_ratio(s.place[d] - image.place[t], image.place_covariance[t] + s.noise[d], area_px)
-    turn = _turn_ratio(angle, variance, 1, config)
-    odds[d, t] = place * turn
+    wrong = config.sightings.misturned
+    odds[d, t] = place * ((1 - wrong) * _turn_ratio(angle, variance, 1) + wrong)
     both = s.posed[d] & tracks.posed[t]
     if both.any():
         d, t, wrong = d[both], t[both], config.sightings.misplaced
@@ -103,14 +103,18 @@ def agreement(s: Sightings, tracks: Tracks, possible: Array, area_px: float, con
 
 
 def _in_space(s: Sightings, d: Array, bodies: Bodies, t: Array, config: TrackingConfig) -> Array:
+    """A pose that is turned wrongly is off in place, too."""
     of = config.sightings
+    error = s.position[d] - bodies.motion.place[t, :3]
     P = bodies.motion.place_covariance[t] + s.pose_noise[d]
-    spread = P[:, :3, :3] + (of.range_share * s.range_m[d])[:, None, None] ** 2 * np.eye(3)
-    # what is in view at a range is about a cube of that size
-    place = _place_ratio(s.position[d] - bodies.motion.place[t, :3], spread, s.range_m[d] ** 3)
-    angle = rotvecs(s.turn[d] @ bodies.turn[t].transpose(0, 2, 1))
+    ray, room = s.position[d], s.range_m[d] ** 3  # what is in view at a range is about a cube of that size
+    along, across = ray[:, :, None] * ray[:, None], (s.range_m[d] ** 2)[:, None, None] * np.eye(3)
+    tight = P[:, :3, :3] + of.range_share**2 * along + of.bearing_rad**2 * (across - along)
+    angle = np.sqrt((rotvecs(s.turn[d] @ bodies.turn[t].transpose(0, 2, 1)) ** 2).sum(axis=1))
     variance = np.trace(P[:, 3:, 3:], axis1=1, axis2=2) / 3 + of.turn_rad**2
-    return place * _turn_ratio(np.sqrt((angle**2).sum(axis=1)), variance, 3, config)
+    right = _place_ratio(error, tight, room) * _turn_ratio(angle, variance, 3)
+    wrong = _place_ratio(error, P[:, :3, :3] + of.misturned_share**2 * across, room)
+    return np.asarray((1 - of.misturned) * right + of.misturned * wrong)
 
 
 def _place_ratio(error: Array, S: Array, room: Array | float) -> Array:
@@ -121,9 +125,8 @@ def _place_ratio(error: Array, S: Array, room: Array | float) -> Array:
     return np.asarray(room * peak * np.exp(-0.5 * np.minimum(far, 1400)))
 
 
-def _turn_ratio(angle: Array, variance: Array, axes: int, config: TrackingConfig) -> Array:
-    """How much likelier turns are than any other; a wrong one speaks only so much against it."""
+def _turn_ratio(angle: Array, variance: Array, axes: int) -> Array:
+    """How much likelier turns are than any other."""
     anywhere = 8 * np.pi**2 if axes == 3 else 2 * np.pi
     peak = np.maximum(anywhere / (2 * np.pi * variance) ** (axes / 2), 1.0)
-    misturned = config.sightings.misturned
-    return (1 - misturned) * peak * np.exp(-0.5 * angle**2 / variance) + misturned
+    return np.asarray(peak * np.exp(-0.5 * angle**2 / variance))

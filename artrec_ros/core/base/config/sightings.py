@@ -18,6 +18,13 @@ class SightingsConfig(Room):
         high=0.999,
         origin="rendered quadrupeds: one in ten",
     )
+    misturned_share: float = param(
+        0.015,
+        "how far off such a one is in space, as a share of its range",
+        low=0.0001,
+        high=1,
+        origin="walking quadrupeds: 0.01 to 0.03",
+    )
     turn_rad: float = param(
         0.1,
         "least uncertainty of a turn",
@@ -28,10 +35,18 @@ class SightingsConfig(Room):
     )
     range_share: float = param(
         0.01,
-        "least uncertainty of a place in space, as a share of its range",
+        "least uncertainty of a range, as a share of it",
         low=0.0001,
         high=1,
         origin="position errors of 0.4 to 1.1 % of the range",
+    )
+    bearing_rad: float = param(
+        0.002,
+        "least uncertainty of the direction in which a place in space lies",
+        unit="rad",
+        low=0.0001,
+        high=1,
+        origin="walking quadrupeds: 0.001 to 0.003, parts of them hidden",
     )
     place_px: float = param(
         1.5,

@@ -65,7 +65,7 @@ def newcomers(scores: Array, continuous: float, dt_s: float, config: ExistenceCo
 
     :param continuous: probability that the frame goes on from the one before. :param dt_s: time since that.
     """
-    new = 1 - (1 - config.newcomer) * np.exp(-dt_s / config.newcomer_s)
+    new = -np.expm1(-dt_s / config.newcomer_s)  # how likely one has come since
     return _probability(log_odds(scores) + np.log(continuous * new + 1 - continuous)) if continuous else scores
 
 

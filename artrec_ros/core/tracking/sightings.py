@@ -85,19 +85,20 @@ def agreement(s: Sightings, tracks: Tracks, possible: Array, area_px: float, con
 
     :param possible: (D, T) pairs to look at; 0 for others. :param area_px: of the image.
     """
-    odds, image = np.zeros(possible.shape), tracks.image
+    odds, image, of = np.zeros(possible.shape), tracks.image, config.sightings
     d, t = np.nonzero(possible)
     angle = np.mod(s.theta[d] - tracks.theta[t] + np.pi, 2 * np.pi) - np.pi
-    variance = 2 * config.sightings.turn_rad**2 + (config.turn_rate * tracks.age_s[t]) ** 2
+    variance = 2 * of.turn_rad**2 + (config.turn_rate * tracks.age_s[t]) ** 2
     place = _place_ratio(s.place[d] - image.place[t], image.place_covariance[t] + s.noise[d], area_px)
-    wrong = config.sightings.misturned
+    wrong = of.misturned
     odds[d, t] = place * ((1 - wrong) * _turn_ratio(angle, variance, 1) + wrong)
     both = s.posed[d] & tracks.posed[t]
     if both.any():
-        d, t, wrong = d[both], t[both], config.sightings.misplaced
+        d, t, wrong = d[both], t[both], of.misplaced
+        off_px = of.off_share * s.unit[d, 0] * s.size_m[d]
         S = image.place_covariance[t] + s.noise[d]
-        S = S[:, :2, :2] + (config.sightings.off_share * s.unit[d, 0] * s.size_m[d])[:, None, None] ** 2 * np.eye(2)
-        flat = _place_ratio(s.place[d, :2] - image.place[t, :2], S, area_px)
+        S[:, range(3), range(3)] += np.square([off_px, off_px, np.full(len(d), of.off_scale)]).T
+        flat = _place_ratio(s.place[d] - image.place[t], S, area_px)
         odds[d, t] = (1 - wrong) * _in_space(s, d, tracks.bodies, t, config) + wrong * flat
     return odds / config.newcomer_odds
 

@@ -18,21 +18,13 @@ class ExistenceConfig(Room):
         high=1,
         origin="as recognizer.min_probability of one frame",
     )
-    newcomer: float = param(
-        0.1,
-        "odds of an object that a frame shows and the one just before did not, as a share of those of one that a single "
-        "frame shows",
-        low=0.001,
-        high=1,
-        origin="walking quadrupeds: a new one of probability 0.9 is told at once, one of 0.8 when it is seen again",
-    )
     newcomer_s: float = param(
-        0.5,
+        0.2,
         "time in which objects come: after so long a newcomer is hardly less likely than in a single frame",
         unit="s",
         low=0.001,
         high=3600,
-        origin="a robot that walks comes out from behind another in about that time",
+        origin="walking quadrupeds: at 30 Hz a newcomer of probability 0.9 is told at once, one of 0.8 when it is seen again",
     )
     memory: float = param(
         0.8,

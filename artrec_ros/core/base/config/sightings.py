@@ -77,6 +77,13 @@ class SightingsConfig(Room):
         high=10,
         origin="markers that are half hidden, walking quadrupeds",
     )
+    off_scale: float = param(
+        0.3,
+        "how far off its scale in the image such a one is, as a share",
+        low=0.001,
+        high=10,
+        origin="walking quadrupeds: half as far off again, seldom twice",
+    )
     misnamed: float = param(
         0.02,
         "share of detections in which the pixels tell of another identity than the object's",

@@ -204,7 +204,6 @@ class Rejection:
 class FrameResult:
     """All that was recognised in one image.
 
-    :param faint: what is less likely than `detections` must be, of which they may say that a known object goes on.
     :param rejected: worked out when it is first looked at.
     :param ended_by: the limits that ended the search early, by the parameters' names.
     :param timing_ms: milliseconds per stage: segmentation, blobs, alignment, grouping, pose, total.
@@ -216,7 +215,6 @@ class FrameResult:
     timing_ms: dict[str, float] = field(default_factory=dict)
     ended_by: tuple[str, ...] = ()
     labels: NDArray[np.uint8] | None = field(default=None, repr=False, compare=False)
-    faint: tuple[Detection, ...] = ()
 
     @property
     def complete(self) -> bool:

@@ -52,6 +52,9 @@ class Existence:
         total = unseen + self.hidden + 1 - self.probability
         return Existence(unseen / total, self.hidden / total)
 
+    def times(self, share: float) -> Existence:
+        return Existence(self.seen * share, self.hidden * share)
+
     def found(self, scores: Array, config: ExistenceConfig) -> Existence:
         """Once a frame has said of each with what probability it is there."""
         said = log_odds(scores) + config.found_again
@@ -65,7 +68,7 @@ def newcomers(scores: Array, continuous: float, dt_s: float, config: ExistenceCo
 
     :param continuous: probability that the frame goes on from the one before. :param dt_s: time since that.
     """
-    new = -np.expm1(-dt_s / config.newcomer_s)  # how likely one has come since
+    new = -np.expm1(-((dt_s / config.newcomer_s) ** 2))  # how likely one has come since
     return _probability(log_odds(scores) + np.log(continuous * new + 1 - continuous)) if continuous else scores
 
 

@@ -47,17 +47,19 @@ def followed(
     found: Sequence[Detection],
     sightings: Sightings,
     row_of: Mapping[int, int],
+    goes_on: float,
     dt_s: float,
     size: tuple[int, int],
     model: MotionModel,
     config: TrackingConfig,
 ) -> Tracks:
-    """:param row_of: of what was found the track that each continues. :param size: (width, height) of the image."""
+    """:param row_of: of what was found the track that each continues. :param goes_on: probability that the frame goes on
+    from the one before. :param size: (width, height) of the image."""
     if not len(tracks):
         return tracks
     detections, rows = list(row_of), np.array(list(row_of.values()), int)
     s = sightings[detections]
-    image, existence = tracks.image, _exists(tracks, found, sightings, row_of, size, config)
+    image, existence = tracks.image, _exists(tracks, found, sightings, row_of, goes_on, size, config)
     image = image.replaced(rows, replace(image[rows].seen(s.place, s.noise), unit=s.unit))
     theta, age_s = tracks.theta.copy(), tracks.age_s.copy()
     theta[rows], age_s[rows] = s.theta, 0.0
@@ -85,7 +87,8 @@ def _in_space(
     strange, times, posed = tracks.strange.copy(), tracks.times.copy(), tracks.posed.copy()
     strange[rows] = np.where(agrees, 0, strange[rows] + 1)
     anew = ~agrees & (~posed[rows] | (strange[rows] > of.strange))
-    seen = mine.seen(s.position, s.turn, s.pose_noise)
+    doubt = np.maximum(far / of.usual, 1.0)[:, None, None]  # errors have longer tails than normal ones
+    seen = mine.seen(s.position, s.turn, s.pose_noise * doubt)
     seen = replace(seen, motion=calmed(seen.motion, dt_s, _most(len(rows), config), 3, model, of.calm))
     bodies = tracks.bodies.replaced(rows[agrees], seen[agrees])
     if anew.any():
@@ -110,6 +113,7 @@ def _exists(
     found: Sequence[Detection],
     sightings: Sightings,
     row_of: Mapping[int, int],
+    goes_on: float,
     size: tuple[int, int],
     config: TrackingConfig,
 ) -> Existence:
@@ -120,7 +124,7 @@ def _exists(
     seen = tracks.existence.found(scores, config.existence)
     if here.all():
         return seen
-    missed = tracks.existence.missed(_could_be_seen(tracks, found, sightings, size), config.existence)
+    missed = tracks.existence.missed(_could_be_seen(tracks, found, sightings, size), config.existence).times(goes_on)
     return Existence(np.where(here, seen.seen, missed.seen), np.where(here, seen.hidden, missed.hidden))
 
 

@@ -68,21 +68,23 @@ class Tracker:
         :param frame_id: the camera's optical frame; empty: not known.
         """
         if not self._config.enabled:
-            return replace(result, faint=())
+            return result
         first, dt_s = self._advance(stamp_ns, result.size, frame_id)
-        found = (*result.detections, *(result.faint if self._in_doubt else ()))
+        found = result.detections
         sightings = Sightings.of(found, self._sizes, self._config.sightings)
-        row_of, odds = self._match(found, sightings, len(result.detections), result.size)
-        goes_on = 0.0 if first or not self._in_doubt else self._goes_on(odds, dt_s)
-        self._tracks = followed(self._tracks, found, sightings, row_of, dt_s, result.size, self._motion, self._config)
-        new = [n for n in range(len(result.detections)) if n not in row_of]
+        row_of, odds = self._match(found, sightings, result.size)
+        goes_on = 0.0 if first else self._goes_on(odds, dt_s)
+        self._tracks = followed(
+            self._tracks, found, sightings, row_of, goes_on, dt_s, result.size, self._motion, self._config
+        )
+        new = [n for n in range(len(found)) if n not in row_of]
         row_of |= {n: len(self._tracks) + k for k, n in enumerate(new)}
         alone = np.array([found[n].score for n in new])
-        scores = newcomers(alone, goes_on, dt_s, self._config.existence)
+        scores = newcomers(alone, goes_on if self._in_doubt else 0.0, dt_s, self._config.existence)
         self._tracks = self._tracks.joined(begun([found[n] for n in new], sightings[new], scores, self._motion, self._config))
         by_row = {row: found[n] for n, row in row_of.items()}
         self._joints = self._joints.seen(by_row, dt_s, self._motion, self._units, self._config)
-        return self._told(result, found, row_of)
+        return self._told(result, row_of)
 
     def _advance(self, stamp_ns: int, size: tuple[int, int], frame_id: str) -> tuple[bool, float]:
         """Let time pass up to a frame. Whether it is the first one, and the time since the one before."""
@@ -105,12 +107,9 @@ class Tracker:
             self._tracks, self._joints = self._tracks[rows], self._joints.of_rows(rows)
 
     def _match(
-        self, found: Sequence[Detection], sightings: Sightings, sure: int, size: tuple[int, int]
+        self, found: Sequence[Detection], sightings: Sightings, size: tuple[int, int]
     ) -> tuple[dict[int, int], Array]:
-        """Row of the track that each of what was found continues, and (T,) the odds of those that are; 0 for others.
-
-        :param sure: so many are detections. The others, faint ones, have what is left.
-        """
+        """Row of the track that each detection continues, and (T,) the odds of those that are; 0 for others."""
         tracks, names = self._tracks, np.array([d.object for d in found])
         matched = np.zeros(len(tracks))
         if not len(tracks) or not found:
@@ -118,10 +117,9 @@ class Tracker:
         odds = agreement(sightings, tracks, names[:, None] == np.array(tracks.names), float(size[0] * size[1]), self._config)
         odds *= same_name([d.identity for d in found], tracks.identities, self._config.sightings.misnamed)
         cost = -2 * np.log(np.maximum(odds * tracks.existence.probability, 1e-300))
-        row_of = _assign(cost[:sure])
+        row_of = _assign(cost)
         matched[list(row_of.values())] = [odds[n, row] for n, row in row_of.items()]
-        cost[:, list(row_of.values())] = np.inf
-        return row_of | {n + sure: row for n, row in _assign(cost[sure:]).items()}, matched
+        return row_of, matched
 
     def _goes_on(self, odds: Array, dt_s: float) -> float:
         """The probability that the frame goes on from the one before. :param odds: (T,) of tracks that do."""
@@ -130,12 +128,11 @@ class Tracker:
         probability, self._continuity = self._continuity.judged(likely, odds[shown], self._config.existence)
         return probability
 
-    def _told(self, result: FrameResult, found: Sequence[Detection], row_of: dict[int, int]) -> FrameResult:
+    def _told(self, result: FrameResult, row_of: dict[int, int]) -> FrameResult:
         """What is told, with names; tracks that have given theirs away are forgotten."""
-        sure, least = len(result.detections), self._config.existence.least
+        found, least = result.detections, self._config.existence.least
         likely = self._tracks.existence.probability.tolist()
-        enough = [least if n >= sure else min(least, d.score) for n, d in enumerate(found)]
-        told = [n for n in sorted(row_of) if not self._in_doubt or likely[row_of[n]] >= enough[n]]
+        told = [n for n in sorted(row_of) if not self._in_doubt or likely[row_of[n]] >= min(least, found[n].score)]
         self._name([row_of[n] for n in told])
         teller = Teller(self._tracks, self._joints, self._config, result.size, scores=likely if self._in_doubt else None)
         seen = [teller.seen(found[n], row_of[n]) for n in told]
@@ -146,7 +143,7 @@ class Tracker:
         for row in range(len(self._tracks)):  # who was alone and has been lost has given the id away
             kept[row] = row in here or (self._tracks.names[row], self._tracks.ids[row]) not in whose
         self._keep(kept)
-        return replace(result, detections=(*seen, *expected), faint=())
+        return replace(result, detections=(*seen, *expected))
 
     def _name(self, rows: Sequence[int]) -> None:
         """Give numbers to those tracks that are told, and tell which one each is."""

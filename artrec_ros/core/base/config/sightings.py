@@ -98,6 +98,13 @@ class SightingsConfig(Room):
         high=1e6,
         origin="one in two million of six normal variables; walking quadrupeds: 2 to 7 %",
     )
+    usual: float = param(
+        6,
+        "squared deviations up to which a pose counts in full; beyond, its covariance is taken for larger by as much",
+        low=1,
+        high=1e6,
+        origin="nine in ten of six normal variables",
+    )
     strange: float = param(
         2.0,
         "frames in a row that show an object elsewhere in space than expected, or turned otherwise, before that is believed",

@@ -92,7 +92,10 @@ class Joints:
         error = values[rows] - state.place[:, 0]
         turned = np.mod(error + np.pi, 2 * np.pi) - np.pi
         error = np.where(self.endless[rows], turned, error)
-        state = state.corrected(error[:, None], noise[rows, None, None])
+        noise = noise[rows] * np.maximum(
+            error**2 / (state.place_covariance[:, 0, 0] + noise[rows]) / (c.sightings.usual / 4), 1.0
+        )
+        state = state.corrected(error[:, None], noise[:, None, None])
         most = (c.sightings.joint_rate / max(model.speed, 1e-9)) * self.unit[rows, None]
         state = calmed(state, dt_s, most, 1, model, c.sightings.calm)
         times = self.times.copy()
@@ -114,9 +117,14 @@ def _measured(
     keys: Sequence[tuple[int, str]], found: Mapping[int, Detection], unit: Array, config: TrackingConfig
 ) -> tuple[Array, Array]:
     """(N,) values, NaN where there is none, and variances."""
-    none: dict[str, float] = {}
     values = np.array([found[row].joints.get(name, np.nan) if row in found else np.nan for row, name in keys])
-    told = [found[row].joint_deviations if row in found else none for row, _ in keys]
-    usual = config.sightings.joint_rad * unit
-    deviation = [t.get(name, u) for t, (_, name), u in zip(told, keys, usual.tolist(), strict=True)]
-    return values, np.square(deviation)
+    usual = {row: _deviation(d, config) for row, d in found.items()}
+    told = [found[row].joint_deviations.get(name) if row in found else 1.0 for row, name in keys]
+    own = [u * usual.get(row, 1.0) if t is None else t for t, u, (row, _) in zip(told, unit.tolist(), keys, strict=True)]
+    return values, np.square(own)
+
+
+def _deviation(detection: Detection, config: TrackingConfig) -> float:
+    """Of a joint of which none is told: as that of the body's turn."""
+    turn = 0.0 if detection.pose_covariance is None else float(np.trace(detection.pose_covariance[3:, 3:])) / 3
+    return float(np.sqrt(config.sightings.joint_rad**2 + config.sightings.joint_turn**2 * turn))

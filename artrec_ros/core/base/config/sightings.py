@@ -99,11 +99,12 @@ class SightingsConfig(Room):
         origin="one in two million of six normal variables; walking quadrupeds: 2 to 7 %",
     )
     usual: float = param(
-        6,
-        "squared deviations up to which a pose counts in full; beyond, its covariance is taken for larger by as much",
+        10.6,
+        "squared deviations up to which a pose counts in full, a joint up to a quarter of them; beyond, its covariance is "
+        "taken for larger by as much",
         low=1,
         high=1e6,
-        origin="nine in ten of six normal variables",
+        origin="nine in ten of six normal variables; 2.7 of one",
     )
     strange: float = param(
         2.0,
@@ -121,20 +122,27 @@ class SightingsConfig(Room):
         origin="walking quadrupeds: change of the error from frame to frame 0.17 % of the range without, 0.12 % with",
     )
     joint_rad: float = param(
-        0.03,
-        "uncertainty of a joint where the fit tells none; of a prismatic one times a length of the object",
+        0.01,
+        "least uncertainty of a joint where the fit tells none; of a prismatic one times a length of the object",
         unit="rad",
         low=0.0001,
         high=3,
-        origin="walking quadrupeds: 0.01 to 0.05",
+        origin="walking quadrupeds, 640x480: 0.01",
+    )
+    joint_turn: float = param(
+        0.5,
+        "uncertainty of such a joint besides, times that of the body's turn",
+        low=0,
+        high=100,
+        origin="walking quadrupeds: both grow as images are smaller",
     )
     joint_rate: float = param(
-        3.0,
+        6.0,
         "standard deviation of the rate of joints; of prismatic ones times a length of the object",
         unit="rad/s",
         low=0,
         high=1000,
-        origin="legs of walking quadrupeds: 2.8",
+        origin="legs of walking quadrupeds: 2.8, and half as long steady as bodies",
     )
     identity_memory: float = param(
         0.8,

@@ -95,19 +95,23 @@ class Continuity:
     def expected(cls, config: ExistenceConfig) -> Continuity:
         return cls((1 - config.cut) * config.cut_frames, config.cut * config.cut_frames)
 
-    def judged(self, known: Array, odds: Array, config: ExistenceConfig) -> tuple[float, Continuity]:
-        """The probability that this frame goes on from the one before, and what is known after it.
+    @property
+    def share(self) -> float:
+        return self.on / (self.on + self.cut)
 
-        :param known: (T,) probabilities with which objects were to be seen. :param odds: (T,) how well what was
-            found continues each; 0: nothing was found.
+    def judged(self, known: Array, just_seen: Array, odds: Array, config: ExistenceConfig) -> float:
+        """The probability that a frame with newcomers goes on from the one before.
+
+        :param known: (T,) probabilities with which objects were to be seen. :param just_seen: (T,) whether the frame before
+            showed them. :param odds: (T,) how well what was found continues each; 0: nothing was found.
         """
-        prior = self.on / (self.on + self.cut)
-        if not len(known):
-            return prior, self
-        missed = 1 - config.detected * known
+        missed = np.where(just_seen, 1 - config.detected * known, 1.0)
         goes_on = np.where(odds > 0, config.detected * known * np.minimum(odds, config.most_odds), missed)
         ratio = float(np.exp(np.clip(np.log(np.maximum(goes_on, 1e-9)).sum(), -50, 50)))
-        probability = prior * ratio / (prior * ratio + 1 - prior)
+        return self.share * ratio / (self.share * ratio + 1 - self.share)
+
+    def after(self, went_on: float, config: ExistenceConfig) -> Continuity:
+        """Once a frame did, with this probability."""
         left, new = 1 - 1 / config.cut_frames, Continuity.expected(config)
         on, cut = (left * old + fresh / config.cut_frames**2 for old, fresh in ((self.on, new.on), (self.cut, new.cut)))
-        return probability, Continuity(on + probability, cut + 1 - probability)
+        return Continuity(on + went_on, cut + 1 - went_on)

@@ -73,7 +73,7 @@ class Tracker:
         found = result.detections
         sightings = Sightings.of(found, self._sizes, self._config.sightings)
         row_of, odds = self._match(found, sightings, result.size)
-        goes_on = 0.0 if first else self._goes_on(odds, dt_s)
+        goes_on = 0.0 if first else self._goes_on(odds, len(found) - len(row_of), dt_s)
         self._tracks = followed(
             self._tracks, found, sightings, row_of, goes_on, dt_s, result.size, self._motion, self._config
         )
@@ -121,12 +121,20 @@ class Tracker:
         matched[list(row_of.values())] = [odds[n, row] for n, row in row_of.items()]
         return row_of, matched
 
-    def _goes_on(self, odds: Array, dt_s: float) -> float:
-        """The probability that the frame goes on from the one before. :param odds: (T,) of tracks that do."""
-        shown = (self._tracks.age_s <= 1.5 * dt_s) & self._tracks.are_told
-        likely = self._tracks.existence.seen[shown]
-        probability, self._continuity = self._continuity.judged(likely, odds[shown], self._config.existence)
-        return probability
+    def _goes_on(self, odds: Array, newcomers: int, dt_s: float) -> float:
+        """The probability that the frame goes on from the one before. Where nobody is new it is no other scene.
+
+        :param odds: (T,) of tracks that do.
+        """
+        told, tracks, config = self._tracks.are_told, self._tracks, self._config.existence
+        if not told.any():
+            return self._continuity.share
+        just_seen = tracks.age_s[told] <= 1.5 * dt_s
+        probability = self._continuity.judged(tracks.existence.seen[told], just_seen, odds[told], config)
+        if newcomers or odds.any():
+            least = 0.0 if newcomers else self._continuity.share
+            self._continuity = self._continuity.after(max(probability, least), config)
+        return probability if newcomers else 1.0
 
     def _told(self, result: FrameResult, row_of: dict[int, int]) -> FrameResult:
         """What is told, with names; tracks that have given theirs away are forgotten."""

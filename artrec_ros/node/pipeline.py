@@ -63,7 +63,7 @@ class Pipeline:
     ) -> None:
         self._calibrations, self._publishers, self._on_fault = calibrations, publishers, on_fault
         self._names = [t.name for t in setup.targets]
-        self._tracker = Tracker(setup.tracking)
+        self._tracker = Tracker(setup.tracking, setup.targets, setup.in_doubt)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
         self._withdrawn = 0  # counts
         check_targets(setup.targets)
@@ -146,7 +146,7 @@ class Pipeline:
             self._share = None
         began = time.perf_counter()
         result = recognizer.recognize(image, camera)
-        self._tracker.configure(setup.tracking)
+        self._tracker.configure(setup.tracking, setup.in_doubt)
         frame_id = (msg.header.frame_id or camera.frame_id) if camera else ""
         result = self._tracker.update(stamp_ns, result, frame_id)
         recognition_ms = (time.perf_counter() - began) * 1e3

@@ -17,6 +17,7 @@ from .tracks import Tracks
 _SCALE_PER_M = 1.0  # a step of a metre changes the logarithm of the scale by this: as a metre away
 _LEAST_SCALE, _LEAST_RANGE_M = 1e-9, 1e-3
 _NOWHERE = np.zeros(3), np.eye(3), np.eye(6)
+_UNTOLD, _LEAST_NOISE = np.zeros((6, 6)), 1e-12 * np.eye(6)
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,13 @@ class Sightings:
         noise = np.diag([config.place_px, config.place_px, config.scale_share]) ** 2
         poses = [_pose(d) for d in detections]
         position, turn, pose_noise = (np.array([p[i] for p in poses]) for i in range(3)) if n else _NO_POSES
+        untold = np.array([n for n, p in enumerate(poses) if p[2] is _UNTOLD], int)
         posed = np.array([d.pose is not None and d.pose_from == "fit" for d in detections], bool)
         range_m = np.maximum(np.sqrt((position**2).sum(axis=1)), _LEAST_RANGE_M)
         noise = np.broadcast_to(noise, (n, 3, 3))
+        usual = np.repeat([config.range_share, config.turn_rad], 3)
+        pose_noise[untold] = np.square(range_m[untold, None] ** (np.arange(6) < 3) * usual)[:, None] * np.eye(6)
+        pose_noise = pose_noise + _LEAST_NOISE
         size_m = np.array([sizes.get(d.object, 0.0) for d in detections])
         return cls(place, noise, unit, image[:, 3], posed, position, turn, pose_noise, range_m, size_m)
 
@@ -74,7 +79,7 @@ _NO_POSES = np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 6, 6))
 def _pose(d: Detection) -> tuple[Array, Array, Array]:
     if d.pose is None or d.pose_from != "fit":
         return _NOWHERE
-    return d.pose.position, d.pose.rotation, _NOWHERE[2] if d.pose_covariance is None else d.pose_covariance
+    return d.pose.position, d.pose.rotation, _UNTOLD if d.pose_covariance is None else d.pose_covariance
 
 
 def agreement(s: Sightings, tracks: Tracks, possible: Array, area_px: float, config: TrackingConfig) -> Array:

@@ -21,10 +21,12 @@ from ...core.model.found import (
     ClassFit,
     ConstraintFailure,
     Detection,
+    Filtered,
     FrameResult,
     IdentityFit,
     ImagePose,
     Instance,
+    Motion,
     Rejection,
 )
 from ..base.whole_files import LineFile
@@ -56,8 +58,8 @@ class Recognised:
 _TYPES = {
     kind.__name__: kind
     for kind in (
-        ClassFit, ConstraintFailure, Detection, FrameResult, IdentityFit, ImagePose, Instance, Pose, Recognised,
-        Rejection,
+        ClassFit, ConstraintFailure, Detection, Filtered, FrameResult, IdentityFit, ImagePose, Instance, Motion, Pose,
+        Recognised, Rejection,
     )
 }  # fmt: skip
 

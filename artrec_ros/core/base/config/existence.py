@@ -63,7 +63,7 @@ class ExistenceConfig(Room):
         10.0, "how long objects stay in view", unit="s", low=0.01, high=1e6, origin="as long as a robot takes to cross"
     )
     gone: float = param(
-        0.02, "probability below which an object is forgotten", low=0, high=1, origin="it changes nothing any more"
+        0.05, "probability below which an object is forgotten", low=0, high=1, origin="it changes nothing any more"
     )
     cut: float = param(
         0.05,

@@ -71,12 +71,15 @@ def remembered(now: IdentityFit | None, before: IdentityFit | None, memory: floa
     return replace(now, evidence=evidence)
 
 
-def identified(names: Sequence[str], fits: Sequence[IdentityFit | None]) -> tuple[IdentityFit | None, ...]:
-    """The same, told which one each is by what has been seen of it so far; all of an object's together."""
+def identified(
+    names: Sequence[str], fits: Sequence[IdentityFit | None], likely: Array
+) -> tuple[IdentityFit | None, ...]:
+    """The same, told which one each is by what has been seen of it so far; all of an object's together that are
+    `likely` (T,) to be there."""
     out = list(fits)
     mine: dict[str, list[int]] = {}
     for n, fit in enumerate(fits):
-        if fit is not None and fit.evidence:
+        if likely[n] and fit is not None and fit.evidence:
             mine.setdefault(names[n], []).append(n)
     for rows in mine.values():
         known = [fit for fit in (fits[n] for n in rows) if fit is not None]

@@ -28,6 +28,8 @@ from .sightings import Sightings, agreement, sizes_of
 from .telling import Teller
 from .tracks import Tracks
 
+_CUT = 0.1  # probability that a frame goes on from the one before, below which it is taken for another scene
+_NAMED = 0.5  # probability from which an object that is not seen keeps its identity from others
 _NO_CLOCK_S = 1 / 30  # what a frame counts as where stamps stand still
 
 
@@ -74,13 +76,15 @@ class Tracker:
         sightings = Sightings.of(found, self._sizes, self._config.sightings)
         row_of, odds = self._match(found, sightings, result.size)
         goes_on = 0.0 if first else self._goes_on(odds, len(found) - len(row_of), dt_s)
+        if goes_on < _CUT:  # what lies near is somebody else, too
+            row_of = {}
         self._tracks = followed(
             self._tracks, found, sightings, row_of, goes_on, dt_s, result.size, self._motion, self._config
         )
         new = [n for n in range(len(found)) if n not in row_of]
         row_of |= {n: len(self._tracks) + k for k, n in enumerate(new)}
         alone = np.array([found[n].score for n in new])
-        scores = newcomers(alone, goes_on if self._in_doubt else 0.0, dt_s, self._config.existence)
+        scores = newcomers(alone, goes_on, dt_s, self._config.existence) if self._in_doubt else alone
         self._tracks = self._tracks.joined(begun([found[n] for n in new], sightings[new], scores, self._motion, self._config))
         by_row = {row: found[n] for n, row in row_of.items()}
         self._joints = self._joints.seen(by_row, dt_s, self._motion, self._units, self._config)
@@ -134,7 +138,7 @@ class Tracker:
         if newcomers or odds.any():
             least = 0.0 if newcomers else self._continuity.share
             self._continuity = self._continuity.after(max(probability, least), config)
-        return probability if newcomers else 1.0
+        return probability if newcomers and self._in_doubt else 1.0
 
     def _told(self, result: FrameResult, row_of: dict[int, int]) -> FrameResult:
         """What is told, with names; tracks that have given theirs away are forgotten."""
@@ -163,7 +167,10 @@ class Tracker:
                 ids[row] = self._numbers.new(tracks.names[row])
             else:
                 self._numbers.keep(tracks.names[row], number)
-        self._tracks = replace(tracks, ids=tuple(ids), identities=identified(tracks.names, tracks.identities))
+        likely = tracks.existence.probability >= _NAMED
+        likely[list(rows)] = True
+        identities = identified(tracks.names, tracks.identities, likely)
+        self._tracks = replace(tracks, ids=tuple(ids), identities=identities)
 
 
 def _assign(cost: Array) -> dict[int, int]:

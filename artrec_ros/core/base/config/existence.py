@@ -42,7 +42,7 @@ class ExistenceConfig(Room):
         origin="walking quadrupeds",
     )
     detected: float = param(
-        0.9,
+        0.8,
         "probability that an object that can be seen is found",
         low=0,
         high=0.999,

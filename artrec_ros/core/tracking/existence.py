@@ -68,8 +68,13 @@ def newcomers(scores: Array, continuous: float, dt_s: float, config: ExistenceCo
 
     :param continuous: probability that the frame goes on from the one before. :param dt_s: time since that.
     """
-    new = -np.expm1(-((dt_s / config.newcomer_s) ** 2))  # how likely one has come since
-    return _probability(log_odds(scores) + np.log(continuous * new + 1 - continuous)) if continuous else scores
+    share = continuous * _has_come(dt_s, config) + 1 - continuous
+    return _probability(log_odds(scores) + np.log(share)) if continuous else scores
+
+
+def _has_come(dt_s: float, config: ExistenceConfig) -> float:
+    """How much less likely a newcomer is than an object of a single frame, so long after the frame before."""
+    return float(-np.expm1(-((dt_s / config.newcomer_s) ** 2)))
 
 
 def log_odds(probability: Array) -> Array:
@@ -99,15 +104,19 @@ class Continuity:
     def share(self) -> float:
         return self.on / (self.on + self.cut)
 
-    def judged(self, known: Array, just_seen: Array, odds: Array, config: ExistenceConfig) -> float:
-        """The probability that a frame with newcomers goes on from the one before.
+    def judged(
+        self, known: Array, just_seen: Array, odds: Array, new: Array, dt_s: float, config: ExistenceConfig
+    ) -> float:
+        """The probability that a frame goes on from the one before.
 
         :param known: (T,) probabilities with which objects were to be seen. :param just_seen: (T,) whether the frame before
             showed them. :param odds: (T,) how well what was found continues each; 0: nothing was found.
+        :param new: scores of what continues none. :param dt_s: time since the frame before.
         """
         missed = np.where(just_seen, 1 - config.detected * known, 1.0)
         goes_on = np.where(odds > 0, config.detected * known * np.minimum(odds, config.most_odds), missed)
-        ratio = float(np.exp(np.clip(np.log(np.maximum(goes_on, 1e-9)).sum(), -50, 50)))
+        has_come = new * _has_come(dt_s, config) + 1 - new
+        ratio = float(np.exp(np.clip(np.log(np.maximum(np.append(goes_on, has_come), 1e-9)).sum(), -50, 50)))
         return self.share * ratio / (self.share * ratio + 1 - self.share)
 
     def after(self, went_on: float, config: ExistenceConfig) -> Continuity:

@@ -28,7 +28,6 @@ from .sightings import Sightings, agreement, sizes_of
 from .telling import Teller
 from .tracks import Tracks
 
-_CUT = 0.1  # probability that a frame goes on from the one before, below which it is taken for another scene
 _NAMED = 0.5  # probability from which an object that is not seen keeps its identity from others
 _NO_CLOCK_S = 1 / 30  # what a frame counts as where stamps stand still
 
@@ -75,16 +74,18 @@ class Tracker:
         found = result.detections
         sightings = Sightings.of(found, self._sizes, self._config.sightings)
         row_of, odds = self._match(found, sightings, result.size)
-        goes_on = 0.0 if first else self._goes_on(odds, len(found) - len(row_of), dt_s)
-        if goes_on < _CUT:  # what lies near is somebody else, too
-            row_of = {}
+        new = np.array([d.score for n, d in enumerate(found) if n not in row_of])
+        goes_on, other = self._goes_on(odds, new, dt_s)
+        # in another scene what lies near is somebody else, too
+        row_of = {n: row for n, row in row_of.items() if goes_on * odds[row] >= 1 - goes_on}
         self._tracks = followed(
             self._tracks, found, sightings, row_of, goes_on, dt_s, result.size, self._motion, self._config
         )
         new = [n for n in range(len(found)) if n not in row_of]
         row_of |= {n: len(self._tracks) + k for k, n in enumerate(new)}
         alone = np.array([found[n].score for n in new])
-        scores = newcomers(alone, goes_on, dt_s, self._config.existence) if self._in_doubt else alone
+        single = first or other or not self._in_doubt
+        scores = alone if single else newcomers(alone, goes_on, dt_s, self._config.existence)
         self._tracks = self._tracks.joined(begun([found[n] for n in new], sightings[new], scores, self._motion, self._config))
         by_row = {row: found[n] for n, row in row_of.items()}
         self._joints = self._joints.seen(by_row, dt_s, self._motion, self._units, self._config)
@@ -125,20 +126,24 @@ class Tracker:
         matched[list(row_of.values())] = [odds[n, row] for n, row in row_of.items()]
         return row_of, matched
 
-    def _goes_on(self, odds: Array, newcomers: int, dt_s: float) -> float:
-        """The probability that the frame goes on from the one before. Where nobody is new it is no other scene.
+    def _goes_on(self, odds: Array, new: Array, dt_s: float) -> tuple[float, bool]:
+        """The probability that the frame goes on from the one before, and whether it is surely another scene: something
+        was there, all of it is gone, and others are there. Where nobody is new it is the same.
 
-        :param odds: (T,) of tracks that do.
+        :param odds: (T,) of tracks that do. :param new: scores of what continues none.
         """
         told, tracks, config = self._tracks.are_told, self._tracks, self._config.existence
         if not told.any():
-            return self._continuity.share
+            return self._continuity.share, False
         just_seen = tracks.age_s[told] <= 1.5 * dt_s
-        probability = self._continuity.judged(tracks.existence.seen[told], just_seen, odds[told], config)
-        if newcomers or odds.any():
-            least = 0.0 if newcomers else self._continuity.share
+        known = tracks.existence.seen[told], just_seen, odds[told]
+        probability = self._continuity.judged(*known, new, dt_s, config)
+        if len(new) or odds.any():
+            least = 0.0 if len(new) else self._continuity.share
             self._continuity = self._continuity.after(max(probability, least), config)
-        return probability if newcomers and self._in_doubt else 1.0
+        if not len(new) or not self._in_doubt:
+            return 1.0, False
+        return probability, bool(just_seen.any()) and not odds.any()
 
     def _told(self, result: FrameResult, row_of: dict[int, int]) -> FrameResult:
         """What is told, with names; tracks that have given theirs away are forgotten."""

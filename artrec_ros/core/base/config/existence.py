@@ -80,7 +80,7 @@ class ExistenceConfig(Room):
         origin="walking quadrupeds, frames shuffled: 5 of 8,469 objects wait that single frames tell; with 30 frames 8",
     )
     most_odds: float = param(
-        5.0,
+        20.0,
         "how much an object that is found where it was expected says at most for a sequence that goes on",
         low=1,
         high=1e6,

@@ -8,12 +8,14 @@ alike in the next ones, light and clutter being the same: so what frames before 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..base.config import ExistenceConfig
 from ..geometry.transforms import Array
+from .motion import Flags, Rows
 
 _SUREST = 0.999  # what a probability is taken for at most, and 1 less it at least
 
@@ -25,7 +27,7 @@ class Existence:
     seen: Array
     hidden: Array
 
-    def __getitem__(self, rows: Array) -> Existence:
+    def __getitem__(self, rows: Rows) -> Existence:
         return Existence(self.seen[rows], self.hidden[rows])
 
     @classmethod
@@ -37,8 +39,9 @@ class Existence:
     def probability(self) -> Array:
         return self.seen + self.hidden
 
-    def joined(self, other: Existence) -> Existence:
-        return Existence(np.append(self.seen, other.seen), np.append(self.hidden, other.hidden))
+    @classmethod
+    def joined(cls, parts: Sequence[Existence]) -> Existence:
+        return cls(np.concatenate([p.seen for p in parts]), np.concatenate([p.hidden for p in parts]))
 
     def after(self, dt_s: float, config: ExistenceConfig) -> Existence:
         """A time later."""
@@ -105,7 +108,7 @@ class Continuity:
         return self.on / (self.on + self.cut)
 
     def judged(
-        self, known: Array, just_seen: Array, odds: Array, new: Array, dt_s: float, config: ExistenceConfig
+        self, known: Array, just_seen: Flags, odds: Array, new: Array, dt_s: float, config: ExistenceConfig
     ) -> float:
         """The probability that a frame goes on from the one before.
 

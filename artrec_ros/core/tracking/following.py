@@ -11,7 +11,7 @@ from ..base.config import TrackingConfig
 from ..geometry.transforms import Array
 from ..model.found import Detection
 from .existence import Existence
-from .motion import Bodies, MotionModel, MotionState, calmed
+from .motion import Bodies, Counts, MotionModel, MotionState, calmed
 from .names import remembered
 from .sightings import Sightings
 from .tracks import Tracks
@@ -25,7 +25,7 @@ def begun(
     """Objects that nobody has seen before. :param likely: (D,) probabilities that they are there."""
     if not found:
         return Tracks.none()
-    n, counts = len(found), np.zeros(len(found), int)
+    n = len(found)
     return Tracks(
         tuple(d.object for d in found),
         (None,) * n,
@@ -37,8 +37,8 @@ def begun(
         s.posed,
         Existence.of(likely),
         np.zeros(n),
-        counts,
-        counts + s.posed,
+        np.zeros(n, np.intp),
+        s.posed.astype(np.intp),
     )
 
 
@@ -68,13 +68,19 @@ def followed(
         last[row] = found[n]
         identities[row] = remembered(found[n].identity, identities[row], config.sightings.identity_memory)
     tracks = replace(
-        tracks, identities=tuple(identities), last=tuple(last), image=image, theta=theta, age_s=age_s, existence=existence
+        tracks,
+        identities=tuple(identities),
+        last=tuple(last),
+        image=image,
+        theta=theta,
+        age_s=age_s,
+        existence=existence,
     )
     return _in_space(tracks, rows[s.posed], s[np.flatnonzero(s.posed).tolist()], dt_s, model, config)
 
 
 def _in_space(
-    tracks: Tracks, rows: Array, s: Sightings, dt_s: float, model: MotionModel, config: TrackingConfig
+    tracks: Tracks, rows: Counts, s: Sightings, dt_s: float, model: MotionModel, config: TrackingConfig
 ) -> Tracks:
     """Those of tracks that were seen with poses. What is far from where it should be does not count, unless it lasts."""
     if not len(rows):

@@ -120,7 +120,9 @@ def _measured(
     values = np.array([found[row].joints.get(name, np.nan) if row in found else np.nan for row, name in keys])
     usual = {row: _deviation(d, config) for row, d in found.items()}
     told = [found[row].joint_deviations.get(name) if row in found else 1.0 for row, name in keys]
-    own = [u * usual.get(row, 1.0) if t is None else t for t, u, (row, _) in zip(told, unit.tolist(), keys, strict=True)]
+    own = [
+        u * usual.get(row, 1.0) if t is None else t for t, u, (row, _) in zip(told, unit.tolist(), keys, strict=True)
+    ]
     return values, np.square(own)
 
 

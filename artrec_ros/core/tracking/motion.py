@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
 
-Rows = NDArray[np.intp] | Sequence[int]
+Counts = NDArray[np.intp]
+Flags = NDArray[np.bool_]
+Rows = Counts | Flags | Sequence[int]
 
 
 @dataclass(frozen=True)

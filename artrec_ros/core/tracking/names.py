@@ -12,6 +12,7 @@ import numpy as np
 from ..geometry.transforms import Array
 from ..model.found import IdentityFit
 from ..verdict.identity import named
+from .motion import Flags
 
 
 class Numbers:
@@ -72,7 +73,7 @@ def remembered(now: IdentityFit | None, before: IdentityFit | None, memory: floa
 
 
 def identified(
-    names: Sequence[str], fits: Sequence[IdentityFit | None], likely: Array
+    names: Sequence[str], fits: Sequence[IdentityFit | None], likely: Flags
 ) -> tuple[IdentityFit | None, ...]:
     """The same, told which one each is by what has been seen of it so far; all of an object's together that are
     `likely` (T,) to be there."""

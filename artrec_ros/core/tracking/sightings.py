@@ -11,7 +11,7 @@ from ..base.config import SightingsConfig, TrackingConfig
 from ..geometry.transforms import Array
 from ..model.found import Detection
 from ..model.target import Target
-from .motion import Bodies, rotvecs
+from .motion import Bodies, Counts, Flags, rotvecs
 from .tracks import Tracks
 
 _SCALE_PER_M = 1.0  # a step of a metre changes the logarithm of the scale by this: as a metre away
@@ -34,7 +34,7 @@ class Sightings:
     noise: Array
     unit: Array
     theta: Array
-    posed: Array
+    posed: Flags
     position: Array
     turn: Array
     pose_noise: Array
@@ -82,7 +82,7 @@ def _pose(d: Detection) -> tuple[Array, Array, Array]:
     return d.pose.position, d.pose.rotation, _UNTOLD if d.pose_covariance is None else d.pose_covariance
 
 
-def agreement(s: Sightings, tracks: Tracks, possible: Array, area_px: float, config: TrackingConfig) -> Array:
+def agreement(s: Sightings, tracks: Tracks, possible: Flags, area_px: float, config: TrackingConfig) -> Array:
     """(D, T) how many times likelier each detection is if it is each of the objects than if it is a newcomer.
 
     A pose that is wrong altogether, by a mirrored turn or in its range, still lies where it should in the image: so a
@@ -108,7 +108,7 @@ def agreement(s: Sightings, tracks: Tracks, possible: Array, area_px: float, con
     return odds / config.newcomer_odds
 
 
-def _in_space(s: Sightings, d: Array, bodies: Bodies, t: Array, config: TrackingConfig) -> Array:
+def _in_space(s: Sightings, d: Counts, bodies: Bodies, t: Counts, config: TrackingConfig) -> Array:
     """A pose that is turned wrongly is off in place, too."""
     of = config.sightings
     error = s.position[d] - bodies.motion.place[t, :3]

@@ -18,7 +18,12 @@ class Teller:
     """Tells of tracks, as they are after a frame."""
 
     def __init__(
-        self, tracks: Tracks, joints: Joints, config: TrackingConfig, size: tuple[int, int], scores: Sequence[float] | None
+        self,
+        tracks: Tracks,
+        joints: Joints,
+        config: TrackingConfig,
+        size: tuple[int, int],
+        scores: Sequence[float] | None,
     ) -> None:
         """:param scores: of the tracks; None: detections keep theirs."""
         self._tracks, self._config, self._size, self._scores = tracks, config, size, scores
@@ -42,7 +47,9 @@ class Teller:
         return Motion(self._tracks.bodies.motion.mean[row, 1], joints)
 
     def _filtered(self, row: int, detection: Detection) -> Filtered:
-        known = [(name, q, deviation) for name, q, deviation, _ in self._joints.get(row, ()) if name in detection.joints]
+        known = [
+            (name, q, deviation) for name, q, deviation, _ in self._joints.get(row, ()) if name in detection.joints
+        ]
         return Filtered(
             self._pose(row),
             self._tracks.bodies.motion.place_covariance[row],

@@ -22,7 +22,7 @@ from ..model.target import Target
 from .existence import Continuity, newcomers
 from .following import begun, followed
 from .joints import Joints, units_of
-from .motion import MotionModel
+from .motion import Flags, MotionModel
 from .names import Numbers, identified, same_name
 from .sightings import Sightings, agreement, sizes_of
 from .telling import Teller
@@ -74,8 +74,8 @@ class Tracker:
         found = result.detections
         sightings = Sightings.of(found, self._sizes, self._config.sightings)
         row_of, odds = self._match(found, sightings, result.size)
-        new = np.array([d.score for n, d in enumerate(found) if n not in row_of])
-        goes_on, other = self._goes_on(odds, new, dt_s)
+        strangers = np.array([d.score for n, d in enumerate(found) if n not in row_of])
+        goes_on, other = self._goes_on(odds, strangers, dt_s)
         # in another scene what lies near is somebody else, too
         row_of = {n: row for n, row in row_of.items() if goes_on * odds[row] >= 1 - goes_on}
         self._tracks = followed(
@@ -86,7 +86,9 @@ class Tracker:
         alone = np.array([found[n].score for n in new])
         single = first or other or not self._in_doubt
         scores = alone if single else newcomers(alone, goes_on, dt_s, self._config.existence)
-        self._tracks = self._tracks.joined(begun([found[n] for n in new], sightings[new], scores, self._motion, self._config))
+        self._tracks = self._tracks.joined(
+            begun([found[n] for n in new], sightings[new], scores, self._motion, self._config)
+        )
         by_row = {row: found[n] for n, row in row_of.items()}
         self._joints = self._joints.seen(by_row, dt_s, self._motion, self._units, self._config)
         return self._told(result, row_of)
@@ -106,7 +108,7 @@ class Tracker:
         self._stamp_ns, self._size, self._frame_id = stamp_ns, size, frame_id or self._frame_id
         return first, dt_s
 
-    def _keep(self, kept: Array) -> None:
+    def _keep(self, kept: Flags) -> None:
         if not kept.all():
             rows = np.flatnonzero(kept).tolist()
             self._tracks, self._joints = self._tracks[rows], self._joints.of_rows(rows)
@@ -119,7 +121,9 @@ class Tracker:
         matched = np.zeros(len(tracks))
         if not len(tracks) or not found:
             return {}, matched
-        odds = agreement(sightings, tracks, names[:, None] == np.array(tracks.names), float(size[0] * size[1]), self._config)
+        odds = agreement(
+            sightings, tracks, names[:, None] == np.array(tracks.names), float(size[0] * size[1]), self._config
+        )
         odds *= same_name([d.identity for d in found], tracks.identities, self._config.sightings.misnamed)
         cost = -2 * np.log(np.maximum(odds * tracks.existence.probability, 1e-300))
         row_of = _assign(cost)
@@ -136,8 +140,8 @@ class Tracker:
         if not told.any():
             return self._continuity.share, False
         just_seen = tracks.age_s[told] <= 1.5 * dt_s
-        known = tracks.existence.seen[told], just_seen, odds[told]
-        probability = self._continuity.judged(*known, new, dt_s, config)
+        known = tracks.existence.seen[told]
+        probability = self._continuity.judged(known, just_seen, odds[told], new, dt_s, config)
         if len(new) or odds.any():
             least = 0.0 if len(new) else self._continuity.share
             self._continuity = self._continuity.after(max(probability, least), config)
@@ -151,7 +155,9 @@ class Tracker:
         likely = self._tracks.existence.probability.tolist()
         told = [n for n in sorted(row_of) if not self._in_doubt or likely[row_of[n]] >= min(least, found[n].score)]
         self._name([row_of[n] for n in told])
-        teller = Teller(self._tracks, self._joints, self._config, result.size, scores=likely if self._in_doubt else None)
+        teller = Teller(
+            self._tracks, self._joints, self._config, result.size, scores=likely if self._in_doubt else None
+        )
         seen = [teller.seen(found[n], row_of[n]) for n in told]
         here = set(row_of.values())
         expected = teller.expected([row for row in range(len(self._tracks)) if row not in here])

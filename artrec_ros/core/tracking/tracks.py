@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.config import ExistenceConfig
 from ..geometry.transforms import Array
 from ..model.found import Detection, IdentityFit
 from .existence import Existence
-from .motion import Bodies, MotionModel, MotionState
+from .motion import Bodies, Counts, Flags, MotionModel, MotionState
 
 
 @dataclass(frozen=True)
@@ -34,53 +34,47 @@ class Tracks:
     image: MotionState
     theta: Array
     bodies: Bodies
-    posed: NDArray[np.bool_]
+    posed: Flags
     existence: Existence
     age_s: Array
-    strange: NDArray[np.intp]
-    times: NDArray[np.intp]
+    strange: Counts
+    times: Counts
 
     def __len__(self) -> int:
         return len(self.names)
 
     def __getitem__(self, rows: Sequence[int]) -> Tracks:
-        if len(rows) == len(self) and list(rows) == list(range(len(self))):
-            return self
         index = np.array(rows, int)
-        told = (tuple(all_of[r] for r in rows) for all_of in (self.names, self.ids, self.identities, self.last))
-        known = (self.image[index], self.theta[index], self.bodies[index], self.posed[index], self.existence[index])
-        return Tracks(*told, *known, self.age_s[index], self.strange[index], self.times[index])
+        if len(rows) == len(self) and (index == np.arange(len(self))).all():
+            return self
+
+        def picked(column: Any) -> Any:
+            return tuple(column[row] for row in rows) if isinstance(column, tuple) else column[index]
+
+        return Tracks(*(picked(getattr(self, f.name)) for f in fields(self)))
 
     def joined(self, other: Tracks) -> Tracks:
+        """These, and then the others."""
         if not len(self) or not len(other):
             return self if len(self) else other
-        told = (
-            a + b
-            for a, b in (
-                (self.names, other.names), (self.ids, other.ids), (self.identities, other.identities),
-                (self.last, other.last),
-            )
-        )  # fmt: skip
-        return Tracks(
-            *told,
-            MotionState.joined([self.image, other.image]),
-            np.append(self.theta, other.theta),
-            Bodies.joined([self.bodies, other.bodies]),
-            np.append(self.posed, other.posed),
-            self.existence.joined(other.existence),
-            *(np.append(a, b) for a, b in ((self.age_s, other.age_s), (self.strange, other.strange))),
-            np.append(self.times, other.times),
-        )
+
+        def both(a: Any, b: Any) -> Any:
+            if isinstance(a, tuple):
+                return a + b
+            return np.concatenate([a, b]) if isinstance(a, np.ndarray) else type(a).joined([a, b])
+
+        return Tracks(*(both(getattr(self, f.name), getattr(other, f.name)) for f in fields(self)))
 
     @classmethod
     def none(cls) -> Tracks:
         nothing, turns = np.zeros(0), np.zeros((0, 3, 3))
         flat, solid = (MotionState(np.zeros((0, 2, n)), np.zeros((0, 2, 2, n, n)), np.zeros((0, n))) for n in (3, 6))
         counts, existence = np.zeros(0, int), Existence.of(nothing)
-        return cls((), (), (), (), flat, nothing, Bodies(solid, turns), np.zeros(0, bool), existence, nothing, counts, counts)
+        bodies, posed = Bodies(solid, turns), np.zeros(0, bool)
+        return cls((), (), (), (), flat, nothing, bodies, posed, existence, nothing, counts, counts)
 
     @property
-    def are_told(self) -> NDArray[np.bool_]:
+    def are_told(self) -> Flags:
         """(T,) whether each has been told of."""
         return np.array([number is not None for number in self.ids], bool)
 

@@ -1,4 +1,4 @@
-"""The probability that an object is there: doubt that waits, doubt that is borne, cuts, shuffled frames, predictions."""
+"""The probability that an object is there: doubt that waits, doubt that is borne, cuts, predictions."""
 
 from dataclasses import replace
 
@@ -129,7 +129,8 @@ def test_missing_is_evidence_and_hiding_is_none():
     there = Existence.of(np.array([0.9, 0.9]))
     seen, hidden = there.missed(np.array([1.0, 0.0]), CONFIG).probability
     assert seen < 0.7 and hidden == pytest.approx(0.9)
-    for state in (there.after(0.1, CONFIG), there.missed(np.ones(2), CONFIG), there.found(np.array([0.1, 0.9]), CONFIG)):
+    found = there.found(np.array([0.1, 0.9]), CONFIG)
+    for state in (there.after(0.1, CONFIG), there.missed(np.ones(2), CONFIG), found):
         assert ((state.seen >= 0) & (state.hidden >= 0) & (state.probability <= 1)).all()
 
 

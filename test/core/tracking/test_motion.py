@@ -164,9 +164,7 @@ def test_who_moves_little_is_expected_to():
         e = rng.normal(0, 0.002, (1, 3))
         still = still.after(1 / 30, MODEL).seen(e, np.eye(3)[None], noise[None])
         quick = quick.after(1 / 30, MODEL).seen(e + [[0.03 * k, 0, 0]], np.eye(3)[None], noise[None])
-        still, quick = (
-            Bodies(calmed(b.motion, 1 / 30, most, 3, MODEL, 0.2), b.turn) for b in (still, quick)
-        )
+        still, quick = (Bodies(calmed(b.motion, 1 / 30, most, 3, MODEL, 0.2), b.turn) for b in (still, quick))
     assert (still.motion.unit[0, :3] < 0.3).all() and (still.motion.unit >= 0.2 * most - 1e-12).all()
     assert (quick.motion.unit[0, :3] > 0.6).all() and (quick.motion.unit[0, 3:] < 0.6).all()
     assert np.trace(still.motion.place_covariance[0]) < np.trace(quick.motion.place_covariance[0])

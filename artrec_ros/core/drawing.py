@@ -52,8 +52,8 @@ def class_picture(labels: NDArray[Any]) -> Picture:
 def draw_result(
     image: NDArray[Any], result: FrameResult, object_names: Sequence[str], camera: Camera | None = None
 ) -> Picture:
-    """An overlay picture: outlines, axes, frames, names with scores, and, faint, objects that are not seen but expected,
-    and rejected candidates.
+    """An overlay picture: outlines, axes, frames, names with scores, and, faint, objects that are not seen but
+    expected, and rejected candidates.
 
     :param image: (H, W) class numbers, or (H, W, 3) uint8 BGR. Small images are enlarged so that text can be read.
     :param object_names: their order decides the colours.

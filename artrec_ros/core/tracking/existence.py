@@ -67,7 +67,8 @@ class Existence:
 def newcomers(scores: Array, continuous: float, dt_s: float, config: ExistenceConfig) -> Array:
     """Probabilities of objects that nobody has seen before.
 
-    Alone, a frame is to be believed. In a sequence that goes on, an object that was not there a moment ago is less likely.
+    Alone, a frame is to be believed. In a sequence that goes on, an object that was not there a moment ago is less
+    likely.
 
     :param continuous: probability that the frame goes on from the one before. :param dt_s: time since that.
     """
@@ -112,8 +113,8 @@ class Continuity:
     ) -> float:
         """The probability that a frame goes on from the one before.
 
-        :param known: (T,) probabilities with which objects were to be seen. :param just_seen: (T,) whether the frame before
-            showed them. :param odds: (T,) how well what was found continues each; 0: nothing was found.
+        :param known: (T,) probabilities with which objects were to be seen.
+        :param just_seen: (T,) whether the frame before showed them. :param odds: (T,) how well what was found continues each; 0: nothing was found.
         :param new: scores of what continues none. :param dt_s: time since the frame before.
         """
         missed = np.where(just_seen, 1 - config.detected * known, 1.0)

@@ -53,8 +53,9 @@ def followed(
     model: MotionModel,
     config: TrackingConfig,
 ) -> Tracks:
-    """:param row_of: of what was found the track that each continues. :param goes_on: probability that the frame goes on
-    from the one before. :param size: (width, height) of the image."""
+    """:param row_of: of what was found the track that each continues.
+    :param goes_on: probability that the frame goes on from the one before. :param size: (width, height) of the image.
+    """
     if not len(tracks):
         return tracks
     detections, rows = list(row_of), np.array(list(row_of.values()), int)
@@ -82,7 +83,7 @@ def followed(
 def _in_space(
     tracks: Tracks, rows: Counts, s: Sightings, dt_s: float, model: MotionModel, config: TrackingConfig
 ) -> Tracks:
-    """Those of tracks that were seen with poses. What is far from where it should be does not count, unless it lasts."""
+    """Those of tracks that were seen with poses. What is far off does not count, unless it lasts."""
     if not len(rows):
         return tracks
     of, mine = config.sightings, tracks.bodies[rows]

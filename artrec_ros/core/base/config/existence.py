@@ -56,9 +56,7 @@ class ExistenceConfig(Room):
         high=3600,
         origin="misses come in rows: one frame is like the next",
     )
-    show_s: float = param(
-        0.5, "after how long it can be seen again", unit="s", low=0.01, high=3600, origin="as above"
-    )
+    show_s: float = param(0.5, "after how long it can be seen again", unit="s", low=0.01, high=3600, origin="as above")
     stay_s: float = param(
         10.0, "how long objects stay in view", unit="s", low=0.01, high=1e6, origin="as long as a robot takes to cross"
     )

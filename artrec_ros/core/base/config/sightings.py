@@ -100,23 +100,24 @@ class SightingsConfig(Room):
     )
     usual: float = param(
         10.6,
-        "squared deviations up to which a pose counts in full, a joint up to a quarter of them; beyond, its covariance is "
-        "taken for larger by as much",
+        "squared deviations up to which a pose counts in full, a joint up to a quarter of them; beyond, its "
+        "covariance is taken for larger by as much",
         low=1,
         high=1e6,
         origin="nine in ten of six normal variables; 2.7 of one",
     )
     strange: float = param(
         2.0,
-        "frames in a row that show an object elsewhere in space than expected, or turned otherwise, before that is believed",
+        "frames in a row that show an object elsewhere in space than expected, or turned otherwise, before that is "
+        "believed",
         low=0,
         high=1000,
         origin="mirrored turns come and go from frame to frame",
     )
     calm: float = param(
         0.2,
-        "least speed that an object is taken to have, as a share of tracking.speed and turn_rate: so far it follows what "
-        "is seen of it",
+        "least speed that an object is taken to have, as a share of tracking.speed and turn_rate: down to it what is "
+        "seen of the object counts",
         low=0.001,
         high=1,
         origin="walking quadrupeds: change of the error from frame to frame 0.17 % of the range without, 0.12 % with",

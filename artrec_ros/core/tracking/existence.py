@@ -114,13 +114,15 @@ class Continuity:
         """The probability that a frame goes on from the one before.
 
         :param known: (T,) probabilities with which objects were to be seen.
-        :param just_seen: (T,) whether the frame before showed them. :param odds: (T,) how well what was found continues each; 0: nothing was found.
+        :param just_seen: (T,) whether the frame before showed them.
+        :param odds: (T,) how well what was found continues each; 0: nothing was found.
         :param new: scores of what continues none. :param dt_s: time since the frame before.
         """
         missed = np.where(just_seen, 1 - config.detected * known, 1.0)
         goes_on = np.where(odds > 0, config.detected * known * np.minimum(odds, config.most_odds), missed)
         has_come = new * _has_come(dt_s, config) + 1 - new
-        ratio = float(np.exp(np.clip(np.log(np.maximum(np.append(goes_on, has_come), 1e-9)).sum(), -50, 50)))
+        evidence = np.log(np.maximum(np.append(goes_on, has_come), 1e-9)).sum()
+        ratio = float(np.exp(np.clip(evidence, -50, 50)))
         return self.share * ratio / (self.share * ratio + 1 - self.share)
 
     def after(self, went_on: float, config: ExistenceConfig) -> Continuity:

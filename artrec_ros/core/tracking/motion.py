@@ -1,4 +1,4 @@
-"""Where objects are expected next: Kalman filters of places and speeds, and of how bodies turn, all of a frame at once."""
+"""Where objects are expected next: Kalman filters of places, turns and speeds, all of a frame at once."""
 
 from __future__ import annotations
 
@@ -153,8 +153,8 @@ class Bodies:
 def calmed(state: MotionState, dt_s: float, most: Array, axes: int, model: MotionModel, least: float) -> MotionState:
     """With `unit` brought nearer to how fast each has been of late: who moves little is not expected to run off.
 
-    :param most: (T, n) what `unit` is at most. :param axes: so many in a row have one. :param least: share of `most` that
-        it is at least.
+    :param most: (T, n) what `unit` is at most. :param axes: so many in a row have one.
+    :param least: share of `most` that it is at least.
     """
     T, n = state.unit.shape
     square = state.mean[:, 1] ** 2 + np.diagonal(state.covariance[:, 1, 1], axis1=1, axis2=2)

@@ -25,8 +25,8 @@ class Sightings:
     """Where D detections were: in the image (x, y in pixels, log scale), and in the camera's space (metres).
 
     :param place, unit: (D, 3) in the image, and what a metre is along each axis. :param noise: (D, 3, 3).
-    :param theta: (D,) direction in the image. :param posed: (D,) whether it has a pose in space that tells more than the
-        image from which it is. :param position, turn: (D, 3), (D, 3, 3). :param pose_noise: (D, 6, 6).
+    :param theta: (D,) direction in the image. :param posed: (D,) whether it has a pose in space that tells
+        more than the image from which it is. :param position, turn: (D, 3), (D, 3, 3). :param pose_noise: (D, 6, 6).
     :param range_m: (D,). :param size_m: (D,) of their required components; 0: not known.
     """
 

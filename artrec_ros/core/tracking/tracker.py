@@ -1,5 +1,5 @@
-"""What goes on from frame to frame: which detection is which object of the frames before, how probable it is by now that
-the object is there, and how it moves.
+"""What goes on from frame to frame: which detection is which object of the frames before, how probable it is by now
+that the object is there, and how it moves.
 
 Of every object it is known where it was and how it moved, in space and in the image. A detection continues an
 object where its place and turn are likelier for it than for a newcomer, who may be anywhere in view; all pairs of

@@ -90,7 +90,8 @@ class MotionState:
         F, Q = model.step(dt_s)
         n = self.mean.shape[2]
         blocks = self.covariance.reshape(-1, 4, n * n)
-        moved = (np.kron(F, F) @ blocks).reshape(self.covariance.shape)  # F C F'
+        twice = (F[:, None, :, None] * F[:, None]).reshape(4, 4)
+        moved = (twice @ blocks).reshape(self.covariance.shape)  # F C F'
         moved[..., range(n), range(n)] += Q[:, :, None] * (self.unit**2)[:, None, None]
         return MotionState(F @ self.mean, moved, self.unit)
 

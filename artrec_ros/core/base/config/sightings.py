@@ -31,8 +31,8 @@ class SightingsConfig(Room):
         unit="rad",
         low=0.001,
         high=3,
-        origin="walking quadrupeds: one rotation in ten is off by 0.1 to 0.2 rad, one in twenty by 0.5; 0.2 to 0.4 serve "
-        "alike",
+        origin="walking quadrupeds: one rotation in ten is off by 0.1 to 0.2 rad, one in twenty by 0.5; 0.2 to 0.4 "
+        "serve alike",
     )
     range_share: float = param(
         0.01,

@@ -26,12 +26,13 @@ class SightingsConfig(Room):
         origin="walking quadrupeds: 0.01 to 0.03",
     )
     turn_rad: float = param(
-        0.1,
+        0.3,
         "least uncertainty of a turn",
         unit="rad",
         low=0.001,
         high=3,
-        origin="rotation errors of 3 to 6 degrees",
+        origin="walking quadrupeds: one rotation in ten is off by 0.1 to 0.2 rad, one in twenty by 0.5; 0.2 to 0.4 "
+        "serve alike",
     )
     range_share: float = param(
         0.01,

@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     stills = open_stills(args.source, source_options(args, setup), args.frames, args.output / "frames", say)
     session = Session(stills, args.output, given, setup)
     with contextlib.suppress(KeyboardInterrupt):
-        serve(session, args.host, args.port, not args.no_open, lambda: _tell(args))
+        serve(session, args.annotations, args.host, args.port, not args.no_open, lambda: _tell(args))
     say(f"ended; all that was made is in {args.output}")
     return 0
 

@@ -2,29 +2,38 @@
 
 from __future__ import annotations
 
+import inspect
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from ...core.base.errors import ArtrecError, ConfigError
 from ..studio_state.session import Session
 from .board import Board
 from .colours_page import ColoursPage
+from .examples_page import ExamplesPage
 from .kit import HEAD, Busy, complain, ui
 
-_TABS: dict[str, Callable[[Board], Any]] = {
-    "Colours": ColoursPage,
-}
+_TABS = ("Colours", "Examples")
 
 
-def serve(session: Session, host: str, port: int, show: bool, ready: Callable[[], None]) -> None:
+def serve(
+    session: Session, annotations: Sequence[Path], host: str, port: int, show: bool, ready: Callable[[], None]
+) -> None:
     """Shows the page until it is interrupted. :param show: in the user's browser. :raises ConfigError: no such port."""
     _check_free(host, port)
     ready()
     ui.run(
-        lambda: _page(session), host=host, port=port, show=show, reload=False, title="artrec studio", dark=None,
-        favicon="🤖", show_welcome_message=False, reconnect_timeout=30.0,
+        lambda: _page(session, annotations), host=host, port=port, show=show, reload=False, title="artrec studio",
+        dark=None, show_welcome_message=False, reconnect_timeout=30.0,
     )  # fmt: skip
+
+
+def _makers(annotations: Sequence[Path]) -> dict[str, Callable[[Board], Any]]:
+    """What makes each tab's content, in their order."""
+    makers = {"Colours": ColoursPage, "Examples": lambda board: ExamplesPage(board, annotations)}
+    return {name: makers[name] for name in _TABS}
 
 
 def _check_free(host: str, port: int) -> None:
@@ -36,7 +45,7 @@ def _check_free(host: str, port: int) -> None:
             raise ConfigError(f"--port {port}: cannot be used on {host}: {error.strerror}; name another one") from None
 
 
-def _page(session: Session) -> None:
+def _page(session: Session, annotations: Sequence[Path]) -> None:
     ui.add_head_html(HEAD)
     with ui.header().classes("items-center py-1 gap-4"):
         ui.label("artrec studio").classes("font-bold")
@@ -48,7 +57,7 @@ def _page(session: Session) -> None:
             ui.tab(name).props(f"data-name=tab-{name.lower()}")
     pages: dict[str, Any] = {}
     with ui.tab_panels(tabs, animated=False, keep_alive=True).classes("w-full"):
-        for name, make in _TABS.items():
+        for name, make in _makers(annotations).items():
             with ui.tab_panel(name).classes("p-2 gap-2"):
                 try:
                     pages[name] = make(board)
@@ -56,13 +65,15 @@ def _page(session: Session) -> None:
                     complain(error)
                     ui.label(str(error)).classes("text-negative")
 
-    def pressed(event: Any) -> None:
+    async def pressed(event: Any) -> None:
         if not event.action.keydown:
             return
         if event.key.arrow_left or event.key.arrow_right:
             board.step(1 if event.key.arrow_right else -1)
         elif hasattr(pages.get(board.shown), "key"):
-            pages[board.shown].key(event.key.name)
+            answer = pages[board.shown].key(event.key.name)
+            if inspect.isawaitable(answer):
+                await answer
 
-    ui.keyboard(pressed)
-    tabs.set_value(next(iter(_TABS)))
+    ui.keyboard(pressed, ignore=["input", "select", "textarea"])
+    tabs.set_value(_TABS[0])

@@ -56,7 +56,10 @@ class Session:
         return [t.name for t in self.setup.targets]
 
     def keep(self, changes: Mapping[str, Any]) -> None:
-        """Changes parameters (flat name -> value) and writes the file. :raises ConfigError: they are not valid."""
+        """Changes parameters (flat name -> value) and writes the file.
+
+        :param changes: names of files as from `folder`. :raises ConfigError: they are not valid, or it is not writable.
+        """
         absolute = {k: str(self.folder / v) if k.endswith("_file") else v for k, v in changes.items()}
         setup = self.setup.changed(absolute)
         first = not self.parameters.exists()
@@ -67,7 +70,8 @@ class Session:
             write_whole(self.parameters, tuned_text(paths, setup, changes, self.parameters, note))
         except OSError as error:
             raise ConfigError(f"{self.parameters}: cannot be written: {error.strerror}") from None
-        self.setup = setup
+        self.setup = load_parameters(self.parameters)  # files that it names may be others now
+        self.forget()
 
     def recognise(self, number: int, setup: Setup | None = None, told: Told = lambda share: None) -> FrameResult:
         """What is found in a frame; with other parameters than the session's, where given.

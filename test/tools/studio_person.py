@@ -10,7 +10,7 @@ import sys
 import time
 import urllib.request
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -92,10 +92,11 @@ class Person:
     def frame(self, name: str) -> None:
         """With the arrow keys to the frame of this name."""
         for _ in range(500):
-            told = self.page.locator("[data-name=frame]").inner_text()
+            told = self.text("frame")
             if told.split()[-1] == name:
                 return
-            self.key("ArrowRight")
+            self.key("ArrowRight" if told.split()[0].partition("/")[0] != told.split()[0].partition("/")[2] else "Home")
+            self._until(lambda before=told: self.text("frame") != before)
         raise AssertionError(f"no frame {name}")
 
     def click(self, viewer: str, place: Sequence[float]) -> None:
@@ -117,6 +118,12 @@ class Person:
         box = image.bounding_box()
         scale = box["width"] / self._width
         return box["x"] + (place[0] + 0.5) * scale, box["y"] + (place[1] + 0.5) * scale
+
+    def _until(self, happened: Callable[[], bool]) -> None:
+        end = time.monotonic() + _LONG_S
+        while not happened():
+            self.page.wait_for_timeout(50)
+            assert time.monotonic() < end
 
     def settle(self) -> None:
         """Until nothing is at work."""

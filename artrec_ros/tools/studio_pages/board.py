@@ -29,7 +29,8 @@ class Board:
             ui.button(icon="chevron_left", on_click=lambda: self.step(-1)).props("flat dense color=white").tooltip(
                 "left arrow"
             )
-            self._slider = ui.slider(min=0, max=max(last, 1), value=0, on_change=lambda e: self.go(int(e.value)))
+            self._slider = ui.slider(min=0, max=max(last, 1), value=0)
+            self._slider.on("change", lambda e: self.go(int(e.args)))  # a person's; values that are set echo too late
             self._slider.props("color=white data-name=frames").classes("w-48")
             ui.button(icon="chevron_right", on_click=lambda: self.step(1)).props("flat dense color=white").tooltip(
                 "right arrow"
@@ -37,20 +38,22 @@ class Board:
             self._name = ui.label().classes("text-sm").props("data-name=frame")
         self._tell()
 
-    def step(self, by: int) -> None:
-        self.go(self.number + by)
+    def step(self, by: int) -> Any:
+        return self.go(self.number + by)
 
-    def go(self, number: int) -> None:
+    def go(self, number: int) -> Any:
+        """What it returns is awaited, where it can be."""
         number = min(max(number, 0), len(self.session.stills) - 1)
         if number != self.number:
             self.number = number
             self._slider.set_value(number)
             self._tell()
-            self.refresh()
+            return self.refresh()
+        return None
 
-    def show(self, tab: str) -> None:
+    def show(self, tab: str) -> Any:
         self.shown = tab
-        self.refresh()
+        return self.refresh()
 
     def refresh(self) -> Any:
         return self._followers[self.shown]() if self.shown in self._followers else None

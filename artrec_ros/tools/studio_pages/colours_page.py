@@ -44,7 +44,7 @@ class ColoursPage:
             self._save = ui.button("Save colours", on_click=self._keep).props("data-name=save-colours")
             ui.label(
                 "Click a patch of the chosen class: what is of one colour with it is taken. Drag a box for background. "
-                "A click on a marked patch takes it away. The wheel zooms; keys 1 to 9 choose."
+                "A click on a patch of the same class takes it away. The wheel zooms; keys 1 to 9 choose."
             ).classes("text-xs opacity-70")
         self._needs = ui.label().classes("text-sm text-orange").props("data-name=needs")
         with ui.row().classes("w-full no-wrap"):
@@ -75,7 +75,7 @@ class ColoursPage:
 
     def _click(self, place: Point) -> None:
         marked = self._marks.at(self._board.number, *place)
-        if marked is not None:
+        if marked is not None and marked.name == self._name.value:
             self._marks.remove(marked)
         else:
             image = self._session.stills.image(self._board.number)

@@ -14,8 +14,9 @@ from .board import Board
 from .colours_page import ColoursPage
 from .examples_page import ExamplesPage
 from .kit import HEAD, Busy, complain, ui
+from .parameters_page import ParametersPage
 
-_TABS = ("Colours", "Examples")
+_TABS = ("Colours", "Examples", "Parameters")
 
 
 def serve(
@@ -32,7 +33,11 @@ def serve(
 
 def _makers(annotations: Sequence[Path]) -> dict[str, Callable[[Board], Any]]:
     """What makes each tab's content, in their order."""
-    makers = {"Colours": ColoursPage, "Examples": lambda board: ExamplesPage(board, annotations)}
+    makers: dict[str, Callable[[Board], Any]] = {
+        "Colours": ColoursPage,
+        "Examples": lambda board: ExamplesPage(board, annotations),
+        "Parameters": ParametersPage,
+    }
     return {name: makers[name] for name in _TABS}
 
 
@@ -68,12 +73,15 @@ def _page(session: Session, annotations: Sequence[Path]) -> None:
     async def pressed(event: Any) -> None:
         if not event.action.keydown:
             return
+        answer = None
         if event.key.arrow_left or event.key.arrow_right:
-            board.step(1 if event.key.arrow_right else -1)
+            answer = board.step(1 if event.key.arrow_right else -1)
+        elif event.key.name in ("Home", "End"):
+            answer = board.go(0 if event.key.name == "Home" else len(session.stills) - 1)
         elif hasattr(pages.get(board.shown), "key"):
             answer = pages[board.shown].key(event.key.name)
-            if inspect.isawaitable(answer):
-                await answer
+        if inspect.isawaitable(answer):
+            await answer
 
     ui.keyboard(pressed, ignore=["input", "select", "textarea"])
     tabs.set_value(_TABS[0])

@@ -11,6 +11,7 @@ from ...core.drawing import object_colour
 from ...core.learning.colour_learning import Learned
 from ..colour_report import report
 from ..studio_state.colour_marks import ColourMarks, Patch, Preview, box_between, patch_around
+from ..studio_state.session import ClassPictures
 from .board import Board
 from .kit import Point, Viewer, css, data_url, guarded, polygon, ui
 
@@ -27,9 +28,10 @@ class ColoursPage:
         """:raises ArtrecError: the parameter file names no classes that could be learned."""
         self._board, self._session = board, board.session
         self._marks = ColourMarks(board.session)
-        self._image = _own(board.session.setup.image)
+        self._classes_of = _own(board.session.setup.image)
         self._stale = bool(self._marks.patches)
         self._build()
+        self._show_others()
         board.follow("Colours", self._show)
         ui.timer(_SETTLE_S, self._learn_if_stale)
 
@@ -111,8 +113,9 @@ class ColoursPage:
             self._take(preview.learned)
 
     def _take(self, learned: Learned) -> None:
-        self._image = learned.image
+        self._classes_of = ClassPictures(learned.image)
         self._show_classes()
+        self._show_others()
         self._confusion.set_content(_matrix(learned))
         self._report.set_text("\n".join(report(learned)))
 
@@ -143,23 +146,25 @@ class ColoursPage:
         return css(object_colour(names, patch.name)) if patch.name in names else _BACKGROUND_COLOUR
 
     def _show_classes(self) -> None:
-        if self._image is None:
+        if self._classes_of is not None:
+            self._classes.show(self._classes_of.of(self._session.stills.image(self._board.number)))
+
+    def _show_others(self) -> None:
+        """Class images of frames all over the source."""
+        if self._classes_of is None:
             return
-        self._classes.show(self._session.classes(self._board.number, self._image))
         self._others.clear()
         with self._others:
             for number in self._session.stills.spread(_OTHER_FRAMES):
-                picture = self._session.classes(number, self._image)
-                thumb = ui.image(data_url(picture)).style(
-                    f"width:{_THUMB_PX}px;image-rendering:pixelated;cursor:pointer"
-                )
+                thumb = ui.image(data_url(self._classes_of.of(self._session.stills.image(number))))
+                thumb.style(f"width:{_THUMB_PX}px;image-rendering:pixelated;cursor:pointer")
                 thumb.tooltip(self._session.stills.name(number)).on("click", lambda _, n=number: self._board.go(n))
 
 
-def _own(image: ImageConfig) -> ImageConfig | None:
-    """How images are read as the parameters are; None where these have no colours yet."""
+def _own(image: ImageConfig) -> ClassPictures | None:
+    """By the parameters as they are; None where these have no colours yet."""
     known = image.kind != "colour" or any(c.rgb or c.hue for c in image.classes.values())
-    return image if known else None
+    return ClassPictures(image) if known else None
 
 
 def _matrix(learned: Learned) -> str:

@@ -68,8 +68,9 @@ HEAD = """
       {x: Math.min(x1, x2), y: Math.min(y1, y2), width: Math.abs(x2 - x1), height: Math.abs(y2 - y1)};
     for (const [k, v] of Object.entries(told)) s.setAttribute(k, v);
   });
-  document.addEventListener('click', () => {  // else Enter presses the button again that was pressed last
-    if (document.activeElement && document.activeElement.tagName == 'BUTTON') document.activeElement.blur();
+  document.addEventListener('click', () => {  // keys are the page's, not those of the button or tab pressed last
+    const held = document.activeElement;
+    if (held && held != document.body && !['INPUT', 'TEXTAREA', 'SELECT'].includes(held.tagName)) held.blur();
   });
   document.addEventListener('mouseup', () => { if (drawing) { drawing.svg.remove(); drawing = null; } }, true);
 })();

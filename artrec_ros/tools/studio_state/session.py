@@ -113,19 +113,24 @@ class Session:
         image = self.stills.image(number)
         return class_picture(image) if image.ndim == 2 else image
 
-    def classes(self, number: int, image: ImageConfig | None = None) -> NDArray[np.uint8]:
-        """(H, W, 3) BGR what class each pixel gets, each class in the colour that it is named after.
 
-        :param image: how images are read, where it is not as the session's parameters say.
-        """
-        image = image or self.setup.image
-        labels = Segmenter(image).labels(self.stills.image(number))
-        if not image.classes:
-            return class_picture(labels)
-        table = np.full((256, 3), _NO_CLASS, np.uint8)
+class ClassPictures:
+    """What class each pixel gets, each class in the colour that it is named after.
+
+    :param image: how images are read; the colours' table is made once.
+    """
+
+    def __init__(self, image: ImageConfig) -> None:
+        self._segmenter = Segmenter(image)
+        self._table = np.full((256, 3), _NO_CLASS, np.uint8)
         for name, cls in image.classes.items():
-            table[cls.label] = object_colour(list(image.classes), name)
-        return np.asarray(table[labels], np.uint8)
+            self._table[cls.label] = object_colour(list(image.classes), name)
+        self._named = bool(image.classes)
+
+    def of(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """(H, W, 3) BGR."""
+        labels = self._segmenter.labels(image)
+        return np.asarray(self._table[labels], np.uint8) if self._named else class_picture(labels)
 
 
 def load_setup(given: tuple[Path, ...], folder: Path) -> Setup:

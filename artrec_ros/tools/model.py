@@ -74,7 +74,7 @@ def add_parser(subparsers: Any) -> None:
         help="the markers at true scale, with crop marks and a ruler to check the printer by",
     )  # fmt: skip
     p.add_argument("--paper", choices=("A4", "A3", "letter"), default="A4", help="size of these pages (default: A4)")
-    p.add_argument("--label", type=int, default=_SHOWN_LABEL, metavar="N", help="sheet, pages: object's class, for colour")
+    p.add_argument("--label", type=int, default=_SHOWN_LABEL, metavar="N", help="class of the object drawn, for colour")
     p.add_argument("--distance", type=float, metavar="M", help="warn of markers that cannot be told so far off")
     add_camera(p, (640, 480))
     p.set_defaults(run=run)

@@ -22,7 +22,7 @@ PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "letter": (215.9, 279.4)} 
 _MM_PER_INCH = 25.4
 _MARGIN_MM = 12.0  # that printers leave blank
 _RULER_MM, _RULER_ROOM_MM = 100.0, 18.0
-_GAP_MM, _CAPTION_MM = 9.0, 5.0
+_GAP_MM, _CAPTION_MM = 12.0, 4.0
 _CROP_MM, _CROP_OFF_MM = 3.5, 1.5
 _GREY, _INK = "#888888", "#222222"
 

@@ -77,6 +77,15 @@ class Person:
         self.page.locator(f"[data-name={name}]").first.click()
         self.settle()
 
+    def type(self, name: str, text: str) -> None:
+        """Into a field, and Enter."""
+        self.did["typed"] += 1
+        field = self.page.locator(f"[data-name='{name}']").first
+        field = field if field.evaluate("e => e.tagName") == "INPUT" else field.locator("input").first
+        field.fill(text)
+        field.press("Enter")
+        self.settle()
+
     def option(self, name: str, text: str) -> None:
         """One of the buttons of a toggle."""
         self.did["buttons"] += 1
@@ -130,8 +139,7 @@ class Person:
         end, quiet = time.monotonic() + _LONG_S, 0
         while quiet < 4:
             self.page.wait_for_timeout(150)
-            busy = self.page.locator("[data-name=busy]")
-            quiet = quiet + 1 if busy.count() and not busy.inner_text() else 0
+            quiet = 0 if self.page.locator("[data-busy]").count() else quiet + 1
             assert time.monotonic() < end, "still at work"
 
     def complaint(self) -> str:

@@ -68,7 +68,7 @@ def again(session: Session, tmp_path: Path, pictures: Pictures) -> Session:
     """Another sitting, begun with the colours of this one."""
     folder = tmp_path / "studio"
     folder.mkdir()
-    (folder / "params.yaml").write_text(session.setup.to_yaml())
+    (folder / "params.yaml").write_text(session.parameters.read_text().replace("../../", f"{pictures.folder.parent}/"))
     return begun(pictures, folder)
 
 

@@ -163,7 +163,7 @@ class ExamplesPage:
         axes = [axis for _, axis in axes_of(o, target.model)]
         dashed = self._marking.is_proposal(o)
         shapes = [arrow(tuple(a[0]), tuple(a[1]), colour, 3.5 if chosen else 2.0, dashed) for a in axes]
-        size = self._session.stills.image(self._board.number).shape[1] / 45
+        size = self._session.stills.image(self._board.number).shape[1] / 60
         x, y = np.array([*o.points.values()]).max(axis=0)
         place: Point = (float(x) + size / 3, float(y))
         return [*shapes, text(place, self._title(o), colour, size)]

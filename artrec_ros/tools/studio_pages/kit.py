@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import functools
 import time
@@ -191,6 +192,7 @@ class Busy:
 
     def __init__(self) -> None:
         self._what, self._since, self._share = "", 0.0, 0.0
+        self._one, self._waiting = asyncio.Lock(), 0
         with ui.row().classes("items-center no-wrap gap-2"):
             self._spinner = ui.spinner(size="1.3em", color="white")
             self._label = ui.label().classes("text-sm").props("data-name=busy")
@@ -206,10 +208,18 @@ class Busy:
         return bool(self._what)
 
     async def work(self, what: str, job: Callable[..., Any], *args: Any) -> Any:
-        """What the job returns; None where it failed, which the page then says, or something is at work already."""
-        if self.at_work:
-            ui.notify(f"wait: {self._what}", type="warning")
-            return None
+        """What the job returns, once what is at work is done; None where it failed, which the page then says."""
+        self._waiting += 1
+        self._label.props("data-busy=yes")
+        try:
+            async with self._one:
+                return await self._do(what, job, *args)
+        finally:
+            self._waiting -= 1
+            if not self._waiting:
+                self._label.props(remove="data-busy")
+
+    async def _do(self, what: str, job: Callable[..., Any], *args: Any) -> Any:
         self._what, self._since, self._share = what, time.monotonic(), 0.0
         self._tell()
         try:

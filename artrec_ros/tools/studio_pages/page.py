@@ -14,9 +14,10 @@ from .board import Board
 from .colours_page import ColoursPage
 from .examples_page import ExamplesPage
 from .kit import HEAD, Busy, complain, ui
+from .object_page import ObjectPage
 from .parameters_page import ParametersPage
 
-_TABS = ("Colours", "Examples", "Parameters")
+_TABS = ("Colours", "Examples", "Parameters", "Object")
 
 
 def serve(
@@ -37,6 +38,7 @@ def _makers(annotations: Sequence[Path]) -> dict[str, Callable[[Board], Any]]:
         "Colours": ColoursPage,
         "Examples": lambda board: ExamplesPage(board, annotations),
         "Parameters": ParametersPage,
+        "Object": ObjectPage,
     }
     return {name: makers[name] for name in _TABS}
 

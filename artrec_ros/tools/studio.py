@@ -10,6 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ..core.base.errors import ConfigError
+from ..io.base.whole_files import held
 from .interrupting import say
 from .options.work_options import add_source_options, source_options
 
@@ -33,6 +35,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--annotations", type=Path, nargs="+", default=[], metavar="COCO.json", help="examples marked before"
     )
+    p.add_argument("--results", type=Path, metavar="DIR", help="folder of artrec replay, to see where it failed")
     p.add_argument("--frames", type=_count, default=200, metavar="N", help="of a bag or video N frames at most (200)")
     add_source_options(p)
     p.add_argument("--host", default="127.0.0.1", help="address to listen at (default: 127.0.0.1: this machine alone)")
@@ -43,16 +46,23 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serves the page until Ctrl-C."""
-    from .studio_pages.page import serve  # without NiceGUI, the reason and the way out
+    from .studio_pages.page import Opened, serve  # without NiceGUI, the reason and the way out
+    from .studio_state.examples import Examples
     from .studio_state.session import Session, load_setup
     from .studio_state.stills import open_stills
 
     given = tuple(args.params_file)
     setup = load_setup(given, args.output)
-    stills = open_stills(args.source, source_options(args, setup), args.frames, args.output / "frames", say)
-    session = Session(stills, args.output, given, setup)
-    with contextlib.suppress(KeyboardInterrupt):
-        serve(session, args.annotations, args.host, args.port, not args.no_open, lambda: _tell(args))
+    try:
+        args.output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"{args.output}: cannot be written: {error.strerror}") from None
+    with held(args.output):
+        stills = open_stills(args.source, source_options(args, setup), args.frames, args.output / "frames", say)
+        session = Session(stills, args.output, given, setup)
+        opened = Opened(session, Examples(session, args.annotations), args.results)
+        with contextlib.suppress(KeyboardInterrupt):
+            serve(opened, args.host, args.port, not args.no_open, lambda: _tell(args))
     say(f"ended; all that was made is in {args.output}")
     return 0
 

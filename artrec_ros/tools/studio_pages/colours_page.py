@@ -24,10 +24,9 @@ _SETTLE_S = 0.4  # after the last click, until is learned
 class ColoursPage:
     """One page's part. What is marked is kept at once; `Save colours` writes what was learned."""
 
-    def __init__(self, board: Board) -> None:
-        """:raises ArtrecError: the parameter file names no classes that could be learned."""
+    def __init__(self, board: Board, marks: ColourMarks) -> None:
         self._board, self._session = board, board.session
-        self._marks = ColourMarks(board.session)
+        self._marks = marks
         self._classes_of = _own(board.session.setup.image)
         self._stale = bool(self._marks.patches)
         self._build()

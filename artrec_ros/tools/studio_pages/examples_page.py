@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -31,10 +30,9 @@ _HELP = (
 class ExamplesPage:
     """One page's part. Every change is written at once."""
 
-    def __init__(self, board: Board, more: Sequence[Path]) -> None:
-        """:param more: files of examples to begin with. :raises ArtrecError: one of them cannot be used."""
+    def __init__(self, board: Board, examples: Examples) -> None:
         self._board, self._session = board, board.session
-        self._examples = Examples(board.session, more)
+        self._examples = examples
         self._marking = Marking(board.session, self._examples)
         self._queue: list[Doubt] = []
         self._build()

@@ -22,8 +22,8 @@ _VIEW_PX = 420
 class ObjectPage:
     """One page's part."""
 
-    def __init__(self, board: Board) -> None:
-        self._board, self._session = board, board.session
+    def __init__(self, board: Board, examples: Examples) -> None:
+        self._board, self._session, self._examples = board, board.session, examples
         self._joints: dict[str, float] = {}
         self._drawn = ""  # the object whose sliders and sheet are shown
         self._azimuth, self._elevation = -40.0, 35.0
@@ -99,7 +99,7 @@ class ObjectPage:
             self._sheet.set_source(data_url(sheet))
 
     def _show_outlines(self) -> None:
-        number, examples = self._board.number, Examples(self._session)
+        number, examples = self._board.number, self._examples
         self._picture.show(self._session.picture(number))
         shapes = []
         for o in examples.of(number):

@@ -4,43 +4,49 @@ from __future__ import annotations
 
 import inspect
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from ...core.base.errors import ArtrecError, ConfigError
+from ..studio_state.colour_marks import ColourMarks
+from ..studio_state.examples import Examples
 from ..studio_state.session import Session
 from .board import Board
 from .colours_page import ColoursPage
 from .examples_page import ExamplesPage
+from .failures_page import FailuresPage
 from .kit import HEAD, Busy, complain, ui
 from .object_page import ObjectPage
 from .parameters_page import ParametersPage
 
-_TABS = ("Colours", "Examples", "Parameters", "Object")
+_TABS = ("Colours", "Examples", "Parameters", "Object", "Failures")
 
 
-def serve(
-    session: Session, annotations: Sequence[Path], host: str, port: int, show: bool, ready: Callable[[], None]
-) -> None:
+@dataclass(frozen=True)
+class Opened:
+    """What all windows that show the page share. :param results: a folder of artrec replay to begin with."""
+
+    session: Session
+    examples: Examples
+    results: Path | None = None
+
+    @cached_property
+    def colours(self) -> ColourMarks:
+        """:raises ArtrecError: there are no colours to learn, or what was marked before cannot be read."""
+        return ColourMarks(self.session)
+
+
+def serve(opened: Opened, host: str, port: int, show: bool, ready: Callable[[], None]) -> None:
     """Shows the page until it is interrupted. :param show: in the user's browser. :raises ConfigError: no such port."""
     _check_free(host, port)
     ready()
     ui.run(
-        lambda: _page(session, annotations), host=host, port=port, show=show, reload=False, title="artrec studio",
+        lambda: _page(opened), host=host, port=port, show=show, reload=False, title="artrec studio",
         dark=None, show_welcome_message=False, reconnect_timeout=30.0,
     )  # fmt: skip
-
-
-def _makers(annotations: Sequence[Path]) -> dict[str, Callable[[Board], Any]]:
-    """What makes each tab's content, in their order."""
-    makers: dict[str, Callable[[Board], Any]] = {
-        "Colours": ColoursPage,
-        "Examples": lambda board: ExamplesPage(board, annotations),
-        "Parameters": ParametersPage,
-        "Object": ObjectPage,
-    }
-    return {name: makers[name] for name in _TABS}
 
 
 def _check_free(host: str, port: int) -> None:
@@ -52,7 +58,8 @@ def _check_free(host: str, port: int) -> None:
             raise ConfigError(f"--port {port}: cannot be used on {host}: {error.strerror}; name another one") from None
 
 
-def _page(session: Session, annotations: Sequence[Path]) -> None:
+def _page(opened: Opened) -> None:
+    session = opened.session
     ui.add_head_html(HEAD)
     with ui.header().classes("items-center py-1 gap-4"):
         ui.label("artrec studio").classes("font-bold")
@@ -62,28 +69,36 @@ def _page(session: Session, annotations: Sequence[Path]) -> None:
     with ui.tabs(on_change=lambda e: board.show(str(e.value))).props("dense align=left no-caps") as tabs:
         for name in _TABS:
             ui.tab(name).props(f"data-name=tab-{name.lower()}")
+    makers: dict[str, Callable[[], Any]] = {
+        "Colours": lambda: ColoursPage(board, opened.colours),
+        "Examples": lambda: ExamplesPage(board, opened.examples),
+        "Parameters": lambda: ParametersPage(board),
+        "Object": lambda: ObjectPage(board, opened.examples),
+        "Failures": lambda: FailuresPage(board, opened.results, lambda: tabs.set_value("Parameters")),
+    }
     pages: dict[str, Any] = {}
     with ui.tab_panels(tabs, animated=False, keep_alive=True).classes("w-full"):
-        for name, make in _makers(annotations).items():
+        for name in _TABS:
             with ui.tab_panel(name).classes("p-2 gap-2"):
                 try:
-                    pages[name] = make(board)
+                    pages[name] = makers[name]()
                 except ArtrecError as error:
                     complain(error)
                     ui.label(str(error)).classes("text-negative")
-
-    async def pressed(event: Any) -> None:
-        if not event.action.keydown:
-            return
-        answer = None
-        if event.key.arrow_left or event.key.arrow_right:
-            answer = board.step(1 if event.key.arrow_right else -1)
-        elif event.key.name in ("Home", "End"):
-            answer = board.go(0 if event.key.name == "Home" else len(session.stills) - 1)
-        elif hasattr(pages.get(board.shown), "key"):
-            answer = pages[board.shown].key(event.key.name)
-        if inspect.isawaitable(answer):
-            await answer
-
-    ui.keyboard(pressed, ignore=["input", "select", "textarea"])
+    ui.keyboard(lambda event: _pressed(event, board, pages), ignore=["input", "select", "textarea"])
     tabs.set_value(_TABS[0])
+
+
+async def _pressed(event: Any, board: Board, pages: dict[str, Any]) -> None:
+    """Arrows, Home and End go through the frames; other keys are the tab's."""
+    if not event.action.keydown:
+        return
+    answer = None
+    if event.key.arrow_left or event.key.arrow_right:
+        answer = board.step(1 if event.key.arrow_right else -1)
+    elif event.key.name in ("Home", "End"):
+        answer = board.go(0 if event.key.name == "Home" else len(board.session.stills) - 1)
+    elif hasattr(pages.get(board.shown), "key"):
+        answer = pages[board.shown].key(event.key.name)
+    if inspect.isawaitable(answer):
+        await answer

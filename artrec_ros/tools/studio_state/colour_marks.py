@@ -85,8 +85,13 @@ class ColourMarks:
     """
 
     def __init__(self, session: Session) -> None:
-        """:raises ArtrecError: the file that an earlier sitting left is none."""
+        """:raises ArtrecError: the images have no colours, or the file that an earlier sitting left is none."""
         self._session = session
+        if session.setup.image.kind != "colour":
+            raise ConfigError(
+                f"image.kind is '{session.setup.image.kind}': the images tell each pixel's class, and there are no "
+                "colours to learn"
+            )
         self._setup = load_colour_setup(session.parameters if session.parameters.exists() else session.given[0], {})
         self.labels = dict(self._setup.labels)
         self.patches: list[Patch] = []

@@ -10,12 +10,10 @@ import numpy as np
 from ...core.drawing import object_colour
 from ...core.model.found import FrameResult
 from ...io.learned.annotations import AnnotatedObject
-from ..colour_report import report
-from ..studio_state.colour_marks import ColourMarks
 from ..studio_state.doubts import Doubt, ranked
 from ..studio_state.examples import IDENTITY, Examples, axes_of, identities
 from ..studio_state.marking import Marking
-from ..studio_state.training import Trained, train_examples
+from ..studio_state.training import Trained, keep_scale_limits, learn_colours, train_examples
 from .board import Board
 from .kit import Point, Viewer, arrow, css, guarded, text, ui
 
@@ -50,6 +48,9 @@ class ExamplesPage:
             ui.button("Train", on_click=self._train).props("data-name=train").tooltip("constraints, as artrec train")
             ui.button("Learn colours", on_click=self._learn_colours).props("data-name=colours-of-axes").tooltip(
                 "from the marked outlines, as artrec learn-colours --params-file"
+            )
+            ui.button("Scale limits", on_click=self._scale_limits).props("flat data-name=scale-limits").tooltip(
+                "keep out what is smaller or larger than what is marked, by more than a quarter"
             )
         ui.label(_HELP).classes("text-xs opacity-70")
         self._hint = ui.label().classes("text-sm").props("data-name=hint")
@@ -124,16 +125,17 @@ class ExamplesPage:
             await self._rank()
 
     async def _learn_colours(self) -> None:
-        lines: list[str] | None = await self._board.busy.work("learning colours", self._colours)
+        lines: list[str] | None = await self._board.busy.work(
+            "learning colours", learn_colours, self._session, self._examples
+        )
         if lines is not None:
             self._told.set_text("\n".join(lines))
             self._learned(f"wrote {self._session.parameters}")
 
-    def _colours(self) -> list[str]:
-        marks = ColourMarks(self._session)
-        learned = marks.learn_from_axes(self._examples.path)
-        marks.keep(learned)
-        return list(report(learned))
+    async def _scale_limits(self) -> None:
+        limits = await self._board.busy.work("writing", keep_scale_limits, self._session, self._examples)
+        if limits is not None:
+            self._learned("recognizer.min_scale {} and max_scale {} px/m are kept".format(*limits))
 
     def _learned(self, told: str) -> None:
         ui.notify(told, type="positive")

@@ -32,6 +32,7 @@ HEAD = """
 .zoombox img { image-rendering: pixelated; cursor: crosshair; user-select: none; }
 .zoombox .rubber { position: absolute; inset: 0; width: 100%; height: 100%; pointer-events: none; }
 .confusion td, .confusion th { padding: 2px 8px; text-align: right; font-variant-numeric: tabular-nums; }
+.told td { padding: 0 10px 0 0; vertical-align: top; }
 .mono { font-family: ui-monospace, monospace; white-space: pre-wrap; font-size: 12px; }
 </style>
 <script>

@@ -185,4 +185,5 @@ def _table(result: FrameResult) -> str:
         for r in rejected[:_MOST_REASONS]
     ]
     more = f"<tr><td></td><td></td><td>and {len(rejected) - _MOST_REASONS} more</td></tr>"
-    return f"<table>{''.join(rows)}{more if len(rejected) > _MOST_REASONS else ''}</table>"
+    body = "".join([*rows, more if len(rejected) > _MOST_REASONS else ""])
+    return f'<table class="told">{body}</table>'

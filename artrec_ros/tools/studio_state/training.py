@@ -1,4 +1,4 @@
-"""Constraints learned from the examples of a sitting, as `artrec train` learns them, and what that changed."""
+"""What is learned from examples: constraints and what changed in them, colours, limits of the scale."""
 
 from __future__ import annotations
 
@@ -13,8 +13,12 @@ from ...core.model.target import Target
 from ...core.ways import FACING, SPACE, way_of
 from ...io.learned.annotations import load_coco
 from ...io.learned.constraints import save_constraints
+from ...io.learned.marked_objects import marked_scales
+from ..colour_report import report as report_colours
+from ..colour_report import scale_limits, scale_line
 from ..train import train
 from ..training.train_report import report
+from .colour_marks import ColourMarks
 from .examples import Examples
 from .session import Session
 
@@ -60,6 +64,29 @@ def train_examples(session: Session, examples: Examples) -> Trained:
         lines += report(targets[0].model, training.examples, training.constraints)
     session.keep(parameters)
     return Trained(tuple(written), tuple(changes), tuple(lines))
+
+
+def learn_colours(session: Session, examples: Examples) -> list[str]:
+    """Colours from the marked outlines, as `artrec learn-colours --params-file` learns them, written; its lines.
+
+    :raises ConfigError: an example does not tell which class its markers have, or a class is marked nowhere.
+    """
+    if not examples.objects:
+        raise ConfigError("no example is marked yet: draw the axes of all objects of some frames")
+    marks = ColourMarks(session)
+    learned = marks.learn_from_axes(examples.path)
+    marks.keep(learned)
+    return [*report_colours(learned), scale_line(marked_scales([examples.path], session.setup.targets))]
+
+
+def keep_scale_limits(session: Session, examples: Examples) -> tuple[float, float]:
+    """The limits of the scale that the examples suggest, px/m, written. :raises ConfigError: no example is marked."""
+    if not examples.objects:
+        raise ConfigError("no example is marked yet: draw the axes of some objects")
+    low, high = scale_limits(marked_scales([examples.path], session.setup.targets))
+    limits = float(f"{low:.4g}"), float(f"{high:.4g}")
+    session.keep({"recognizer.min_scale": limits[0], "recognizer.max_scale": limits[1]})
+    return limits
 
 
 def _unread(session: Session, target: Target) -> str:

@@ -60,7 +60,8 @@ def items_of(model: ObjectModel, label: int) -> list[Item]:
     """Each marker of each component, in each class that it may have. :param label: the object's own class."""
     items = []
     for component in model.components:
-        told = [(f" {name}", number) for name, number in component.classes.items() if number is not None]
+        numbers = enumerate(component.classes.items(), start=label + 1)
+        told = [(f" {name}", n if number is None else number) for n, (name, number) in numbers]
         for class_name, number in told or [("", component.labels(label)[0])]:
             for marker in component.markers:
                 items.append(_item(f"{component.name}/{marker.name}{class_name}", marker, number))

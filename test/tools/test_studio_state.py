@@ -13,6 +13,7 @@ from studio_pictures import Pictures, write_pictures
 
 from artrec_ros.core.base.errors import ArtrecError, ConfigError, SourceError
 from artrec_ros.core.model.found import FrameResult
+from artrec_ros.core.model.target import Target
 from artrec_ros.io.images.decoding import read_image
 from artrec_ros.io.learned.annotations import axis_px, instance_from_axis, load_coco
 from artrec_ros.io.objects.object_reader import load_object
@@ -23,11 +24,13 @@ from artrec_ros.tools.main import main
 from artrec_ros.tools.studio_state.colour_marks import BACKGROUND, ColourMarks, box_between, patch_around
 from artrec_ros.tools.studio_state.doubts import doubt_of, ranked
 from artrec_ros.tools.studio_state.examples import Examples, rigid_points
+from artrec_ros.tools.studio_state.failures import load_failures
 from artrec_ros.tools.studio_state.marking import Marking
+from artrec_ros.tools.studio_state.object_views import joint_ranges, middle, outlines, picture
 from artrec_ros.tools.studio_state.session import Session, load_setup
 from artrec_ros.tools.studio_state.settings import Settings, read_list
 from artrec_ros.tools.studio_state.stills import open_stills
-from artrec_ros.tools.studio_state.training import train_examples
+from artrec_ros.tools.studio_state.training import keep_scale_limits, learn_colours, train_examples
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -345,3 +348,84 @@ def test_a_video_is_a_source(tmp_path: Path) -> None:
 def test_a_source_that_is_not_there_is_named(name: str, tmp_path: Path) -> None:
     with pytest.raises(SourceError, match=name):
         open_stills(tmp_path / name, SourceOptions(), 3, tmp_path / "frames", print)
+
+
+def test_examples_give_colours_and_limits_of_the_scale(pictures: Pictures, taught: Session, tmp_path: Path) -> None:
+    session = again(taught, tmp_path, pictures)
+    examples = Examples(session)
+    for learn in (learn_colours, keep_scale_limits):
+        with pytest.raises(ConfigError, match="no example is marked yet"):
+            learn(session, examples)
+    for number in (0, 1):
+        for robot in pictures.axes(number):
+            examples.new(number, session.setup.targets[0], ("team", "team"), *robot["team"])
+    lines = learn_colours(session, examples)
+    written = tmp_path / "by_command.yaml"
+    arguments = ["--annotations", str(examples.path), "--params-file", str(pictures.parameters)]
+    assert main(["learn-colours", *arguments, "-o", str(written)]) == 0
+    assert written.read_text() == (session.folder / "colours.yaml").read_text()
+    low, high = keep_scale_limits(session, examples)
+    kept = load_parameters(session.parameters).recognizer
+    assert (kept.min_scale, kept.max_scale) == (low, high)
+    assert f"recognizer.min_scale {low:.4g} and max_scale {high:.4g}" in lines[-1]
+
+
+def test_failed_frames_lead_to_frames(pictures: Pictures, taught: Session, tmp_path: Path) -> None:
+    session = again(taught, tmp_path, pictures)
+    examples = Examples(session)
+    for robot in pictures.axes(4):
+        examples.new(4, session.setup.targets[0], ("team", "team"), *robot["team"])
+    examples.new(4, session.setup.targets[0], ("team", "team"), np.array([5.0, 5.0]), np.array([30.0, 5.0]))  # none
+    result = tmp_path / "result"
+    arguments = [str(pictures.source), "--params-file", str(session.parameters), "--no-video", "-o", str(result)]
+    assert main(["replay", *arguments]) == 0
+    with pytest.raises(ConfigError, match="no scores there"):
+        load_failures(result, None, session.stills)
+    assert main(["evaluate", str(result), "--truth", str(examples.path), "--no-page"]) == 0
+    (shown,) = load_failures(result, None, session.stills)
+    assert shown.number == 4 and shown.key == "04.png" and shown.card.picture.startswith("data:image/webp")
+    assert any(reason.startswith("missed robot: no candidate near it") for reason in shown.reasons)
+
+
+def test_outlines_of_the_object_file_lie_on_the_marked_patches(
+    pictures: Pictures, taught: Session, tmp_path: Path
+) -> None:
+    session = again(taught, tmp_path, pictures)
+    examples = Examples(session)
+    target = session.setup.targets[0]
+    robot = examples.new(2, target, ("team", "team"), *pictures.axes(2)[0]["team"])
+    places = {name: outline.mean(axis=0) for name, outline in outlines(robot, target)}
+    for component, name in (("team", "team/team"), ("accent", "accent/accent")):
+        assert min(np.linalg.norm(places[name] - m) for m in pictures.middles(2, component)) < 1.5
+
+
+def test_an_object_is_drawn_with_its_joints_where_they_are_put() -> None:
+    target = Target("excavator", load_object(ROOT / "config/objects/excavator.yaml", {}), 2)
+    ranges = joint_ranges(target)
+    name = next(iter(ranges))
+    drawn = [picture(target, middle(target) | {name: value}, -40, 35) for value in ranges[name]]
+    assert drawn[0] is not None and drawn[0].shape == drawn[1].shape and (drawn[0] != drawn[1]).any()
+    assert middle(target).keys() == ranges.keys()
+    flat = Target("vss", load_object(ROOT / "config/objects/vss.yaml", {}), 2)
+    assert picture(flat, {}, 0, 0) is None, "its file does not say where the markers sit"
+
+
+def test_label_images_have_no_colours_to_learn(pictures: Pictures, tmp_path: Path) -> None:
+    text = pictures.parameters.read_text().replace("kind: colour", "kind: palette")
+    given = (pictures.folder / "palette.yaml",)
+    given[0].write_text(text.replace("{label: 2}\n      acc", "{label: 2, rgb: [1, 2, 3]}\n      acc").replace(
+        "accent: {label: 3}", "accent: {label: 3, rgb: [200, 2, 3]}"
+    ))  # fmt: skip
+    stills = open_stills(pictures.source, SourceOptions(), 9, tmp_path / "frames", print)
+    with pytest.raises(ConfigError, match="image.kind is 'palette'"):
+        ColourMarks(Session(stills, tmp_path, given, load_setup(given, tmp_path)))
+
+
+def test_constraint_files_need_not_be_there_yet(pictures: Pictures, tmp_path: Path) -> None:
+    given = pictures.folder / "with_constraints.yaml"
+    text = pictures.parameters.read_text().replace("robot.yaml,", "robot.yaml, constraint_file: none.yaml,")
+    given.write_text(text)
+    assert load_setup((given,), tmp_path).targets[0].constraints is None
+    given.write_text(text.replace("constraint_file", "constraints_file"))
+    with pytest.raises(ConfigError, match="robot.constraints_file"):
+        load_setup((given,), tmp_path)

@@ -26,7 +26,8 @@ from studio_person import BROWSER, Person, studio  # noqa: E402  (lies beside th
 
 IMAGES = Path(__file__).resolve().parent
 WINDOW, WIDTH, QUALITY = (1500, 1060), 1100, 86
-IMAGE_WIDTH = 640
+IMAGE_SIZE, BOX = (640, 480), (100, 70)  # pixels; of background that is marked
+SIZE_PX, BLUR_PX, SEED = 26.0, 1.2, 8  # of the robots' squares, of the lens
 LETTERS = {"g": "green", "r": "red", "v": "violet"}
 
 
@@ -37,12 +38,14 @@ def save_files(folder: Path) -> None:
         (folder / name).write_text(text, encoding="utf-8")
 
 
-def photograph(page: Page, name: str) -> None:
+def photograph(page: Page, name: str, height: int = WINDOW[1]) -> None:
+    """:param height: how much of the window is shown, from its top, pixels."""
     page.mouse.move(5, WINDOW[1] - 5)  # no tooltip
-    page.wait_for_timeout(6000)  # and no notification
-    picture = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
-    height = round(picture.shape[0] * WIDTH / picture.shape[1])
-    small = cv2.resize(picture, (WIDTH, height), interpolation=cv2.INTER_AREA)
+    page.wait_for_timeout(1500)
+    page.wait_for_function("!document.querySelector('.q-notification')", timeout=60_000)
+    clip = {"x": 0, "y": 0, "width": WINDOW[0], "height": height}
+    picture = cv2.imdecode(np.frombuffer(page.screenshot(clip=clip), np.uint8), cv2.IMREAD_COLOR)
+    small = cv2.resize(picture, (WIDTH, round(height * WIDTH / WINDOW[0])), interpolation=cv2.INTER_AREA)
     cv2.imwrite(str(IMAGES / f"studio_{name}.jpg"), small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
 
 
@@ -68,6 +71,17 @@ class Robots:
             found.setdefault(LETTERS[robot.pair[1]], []).append(tail - ahead - left)
         return found
 
+    def bare_corners(self, number: int, count: int) -> list[np.ndarray]:
+        """Upper left corners of boxes without robots."""
+        middles = np.array([(r.x, r.y) for r in self._scenes[number]])
+        found = []
+        for x in range(5, IMAGE_SIZE[0] - BOX[0], BOX[0] + 10):
+            for y in range(5, IMAGE_SIZE[1] - BOX[1], BOX[1] + 10):
+                gaps = np.abs(middles - (x + BOX[0] / 2, y + BOX[1] / 2)) - np.array(BOX) / 2
+                if (gaps.max(axis=1) > self._half_px + 3).all():
+                    found.append(np.array([x, y], float))
+        return found[:: max(1, len(found) // count)][:count]
+
     def of(self, number: int, team: str) -> list[Robot]:
         return [r for r in self._scenes[number] if TEAMS[r.team] == team]
 
@@ -80,8 +94,8 @@ def colours(me: Person, robots: Robots) -> None:
             for place in found[:3]:
                 me.click("colours-picture", place)
         me.option("class", "background")
-        for corner in ((2, 2), (500, 2), (2, 380), (500, 380)):
-            me.drag("colours-picture", corner, (corner[0] + 130, corner[1] + 90))
+        for corner in robots.bare_corners(number, 4):
+            me.drag("colours-picture", corner, corner + BOX)
     me.press_button("save-colours")
     photograph(me.page, "colours")
 
@@ -99,7 +113,7 @@ def examples(me: Person, robots: Robots) -> None:
     me.key("p")
     me.settle()
     me.key("a", 4)
-    photograph(me.page, "examples")
+    photograph(me.page, "examples", 860)
     me.key("A")
 
 
@@ -120,24 +134,26 @@ def failures(me: Person, folder: Path) -> None:
     me.tab("failures")
     me.type("results", "result")
     me.press_button("show-failures")
-    photograph(me.page, "failures")
+    photograph(me.page, "failures", 640)
 
 
 def main() -> None:
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else tempfile.mkdtemp())
-    rng = np.random.default_rng(8)
-    room = Room.random(16.0, 0.8, rng)
+    rng = np.random.default_rng(SEED)
+    room = Room.random(SIZE_PX, BLUR_PX, rng)
     robots = Robots(room, write_pictures(folder, room, rng, 8))
     save_files(folder)
     with studio(["pictures", "--params-file", "robots.yaml"], folder) as port, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": WINDOW[0], "height": WINDOW[1]})
-        me = Person(page, IMAGE_WIDTH)
+        me = Person(page, IMAGE_SIZE[0])
         me.open(port)
         colours(me, robots)
         examples(me, robots)
         parameters(me)
         me.tab("object")
+        me.frame("0003.png")
+        me.settle()
         photograph(page, "object")
         failures(me, folder)
         print(dict(me.did), me.complaint())

@@ -33,6 +33,7 @@ class ExamplesPage:
         self._examples = examples
         self._marking = Marking(board.session, self._examples)
         self._queue: list[Doubt] = []
+        self._waiting: list[Doubt] = []  # what is shown of it
         self._build()
         board.follow("Examples", guarded(self._show))
 
@@ -147,7 +148,6 @@ class ExamplesPage:
             self._marking.look_at(self._board.number)
         self._picture.show(self._session.picture(self._board.number))
         self._redraw()
-        self._show_queue()
 
     def _redraw(self) -> None:
         m = self._marking
@@ -156,6 +156,7 @@ class ExamplesPage:
         begun = " (or Enter: that is all that is seen of it)" if m.drawn is not None else ""
         self._hint.set_text(f"Draw next: {m.object} {'/'.join(key)}{begun}" if key is not None else "")
         self._show_list()
+        self._show_queue()
 
     def _shapes(self, o: AnnotatedObject) -> list[str]:
         target, chosen = self._examples.target(o), o is self._marking.chosen
@@ -188,8 +189,11 @@ class ExamplesPage:
                     button.props("flat dense no-caps size=sm")
 
     def _show_queue(self) -> None:
-        self._queue_list.clear()
         waiting = [d for d in self._queue if not self._examples.is_marked(d.number)]
+        if waiting == self._waiting:
+            return
+        self._waiting = waiting
+        self._queue_list.clear()
         with self._queue_list:
             if waiting:
                 ui.label("What teaches most").classes("text-sm font-bold")

@@ -41,7 +41,7 @@ class FailuresPage:
         )
         if shown is None:
             return
-        self._count.set_text(f"{len(shown)} frames failed" if shown else "no frame failed")
+        self._count.set_text(f"frames that failed: {len(shown)}")
         self._cards.clear()
         with self._cards:
             for one in shown:

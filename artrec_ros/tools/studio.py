@@ -57,6 +57,7 @@ def run(args: argparse.Namespace) -> int:
         args.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ConfigError(f"{args.output}: cannot be written: {error.strerror}") from None
+    _tell_what_is_there(args)
     with held(args.output):
         stills = open_stills(args.source, source_options(args, setup), args.frames, args.output / "frames", say)
         session = Session(stills, args.output, given, setup)
@@ -65,6 +66,17 @@ def run(args: argparse.Namespace) -> int:
             serve(opened, args.host, args.port, not args.no_open, lambda: _tell(args))
     say(f"ended; all that was made is in {args.output}")
     return 0
+
+
+def _tell_what_is_there(args: argparse.Namespace) -> None:
+    """Files of an earlier sitting go before what was named."""
+    from .studio_state.examples import ANNOTATIONS_FILE
+    from .studio_state.session import PARAMETERS_FILE
+
+    if (args.output / PARAMETERS_FILE).is_file():
+        say(f"going on with {args.output / PARAMETERS_FILE}, not with {', '.join(map(str, args.params_file))}")
+    if args.annotations and (args.output / ANNOTATIONS_FILE).is_file():
+        say(f"going on with {args.output / ANNOTATIONS_FILE}, not with {', '.join(map(str, args.annotations))}")
 
 
 def _tell(args: argparse.Namespace) -> None:

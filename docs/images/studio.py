@@ -128,7 +128,8 @@ def parameters(me: Person) -> None:
 
 
 def failures(me: Person, folder: Path) -> None:
-    files = ["--params-file", "studio/params.yaml", "--no-video", "-o", "result"]
+    (folder / "strict.yaml").write_text("/**: {ros__parameters: {recognizer: {min_probability: 0.985}}}\n")
+    files = ["--params-file", "studio/params.yaml", "--params-file", "strict.yaml", "--no-video", "-o", "result"]
     for words in (["replay", "pictures", *files], ["evaluate", "result", "--truth", "coco.json", "--no-page"]):
         subprocess.run([sys.executable, "-m", "artrec_ros.tools.main", *words], cwd=folder, check=True)
     me.tab("failures")

@@ -31,6 +31,7 @@ in_browser = pytest.mark.skipif(
     nicegui is None or sync_playwright is None or BROWSER is None,
     reason="no chromium, or no Playwright or NiceGUI in this environment",
 )
+ASKED: set[str] = set()  # hosts of what the page loaded
 TAUGHT, DRAWN = (0, 1), (4, 5)  # frames whose colours are clicked on; frames whose objects are drawn by hand
 
 
@@ -47,6 +48,7 @@ def person(pictures: Pictures) -> Iterator[Person]:
     with sync_playwright() as playwright, studio(arguments, pictures.folder) as port:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1500, "height": 1100})
+        page.on("request", lambda request: ASKED.add(request.url.split("/")[2] if "//" in request.url else ""))
         me = Person(page, SIZE[0])
         me.open(port)
         yield me
@@ -141,6 +143,11 @@ def test_pages_at_true_scale_are_written(pictures: Pictures, person: Person) -> 
     person.tab("object")
     person.press_button("print")
     assert (pictures.folder / "made/robot_A4.pdf").read_bytes().startswith(b"%PDF")
+
+
+@in_browser
+def test_nothing_is_loaded_from_elsewhere(person: Person) -> None:
+    assert {host.partition(":")[0] for host in ASKED} <= {"127.0.0.1", ""} and len(ASKED) >= 1
 
 
 @needs_page

@@ -185,7 +185,8 @@ def test_accepted_proposals_are_the_machines_until_somebody_mends_them(
     marking.look_at(3)
     count = len(examples.objects)
     for o in examples.of(3):
-        marking.chosen = o
+        marking.choose(np.mean([*o.points.values()], axis=0))
+        assert marking.chosen is o
         end = o.points["team/team.head"]
         marking.drag(end, end + (1.0, 0.5))
         np.testing.assert_allclose(marking.chosen.points["team/team.head"], end + (1.0, 0.5))
@@ -230,6 +231,23 @@ def test_axes_are_drawn_one_after_the_other_where_nothing_follows(tmp_path: Path
     assert marking.drawn is None and [o.incomplete for o in marking.examples.objects] == [False, True]
     again = Examples(session).objects
     assert [sorted(o.points) for o in again] == [sorted(o.points) for o in marking.examples.objects]
+
+
+def test_what_is_drawn_beside_an_object_leaves_it_where_it_is(
+    pictures: Pictures, taught: Session, tmp_path: Path
+) -> None:
+    session = again(taught, tmp_path, pictures)
+    marking = Marking(session, Examples(session))
+    corner = np.array([60.0, 40.0])
+    marking.drag(np.array([40.0, 40.0]), corner)
+    marking.drag(corner + (1.0, 0.0), np.array([80.0, 41.0]))
+    first, second = marking.examples.of(0)
+    np.testing.assert_array_equal(first.points["team/team.head"], corner)
+    np.testing.assert_array_equal(second.points["team/team.tail"], corner + (1.0, 0.0))
+    marking.choose(np.mean([*first.points.values()], axis=0))
+    marking.drag(corner, corner + (0.0, 3.0))
+    np.testing.assert_array_equal(marking.examples.of(0)[0].points["team/team.head"], corner + (0.0, 3.0))
+    assert len(marking.examples.of(0)) == 2
 
 
 def test_training_is_that_of_the_command(pictures: Pictures, taught: Session, tmp_path: Path) -> None:

@@ -21,6 +21,8 @@ class Marking:
 
     :ivar object: the name of the object that is drawn next. :ivar number: the frame.
     :ivar chosen: the example or proposal that keys act on. :ivar drawn: the example whose axes are being drawn.
+
+    Ends of axes can be dragged of an object that was clicked: what begins where another one ends is drawn beside it.
     """
 
     def __init__(self, session: Session, examples: Examples) -> None:
@@ -28,6 +30,7 @@ class Marking:
         self.object, self.number = session.names[0], 0
         self.chosen: AnnotatedObject | None = None
         self.drawn: AnnotatedObject | None = None
+        self._clicked: AnnotatedObject | None = None
         self._skipped: set[Key] = set()
         self._proposed: dict[int, list[AnnotatedObject]] = {}
 
@@ -89,9 +92,10 @@ class Marking:
             reach = self._grab_px() + float(np.linalg.norm(np.ptp(points, axis=0))) / 2
             if distance <= reach and distance < least:
                 self.chosen, least = o, distance
+        self._clicked = self.chosen
 
     def drag(self, start: Array, end: Array) -> None:
-        """Moves an end of the chosen object's axes that lies at `start`, else draws the next axis."""
+        """Moves an end of the clicked object's axes that lies at `start`, else draws the next axis."""
         grabbed = self._end_at(start)
         if grabbed is not None:
             owner, name = grabbed
@@ -112,7 +116,7 @@ class Marking:
 
     def _end_at(self, place: Array) -> tuple[AnnotatedObject, str] | None:
         chosen = self.chosen
-        if chosen is None:
+        if chosen is None or chosen is not self._clicked:
             return None
         distances = {name: float(np.linalg.norm(p - place)) for name, p in chosen.points.items()}
         name = min(distances, key=lambda n: distances[n])
@@ -121,6 +125,7 @@ class Marking:
     def _replace(self, old: AnnotatedObject, new: AnnotatedObject) -> None:
         self._withdraw(old)
         self.drawn = new if self.drawn is old else self.drawn
+        self._clicked = new if self._clicked is old else None
         self.chosen = new
 
     def propose(self, result: FrameResult) -> int:

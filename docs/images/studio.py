@@ -129,7 +129,7 @@ def parameters(me: Person) -> None:
 
 
 def failures(me: Person, folder: Path) -> None:
-    (folder / "strict.yaml").write_text("/**: {ros__parameters: {recognizer: {min_probability: 0.985}}}\n")
+    (folder / "strict.yaml").write_text(f"/**: {{ros__parameters: {{recognizer: {{min_probability: {STRICT}}}}}}}\n")
     files = ["--params-file", "studio/params.yaml", "--params-file", "strict.yaml", "--no-video", "-o", "result"]
     for words in (["replay", "pictures", *files], ["evaluate", "result", "--truth", "coco.json", "--no-page"]):
         subprocess.run([sys.executable, "-m", "artrec_ros.tools.main", *words], cwd=folder, check=True)

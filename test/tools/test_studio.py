@@ -131,6 +131,8 @@ def test_a_parameter_is_tried_beside_the_old_one_and_kept(pictures: Pictures, pe
     assert "min_probability: 0.999" in person.text("changed")
     assert person.text("caption-before").split(" found")[0] == before.split(" found")[0]
     assert "below 0.999" in person.text("reasons-after") and "below 0.999" not in person.text("reasons-before")
+    slider = person.page.locator("[data-name='slider-recognizer.min_probability']").first
+    assert slider.get_attribute("aria-valuenow") == "0.999", "the slider follows what is typed"
     person.type("field-recognizer.min_probability", "7")
     assert "min_probability" in person.complaint() and "0.999" in person.text("changed")
     person.press_button("save-parameters")

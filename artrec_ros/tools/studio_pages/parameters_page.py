@@ -24,6 +24,7 @@ class ParametersPage:
     def __init__(self, board: Board) -> None:
         self._board, self._settings = board, Settings(board.session)
         self._fields: dict[str, Any] = {}
+        self._sliders: dict[str, Any] = {}
         self._build()
         board.follow("Parameters", self._show)
 
@@ -60,6 +61,7 @@ class ParametersPage:
         """Groups of those that are looked for."""
         self._rows.clear()
         self._fields.clear()
+        self._sliders.clear()
         wanted, groups = str(self._find.value or "").lower(), defaultdict(list)
         for name, spec in self._settings.specs().items():
             if wanted in f"{name} {spec.description}".lower() and (self._experts.value or not name.startswith(EXPERT)):
@@ -102,7 +104,9 @@ class ParametersPage:
             number.on(event, lambda _: self._take(spec, number.value))
         if spec.low is not None and spec.high is not None and spec.high - spec.low <= _WIDEST:
             step = 1 if spec.type is int else (spec.high - spec.low) / _STEPS
-            slider = ui.slider(min=spec.low, max=spec.high, step=step, value=value).props("dense").classes("grow")
+            slider = ui.slider(min=spec.low, max=spec.high, step=step, value=value).classes("grow")
+            slider.props(f"dense data-name=slider-{spec.name}")
+            self._sliders[spec.name] = slider
             slider.on("change", lambda e: self._take(spec, e.args))
             slider.on("update:model-value", lambda e: number.set_value(round(e.args, 6)), throttle=0.1)
         return number
@@ -124,9 +128,17 @@ class ParametersPage:
             self._settings.change(spec.name, value)
         except ArtrecError as error:
             complain(error)
-            self._fields[spec.name].set_value(self._settings.value(spec.name))
+            self._show_value(spec)
             return
+        self._show_value(spec)
         await self._show()
+
+    def _show_value(self, spec: Spec) -> None:
+        """As it is tried now, wherever it was changed."""
+        value = self._settings.value(spec.name)
+        self._fields[spec.name].set_value(", ".join(map(str, value)) if spec.is_list else value)
+        if spec.name in self._sliders:
+            self._sliders[spec.name].set_value(value)
 
     # results
 

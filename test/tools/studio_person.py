@@ -18,6 +18,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 _LONG_S = 300  # a first start compiles
+_SOON_S = 30  # what a click does at once, on a machine that has much else to do
 
 
 def free_port() -> int:
@@ -146,6 +147,13 @@ class Person:
         """The first error that the page shows; '' where there is none."""
         shown = self.page.locator(".q-notification.bg-negative")
         return str(shown.first.inner_text()) if shown.count() else ""
+
+    def sees(self, name: str, words: str) -> None:
+        """Waits for words to be there: a busy machine takes its time. :raises AssertionError: they do not come."""
+        end = time.monotonic() + _SOON_S
+        while words not in self.text(name):
+            self.page.wait_for_timeout(100)
+            assert time.monotonic() < end, f"{name}: '{words}' is not in '{self.text(name)}'"
 
     def text(self, name: str) -> str:
         return str(self.page.locator(f"[data-name={name}]").first.inner_text())

@@ -67,13 +67,14 @@ def test_from_pictures_alone_to_scored_poses(pictures: Pictures, person: Person)
     person.frame("02.png")
     person.key("p")
     person.settle()
-    assert "3 proposed" in person.text("count")
+    person.sees("count", "3 proposed")
     person.key("a", 3)
-    assert "3 marked, 0 of them by hand" in person.text("count")
+    person.sees("count", "3 marked, 0 of them by hand")
     person.press_button("rank")
-    assert "03.png" in person.text("queue") and "02.png" not in person.text("queue")
+    person.sees("queue", "03.png")
+    assert "02.png" not in person.text("queue"), "what is marked waits no more"
     person.press_button("train")
-    assert "robot: 1 pairs, the first constraints" in person.text("trained")
+    person.sees("trained", "robot: 1 pairs, the first constraints")
     score(person)
     assert person.complaint() == ""
     assert person.did.total() < 120, person.did
@@ -102,7 +103,7 @@ def draw_examples(pictures: Pictures, person: Person) -> None:
         person.frame(f"{number:02d}.png")
         for robot in pictures.axes(number):
             person.drag("examples-picture", *robot["team"])
-        assert "3 marked, 3 of them by hand" in person.text("count")
+        person.sees("count", "3 marked, 3 of them by hand")
 
 
 def score(person: Person) -> None:
@@ -128,9 +129,10 @@ def test_a_parameter_is_tried_beside_the_old_one_and_kept(pictures: Pictures, pe
     person.tab("parameters")
     before = person.text("caption-before")
     person.type("field-recognizer.min_probability", "0.999")
-    assert "min_probability: 0.999" in person.text("changed")
+    person.sees("changed", "min_probability: 0.999")
     assert person.text("caption-before").split(" found")[0] == before.split(" found")[0]
-    assert "below 0.999" in person.text("reasons-after") and "below 0.999" not in person.text("reasons-before")
+    person.sees("reasons-after", "below 0.999")
+    assert "below 0.999" not in person.text("reasons-before")
     slider = person.page.locator("[data-name='slider-recognizer.min_probability']").first
     assert slider.get_attribute("aria-valuenow") == "0.999", "the slider follows what is typed"
     person.type("field-recognizer.min_probability", "7")

@@ -250,6 +250,29 @@ def test_what_is_drawn_beside_an_object_leaves_it_where_it_is(
     assert len(marking.examples.of(0)) == 2
 
 
+def test_the_first_marker_may_be_the_one_that_is_hidden(tmp_path: Path) -> None:
+    (tmp_path / "frames").mkdir()
+    cv2.imwrite(str(tmp_path / "frames/0.png"), np.zeros((80, 100), np.uint8))
+    stills = open_stills(tmp_path / "frames", SourceOptions(), 9, tmp_path / "studio/frames", print)
+    given = (ROOT / "config/aibo.yaml",)
+    marking = Marking(*_with_examples(Session(stills, tmp_path / "studio", given, load_setup(given, tmp_path))))
+    hidden = marking.next_key
+    marking.skip()
+    seen = marking.next_key
+    assert hidden is not None and seen is not None and seen != hidden and seen[0] == hidden[0]
+    marking.drag(np.array([10.0, 10.0]), np.array([30.0, 10.0]))
+    assert {name.rpartition(".")[0] for name in marking.examples.objects[0].points} == {"/".join(seen)}
+    marking.finish()
+    assert marking.next_key == hidden
+    for _ in range(20):
+        marking.skip()
+        assert marking.next_key is not None, "where all are skipped, it begins anew"
+
+
+def _with_examples(session: Session) -> tuple[Session, Examples]:
+    return session, Examples(session)
+
+
 def test_training_is_that_of_the_command(pictures: Pictures, taught: Session, tmp_path: Path) -> None:
     session = again(taught, tmp_path, pictures)
     examples = Examples(session)
@@ -289,6 +312,9 @@ def test_frames_in_which_objects_are_missing_come_first(pictures: Pictures, taug
     assert doubt_of(0, none, 3, parts).why == "3 of the usual 3 objects missing"
     assert doubt_of(0, none, 3, parts).worth > doubt_of(0, full, 3, parts).worth
     assert doubt_of(0, FrameResult((3, 3)), 0, parts).worth == 0
+    half = dataclasses.replace(full.detections[0], components=full.detections[0].components[:1], score=1.0, margin=1.0)
+    doubt = doubt_of(0, dataclasses.replace(full, detections=(half,)), 1, parts)
+    assert doubt.why.endswith("1 of the usual 2 components") and doubt.worth == 0.5
     shares: list[float] = []
     examples = Examples(session)
     examples.set_empty(2)

@@ -18,7 +18,7 @@ from .board import Board
 from .colours_page import ColoursPage
 from .examples_page import ExamplesPage
 from .failures_page import FailuresPage
-from .kit import HEAD, Busy, complain, ui
+from .kit import HEAD, Busy, ui
 from .object_page import ObjectPage
 from .parameters_page import ParametersPage
 
@@ -82,11 +82,10 @@ def _page(opened: Opened) -> None:
             with ui.tab_panel(name).classes("p-2 gap-2"):
                 try:
                     pages[name] = makers[name]()
-                except ArtrecError as error:
-                    complain(error)
-                    ui.label(str(error)).classes("text-negative")
+                except ArtrecError as error:  # such as of images that have no colours
+                    ui.label(str(error)).classes("p-4")
     ui.keyboard(lambda event: _pressed(event, board, pages), ignore=["input", "select", "textarea"])
-    tabs.set_value(_TABS[0])
+    tabs.set_value(next(iter(pages)))
 
 
 async def _pressed(event: Any, board: Board, pages: dict[str, Any]) -> None:

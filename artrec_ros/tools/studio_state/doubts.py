@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...core.base.errors import ImageError
-from ...core.model.found import FrameResult
+from ...core.model.found import Detection, FrameResult
 from .examples import Examples
 from .session import Session
 
@@ -35,13 +35,23 @@ def ranked(session: Session, examples: Examples, told: Callable[[float], None]) 
         finally:
             told((number + 1) / len(session.stills))
     usual = round(float(np.median([len(r.detections) for r in results.values()]))) if results else 0
-    parts = {t.name: len(t.model.components) for t in session.setup.targets}
+    parts = _usual_parts([d for r in results.values() for d in r.detections])
     doubts = [doubt_of(n, r, usual, parts) for n, r in results.items() if not examples.is_marked(n)]
     return sorted(doubts, key=lambda d: (-d.worth, d.number))
 
 
+def _usual_parts(detections: Sequence[Detection]) -> dict[str, int]:
+    """Object -> how many of its components are mostly found: of one seen from the side, others are hidden."""
+    names = {d.object for d in detections}
+    return {name: round(float(np.median([_parts(d) for d in detections if d.object == name]))) for name in names}
+
+
+def _parts(detection: Detection) -> int:
+    return len({c.component for c in detection.components})
+
+
 def doubt_of(number: int, result: FrameResult, usual: int, parts: dict[str, int]) -> Doubt:
-    """:param usual: how many objects other frames show. :param parts: object -> number of its components."""
+    """:param usual: how many objects other frames show. :param parts: object -> how many components, mostly."""
     known = list(_doubts(result, usual, parts))
     worth, why = max(known, default=(0.0, "nothing doubtful"))
     return Doubt(number, worth, why)
@@ -55,9 +65,9 @@ def _doubts(result: FrameResult, usual: int, parts: dict[str, int]) -> Iterator[
         yield 1 - d.score, f"{d.name}: score {d.score:.2f}"
         if d.margin is not None and d.margin < _NARROW:
             yield 1 - d.margin, f"{d.name}: margin {d.margin:.2f}"
-        found = len({c.component for c in d.components})
-        if found < parts[d.object]:
-            yield 1 - found / parts[d.object], f"{d.name}: {found} of {parts[d.object]} components"
+        usual_parts = parts.get(d.object, 0)
+        if _parts(d) < usual_parts:
+            yield 1 - _parts(d) / usual_parts, f"{d.name}: {_parts(d)} of the usual {usual_parts} components"
         weakest = min(d.components, key=lambda c: c.score, default=None)
         if weakest is not None:
             yield 1 - weakest.score, f"{d.name}: {weakest.component} {weakest.score:.2f}"

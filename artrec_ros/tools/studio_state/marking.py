@@ -54,11 +54,10 @@ class Marking:
     @property
     def next_key(self) -> Key | None:
         """The marker to draw next; None: the object has all."""
-        keys = keys_of(self.target.model)
-        if self.drawn is None:
-            return keys[0]
-        done = {key for key, _ in axes_of(self.drawn, self.target.model)} | self._skipped
-        return next((k for k in keys if k not in done), None)
+        done = set(self._skipped)
+        if self.drawn is not None:
+            done |= {key for key, _ in axes_of(self.drawn, self.target.model)}
+        return next((k for k in keys_of(self.target.model) if k not in done), None)
 
     def look_at(self, number: int) -> None:
         """Another frame: what was being drawn is done."""
@@ -77,11 +76,10 @@ class Marking:
 
     def skip(self) -> None:
         """The next marker cannot be seen."""
-        key = self.next_key
-        if self.drawn is not None and key is not None:
-            self._skipped.add(key)
-            if self.next_key is None:
-                self.finish()
+        if self.next_key is not None:
+            self._skipped.add(self.next_key)
+        if self.next_key is None:
+            self.finish()
 
     def choose(self, place: Array) -> None:
         """The object whose middle is nearest to a click, if it is near; else none."""

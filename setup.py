@@ -10,6 +10,7 @@ SHARE = Path("share") / PACKAGE
 REPORT = ["Jinja2>=3.0", "matplotlib>=3.5"]
 CLUSTER = ["distributed>=2023.5"]
 TUNE = ["optuna>=3.6"]
+STUDIO = ["nicegui>=3.18"]
 
 
 def shipped(*folders):
@@ -86,6 +87,7 @@ setup(
     extras_require={
         "cluster": CLUSTER,  # 41 MB, Dask and what comes with it: artrec replay --scheduler
         "tune": TUNE,  # 39 MB, most of it SQLAlchemy: artrec tune
+        "studio": STUDIO,  # 100 MB, a third of it NiceGUI, else what its web server needs: artrec studio
         "model": ["svgelements>=1.9"],  # 0.8 MB, nothing else comes with it: artrec model reads SVG drawings
         # The page of artrec evaluate: 102 MB, nearly all of it matplotlib and what comes with it.
         "report": REPORT,
@@ -93,8 +95,10 @@ setup(
             *REPORT,
             *CLUSTER,
             *TUNE,
+            *STUDIO,
             "hypothesis>=6",
             "mypy>=1.8",
+            "playwright>=1.40",  # drives the system's chromium
             "pytest>=7.4",
             "ruff>=0.6",
             "svgelements>=1.9",

@@ -65,7 +65,19 @@ def model_sheet(target: Target, markers: Sequence[MarkerCell]) -> Picture:
     return np.vstack([np.hstack(row) for row in padded])
 
 
-def _object_cells(target: Target) -> list[Picture]:
+def object_picture(target: Target, joints: Mapping[str, float], azimuth_deg: float, elevation_deg: float) -> Picture:
+    """(H, W, 3) BGR the object with its joints at these values, always at one scale, with its frame and names.
+
+    :param azimuth_deg: where the camera stands: 0 on +x, 90 on +y. :param elevation_deg: how far above, below 90.
+    """
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    across = float(np.cos(elevation))
+    direction = (across * float(np.cos(azimuth)), across * float(np.sin(azimuth)), float(np.sin(elevation)))
+    return _view(target)[0].cell("", direction, joints, True)[_CAPTION_PX:]
+
+
+def _view(target: Target) -> tuple[_View, dict[str, list[dict[str, float]]]]:
+    """What draws the object, and by joint the configurations at its two ends, the others in the middle."""
     model = target.model
     middle = joints_at(model, 0.0)
     surfaces = object_surfaces(model, target.label, middle)
@@ -74,7 +86,13 @@ def _object_cells(target: Target) -> list[Picture]:
     ends = {name: [joints_at(model, 0.0) | {name: joints_at(model, e)[name]} for e in (-1, 1)] for name in middle}
     everything = [corners] + [s.corners for q in sum(ends.values(), []) for s in object_surfaces(model, 1, q)]
     radius = float(np.linalg.norm(np.concatenate(everything) - centre, axis=1).max())
-    view = _View(target, centre, radius)
+    return _View(target, centre, radius), ends
+
+
+def _object_cells(target: Target) -> list[Picture]:
+    model = target.model
+    middle = joints_at(model, 0.0)
+    view, ends = _view(target)
     cells = [view.cell(side, direction, middle, True) for side, direction in _SIDES.items()]
     for component, (name, pair) in zip(model.joint_components, ends.items(), strict=True):
         across = view.across(component.name)

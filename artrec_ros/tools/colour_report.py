@@ -31,12 +31,17 @@ def report(learned: Learned) -> Iterator[str]:
     yield from _advice(learned)
 
 
+def scale_limits(scales: Array) -> tuple[float, float]:
+    """Least and greatest scale, px/m, that keep out what is smaller or larger than what was marked."""
+    return float(scales.min()) / _WIDER, float(scales.max()) * _WIDER
+
+
 def scale_line(scales: Array) -> str:
     """What the marked objects' scales are, and the limits that they suggest. :param scales: px/m, one or more."""
-    least, greatest = scales.min(), scales.max()
+    low, high = scale_limits(scales)
     return (
-        f"scale: {least:.4g} to {greatest:.4g} px/m where marked; a quarter wider, recognizer.min_scale "
-        f"{least / _WIDER:.4g} and max_scale {greatest * _WIDER:.4g} keep out what is smaller or larger"
+        f"scale: {scales.min():.4g} to {scales.max():.4g} px/m where marked; a quarter wider, recognizer.min_scale "
+        f"{low:.4g} and max_scale {high:.4g} keep out what is smaller or larger"
     )
 
 

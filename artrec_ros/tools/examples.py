@@ -44,6 +44,12 @@ EXAMPLES = {
         "artrec model foot.jpg arm.jpg --width 0.08 0.13 --name lamp -o lamp.yaml",
         "artrec model lamp.urdf --markers stickers.yaml -o lamp.yaml --sheet check.png",
         "artrec model lamp.yaml --sheet check.png --distance 1.5 --camera-info camera.yaml",
+        "artrec model lamp.yaml --print lamp.pdf --paper A4",
+    ),
+    "studio": (
+        "artrec studio pictures/ --params-file lamp_params.yaml",
+        "artrec studio recorded_bag --params-file lamp_params.yaml --annotations photos/annotations.json -o marked",
+        "artrec studio pictures/ --params-file lamp_params.yaml --results result --port 8090 --no-open",
     ),
     "prepare": (
         "artrec prepare",

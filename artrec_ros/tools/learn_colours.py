@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..core.base.config import ImageConfig
 from ..core.base.errors import ConfigError
 from ..core.learning.colour_learning import (
+    Learned,
     Pair,
     check_samples,
     choose_sharpening,
@@ -78,15 +79,20 @@ def run(args: argparse.Namespace) -> int:
     samples, told = _samples(args, labels, setup)
     check_samples(samples, labels)
     _say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
-    doubtful = [name for name in samples if name not in labels] if args.sources else []
-    learned = learn_colours(samples, labels, ImageConfig(), doubtful)
-    learned = replace(learned, image=sharpened(learned.image, told))
+    learned = learn_from(samples, told, labels)
     save_colours(args.output, learned.image)
     print("\n".join(report(learned)))
     if setup is not None:
         print(scale_line(marked_scales(args.annotations, setup.targets)))
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")
     return 0
+
+
+def learn_from(samples: Samples, told: Told, labels: Mapping[str, int]) -> Learned:
+    """The classes' colours, and whether to sharpen. :raises ConfigError: a class without enough samples."""
+    doubtful = [name for name in samples if name not in labels] if told.by_segmenter else []
+    learned = learn_colours(samples, labels, ImageConfig(), doubtful)
+    return replace(learned, image=sharpened(learned.image, told))
 
 
 def sharpened(image: ImageConfig, told: Told) -> ImageConfig:

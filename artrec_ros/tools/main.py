@@ -26,6 +26,7 @@ COMMANDS = {
     "model": "make an object file from pictures, a drawing or a URDF, and check it",
     "prepare": "compile ahead what recognition needs, as in an image or on a robot",
     "inspect": "print what files hold, and whether they fit together",
+    "studio": "look, mark and tune in the browser",
 }
 
 # rclpy is imported in `node` alone, and nothing here imports that: what needs ROS is named, and found when it is called

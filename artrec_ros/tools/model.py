@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
+from numpy.typing import NDArray
 
 from ..core.base.errors import ConfigError
 from ..core.design.ambiguity import Ambiguities, find_ambiguities
@@ -67,7 +69,12 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     p.add_argument("--body-label", type=int, metavar="N", help="URDF: class of the bodies' pixels, where they have one")
     p.add_argument("--sheet", type=Path, metavar="FILE.png", help="draw the markers, and the object from all sides")
-    p.add_argument("--label", type=int, default=_SHOWN_LABEL, metavar="N", help="sheet: the object's class, for colour")
+    p.add_argument(
+        "--print", type=Path, metavar="PAGE.pdf", dest="printed",
+        help="the markers at true scale, with crop marks and a ruler to check the printer by",
+    )  # fmt: skip
+    p.add_argument("--paper", choices=("A4", "A3", "letter"), default="A4", help="size of these pages (default: A4)")
+    p.add_argument("--label", type=int, default=_SHOWN_LABEL, metavar="N", help="class of the object drawn, for colour")
     p.add_argument("--distance", type=float, metavar="M", help="warn of markers that cannot be told so far off")
     add_camera(p, (640, 480))
     p.set_defaults(run=run)
@@ -92,7 +99,19 @@ def run(args: argparse.Namespace) -> int:
     if args.sheet:
         _write_sheet(args.sheet, found, camera, args.label)
         print(f"Drew {args.sheet}")
+    if args.printed:
+        pages = print_pages(args.printed, model, args.label, args.paper)
+        print(f"Wrote {args.printed}: {pages} of {args.paper}; print at 100 % and measure the ruler.")
     return 0
+
+
+def print_pages(path: Path, model: ObjectModel, label: int, paper: str = "A4") -> int:
+    """Writes the markers at true scale and returns the number of pages. :raises ConfigError: matplotlib is missing."""
+    try:
+        from .printing import print_pages as write
+    except ImportError as error:
+        raise ConfigError(f"--print: {error}; pip install artrec_ros[report]") from None
+    return write(path, model, label, paper)
 
 
 def _check(args: argparse.Namespace) -> None:
@@ -112,6 +131,8 @@ def _check(args: argparse.Namespace) -> None:
         raise ConfigError(f"{args.output}: is there already; --overwrite replaces it")
     if args.sheet and args.sheet.suffix.lower() not in (".png", ".jpg", ".jpeg"):
         raise ConfigError(f"--sheet: '{args.sheet}' must end in .png or .jpg")
+    if args.printed and args.printed.suffix.lower() != ".pdf":
+        raise ConfigError(f"--print: '{args.printed}' must end in .pdf")
 
 
 def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
@@ -162,14 +183,18 @@ def _comments(sources: Sequence[Path]) -> tuple[str, ...]:
 
 
 def _write_sheet(path: Path, found: Ambiguities, camera: Camera, label: int) -> None:
-    model = found.model
+    path.parent.mkdir(parents=True, exist_ok=True)
+    small = [cv2.IMWRITE_PNG_COMPRESSION, 9] if path.suffix.lower() == ".png" else []
+    if not cv2.imwrite(str(path), sheet_of(found, camera, label), small):
+        raise ConfigError(f"{path}: cannot be written")
+
+
+def sheet_of(found: Ambiguities, camera: Camera, label: int) -> NDArray[np.uint8]:
+    """(H, W, 3) BGR the markers with what is known of them, and the object from all sides."""
     cells = []
     for row in shape_rows(found, camera):
-        component = model.component(row.keys[0][0])
+        component = found.model.component(row.keys[0][0])
         shown = component.labels(label)[0]
         notes = f"found to {row.found_m:.2f} m, told to {row.told_m:.2f} m"
         cells.append(MarkerCell(component.marker(row.keys[0][1]), shown, row.names, notes))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    small = [cv2.IMWRITE_PNG_COMPRESSION, 9] if path.suffix.lower() == ".png" else []
-    if not cv2.imwrite(str(path), model_sheet(Target(model.name, model, label), cells), small):
-        raise ConfigError(f"{path}: cannot be written")
+    return model_sheet(Target(found.model.name, found.model, label), cells)

@@ -23,6 +23,8 @@ from ..base.yaml_files import Value, load_value, nearest, read_text
 Key = tuple[str, str]  # (component, marker)
 _MOST_BYTES = 2**30  # COCO itself has a quarter of that
 _ENDS = ("tail", "head")
+MADE_BY, MACHINE = "made_by", "recogniser"
+"""An annotation's attribute, and its value where the recogniser drew it and nobody has mended it since."""
 _LEAST_AXIS_PX = 0.5  # a shorter axis has no direction
 
 
@@ -45,6 +47,11 @@ class AnnotatedObject:
     attributes: Mapping[str, str] = field(default_factory=dict)
     box: Array | None = None
     incomplete: bool = False
+
+    @property
+    def by_machine(self) -> bool:
+        """Whether the recogniser drew it: fit to learn from, but no truth to score the recogniser by."""
+        return self.attributes.get(MADE_BY) == MACHINE
 
 
 @dataclass(frozen=True)
@@ -108,6 +115,14 @@ def instance_from_axis(component: str, marker: Marker, tail_px: Array, head_px: 
     centre = tail_px @ as_complex - z * (tail @ as_complex)
     theta = np.angle((head_px - tail_px) @ as_complex)
     return Instance(component, marker.name, 1.0, float(centre.real), float(centre.imag), float(theta), float(abs(z)))
+
+
+def axis_px(marker: Marker, place: Instance) -> Array:
+    """(2, 2) tail and head of a marker's axis in the image: the inverse of `instance_from_axis`."""
+    z = place.scale * np.exp(1j * (place.theta - marker.axis_angle))
+    ends = (np.stack([marker.tail, marker.head]) - marker.centroid) @ np.array([1, -1j])
+    points = complex(place.x, place.y) + z * ends
+    return np.stack([points.real, points.imag], axis=1)
 
 
 def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) -> Annotations:

@@ -15,7 +15,7 @@ from ..images.decoding import IMAGE_SUFFIXES, read_image
 from .bag_source import BagSource
 from .frames import Frame, Part, Source, SourceOptions
 
-__all__ = ["STAMP_DIGITS", "FolderSource", "Frame", "SourceOptions", "Sources", "open_sources"]
+__all__ = ["STAMP_DIGITS", "FolderSource", "Frame", "SourceOptions", "Sources", "holds_bag", "open_sources"]
 
 STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds
 
@@ -91,7 +91,7 @@ class Sources:
         return [line for part in self.parts for line in part.problems]
 
     def _open(self, path: Path, options: SourceOptions, report: Report) -> Source:
-        if path.is_dir() and not _holds_bag(path):
+        if path.is_dir() and not holds_bag(path):
             return FolderSource(path, options)
         return BagSource(self._stack.enter_context(Bag(path, options.storage)), options, report)
 
@@ -105,7 +105,8 @@ def open_sources(paths: Sequence[Path], options: SourceOptions | None = None, re
     return Sources(paths, options or SourceOptions(), report or (lambda _: None))
 
 
-def _holds_bag(folder: Path) -> bool:
+def holds_bag(folder: Path) -> bool:
+    """Whether a folder is a bag, not one of images."""
     return any(p.name == "metadata.yaml" or is_storage(p) for p in folder.iterdir())
 
 

@@ -9,13 +9,16 @@ import numpy as np
 from ...core.base.errors import SourceError
 from ...core.geometry.transforms import readonly
 from ..base.yaml_files import Value
-from ..learned.annotations import AnnotatedObject, load_coco, read_json
+from ..learned.annotations import MACHINE, MADE_BY, AnnotatedObject, load_coco, read_json
 from ..sources.opening import STAMP_DIGITS
 from .records import FrameKey, Told, TrueObject, Truth, frame_by_image
 
 
 def load_coco_truth(path: Path) -> Truth:
     """Annotated objects by image: by the file's name, or by its stamp where all names are stamps.
+
+    Images with annotations that the recogniser made and nobody has mended are left out: they would praise it for
+    agreeing with itself.
 
     :raises SourceError, ConfigError: no image, a name that is there twice, a file that is no COCO keypoint file.
     """
@@ -28,7 +31,14 @@ def load_coco_truth(path: Path) -> Truth:
     for annotated in annotations.objects:
         if annotated.points:
             frames[keys[annotated.image]] += (_object(annotated),)
-    return Truth(frames, str(path))
+    machine_made = {keys[o.image] for o in annotations.objects if o.by_machine}
+    kept = {key: objects for key, objects in frames.items() if key not in machine_made}
+    if not kept:
+        raise SourceError(
+            f"{path}: no truth: each image has annotations that the recogniser made (attribute {MADE_BY}: {MACHINE}); "
+            "mark some images by hand"
+        )
+    return Truth(kept, str(path), left_out=len(machine_made))
 
 
 def _images(top: Value) -> list[Path]:

@@ -75,12 +75,14 @@ class Truth:
 
     :param frames: by stamp, or by image file name, all in the same way. :param source: where they come from.
     :param camera: the calibration beside them, where there is one. :param frame_id: in which the poses are; '': unsaid.
+    :param left_out: frames that are no truth, as the recogniser itself annotated them.
     """
 
     frames: Mapping[FrameKey, tuple[TrueObject, ...]]
     source: str
     camera: Camera | None = None
     frame_id: str = ""
+    left_out: int = 0
 
     @property
     def by_name(self) -> bool:

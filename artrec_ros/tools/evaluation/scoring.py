@@ -169,6 +169,8 @@ def _sliding(model: ObjectModel) -> frozenset[str]:
 
 def _notes(run: Run, truth: Truth, found: Mapping[FrameKey, int], choices: Mapping[str, Choice]) -> Iterable[str]:
     yield from run.notes
+    if truth.left_out:
+        yield f"{truth.left_out} images whose annotations the recogniser made are left out: they are no truth"
     told = {o.told for o in truth.objects()}
     if Told.REQUIRED in told:
         yield "the truth tells poses alone: hidden objects count as in view, and configurations are not judged"

@@ -99,7 +99,9 @@ def _moved_files(path: Path, setup: Setup, target: Path) -> dict[str, str]:
     return {
         key: os.path.relpath(setup.resolved[key], folder)
         for key in _file_keys(setup)
-        if "config_dir" not in given and not (given[key].startswith(SCHEME) or Path(given[key]).is_absolute())
+        if key in given
+        and "config_dir" not in given
+        and not (given[key].startswith(SCHEME) or Path(given[key]).is_absolute())
     }
 
 

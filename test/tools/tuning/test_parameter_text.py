@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from artrec_ros.core.constraints.constraint_set import ConstraintSet
+from artrec_ros.io.learned.constraints import save_constraints
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.tools.tuning.parameter_text import tuned_text
 
@@ -67,3 +69,13 @@ def test_two_sections_are_written_anew(tmp_path):
     params.write_text(PARAMETERS + "/artrec_node:\n  ros__parameters: {recognizer: {min_match: 0.7}}\n")
     assert "min_match: 0.61" in tuned(params, tmp_path / "parameters.yaml")
     assert not list(tmp_path.glob("*.part"))
+
+
+def test_a_file_that_was_not_named_before_is_added(tmp_path):
+    """As constraints are, once they are learned; what a person wrote stays all the same."""
+    params, target = write_lamp(tmp_path), tmp_path / "new.yaml"
+    save_constraints(tmp_path / "learned.yaml", ConstraintSet("lamp", 0.95, ()))
+    setup = load_parameters(params).changed({"lamp.constraint_file": str(tmp_path / "learned.yaml")})
+    target.write_text(tuned_text([params], setup, {"lamp.constraint_file": "learned.yaml"}, target, ""))
+    assert load_parameters(target).targets[0].constraints == ConstraintSet("lamp", 0.95, ())
+    assert "# a lamp on a bench" in target.read_text()

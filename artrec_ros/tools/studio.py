@@ -1,0 +1,103 @@
+"""`artrec studio`: look, mark and tune in the browser; what comes of it are files that the other commands read."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import getpass
+import socket
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..core.base.errors import ConfigError
+from ..io.base.whole_files import held
+from .interrupting import say
+from .options.work_options import add_source_options, source_options
+
+_EPILOG = """\
+Needs NiceGUI: pip install artrec_ros[studio]. The page is for this machine alone, unless --host says otherwise; from
+another one, `ssh -L 8080:127.0.0.1:8080 THIS_MACHINE` brings it there.
+"""
+
+
+def add_parser(subparsers: Any) -> None:
+    p = subparsers.add_parser("studio", help="look, mark and tune in the browser", description=__doc__, epilog=_EPILOG)
+    p.add_argument("source", metavar="SOURCE", type=Path, help="folder of images, bag, or video file")
+    p.add_argument(
+        "--params-file", required=True, type=Path, action="append", metavar="NODE.yaml",
+        help="the objects to look for; colours and constraints may yet be missing. May be given again",
+    )  # fmt: skip
+    p.add_argument(
+        "-o", "--output", type=Path, default=Path("studio"), metavar="DIR",
+        help="where all is written that is made; what lies there is gone on with (default: studio)",
+    )  # fmt: skip
+    p.add_argument(
+        "--annotations", type=Path, nargs="+", default=[], metavar="COCO.json", help="examples marked before"
+    )
+    p.add_argument("--results", type=Path, metavar="DIR", help="folder of artrec replay, to see where it failed")
+    p.add_argument("--frames", type=_count, default=200, metavar="N", help="of a bag or video N frames at most (200)")
+    add_source_options(p)
+    p.add_argument("--host", default="127.0.0.1", help="address to listen at (default: 127.0.0.1: this machine alone)")
+    p.add_argument("--port", type=_port, default=8080, metavar="N", help="port to listen at (default: 8080)")
+    p.add_argument("--no-open", action="store_true", help="do not open the browser")
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serves the page until Ctrl-C."""
+    from .studio_pages.page import Opened, serve  # without NiceGUI, the reason and the way out
+    from .studio_state.examples import Examples
+    from .studio_state.session import Session, load_setup
+    from .studio_state.stills import open_stills
+
+    given = tuple(args.params_file)
+    setup = load_setup(given, args.output)
+    try:
+        args.output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"{args.output}: cannot be written: {error.strerror}") from None
+    _tell_what_is_there(args)
+    with held(args.output):
+        stills = open_stills(args.source, source_options(args, setup), args.frames, args.output / "frames", say)
+        session = Session(stills, args.output, given, setup)
+        opened = Opened(session, Examples(session, args.annotations), args.results)
+        with contextlib.suppress(KeyboardInterrupt):
+            serve(opened, args.host, args.port, not args.no_open, lambda: _tell(args))
+    say(f"ended; all that was made is in {args.output}")
+    return 0
+
+
+def _tell_what_is_there(args: argparse.Namespace) -> None:
+    """Files of an earlier sitting go before what was named."""
+    from .studio_state.examples import ANNOTATIONS_FILE
+    from .studio_state.session import PARAMETERS_FILE
+
+    if (args.output / PARAMETERS_FILE).is_file():
+        say(f"going on with {args.output / PARAMETERS_FILE}, not with {', '.join(map(str, args.params_file))}")
+    if args.annotations and (args.output / ANNOTATIONS_FILE).is_file():
+        say(f"going on with {args.output / ANNOTATIONS_FILE}, not with {', '.join(map(str, args.annotations))}")
+
+
+def _tell(args: argparse.Namespace) -> None:
+    print(f"http://{args.host}:{args.port}  (Ctrl-C ends it; what is made goes to {args.output})", flush=True)
+    if args.host in ("127.0.0.1", "localhost"):
+        name = f"{getpass.getuser()}@{socket.gethostname()}"
+        print(
+            f"from another machine: ssh -L {args.port}:127.0.0.1:{args.port} {name}, then the same address there",
+            flush=True,
+        )
+    else:
+        say(f"warning: whoever reaches {args.host}:{args.port} may use this page: it asks for no password")
+
+
+def _number(low: int, high: int, what: str) -> Callable[[str], int]:
+    def read(text: str) -> int:
+        if not text.isdecimal() or not low <= int(text) <= high:
+            raise argparse.ArgumentTypeError(f"'{text}' is no {what} of {low} to {high}")
+        return int(text)
+
+    return read
+
+
+_port, _count = _number(1, 65535, "port"), _number(1, 100_000, "number of frames")

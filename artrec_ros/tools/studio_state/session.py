@@ -1,0 +1,152 @@
+"""One sitting: the frames, the parameter file as it now is, and what the recogniser makes of the frames with it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.base.config import ImageConfig
+from ...core.base.errors import ConfigError
+from ...core.drawing import class_picture, draw_result, object_colour
+from ...core.image.segmentation import Segmenter
+from ...core.model.found import FrameResult
+from ...core.recognizer import Recognizer
+from ...core.warm_up import Told
+from ...io.base.shared_files import resolve_path
+from ...io.base.whole_files import write_whole
+from ...io.parameters.parameter_file import Setup, load_parameters, read_flat, setup_from_flat
+from ..tuning.parameter_text import tuned_text
+from .stills import Stills
+
+PARAMETERS_FILE = "params.yaml"
+_NO_CLASS = (44, 38, 36)  # BGR
+_KEPT = 400  # results that are kept
+_RECOGNISERS = 3  # that are kept: the saved parameters', those being tried, the ones before
+
+
+@dataclass
+class Session:
+    """What all pages share. What is learned and changed goes to `folder`, as files that the commands read.
+
+    :param given: the parameter files as the user named them.
+    :param setup: the parameters as they are now, saved in `folder` where they differ from `given`.
+    """
+
+    stills: Stills
+    folder: Path
+    given: tuple[Path, ...]
+    setup: Setup
+    _results: dict[tuple[str, int], FrameResult] = field(default_factory=dict)
+    _recognizers: dict[str, Recognizer] = field(default_factory=dict)
+    _lock: threading.RLock = field(default_factory=threading.RLock)
+
+    @property
+    def parameters(self) -> Path:
+        """The parameter file that holds what was made here."""
+        return self.folder / PARAMETERS_FILE
+
+    @property
+    def names(self) -> list[str]:
+        return [t.name for t in self.setup.targets]
+
+    def keep(self, changes: Mapping[str, Any]) -> None:
+        """Changes parameters (flat name -> value) and writes the file.
+
+        :param changes: names of files as from `folder`. :raises ConfigError: they are not valid, or it is not writable.
+        """
+        absolute = {k: str(self.folder / v) if k.endswith("_file") else v for k, v in changes.items()}
+        setup = self.setup.changed(absolute)
+        first = not self.parameters.exists()
+        paths = list(self.given) if first else [self.parameters]
+        note = f"Written by artrec studio, from {', '.join(p.name for p in self.given)}." if first else ""
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            write_whole(self.parameters, tuned_text(paths, setup, changes, self.parameters, note))
+        except OSError as error:
+            raise ConfigError(f"{self.parameters}: cannot be written: {error.strerror}") from None
+        self.setup = load_parameters(self.parameters)  # files that it names may be others now
+        self.forget()
+
+    def recognise(self, number: int, setup: Setup | None = None, told: Told = lambda share: None) -> FrameResult:
+        """What is found in a frame; with other parameters than the session's, where given.
+
+        :param told: called with the share of the code that is compiled, where that has to be done first.
+        :raises ArtrecError: the image cannot be used.
+        """
+        setup = setup or self.setup
+        key = setup.to_yaml()
+        with self._lock:
+            if (key, number) not in self._results:
+                recognizer = self._recognizer(key, setup, told)
+                result = recognizer.recognize(self.stills.image(number), self.stills.camera)
+                while len(self._results) >= _KEPT:
+                    self._results.pop(next(iter(self._results)))
+                self._results[key, number] = result
+            return self._results[key, number]
+
+    def _recognizer(self, key: str, setup: Setup, told: Told) -> Recognizer:
+        if key not in self._recognizers:
+            made = setup.build(calibrated=self.stills.camera is not None, told=told)
+            while len(self._recognizers) >= _RECOGNISERS:
+                self._recognizers.pop(next(iter(self._recognizers)))
+            self._recognizers[key] = made
+        return self._recognizers[key]
+
+    def forget(self) -> None:
+        """Files that parameters name have changed: what was found with them is found anew."""
+        with self._lock:
+            self._results.clear()
+            self._recognizers.clear()
+
+    def overlay(self, number: int, result: FrameResult) -> NDArray[np.uint8]:
+        """(H, W, 3) BGR a result drawn over its frame, as a replay draws it."""
+        return draw_result(self.stills.image(number), result, self.names, self.stills.camera)
+
+    def picture(self, number: int) -> NDArray[np.uint8]:
+        """(H, W, 3) BGR a frame as it is looked at: class numbers as colours."""
+        image = self.stills.image(number)
+        return class_picture(image) if image.ndim == 2 else image
+
+
+class ClassPictures:
+    """What class each pixel gets, each class in the colour that it is named after.
+
+    :param image: how images are read; the colours' table is made once.
+    """
+
+    def __init__(self, image: ImageConfig) -> None:
+        self._segmenter = Segmenter(image)
+        self._table = np.full((256, 3), _NO_CLASS, np.uint8)
+        for name, cls in image.classes.items():
+            self._table[cls.label] = object_colour(list(image.classes), name)
+        self._named = bool(image.classes)
+
+    def of(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """(H, W, 3) BGR."""
+        labels = self._segmenter.labels(image)
+        return np.asarray(self._table[labels], np.uint8) if self._named else class_picture(labels)
+
+
+def load_setup(given: tuple[Path, ...], folder: Path) -> Setup:
+    """The set-up to begin with: what an earlier sitting left in `folder`, else the given files'.
+
+    Constraint files that are yet to be learned need not be there.
+    """
+    kept = folder / PARAMETERS_FILE
+    paths = (kept,) if kept.is_file() else given
+    flat = {key: value.raw for path in paths for key, value in read_flat(path).items()}
+    base, config_dir = paths[0].absolute().parent, flat.get("config_dir")
+    base = resolve_path(config_dir, base) if isinstance(config_dir, str) else base
+    missing = [
+        k for k, v in flat.items() if k.endswith(".constraint_file") and v and not resolve_path(v, base).is_file()
+    ]
+    if not missing:
+        return load_parameters(*paths)
+    known = {key: value for key, value in flat.items() if key not in missing}
+    return setup_from_flat(known, base, ", ".join(map(str, paths)))

@@ -28,7 +28,7 @@ _LEAST_DEPTH_M = 0.05  # of a share that is to be more than nothing
 def pose_covariances(
     model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, config: RecognizerConfig
 ) -> Array:
-    """(H, 6, 6) covariances of fitted hypotheses: x, y, z, then rotations about them, along the camera's axes.
+    """(H, 6+J, 6+J) covariances of fitted hypotheses: x, y, z, rotations about them, along the camera's axes; joints.
 
     :param use: (H, M) bool: the markers of `model.markers` that each was fitted to.
     """
@@ -39,7 +39,7 @@ def pose_covariances(
     A = _transposed(_stacked(Jw)) @ _stacked(fit.jacobian) / sigma_px**2 + prior
     noise = _noise(fit, Jw, seams_px, config.covariance) / sigma_px**4 + prior
     inverse = np.linalg.inv(A)
-    covariance = (inverse @ noise @ inverse)[:, :6, :6]
+    covariance = inverse @ noise @ inverse
     return np.asarray((covariance + _transposed(covariance)) / 2, np.float64)
 
 

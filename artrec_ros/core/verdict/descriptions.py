@@ -56,7 +56,7 @@ class Describer:
         told = [self._told(verdict) for verdict in verdicts]
         parts = self._instances(verdicts, told, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [
-            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy(), identities[n])
+            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n])
             for n, verdict in enumerate(verdicts)
         ]
 
@@ -74,6 +74,8 @@ class Describer:
         names = {p.component for p in parts}
         seen = [c for c, component in enumerate(target.model.components) if component.name in names]
         told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component that is told
+        joints = [(j, name) for j, name in enumerate(target.model.joint_names) if told[j]]
+        deviations = np.sqrt(np.diag(covariance)[6:])
         return Detection(
             target.name,
             number,
@@ -81,9 +83,10 @@ class Describer:
             ImagePose(root.x, root.y, root.theta, root.scale),
             parts,
             Pose(pose.R[0], pose.t[0]),
-            {name: float(pose.q[0, j]) for j, name in enumerate(target.model.joint_names) if told[j]},
-            covariance,
+            {name: float(pose.q[0, j]) for j, name in joints},
+            covariance[:6, :6].copy(),
             identity=identity,
+            joint_deviations={name: float(deviations[j]) for j, name in joints},
         )
 
     def _told(self, verdict: Verdict) -> dict[int, float]:

@@ -66,8 +66,8 @@ class Setup:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether scores are probabilities, to which what other frames say can be added."""
-        return self.recognizer.profile == "default"
+        """Whether scores are probabilities, to which what other frames say is added."""
+        return self.recognizer.profile == "default" and self.recognizer.memory
 
     def lacks(self, calibrated: bool = True) -> list[str]:
         """A line for each object that cannot be found with what the files tell; `calibrated`: the images are."""

@@ -140,6 +140,8 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
         told["pose_from"] = d.pose_from
     if d.predicted:
         told["predicted"] = True
+    if d.joint_deviations:
+        told["joint_deviations"] = {name: _f(q, 6) for name, q in d.joint_deviations.items()}
     if d.filtered is not None:
         told["filtered"] = _filtered_to_dict(d.filtered, d.motion)
     return {
@@ -215,6 +217,7 @@ def _detection_from_dict(o: dict[str, Any], frame_id: str) -> Detection:
         ),
         pose=pose or None,
         joints=dict(o["joints"]),
+        joint_deviations=dict(o.get("joint_deviations", {})),
         class_fit=ClassFit(**o["class"]) if o.get("class") else None,
         margin=o.get("margin"),
         identity=_identity_from_dict(o),

@@ -43,7 +43,7 @@ def rotation_error(R, truth):
 
 
 def fits(name, count, seam=False, seed=0):
-    """Errors (n, 6) and covariances (n, 6, 6) of fits that begun near the truth."""
+    """Errors (n, 6+J) and covariances (n, 6+J, 6+J) of fits that begun near the truth."""
     model, rng = MODELS[name], np.random.default_rng(seed)
     errors, covariances = [], []
     while len(errors) < count:
@@ -52,7 +52,7 @@ def fits(name, count, seam=False, seed=0):
         surface, frame, use = scene(model, truth, seam=seam, rng=rng)
         start = jolted(rng, truth, 1, 0.01, 0.05, 0.05)
         fit = fit_poses(surface, frame, start, use, REACH, DEFAULTS.fit)
-        error = np.r_[fit.t[0] - truth.t[0], rotation_error(fit.R[0], truth.R[0])]
+        error = np.r_[fit.t[0] - truth.t[0], rotation_error(fit.R[0], truth.R[0]), fit.q[0] - truth.q[0]]
         if np.linalg.norm(error[3:]) > 0.4:
             continue  # the mirrored turn: no covariance tells of that
         errors.append(error)
@@ -78,17 +78,24 @@ def test_regions_hold_the_truth_as_often_as_they_say(name, seam):
         assert 0.15 < np.mean(e * np.linalg.solve(C, e[..., None])[..., 0]) < 1.3  # 1: exactly as they say
 
 
+def known_before(surface, depth_m):
+    """Standard deviations of pose and joints without any image."""
+    joints = DEFAULTS.fit.joint_sigma * surface.kinematics.unit
+    return np.r_[[KNOWN.most_range_share * depth_m] * 3, [KNOWN.most_turn_rad] * 3, joints]
+
+
 @pytest.mark.parametrize("name", sorted(MODELS))
 def test_it_is_a_covariance_even_of_nothing(name):
     truth = pose(0.05, -0.02, 0.9, 0.4, 0.1, MODELS[name])
     surface, frame, use = scene(MODELS[name], truth)
     for used in (use, np.zeros_like(use)):
         C = pose_covariances(surface, frame, truth, used, DEFAULTS)[0]
-        assert C.shape == (6, 6)
+        n = 6 + surface.kinematics.n_joints
+        assert C.shape == (n, n)
         np.testing.assert_array_equal(C, C.T)
         assert np.linalg.eigvalsh(C).min() > 0
     # nothing in use: what was known before
-    np.testing.assert_allclose(np.sqrt(np.diag(C)), [KNOWN.most_range_share * 0.9] * 3 + [KNOWN.most_turn_rad] * 3)
+    np.testing.assert_allclose(np.sqrt(np.diag(C)), known_before(surface, 0.9))
 
 
 @pytest.mark.parametrize("label", [UNKNOWN, BACKGROUND, BODY, RED])
@@ -97,8 +104,7 @@ def test_an_image_without_edges_says_nothing(label):
     surface, _, use = scene(MODELS["truck"], truth)
     frame = ImageFrame(LabelField(np.full((240, 320), label, np.uint8)), CAMERA)
     C = pose_covariances(surface, frame, truth, use, DEFAULTS)[0]
-    known = [KNOWN.most_range_share * 0.9] * 3 + [KNOWN.most_turn_rad] * 3
-    np.testing.assert_allclose(np.sqrt(np.diag(C)), known, rtol=1e-6)
+    np.testing.assert_allclose(np.sqrt(np.diag(C)), known_before(surface, 0.9), rtol=1e-6)
 
 
 def test_more_markers_say_more_and_depth_is_known_least():
@@ -140,4 +146,4 @@ def test_many_are_told_of_as_each_alone(name):
     for n in range(3):
         alone = pose_covariances(surface, frame, poses[n : n + 1], uses[n : n + 1], DEFAULTS)[0]
         np.testing.assert_allclose(together[n], alone, rtol=1e-9, atol=1e-15)
-    assert pose_covariances(surface, frame, poses[:0], uses[:0], DEFAULTS).shape == (0, 6, 6)
+    assert pose_covariances(surface, frame, poses[:0], uses[:0], DEFAULTS).shape == (0, *alone.shape)

@@ -50,10 +50,10 @@ class LabelField:
         """(H, W) what each code is named."""
         return self.codes if self.meaning is LABELS else cv2.LUT(self.codes, self.meaning.label)
 
-    @property
+    @cached_property
     def _labels(self) -> NDArray[np.uint8]:
         """What each code of `padded` is named."""
-        return self.padded if self.meaning is LABELS else np.take(self.meaning.label, self.padded)
+        return self.padded if self.meaning is LABELS else cv2.LUT(self.padded, self.meaning.label).ravel()
 
     def at(self, pixels: Array) -> NDArray[np.uint8]:
         """Codes (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
@@ -100,5 +100,6 @@ class LabelField:
             cv2.fillConvexPoly(codes, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
         rest.codes, rest.padded = codes, bordered.ravel()
-        rest.__dict__.pop("labels", None)
+        for made in ("labels", "_labels"):
+            rest.__dict__.pop(made, None)
         return rest

@@ -56,6 +56,17 @@ def unevenness(image: Any, r: Regions, x0: float, y0: float, a: float, b: float,
 
 
 @jit
+def even_out_each(image: Any, r: Regions, at: Any, steps: Any, rounds: int, least: Any, most: Any, out: Any) -> None:
+    """The same of H figures of one kind, and how uneven each is there: out (H,).
+
+    :param r: with x, y (H, n). :param at, steps, least, most: (H, 4).
+    """
+    for h in range(len(out)):
+        figure = Regions(r.x[h], r.y[h], r.region, r.n_regions)
+        out[h] = even_out(image, figure, at[h], steps[h], rounds, least[h], most[h])
+
+
+@jit
 def even_out(image: Any, r: Regions, at: Any, steps: Any, rounds: int, least: Any, most: Any) -> float:
     """Move the similarity `at` (4: x, y, turn, scale), in place, to where regions are most even, by a search along its
     parameters; how uneven they are there.

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -23,45 +21,66 @@ from ..pose.surface_model import PatchScores, Poses, SpatialModel
 class Claim:
     """A candidate and what the labels that nobody better owns say of it.
 
-    :param scores: of these labels.
+    :param votes: for all of it. :param scores: of these labels.
+    :param full_px: (P,) pixels of each patch that would be seen if nobody owned any.
     :param frame: where it is said.
+    :param depth_m: of the required component, along the optical axis. :param scale: pixels per metre there.
+    :param misplaced: why nothing can be there, by what is known of the scene.
     """
 
     finder: WholeObjectFinder
     poses: Poses  # one hypothesis
     votes: float
     scores: PatchScores
+    full_px: Array
     frame: ImageFrame
-    depth_m: float = math.nan  # of the required component, along the optical axis; NaN: not asked for
-    scale: float = math.nan  # pixels per metre there
-    misplaced: str | None = None  # why nothing can be there, by what is known of the scene
-
-    @cached_property
-    def all_scores(self) -> PatchScores:
-        """The same of all labels, whoever owns them."""
-        if self.frame.unowned is self.frame:
-            return self.scores
-        return self.finder.judge(self.frame.unowned, self.poses, occlusion=True)
-
-    def width_px(self, patch: int) -> float:
-        """Mean width of a marker as it is seen, pixels, from its area and its outline's length."""
-        marker = self.finder.surface.patches[patch].marker
-        assert marker is not None
-        return 2 * float(self.all_scores.area_px[0, patch]) / max(marker.perimeter * self.scale, 1e-9)
+    depth_m: float
+    scale: float
+    misplaced: str | None
 
 
-def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Claim]:
-    """A claim for each hypothesis."""
+@dataclass(frozen=True, eq=False)
+class Claims:
+    """H candidates of one target, as `Claim`.
+
+    :param poses, votes, depth_m, scale: (H,). :param scores, full_px: (H, P).
+    """
+
+    finder: WholeObjectFinder
+    poses: Poses
+    votes: Array
+    scores: PatchScores
+    full_px: Array
+    frame: ImageFrame
+    depth_m: Array
+    scale: Array
+    misplaced: Sequence[str | None]
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    def __getitem__(self, i: int) -> Claim:
+        i = range(len(self))[i]
+        one = slice(i, i + 1)
+        place = float(self.depth_m[i]), float(self.scale[i]), self.misplaced[i]
+        votes = float(self.votes[i])
+        return Claim(self.finder, self.poses[one], votes, self.scores[one], self.full_px[i], self.frame, *place)
+
+    def __iter__(self) -> Iterator[Claim]:
+        return (self[i] for i in range(len(self)))
+
+
+def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, full_px: Array | None = None) -> Claims:
+    """A claim for each hypothesis. :param full_px: as of `Claims`; None: not known."""
     scores = finder.judge(frame, poses, occlusion=True)
+    if full_px is None:
+        free = frame.unowned
+        full_px = scores.area_px if free is frame else finder.judge(free, poses, occlusion=True).area_px
     anchors = finder.anchors(poses)
-    depth_m = anchors[:, 2]
+    depth_m = np.ascontiguousarray(anchors[:, 2])
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
     misplaced = _misplaced(finder, poses, frame, anchors, scale)
-    numbers = zip(finder.total(scores).tolist(), depth_m.tolist(), scale.tolist(), misplaced, strict=True)
-    return [
-        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], frame, *place)
-        for i, (votes, *place) in enumerate(numbers)
-    ]
+    return Claims(finder, poses, finder.total(scores), scores, full_px, frame, depth_m, scale, misplaced)
 
 
 def _misplaced(

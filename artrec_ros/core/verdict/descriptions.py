@@ -53,7 +53,7 @@ class Describer:
             poses = self._regions.fitted(frame, poses)
         identities = self._identifier.identify(frame, poses)
         covariances = pose_covariances(surface, frame, poses, used, finder.config)
-        told = [self._told(verdict) for verdict in verdicts]
+        told = self._told(verdicts)
         parts = self._instances(verdicts, told, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [
             self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy(), identities[n])
@@ -86,10 +86,10 @@ class Describer:
             identity=identity,
         )
 
-    def _told(self, verdict: Verdict) -> dict[int, float]:
-        """The components that are told, and their probabilities."""
+    def _told(self, verdicts: Sequence[Verdict]) -> list[dict[int, float]]:
+        """The components that are told of each, and their probabilities."""
         least, root = self.finder.config.min_component_probability, self.finder.root
-        return {c: p for c, p in part_probabilities(verdict).items() if c == root or p >= least}
+        return [{c: p for c, p in of.items() if c == root or p >= least} for of in part_probabilities(verdicts)]
 
     def _instances(
         self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]], frames: Frames, frame: ImageFrame

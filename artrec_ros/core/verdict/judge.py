@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..base.config import RecognizerConfig
+from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
-from .acceptance import Verdict, verdict_of
+from .acceptance import Verdict, Verdicts, verdicts_of
 from .claims import claims_of
 from .reach import Reach
 
@@ -31,10 +34,19 @@ class Judge:
     def of(cls, config: RecognizerConfig) -> Judge:
         return cls(config.verdict.min_votes, config.min_probability, config.min_components, Reach.of(config))
 
-    def verdicts(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Verdict | None]:
-        """What the labels confirm of each hypothesis; None for those without votes enough."""
-        claims = claims_of(finder, poses, frame)
-        return [verdict_of(claim) if claim.votes > self.min_votes else None for claim in claims]
+    def verdicts(
+        self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, full_px: Array | None = None
+    ) -> Verdicts:
+        """What the labels confirm of each hypothesis. :param full_px: as of `Claims`, where it is known."""
+        return verdicts_of(claims_of(finder, poses, frame, full_px))
+
+    def worth(self, verdicts: Verdicts) -> Array:
+        """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""
+        votes = verdicts.claims.votes
+        worth = np.where(votes > self.min_votes, 0.0, -np.inf)
+        for row in np.flatnonzero((worth == 0) & (verdicts.probability >= self.min_probability)).tolist():
+            worth[row] = self.trust(verdicts[row]) * votes[row]
+        return worth
 
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
@@ -43,7 +55,10 @@ class Judge:
 
     def on_first(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> Verdict | None:
         """What the labels confirm of the first one; None: there is none, or it has not votes enough."""
-        return self.verdicts(finder, poses[:1], frame)[0] if len(poses) else None
+        if not len(poses):
+            return None
+        verdict = self.verdicts(finder, poses[:1], frame)[0]
+        return verdict if verdict.claim.votes > self.min_votes else None
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""

@@ -12,9 +12,9 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import PatchScores
-from artrec_ros.core.verdict.acceptance import Evidence, verdict_of
+from artrec_ros.core.verdict.acceptance import Evidence, verdicts_of
 from artrec_ros.core.verdict.acceptance_curves import CURVES, LIKELY, SURE
-from artrec_ros.core.verdict.claims import Claim
+from artrec_ros.core.verdict.claims import Claims
 from artrec_ros.core.verdict.judge import Judge
 
 CONFIG = DEFAULTS
@@ -38,7 +38,13 @@ def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, p
             scores.area_px[0, i], scores.votes[0, i], scores.agree[0, i] = px, per_px * px, agree
         elif patch.marker.name in ("right", "outer_right"):  # it should be seen and is not
             scores.area_px[0, i], scores.votes[0, i] = 30.0, against
-    return Claim(finder, pose(model=surface.model), votes, scores, BLANK)
+    at, one = pose(model=surface.model), np.ones(1)
+    return Claims(finder, at, votes * one, scores, scores.area_px, BLANK, np.nan * one, np.nan * one, [None])
+
+
+def verdict_of(one):
+    (verdict,) = verdicts_of(one)
+    return verdict
 
 
 TORSO, FORE, HIND, FACE = ("torso", "right"), ("fore", "outer_right"), ("hind", "outer_right"), ("plate", "face")
@@ -174,7 +180,7 @@ def test_so_many_components_must_be_confirmed_the_required_one_included_and_no_m
     ],
 )
 def test_what_is_out_of_reach_is_no_object_and_says_by_how_much(limits, reason):
-    judge, verdict = Judge.of(settings(**limits)), verdict_of(replace(claim(WHOLE), depth_m=2.9, scale=100.0))
+    judge, verdict = Judge.of(settings(**limits)), verdict_of(replace(claim(WHOLE), depth_m=np.array([2.9]), scale=np.array([100.0])))
     assert judge.reason(verdict) == reason
     assert judge.trust(verdict) == (0.0 if reason else verdict.probability)
 

@@ -13,6 +13,30 @@ _FACING = ("facing",)
 class FacingConfig(Room):
     """How blobs are searched for whole objects that are figures of the image plane."""
 
+    guess_share: float = param(
+        0.4,
+        "what of the time for the search may go into first guesses",
+        low=0.01,
+        high=1,
+        paths=_FACING,
+        origin="about what they take; matters where the budget ends a search",
+    )
+    search_share: float = param(
+        0.6,
+        "what of the time that is left may go into the search",
+        low=0.01,
+        high=1,
+        paths=_FACING,
+        origin="the rest is for judging and telling many objects; matters where the budget ends a search",
+    )
+    judge_share: float = param(
+        0.5,
+        "what of the time that is left after the search may go into judging what it found",
+        low=0.01,
+        high=1,
+        paths=_FACING,
+        origin="the rest is for telling it",
+    )
     grid_points: int = param(
         24,
         "pixels of a blob at which its component's middle is tried",
@@ -39,6 +63,14 @@ class FacingConfig(Room):
         high=1,
         paths=_FACING,
         origin="two alike that touch are one blob",
+    )
+    least_share: float = param(
+        0.5,
+        "least votes of a hypothesis that goes on, as a share of the best one's of its blob",
+        low=0,
+        high=1,
+        paths=_FACING,
+        origin="it loses 2 of 1152 robots in benchmarks/overhead.py, and climbs take half the time; 0.7 loses 30",
     )
     per_patch: int = param(
         4,

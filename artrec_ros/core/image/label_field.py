@@ -51,7 +51,7 @@ class LabelField:
         return self.codes if self.meaning is LABELS else cv2.LUT(self.codes, self.meaning.label)
 
     @cached_property
-    def _labels(self) -> NDArray[np.uint8]:
+    def padded_labels(self) -> NDArray[np.uint8]:
         """What each code of `padded` is named."""
         return self.padded if self.meaning is LABELS else cv2.LUT(self.padded, self.meaning.label).ravel()
 
@@ -82,7 +82,7 @@ class LabelField:
         of another known class, itself not counted; inf: far."""
         silent = np.zeros(256, bool)
         silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
-        (height, width), labels = self.codes.shape, self._labels
+        (height, width), labels = self.codes.shape, self.padded_labels
         mine = np.flatnonzero(labels.reshape(height + 2, width + 2)[1:-1, 1:-1] == label)
         if len(mine) > _SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
             mine = mine[(np.arange(_SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
@@ -100,6 +100,6 @@ class LabelField:
             cv2.fillConvexPoly(codes, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
         rest.codes, rest.padded = codes, bordered.ravel()
-        for made in ("labels", "_labels"):
+        for made in ("labels", "padded_labels"):
             rest.__dict__.pop(made, None)
         return rest

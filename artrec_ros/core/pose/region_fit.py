@@ -9,7 +9,6 @@ from ..base.config import RecognizerConfig
 from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from ..model.kinematics import Frames
 from .region_kernels import Regions, even_out_each
 from .surface_model import Poses, SpatialModel
 
@@ -53,16 +52,15 @@ class RegionFit:
         """Each hypothesis' points in the image, its similarity (H, 4), and how far that may go."""
         camera, config, depth = frame.camera, self._config, poses.t[:, 2]
         frames = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
-        pixels, origin = np.empty((len(poses), len(self._points), 2)), project(camera, poses.t)
-        for h, scale in enumerate((camera.focal_px / depth).tolist()):  # pixels per metre
-            beyond = self._points + self._away * np.minimum(config.region_ring_px / scale, self._most_m)[:, None]
-            one = Frames(frames.R[h : h + 1], frames.t[h : h + 1], frames.axis[h : h + 1], frames.origin[h : h + 1])
-            pixels[h] = project(camera, self._surface.place(one, beyond, self._on))[0]
+        scale, origin = camera.focal_px / depth, project(camera, poses.t)  # scale: pixels per metre
+        at, beyond = (self._surface.place(frames, p, self._on) for p in (self._points, self._points + self._away))
+        away_m = np.minimum(config.region_ring_px / scale[:, None], self._most_m)
+        pixels = project(camera, at + away_m[..., None] * (beyond - at))
         x, y = np.ascontiguousarray((pixels - origin[:, None]).transpose(2, 0, 1))
         size = np.sqrt(np.mean(x * x + y * y, axis=1))
         reach = config.region_reach_px / np.column_stack([np.ones((len(size), 2)), size, size])
-        at = np.column_stack([origin, np.zeros(len(size)), np.ones(len(size))])
-        return Regions(x, y, self._region, self._count), at, reach
+        similarity = np.column_stack([origin, np.zeros(len(size)), np.ones(len(size))])
+        return Regions(x, y, self._region, self._count), similarity, reach
 
 
 def _image(frame: ImageFrame) -> NDArray[np.uint8]:

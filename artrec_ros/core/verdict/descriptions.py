@@ -52,11 +52,13 @@ class Describer:
         if finder.facing and frame.image is not None:
             poses = self._regions.fitted(frame, poses)
         identities = self._identifier.identify(frame, poses)
-        covariances = pose_covariances(surface, frame, poses, used, finder.config)
+        # what faces the camera has a pose on the scene's plane alone
+        asked = not finder.facing or frame.scene.plane is not None
+        covariances = pose_covariances(surface, frame, poses, used, finder.config) if asked else [None] * len(poses)
         told = self._told(verdicts)
         parts = self._instances(verdicts, told, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [
-            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n].copy(), identities[n])
+            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n])
             for n, verdict in enumerate(verdicts)
         ]
 
@@ -66,7 +68,7 @@ class Describer:
         number: int,
         pose: Poses,
         parts: tuple[Instance, ...],
-        covariance: Array,
+        covariance: Array | None,
         identity: IdentityFit | None,
     ) -> Detection:
         target, kin = self.finder.target, self.finder.surface.kinematics
@@ -82,7 +84,7 @@ class Describer:
             parts,
             Pose(pose.R[0], pose.t[0]),
             {name: float(pose.q[0, j]) for j, name in enumerate(target.model.joint_names) if told[j]},
-            covariance,
+            None if covariance is None else covariance.copy(),
             identity=identity,
         )
 

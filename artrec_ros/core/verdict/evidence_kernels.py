@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import inlined, jit, lean
 from ..model.chain_kernels import Chain, place_all
 from ..pose.surface_kernels import Surface, aspect
 
@@ -64,7 +64,7 @@ def perimeter_px(s: Surface, said: Said, h: int, p: int) -> float:
     return s.perimeter[s.marker_of[p]] * math.sqrt(max(said.area_px[h, p], 1e-9) / s.area[p])
 
 
-@jit
+@lean
 def confirm(s: Surface, said: Said, by: Criteria, h: int, found: Found) -> None:
     """Which marker shows each component of claim `h`, and whether the labels confirm it."""
     for c in range(by.n_components):
@@ -87,7 +87,7 @@ def confirm(s: Surface, said: Said, by: Criteria, h: int, found: Found) -> None:
         found.outline[h, c] = (said.votes[h, best] - inside) / max(around, 1e-12)  # nothing, where it does not vote
 
 
-@jit
+@lean
 def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, found: Found) -> None:
     """What speaks for claim `h`, after `confirm`. :param cosine: see `Evidence.facing`."""
     root_votes, root_px, votes, area_px, missing_px = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -143,7 +143,7 @@ class Curves(NamedTuple):
     y: Any
 
 
-@jit
+@lean
 def probabilities(curves: Curves, which: Any, evidence: Any, out: Any) -> None:
     """Fill out (H,) with what each of H rows of evidence (H, columns) comes to under the model `which` (H,)."""
     for h in range(len(out)):

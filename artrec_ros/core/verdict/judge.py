@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
@@ -43,10 +44,17 @@ class Judge:
     def worth(self, verdicts: Verdicts) -> Array:
         """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""
         votes = verdicts.claims.votes
-        worth = np.where(votes > self.min_votes, 0.0, -np.inf)
-        for row in np.flatnonzero((worth == 0) & (verdicts.probability >= self.min_probability)).tolist():
-            worth[row] = self.trust(verdicts[row]) * votes[row]
-        return worth
+        trusted = np.where(self.accepts(verdicts), verdicts.probability * votes, 0.0)
+        return np.where(votes > self.min_votes, trusted, -np.inf)
+
+    def accepts(self, verdicts: Verdicts) -> NDArray[np.bool_]:
+        """(H,) whether each claim is an object: nothing speaks against it that `reason` would tell."""
+        claims, confirmed = verdicts.claims, verdicts.confirmed
+        wanted = min(self.min_components, confirmed.shape[1])
+        enough = (claims.votes >= self.min_votes) & (verdicts.probability >= self.min_probability)
+        shown = confirmed[:, claims.finder.root] & (confirmed.sum(axis=1) >= wanted)
+        held = self.reach.holds(claims.depth_m, claims.scale) & np.array([m is None for m in claims.misplaced], bool)
+        return np.asarray(enough & shown & held)
 
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
@@ -62,8 +70,7 @@ class Judge:
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""
-        likely = verdict.probability >= self.min_probability  # asked first: most are not, and reasons are many words
-        return verdict.probability if likely and self.reason(verdict) is None else 0.0
+        return verdict.probability if self.reason(verdict) is None else 0.0
 
     def reason(self, verdict: Verdict) -> str | None:
         """Why a claim is no object; None where it is one."""

@@ -15,7 +15,7 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
-from .acceptance import Verdict
+from .acceptance import Verdict, Verdicts
 from .claims import corners_of
 from .judge import Judge
 
@@ -54,13 +54,11 @@ class _Field:
     :param worth: (N,) their trusted votes, 0 of what is no object; -inf: it does not stand, or no longer.
     """
 
-    def __init__(
-        self, found: Sequence[tuple[WholeObjectFinder, Poses]], camera: Camera, judge: Judge
-    ) -> None:
+    def __init__(self, found: Sequence[tuple[WholeObjectFinder, Poses]], camera: Camera, judge: Judge) -> None:
         self._judge, self._groups = judge, [_Group.of(finder, poses, camera) for finder, poses in found]
         self._first = np.cumsum([0, *(len(g.poses) for g in self._groups)])
         self._boxes = np.concatenate([np.zeros((0, 2, 2)), *(g.boxes for g in self._groups)])
-        self._verdicts: list[Verdict | None] = [None] * len(self._boxes)
+        self._last: list[tuple[Verdicts, int] | None] = [None] * len(self._boxes)
         self._full_px: list[Array] = [np.empty((len(g.poses), len(g.finder.surface.patches))) for g in self._groups]
         self.worth = np.full(len(self._boxes), -np.inf)
 
@@ -84,14 +82,14 @@ class _Field:
         group, full_px, own = self._groups[g], self._full_px[g], rows - self._first[g]
         verdicts = self._judge.verdicts(group.finder, group.poses[own], frame, full_px[own] if known else None)
         full_px[own], self.worth[rows] = verdicts.claims.full_px, self._judge.worth(verdicts)
-        for row, verdict in zip(rows.tolist(), verdicts, strict=True):
-            self._verdicts[row] = verdict
+        for i, row in enumerate(rows.tolist()):
+            self._last[row] = verdicts, i
 
     def verdict(self, row: int) -> Verdict:
         """The last one on a hypothesis that was judged."""
-        verdict = self._verdicts[row]
-        assert verdict is not None  # the caller's condition
-        return verdict
+        last = self._last[row]
+        assert last is not None  # the caller's condition
+        return last[0][last[1]]
 
     @property
     def standing(self) -> list[int]:

@@ -70,25 +70,25 @@ def _rows(verdicts: Sequence[Verdict]) -> Array:
     says anything."""
     shown, claims = np.array([v.shown for v in verdicts]), [v.claim for v in verdicts]
     patch = np.maximum(shown, 0)
-    votes, area_px, agree = (
-        np.take_along_axis(np.concatenate(arrays), patch, axis=1)
-        for arrays in zip(*(claim.scores.arrays for claim in claims), strict=True)
+    scores, full_px = [claim.scores.arrays for claim in claims], np.array([claim.full_px for claim in claims])
+    votes, area_px, agree, full_px = (
+        np.take_along_axis(values, patch, axis=1)
+        for values in (*(np.concatenate([arrays[i] for arrays in scores]) for i in range(3)), full_px)
     )
-    full_px = np.take_along_axis(np.array([claim.full_px for claim in claims]), patch, axis=1)
     p = np.clip([v.probability for v in verdicts], 1e-6, 1 - 1e-6)
     whole = np.clip(np.log(p / (1 - p)), -_MOST_ODDS, _MOST_ODDS)
     alone = _alone(verdicts, shown)
-    evidence = PartEvidence(
-        own=np.log1p(area_px * agree * alone),
-        alone=alone,
-        open=np.minimum(area_px / np.maximum(full_px, 1e-9), 1.0),
-        agree=agree,
-        colour=votes / np.maximum(area_px, 1.0),
-        edge=np.array([v.outline for v in verdicts]),
-        confirmed=np.array([v.confirmed for v in verdicts], float),
-        whole=np.repeat(whole[:, None], shown.shape[1], axis=1),
-    )
-    return np.stack(evidence, axis=2)
+    evidence = {
+        "own": np.log1p(area_px * agree * alone),
+        "alone": alone,
+        "open": np.minimum(area_px / np.maximum(full_px, 1e-9), 1.0),
+        "agree": agree,
+        "colour": votes / np.maximum(area_px, 1.0),
+        "edge": np.array([v.outline for v in verdicts]),
+        "confirmed": np.array([v.confirmed for v in verdicts], float),
+        "whole": np.repeat(whole[:, None], shown.shape[1], axis=1),
+    }
+    return np.stack([evidence[name] for name in PartEvidence._fields], axis=2)
 
 
 def _alone(verdicts: Sequence[Verdict], shown: np.ndarray) -> Array:

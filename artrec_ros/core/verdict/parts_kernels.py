@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, project
 from ..model.chain_kernels import Chain, place_all
 from ..pose.surface_kernels import Surface
@@ -23,7 +23,7 @@ def place_one(A: Any, b: Any, x: float, y: float, z: float, view: LabelView) -> 
     )
 
 
-@jit
+@lean
 def contains(polygon: Any, x: float, y: float) -> bool:
     """Whether a point lies inside a polygon (m, 2); even-odd rule."""
     inside, j = False, len(polygon) - 1
@@ -35,7 +35,7 @@ def contains(polygon: Any, x: float, y: float) -> bool:
     return inside
 
 
-@jit
+@lean
 def fill_places(s: Surface, p: int, A: Any, b: Any, view: LabelView, inside: Any, outline: Any, box: Any) -> None:
     """Pixels of a marker's points (n, 2) and of its outline (m, 2), and the outline's bounding box (4,)."""
     first, m = s.starts[p], s.marker_of[p]

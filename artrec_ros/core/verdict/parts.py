@@ -55,8 +55,7 @@ def part_probabilities(verdicts: Sequence[Verdict]) -> list[dict[int, float]]:
     flat = np.ascontiguousarray(rows.reshape(-1, rows.shape[2]))
     probabilities(_curves(finder.facing), np.zeros(len(flat), np.int64), flat, out.reshape(-1))
     out[:, finder.root] = [v.probability for v in verdicts]
-    shown = [v.shown for v in verdicts]
-    return [{c: p for c, p in enumerate(ps) if of[c] >= 0} for of, ps in zip(shown, out.tolist(), strict=True)]
+    return [{c: float(out[h, c]) for c, patch in enumerate(v.shown) if patch >= 0} for h, v in enumerate(verdicts)]
 
 
 def part_evidence(verdict: Verdict) -> dict[int, PartEvidence]:

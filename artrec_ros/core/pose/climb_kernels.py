@@ -175,8 +175,8 @@ def climb(
     s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, m: Moves, rounds: int, steps: Any,
     R: Any, t: Any, q: Any, votes: Any,
 ) -> bool:  # fmt: skip
-    """So many rounds of steps of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one parameter after the
-    other; whether any step of the last round was long enough to be taken.
+    """So many rounds of steps of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one parameter
+    after the other; whether any step of the last round was long enough to be taken.
 
     A step that helps is kept, and the parameter's next one is longer; one that does not is turned round and shortened
     (Rosenbrock 1960, along the parameters' own axes throughout).

@@ -26,6 +26,7 @@ from .distinct import apart
 from .lookalikes import Lookalikes
 from .pose_fit import fit_poses
 from .ranked import Ranked
+from .region_fit import RegionFit
 from .seeds import Seeds
 from .surface_model import PatchScores, Poses, SpatialModel
 
@@ -63,6 +64,7 @@ class WholeObjectFinder:
         self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
         self._marker_centres = np.array([m.centre for m in markers])
         self._lookalikes = Lookalikes(self.surface)
+        self.regions = RegionFit(self.surface, config) if facing else None
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
 

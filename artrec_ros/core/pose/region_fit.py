@@ -48,6 +48,13 @@ class RegionFit:
         place = (at[:, :2] - frame.camera.matrix[:2, 2]) * (z / frame.camera.focal_px)[:, None]
         return Poses(roll @ poses.R, np.column_stack([place, z]), poses.q)
 
+    def evenness(self, frame: ImageFrame, poses: Poses) -> Array:
+        """(H,) the share of the variance of the colours on and around each hypothesis that is between its regions; 0
+        where a part of it lies outside of the image."""
+        (regions, at, reach), uneven = self._figures(frame, poses), np.empty(len(poses))
+        even_out_each(_image(frame), regions, at, reach, 0, at, at, uneven)
+        return 1.0 - uneven
+
     def _figures(self, frame: ImageFrame, poses: Poses) -> tuple[Regions, Array, Array]:
         """Each hypothesis' points in the image, its similarity (H, 4), and how far that may go."""
         camera, config, depth = frame.camera, self._config, poses.t[:, 2]

@@ -21,7 +21,8 @@ from .acceptance_curves import Model
 from .claims import Claim, Claims
 from .evidence_kernels import Criteria, Curves, Found, Said, examine, probabilities
 
-CASES = "alone", "deserted", "borne out"  # as evidence_kernels.py numbers them
+# as evidence_kernels.py numbers them; then the same of what faces the camera in an image with colours
+CASES = "alone", "deserted", "borne out", "alone in colour", "deserted in colour", "borne out in colour"
 
 
 class Evidence(NamedTuple):
@@ -40,6 +41,8 @@ class Evidence(NamedTuple):
     :param missing: less the logarithm of the pixels of markers that should be in view and are not confirmed.
     :param lacking: less the share of the pixels of all markers that should be in view whose components are not
         confirmed.
+    :param known: less `Claims.known`: where few scales are possible, few false claims are.
+    :param even: how even its regions' raw colours are, as of `Seen`.
     """
 
     size: float
@@ -54,6 +57,8 @@ class Evidence(NamedTuple):
     facing: float
     missing: float
     lacking: float
+    known: float
+    even: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +134,8 @@ class Verdict:
     @property
     def case(self) -> str:
         """The model that holds for it: 'borne out' where other components are confirmed, 'deserted' where none is that
-        should be in view, 'alone' where none should be."""
+        should be in view, 'alone' where none should be; of what faces the camera each 'in colour', too: blur and
+        noise leave soft codes that vote less clearly than labels."""
         return CASES[self.among.case[self.row]]
 
     @property
@@ -140,7 +146,7 @@ class Verdict:
     @property
     def doubt(self) -> str:
         """What speaks against a claim: what is not confirmed of it."""
-        if self.case == "alone":
+        if self.case.startswith("alone"):
             return f"its outline fits by {self.evidence.edge:.2f}, and no other component should be in view"
         root, names = self.claim.finder.root, [c.name for c in self.claim.finder.surface.model.components]
         seen = [names[c] for c in self.others]
@@ -165,13 +171,16 @@ def verdicts_of(claims: Claims) -> Verdicts:
         finder.root, n[1], told, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
         float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), (v.rim[0] + v.ring[2]) * v.ring_width_px,
     )  # fmt: skip
-    said = Said(*claims.scores.arrays, claims.full_px, claims.votes, claims.scale)
+    said = Said(*claims.scores.arrays, claims.seen.full_px, claims.votes, claims.scale)
     found = Found(
         np.empty(n, np.int64), np.empty(n, bool), np.empty(n), np.empty(n), np.empty(n[0], np.int64),
         np.empty((n[0], len(Evidence._fields))),
     )  # fmt: skip
     poses = claims.poses
     examine(surface.compiled, surface.kinematics.chain, poses.R, poses.t, poses.q, said, by, found)
+    found.evidence[:, -2], found.evidence[:, -1] = -claims.known, claims.seen.even
+    if finder.facing and claims.frame.image is not None:
+        found.case[:] += len(CASES) // 2
     out = np.empty(n[0])
     probabilities(_curves(finder.facing), found.case, found.evidence, out)
     return Verdicts(claims, *found, out)
@@ -180,7 +189,7 @@ def verdicts_of(claims: Claims) -> Verdicts:
 @cache
 def _curves(facing: bool) -> Curves:
     models = (facing_curves if facing else acceptance_curves).CURVES
-    return packed([models[case] for case in CASES], Evidence)
+    return packed([models[case] for case in CASES if case in models], Evidence)
 
 
 def packed(models: list[Model], kind: type[NamedTuple]) -> Curves:

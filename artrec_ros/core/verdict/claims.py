@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import Camera
 from ..geometry.projection import project
+from ..geometry.range_limits import scale_limits
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import PatchScores, Poses, SpatialModel
+
+MOST_KNOWN = 4.0  # scales from one to 55: who knows no more of them knows nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,21 +43,38 @@ class Claim:
     misplaced: str | None
 
 
+class Seen(NamedTuple):
+    """What is seen of H claims whoever owns it.
+
+    :param full_px: (H, P) pixels of each patch that would be in view if nobody owned any.
+    :param even: (H,) `RegionFit.evenness` of what faces the camera, where the image has colours; else 0.
+    """
+
+    full_px: Array
+    even: Array
+
+    def of(self, rows: NDArray[np.int64]) -> Seen:
+        return Seen(self.full_px[rows], self.even[rows])
+
+
 @dataclass(frozen=True, eq=False)
 class Claims:
     """H candidates of one target, as `Claim`.
 
-    :param poses, votes, depth_m, scale: (H,). :param scores, full_px: (H, P).
+    :param poses, votes, depth_m, scale: (H,). :param scores: (H, P).
+    :param known: (H,) logarithm of how many times the least scale that is possible there the greatest is, at most
+        `MOST_KNOWN`.
     """
 
     finder: WholeObjectFinder
     poses: Poses
     votes: Array
     scores: PatchScores
-    full_px: Array
+    seen: Seen
     frame: ImageFrame
     depth_m: Array
     scale: Array
+    known: Array
     misplaced: Sequence[str | None]
 
     def __len__(self) -> int:
@@ -64,23 +85,38 @@ class Claims:
         one = slice(i, i + 1)
         place = float(self.depth_m[i]), float(self.scale[i]), self.misplaced[i]
         votes = float(self.votes[i])
-        return Claim(self.finder, self.poses[one], votes, self.scores[one], self.full_px[i], self.frame, *place)
+        return Claim(self.finder, self.poses[one], votes, self.scores[one], self.seen.full_px[i], self.frame, *place)
 
     def __iter__(self) -> Iterator[Claim]:
         return (self[i] for i in range(len(self)))
 
 
-def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, full_px: Array | None = None) -> Claims:
-    """A claim for each hypothesis. :param full_px: as of `Claims`; None: not known."""
+def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: Seen | None = None) -> Claims:
+    """A claim for each hypothesis. :param seen: None: not known yet."""
     scores = finder.judge(frame, poses, occlusion=True)
-    if full_px is None:
-        free = frame.unowned
+    if seen is None:
+        free, even = frame.unowned, np.zeros(len(poses))
         full_px = scores.area_px if free is frame else finder.judge(free, poses, occlusion=True).area_px
+        if finder.regions is not None and frame.image is not None:
+            even = finder.regions.evenness(frame, poses)
+        seen = Seen(full_px, even)
     anchors = finder.anchors(poses)
     depth_m = np.ascontiguousarray(anchors[:, 2])
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
     misplaced = _misplaced(finder, poses, frame, anchors, scale)
-    return Claims(finder, poses, finder.total(scores), scores, full_px, frame, depth_m, scale, misplaced)
+    known = _known(finder, frame, anchors)
+    return Claims(finder, poses, finder.total(scores), scores, seen, frame, depth_m, scale, known, misplaced)
+
+
+def _known(finder: WholeObjectFinder, frame: ImageFrame, anchors: Array) -> Array:
+    """(H,) see `Claims`, of claims with their required components at points (H, 3)."""
+    limits = scale_limits(finder.config, None)
+    within = np.tile((limits.least, limits.greatest), (len(anchors), 1))
+    if finder.facing and frame.scene:
+        within = np.clip(frame.scene.scale_limits(project(frame.camera, anchors)), limits.least, limits.greatest)
+    least, greatest = within.T
+    ratio = np.where(greatest > least, greatest, least + 1e-9) / np.maximum(least, 1e-9)
+    return np.minimum(np.log(np.maximum(ratio, 1.0)), MOST_KNOWN)
 
 
 def _misplaced(

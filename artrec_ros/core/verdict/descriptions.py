@@ -15,7 +15,6 @@ from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
-from ..pose.region_fit import RegionFit
 from ..pose.surface_model import Poses
 from .acceptance import Verdict
 from .identity import Identifier
@@ -30,7 +29,6 @@ class Describer:
         self.finder = finder
         surface = finder.surface
         self._identifier = Identifier(surface, finder.config)
-        self._regions = RegionFit(surface, finder.config)
         patches = [surface.patches[p] for p in surface.markers]
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
@@ -49,8 +47,8 @@ class Describer:
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
         poses = finder.settled(frame.unhurried(), Poses.concatenate([v.claim.poses for v in verdicts]), used)
-        if finder.facing and frame.image is not None:
-            poses = self._regions.fitted(frame, poses)
+        if finder.regions is not None and frame.image is not None:
+            poses = finder.regions.fitted(frame, poses)
         identities = self._identifier.identify(frame, poses)
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None

@@ -103,6 +103,7 @@ CURVES: dict[str, Model] = {
         },
     ),
 }
+CURVES |= {f"{case} in colour": model for case, model in CURVES.items()}
 # The same of components besides the required one
 PARTS: Model = (
     -2.546,

@@ -13,7 +13,7 @@ from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, Verdicts, verdicts_of
-from .claims import claims_of
+from .claims import Seen, claims_of
 from .reach import Reach
 
 
@@ -36,10 +36,10 @@ class Judge:
         return cls(config.verdict.min_votes, config.min_probability, config.min_components, Reach.of(config))
 
     def verdicts(
-        self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, full_px: Array | None = None
+        self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: Seen | None = None
     ) -> Verdicts:
-        """What the labels confirm of each hypothesis. :param full_px: as of `Claims`, where it is known."""
-        return verdicts_of(claims_of(finder, poses, frame, full_px))
+        """What the labels confirm of each hypothesis. :param seen: what is known of them."""
+        return verdicts_of(claims_of(finder, poses, frame, seen))
 
     def worth(self, verdicts: Verdicts) -> Array:
         """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""

@@ -16,7 +16,7 @@ from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, Verdicts
-from .claims import corners_of
+from .claims import Seen, corners_of
 from .judge import Judge
 
 _ROUNDED_PX = 1.0  # a pixel that is looked up, and one that an owner's silhouette fills, are rounded
@@ -59,7 +59,9 @@ class _Field:
         self._first = np.cumsum([0, *(len(g.poses) for g in self._groups)])
         self._boxes = np.concatenate([np.zeros((0, 2, 2)), *(g.boxes for g in self._groups)])
         self._last: list[tuple[Verdicts, int] | None] = [None] * len(self._boxes)
-        self._full_px: list[Array] = [np.empty((len(g.poses), len(g.finder.surface.patches))) for g in self._groups]
+        self._seen = [
+            Seen(np.empty((len(g.poses), len(g.finder.surface.patches))), np.empty(len(g.poses))) for g in self._groups
+        ]
         self.worth = np.full(len(self._boxes), -np.inf)
 
     def judge_all(self, frame: ImageFrame) -> None:
@@ -79,9 +81,10 @@ class _Field:
     def _judge_of(self, g: int, rows: NDArray[np.int64], frame: ImageFrame, *, known: bool) -> None:
         if not len(rows):
             return
-        group, full_px, own = self._groups[g], self._full_px[g], rows - self._first[g]
-        verdicts = self._judge.verdicts(group.finder, group.poses[own], frame, full_px[own] if known else None)
-        full_px[own], self.worth[rows] = verdicts.claims.full_px, self._judge.worth(verdicts)
+        group, seen, own = self._groups[g], self._seen[g], rows - self._first[g]
+        verdicts = self._judge.verdicts(group.finder, group.poses[own], frame, seen.of(own) if known else None)
+        seen.full_px[own], seen.even[own] = verdicts.claims.seen
+        self.worth[rows] = self._judge.worth(verdicts)
         for i, row in enumerate(rows.tolist()):
             self._last[row] = verdicts, i
 

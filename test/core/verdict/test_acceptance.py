@@ -14,7 +14,7 @@ from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import PatchScores, Poses
 from artrec_ros.core.verdict.acceptance import Evidence, verdicts_of
 from artrec_ros.core.verdict.acceptance_curves import CURVES, LIKELY, SURE
-from artrec_ros.core.verdict.claims import Claims
+from artrec_ros.core.verdict.claims import Claims, Seen
 from artrec_ros.core.verdict.judge import Judge
 
 CONFIG = DEFAULTS
@@ -39,7 +39,8 @@ def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, p
         elif patch.marker.name in ("right", "outer_right"):  # it should be seen and is not
             scores.area_px[0, i], scores.votes[0, i] = 30.0, against
     at, one = pose(model=surface.model), np.ones(1)
-    return Claims(finder, at, votes * one, scores, scores.area_px, BLANK, np.nan * one, np.nan * one, [None])
+    seen, place = Seen(scores.area_px, 0 * one), (np.nan * one, np.nan * one, 4 * one, [None])
+    return Claims(finder, at, votes * one, scores, seen, BLANK, *place)
 
 
 def verdict_of(one):
@@ -226,7 +227,8 @@ def test_what_is_accepted_has_no_reason_against_it(limits):
     misplaced = [None if i % 5 else "behind the wall" for i in range(n)]
     depth = np.where(np.arange(n) % 2, 2.9, np.nan)
     finder = several[0].finder
-    verdicts = verdicts_of(Claims(finder, poses, votes, scores, scores.area_px, BLANK, depth, 290 / depth, misplaced))
+    place = depth, 290 / depth, np.full(n, 4.0), misplaced
+    verdicts = verdicts_of(Claims(finder, poses, votes, scores, Seen(scores.area_px, np.zeros(n)), BLANK, *place))
     reasons = [judge.reason(v) for v in verdicts]
     assert judge.accepts(verdicts).tolist() == [r is None for r in reasons]
     trusted = [judge.trust(v) * v.claim.votes if v.claim.votes > judge.min_votes else -np.inf for v in verdicts]

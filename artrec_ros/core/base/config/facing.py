@@ -81,13 +81,13 @@ class FacingConfig(Room):
         origin="a square's four turns",
     )
     rounds: tuple[int, ...] = param(
-        (4, 8),
+        (4, 5),
         "rounds of a climb of all hypotheses, and of another of the few that are left of each place",
         low=1,
         high=1000,
         length=2,
         paths=_FACING,
-        origin="after four rounds the best of a place seldom changes",
+        origin="after four rounds the best of a place seldom changes; eight in place of five find no more",
     )
     first_step: float = param(
         0.7,
@@ -133,5 +133,5 @@ class FacingConfig(Room):
         origin="what blur and shade take from the labels' boundaries",
     )
     region_rounds: int = param(
-        10, "rounds of the last fit, to raw colours", low=0, high=1000, paths=_FACING, origin="steps end below 0.02 px"
+        6, "rounds of the last fit, to raw colours", low=0, high=1000, paths=_FACING, origin="with ten, directions and names of benchmarks/overhead.py are as good"
     )

@@ -30,7 +30,7 @@ class FacingConfig(Room):
         origin="the rest is for judging and telling many objects; matters where the budget ends a search",
     )
     judge_share: float = param(
-        0.5,
+        0.3,
         "what of the time that is left after the search may go into judging what it found",
         low=0.01,
         high=1,
@@ -133,5 +133,10 @@ class FacingConfig(Room):
         origin="what blur and shade take from the labels' boundaries",
     )
     region_rounds: int = param(
-        6, "rounds of the last fit, to raw colours", low=0, high=1000, paths=_FACING, origin="with ten, directions and names of benchmarks/overhead.py are as good"
+        6,
+        "rounds of the last fit, to raw colours",
+        low=0,
+        high=1000,
+        paths=_FACING,
+        origin="with ten, directions and names in benchmarks/overhead.py are no better",
     )

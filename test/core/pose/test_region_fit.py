@@ -61,7 +61,7 @@ def test_each_of_several_is_fitted_as_if_it_were_alone():
         off = (fitted.t[i, :2] / fitted.t[i, 2] - truth.t[0, :2] / truth.t[0, 2]) * frame.camera.focal_px
         assert np.hypot(*off) < 0.4
         assert np.arccos((np.trace(fitted.R[i].T @ truth.R[0]) - 1) / 2) < np.radians(1)
-        assert fitted.t[i, 2] == pytest.approx(truth.t[0, 2], rel=0.01)
+        assert fitted.t[i, 2] == pytest.approx(truth.t[0, 2], rel=0.02)
     assert len(FINDER.regions.fitted(frame, poses[:0])) == 0
 
 

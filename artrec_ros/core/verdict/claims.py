@@ -111,12 +111,12 @@ def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: 
 def _known(finder: WholeObjectFinder, frame: ImageFrame, anchors: Array) -> Array:
     """(H,) see `Claims`, of claims with their required components at points (H, 3)."""
     limits = scale_limits(finder.config, None)
-    within = np.tile((limits.least, limits.greatest), (len(anchors), 1))
     if finder.facing and frame.scene:
         within = np.clip(frame.scene.scale_limits(project(frame.camera, anchors)), limits.least, limits.greatest)
-    least, greatest = within.T
-    ratio = np.where(greatest > least, greatest, least + 1e-9) / np.maximum(least, 1e-9)
-    return np.minimum(np.log(np.maximum(ratio, 1.0)), MOST_KNOWN)
+        ratio = within[:, 1] / np.maximum(within[:, 0], 1e-9)
+    else:
+        ratio = np.full(len(anchors), limits.greatest / max(limits.least, 1e-9))
+    return np.clip(np.log(np.maximum(ratio, 1.0)), 0.0, MOST_KNOWN)
 
 
 def _misplaced(

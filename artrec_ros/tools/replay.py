@@ -11,6 +11,7 @@ from typing import Any
 from tqdm import tqdm
 
 from ..core.base.errors import SourceError
+from ..core.recognizer import remembers
 from ..core.tracking.tracker import Tracker
 from ..io.bags.reader import STORAGES
 from ..io.parameters.parameter_file import Setup, load_parameters
@@ -104,10 +105,12 @@ def _replay(
             tqdm(total=sources.count, unit="frame", disable=not sys.stderr.isatty()) as bar,
         ):
             take = counted(summaries, folder, not args.no_timing, bar.update)
-            join = Join(Tracker(order.setup.tracking))
+            setup = order.setup
+            join = Join(Tracker(setup.tracking, setup.targets, setup.in_doubt))
             running = Running(
-                order.packed(), named, engine, folder.journal, folder.known, join, pictures, take, once(say)
-            )
+                order.packed(), named, engine, folder.journal, folder.known, join, pictures, take, once(say),
+                chained=remembers(targets, order.setup.recognizer, {part.calibrated for part in sources.parts}),
+            )  # fmt: skip
             with interruptible(running.stop) as interrupted:
                 running.run()
         summaries[0].interrupted, summaries[0].problems = bool(interrupted), sources.problems

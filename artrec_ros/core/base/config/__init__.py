@@ -6,6 +6,7 @@ from .blobs import BlobsConfig
 from .constraints import ConstraintsConfig
 from .covariance import CovarianceConfig
 from .design import DesignConfig
+from .existence import ExistenceConfig
 from .facing import FacingConfig
 from .fit import FitConfig
 from .grouping import GroupingConfig
@@ -15,6 +16,7 @@ from .learning import LearningConfig
 from .node import NodeConfig
 from .paper import PaperConfig
 from .params import PATHS, param, room, rooms_of, validate, with_values
+from .recall import RecallConfig
 from .recognition import ObjectConfig, RecognizerConfig
 from .scene import FloorConfig, PlaneConfig, SceneConfig
 from .seams import SeamsConfig
@@ -34,6 +36,7 @@ __all__ = [
     "ConstraintsConfig",
     "CovarianceConfig",
     "DesignConfig",
+    "ExistenceConfig",
     "FacingConfig",
     "FitConfig",
     "FloorConfig",
@@ -45,6 +48,7 @@ __all__ = [
     "ObjectConfig",
     "PaperConfig",
     "PlaneConfig",
+    "RecallConfig",
     "RecognizerConfig",
     "SceneConfig",
     "SeamsConfig",

@@ -35,7 +35,6 @@ COLUMNS = {
     "borne out": ("size", "edge", "shown", "edges", "faces", "facing", "lacking"),
 }
 PART_COLUMNS = ("own", "alone", "open", "edge", "whole")  # of components
-INDEX = {case: tuple(Evidence._fields.index(name) for name in names) for case, names in COLUMNS.items()}
 PART_INDEX = tuple(PartEvidence._fields.index(name) for name in PART_COLUMNS)
 SURE_WRONG, LIKELY_WRONG = 0.03, 0.08  # of claims that the search takes for sure, or for likely, at most so many
 
@@ -44,22 +43,29 @@ SURE_WRONG, LIKELY_WRONG = 0.03, 0.08  # of claims that the search takes for sur
 class Model:
     """Curves of each case, and how they were chosen."""
 
+    columns: dict[str, tuple[str, ...]]
     curves: dict[str, Curves]
     notes: dict[str, str]
 
     @classmethod
-    def fitted(cls, claims: Claims) -> Model:
-        parts = {case: claims[claims.case == case] for case in INDEX}
-        found = {c: best_of_several(p.evidence[:, INDEX[c]], p.right, p.world) for c, p in parts.items()}
-        return cls({c: f[0] for c, f in found.items()}, {c: f[1] for c, f in found.items()})
+    def fitted(cls, claims: Claims, columns: dict[str, tuple[str, ...]] = COLUMNS) -> Model:
+        """:param columns: of each case the evidence that its curves are of."""
+        parts = {case: claims[claims.case == case] for case in columns}
+        found = {c: best_of_several(rows_of(p, columns[c]), p.right, p.world) for c, p in parts.items()}
+        return cls(columns, {c: f[0] for c, f in found.items()}, {c: f[1] for c, f in found.items()})
 
     def probability(self, claims: Claims) -> Array:
         """(n,)"""
         out = np.empty(len(claims.right))
         for case, curves in self.curves.items():
             rows = claims.case == case
-            out[rows] = curves.probability(claims.evidence[rows][:, INDEX[case]])
+            out[rows] = curves.probability(rows_of(claims[rows], self.columns[case]))
         return out
+
+
+def rows_of(claims: Claims, columns: Sequence[str]) -> Array:
+    """(n, columns) some of the evidence."""
+    return claims.evidence[:, [Evidence._fields.index(name) for name in columns]]
 
 
 def summary(p: Array, claims: Claims | Parts, name: str = "claims") -> str:
@@ -109,7 +115,7 @@ def write(
     lines += ["# Of each case the bias, and of each evidence the points of its curve: how much there is, what it adds"]
     lines += ["CURVES: dict[str, Model] = {"]
     for case, curves in model.curves.items():
-        lines += [f'    "{case}": (', *literal(curves, COLUMNS[case], " " * 8), "    ),"]
+        lines += [f'    "{case}": (', *literal(curves, model.columns[case], " " * 8), "    ),"]
     lines += ["}", "# The same of components besides the required one"]
     lines += ["PARTS: Model = (", *literal(of_parts[0], PART_COLUMNS, " " * 4), ")"]
     if sure_likely is not None:
@@ -155,7 +161,7 @@ def main() -> None:
         write(model, of_parts, said, OUT, Path(__file__).name, (sure, likely))
         report("fitted", model.probability(final), final)
         report("components, fitted", p_parts, odd_parts, "components")
-        for case in INDEX:
+        for case in COLUMNS:
             part = final[final.case == case]
             print(f"{case}: {summary(model.probability(part), part)}")
         p = model.probability(final)

@@ -41,7 +41,7 @@ IMAGE, SIDE_M, FINE = (640, 480), 0.075, 4  # FINE: sample points along a pixel'
 MARKED = 3  # frames
 NEAR, STRAIGHT = 1 / 3, np.radians(15)
 TRIES = 2000
-LEAST, WIDER = 0.15, 1.25  # recognizer.min_probability and limits of the scale, as docs/overhead.md has them
+LEAST, WIDER = 0.4, 1.25  # recognizer.min_probability (its default), and limits of the scale
 INKS = {  # r, g, b
     "yellow": (230, 210, 50), "blue": (40, 90, 200), "green": (40, 150, 60), "red": (200, 40, 45),
     "violet": (150, 70, 180),

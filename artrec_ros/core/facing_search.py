@@ -8,18 +8,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .base.config import RecognizerConfig
 from .geometry.range_limits import ScaleLimits
+from .geometry.transforms import Array
 from .image.blobs import Blob, centres
 from .image.image_frame import ImageFrame
 from .pose.distinct_kernels import few_of_places
-from .pose.facing_guesses import FacingGuesser, Guesses
+from .pose.facing_guesses import FacingGuesser
 from .pose.finder import Climb, WholeObjectFinder
 from .pose.guesses import is_small
 from .pose.pose_fit import fit_required
 from .pose.ranked import Ranked
 from .pose.surface_model import Poses
+
+_CELLS = 1 << 20  # more than any image has along a side
 
 
 class FacingSearch:
@@ -34,39 +38,34 @@ class FacingSearch:
     def run(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Poses:
         """Candidates of all blobs. :param limits: of the scale."""
         mine = [b for b in blobs if b.label in self.finder.root_labels]
-        seen = frame.scene.scale_limits(centres(mine))[:, 1] > 0  # else behind the horizon
-        mine = [b for b, yes in zip(mine, seen, strict=True) if yes]
+        if frame.scene:
+            seen = frame.scene.scale_limits(centres(mine))[:, 1] > 0  # else behind the horizon
+            mine = [b for b, yes in zip(mine, seen, strict=True) if yes]
         if not mine:
             return self.finder.surface.no_poses
-        guesses = self._guesser.guess(frame, mine, limits)
-        count = np.bincount(guesses.blob, minlength=len(mine))
-        guesses = self._with_fits(frame, guesses, np.array([not is_small(b, self._config.guesses) for b in mine]))
-        poses = guesses.poses
+        poses, _, blob = self._guesser.guess(frame.hurried(self._config.facing.guess_share), mine, limits)
+        most = self._config.facing.per_patch * -(-np.bincount(blob, minlength=len(mine)) // self._config.facing.turns)
         if poses.q.shape[1]:
             poses = self.finder.surface.search_joints(frame, poses, self._config.search.first_joint_step)
-        votes = self.finder.votes(frame, poses, occlusion=False)
-        most = self._config.facing.per_patch * -(-count // self._config.facing.turns)
-        keep = self._best_of_each(frame, poses, votes, guesses.blob, most)
-        found = self.finder.moved(frame, poses[keep], self._climbs[0])
+        found = Ranked(poses, self.finder.votes(frame, poses, occlusion=True))
+        near = self._near_best(found.votes, blob)
+        found, blob = found[near], blob[near]
+        # fits of the contours where they are long enough: a grid is coarse there
+        large = np.flatnonzero(np.array([not is_small(b, self._config.guesses) for b in mine])[blob])
+        fitted = fit_required(self.finder.surface, frame, found.poses[large], self._config.fit, facing=True)
+        found += Ranked(fitted, self.finder.votes(frame, fitted, occlusion=True))
+        found = found[self._best_of_each(frame, found, np.concatenate([blob, blob[large]]), most)]
+        found = self.finder.moved(frame, found, self._climbs[0])
         found = self.finder.polished(frame, self._few_of_each_place(frame, found), self._climbs[1])
-        return self._few_of_each_place(frame, found)
+        return self._few_of_each_place(frame, found).poses
 
-    def _with_fits(self, frame: ImageFrame, guesses: Guesses, large: np.ndarray) -> Guesses:
-        """Add fits of the required component's contours where it is large enough to have some: a grid is coarse there.
+    def _near_best(self, votes: Array, blob: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Indices of hypotheses that come near to the best one of their blob."""
+        best = np.zeros(blob.max(initial=-1) + 1)
+        np.maximum.at(best, blob, votes)
+        return np.flatnonzero((votes > 0) & (votes >= self._config.facing.least_share * best[blob]))
 
-        :param large: of each blob, bool.
-        """
-        of = np.flatnonzero(large[guesses.blob])
-        if not len(of):
-            return guesses
-        fitted = fit_required(self.finder.surface, frame, guesses.poses[of], self._config.fit, facing=True)
-        return Guesses(
-            Poses.concatenate([guesses.poses, fitted]),
-            np.concatenate([guesses.votes, guesses.votes[of]]),
-            np.concatenate([guesses.blob, guesses.blob[of]]),
-        )
-
-    def _few_of_each_place(self, frame: ImageFrame, found: Ranked) -> Poses:
+    def _few_of_each_place(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """The best, and at each place where the required component is a few rivals: all that a verdict must look at."""
         order = np.argsort(-found.votes, kind="stable")
         order = order[found.votes[order] > self._config.verdict.min_votes]
@@ -75,19 +74,20 @@ class FacingSearch:
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other
         kept = np.empty(len(order), np.int64)
         n = few_of_places(np.ascontiguousarray(at), reach, int(self._config.facing.rivals), kept)
-        return found.poses[order[kept[:n]]]
+        return found[order[kept[:n]]]
 
     def _best_of_each(
-        self, frame: ImageFrame, poses: Poses, votes: np.ndarray, blob: np.ndarray, most: np.ndarray
-    ) -> np.ndarray:
-        """Indices of the best hypotheses of each blob that are not alike."""
-        cell = self._config.facing.cell_px
-        uv = np.rint(poses.t[:, :2] / poses.t[:, 2:] * (frame.camera.focal_px / cell))
+        self, frame: ImageFrame, found: Ranked, blob: NDArray[np.int64], most: NDArray[np.int64]
+    ) -> NDArray[np.int64]:
+        """Indices of the best hypotheses of each blob that are not alike. :param most: of each blob."""
+        rows = self._near_best(found.votes, blob)
+        rows = rows[np.lexsort((-found.votes[rows], blob[rows]))]
+        poses = found.poses[rows]
+        uv = poses.t[:, :2] / poses.t[:, 2:] * (frame.camera.focal_px / self._config.facing.cell_px)
         along = poses.R @ self._guesser.along
-        turn = np.rint(np.arctan2(along[:, 1], along[:, 0]) * (12 / np.pi)) % 24
-        order = np.lexsort((-votes, blob))
-        keys = np.column_stack([blob, uv, turn])[order]
-        _, first = np.unique(keys, axis=0, return_index=True)
-        order = order[np.sort(first)]
-        rank = np.arange(len(order)) - np.searchsorted(blob[order], blob[order])
-        return np.asarray(order[(rank < most[blob[order]]) & (votes[order] > 0)])
+        turn = np.rint(np.arctan2(along[:, 1], along[:, 0]) * (12 / np.pi)).astype(np.int64) % 24
+        u, v = np.rint(uv).astype(np.int64).T % _CELLS
+        cell = ((blob[rows] * 24 + turn) * _CELLS + u) * _CELLS + v
+        rows = rows[np.sort(np.unique(cell, return_index=True)[1])]
+        rank = np.arange(len(rows)) - np.searchsorted(blob[rows], blob[rows])
+        return np.asarray(rows[rank < most[blob[rows]]])

@@ -39,9 +39,10 @@ class FacingStage:
         if not self._searches:
             return (), ()
         limits, faced = scale_limits(self._config, frame.calibration), frame.faced()
-        hurried = faced.hurried(self._config.search.search_share)
-        found = [(s.finder, s.run(hurried, blobs, limits)) for s in self._searches]
-        accepted, others = share_out(found, faced, self._judge)
+        share, n = self._config.facing.search_share, len(self._searches)
+        hurried = faced.hurried(share)
+        found = [(s.finder, s.run(hurried.hurried(1 / (n - i)), blobs, limits)) for i, s in enumerate(self._searches)]
+        accepted, others = share_out(found, faced.hurried(self._config.facing.judge_share), self._judge)
         detections = [
             self._placer.faced(detection, faced)
             for describer in self._describers

@@ -37,11 +37,13 @@ from .pose.guesses import Guesser
 from .pose.pose_fit import contour_fit, fit_poses
 from .pose.surface_model import Poses
 from .spatial_stage import SpatialStage
+from .verdict.judge import Judge
+from .verdict.parts import part_probabilities
 
 PLANE, SPACE = "plane", "space"
 # whose compiled functions a part needs
 ROOMS = {PLANE: ("image", "geometry", "alignment", "constraints", "grouping"),
-         SPACE: ("image", "geometry", "model", "pose")}  # fmt: skip
+         SPACE: ("image", "geometry", "model", "pose", "verdict")}  # fmt: skip
 _SIZE_PX, _FOCAL_PX, _LABEL, _BODY = (200, 150), 150.0, 1, 2
 _FACING = np.diag([1.0, -1.0, -1.0])  # a marker's frame as its camera sees it
 
@@ -127,6 +129,12 @@ def _show() -> None:
     surface.shown(frames, patches, 1)
 
 
+def _judge() -> None:
+    finder = example().finder()
+    verdicts = Judge.of(finder.config).verdicts(finder, example().ahead(finder), example().frame)
+    part_probabilities(list(verdicts))
+
+
 def _align() -> None:
     _stage("default").align(example().frame, example().blobs)
 
@@ -179,6 +187,7 @@ PIECES = {
     "bend": Piece(SPACE, 10, _bend),
     "guess": Piece(SPACE, 5, _guess),
     "show": Piece(SPACE, 5, _show),
+    "judge": Piece(SPACE, 8, _judge),
 }
 # last, with all that the pieces do not call themselves
-WHOLE = {PLANE: (_group, _plane), SPACE: (_bend, _fit, _climb, _guess, _show, _space, _face)}
+WHOLE = {PLANE: (_group, _plane), SPACE: (_bend, _fit, _climb, _guess, _show, _judge, _space, _face)}

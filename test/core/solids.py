@@ -14,7 +14,7 @@ from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.surface_model import Poses
-from artrec_ros.core.verdict.acceptance import Verdict
+from artrec_ros.core.verdict.acceptance import Verdict, Verdicts
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import PlacedObject, Scene
@@ -157,6 +157,10 @@ class StubJudge(Judge):
 
     def trust(self, verdict: Verdict) -> float:
         return self.given(verdict)
+
+    def worth(self, verdicts: Verdicts) -> np.ndarray:
+        trusted = [self.given(v) * v.claim.votes if v.claim.votes > self.min_votes else -np.inf for v in verdicts]
+        return np.array(trusted)
 
 
 def turn_between(A, B) -> float:

@@ -1,6 +1,7 @@
 """Images without calibration to whole flat objects: clean scenes of known truth, and images without any."""
 
 import dataclasses
+import time
 
 import cv2
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from settings import settings
 from squares import ARM, BACK, COLOURS, PAIRS, SIZE, TEAM, Placing, gate, patch, rendered, robot
 
+from artrec_ros.core.base import deadline
 from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
@@ -157,6 +159,29 @@ def test_without_time_or_without_anything_in_view_nothing_is_found(robots):
     late = recognizer(robot(), time_budget_ms=1).recognize(rendered(*(Placing(40, 40, 0.3, 300.0),) * 2))
     assert late.size == SIZE
     assert late.ended_by in ((), ("recognizer.time_budget_ms",))
+
+
+def test_the_time_budget_is_kept_where_all_is_full_of_patches(monkeypatch):
+    """In time of the processor, which does not hang on what else it does."""
+    rgb = {TEAM: (230, 200, 30), 4: (40, 160, 60), 5: (210, 40, 60), 6: (120, 60, 170)}
+    classes = {f"c{label}": ClassConfig(label=label, rgb=colour) for label, colour in rgb.items()}
+    model, image = robot(), ImageConfig(kind="colour", classes=classes, background=(60, 60, 62))
+    squares = np.random.default_rng(0).integers(0, 255, (60, 80, 3), dtype=np.uint8)
+    picture = cv2.resize(squares, (640, 480), interpolation=cv2.INTER_NEAREST)
+    monkeypatch.setattr(deadline.time, "perf_counter", time.process_time)
+    for budget_ms in (60.0, 150.0):
+        config = settings(time_budget_ms=budget_ms, min_probability=0.15)
+        engine = Recognizer((Target("robot", model, TEAM), Target("other", model, 4)), config, Segmenter(image))
+        engine.recognize(picture)
+        took_ms = min(_processor_ms(engine, picture) for _ in range(3))
+        assert engine.recognize(picture).ended_by == ("recognizer.time_budget_ms",)
+        assert took_ms < 1.2 * budget_ms
+
+
+def _processor_ms(engine, picture):
+    start = time.process_time()
+    engine.recognize(picture)
+    return 1e3 * (time.process_time() - start)
 
 
 def test_any_label_image_gives_a_result(robots):

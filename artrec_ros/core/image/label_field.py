@@ -51,10 +51,10 @@ class LabelField:
         """(H, W) what each code is named."""
         return self.codes if self.meaning is LABELS else cv2.LUT(self.codes, self.meaning.label)
 
-    @property
-    def _labels(self) -> NDArray[np.uint8]:
+    @cached_property
+    def padded_labels(self) -> NDArray[np.uint8]:
         """What each code of `padded` is named."""
-        return self.padded if self.meaning is LABELS else np.take(self.meaning.label, self.padded)
+        return self.padded if self.meaning is LABELS else cv2.LUT(self.padded, self.meaning.label).ravel()
 
     def at(self, pixels: Array) -> NDArray[np.uint8]:
         """Codes (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
@@ -90,7 +90,7 @@ class LabelField:
         of another known class, itself not counted; inf: far."""
         silent = np.zeros(256, bool)
         silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
-        (height, width), labels = self.codes.shape, self._labels
+        (height, width), labels = self.codes.shape, self.padded_labels
         mine = np.flatnonzero(labels.reshape(height + 2, width + 2)[1:-1, 1:-1] == label)
         if len(mine) > _SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
             mine = mine[(np.arange(_SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
@@ -108,5 +108,6 @@ class LabelField:
             cv2.fillConvexPoly(codes, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
         rest.codes, rest.padded = codes, bordered.ravel()
-        rest.__dict__.pop("labels", None)
+        for made in ("labels", "padded_labels"):
+            rest.__dict__.pop(made, None)
         return rest

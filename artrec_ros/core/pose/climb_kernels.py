@@ -172,11 +172,11 @@ def sweep(
 
 @jit
 def climb(
-    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, m: Moves, steps: Any, R: Any,
-    t: Any, q: Any, votes: Any,
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, m: Moves, rounds: int, steps: Any,
+    R: Any, t: Any, q: Any, votes: Any,
 ) -> bool:  # fmt: skip
-    """One round of steps of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one parameter after the
-    other; whether any step was long enough to be taken.
+    """So many rounds of steps of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one parameter
+    after the other; whether any step of the last round was long enough to be taken.
 
     A step that helps is kept, and the parameter's next one is longer; one that does not is turned round and shortened
     (Rosenbrock 1960, along the parameters' own axes throughout).
@@ -187,18 +187,24 @@ def climb(
     tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(n_joints), np.empty((3, 3, 3)))
     step, any_taken = np.zeros(6 + n_joints), False
     for h in range(len(R)):
-        for k in range(6 + n_joints):
-            if abs(steps[h, k]) < m.steps.least:
-                continue
-            any_taken = True
-            step[k] = steps[h, k]
-            move(m, step, R[h], t[h], q[h], tried)
-            step[k] = 0.0
-            found = whole_votes(s, patches, chain, tried.R, tried.t, tried.q, view, limits, value, body, room)
-            steps[h, k] *= m.steps.lengthen if found > votes[h] else m.steps.turn
-            if found > votes[h]:
-                votes[h] = found
-                copy_frame(tried.R, tried.t, R[h], t[h])
-                for j in range(n_joints):
-                    q[h, j] = tried.q[j]
+        taken = True
+        for _ in range(rounds):
+            if not taken:
+                break
+            taken = False
+            for k in range(6 + n_joints):
+                if abs(steps[h, k]) < m.steps.least:
+                    continue
+                taken = True
+                step[k] = steps[h, k]
+                move(m, step, R[h], t[h], q[h], tried)
+                step[k] = 0.0
+                found = whole_votes(s, patches, chain, tried.R, tried.t, tried.q, view, limits, value, body, room)
+                steps[h, k] *= m.steps.lengthen if found > votes[h] else m.steps.turn
+                if found > votes[h]:
+                    votes[h] = found
+                    copy_frame(tried.R, tried.t, R[h], t[h])
+                    for j in range(n_joints):
+                        q[h, j] = tried.q[j]
+        any_taken = any_taken or taken
     return any_taken

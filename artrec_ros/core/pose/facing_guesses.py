@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -18,6 +17,8 @@ from .grid_kernels import Grid, best_on_grid
 from .surface_model import Poses, SpatialModel
 from .view_bank import ViewBank
 from .views import FACING, view_bank
+
+_AT_ONCE = 16  # blobs between two looks at the clock
 
 
 class Guesses(NamedTuple):
@@ -53,31 +54,44 @@ class FacingGuesser:
         self._frames = [(FACING @ R_m.T, -FACING @ R_m.T @ centre) for R_m, centre in in_object]
 
     def guess(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Guesses:
-        """The best of every direction about each blob. :param limits: of the scale."""
+        """The best of every direction about each blob; none of those that the deadline leaves.
+
+        :param limits: of the scale.
+        """
         found = [Guesses(self._none, np.zeros(0), np.zeros(0, np.int64))]
-        for marker, bank, place in zip(self._markers, self._banks, self._frames, strict=True):
-            grid = self._grid(frame, blobs, marker, limits)
-            most = int(grid.keep.sum()) * grid.turns
-            T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
-            n = best_on_grid(grid, bank.arrays, bank.look, frame.view, T, votes, of)
-            found.append(Guesses(self._lifted(T[:n], frame, *place), votes[:n], of[:n]))
+        for part in frame.deadline.parts(len(blobs), _AT_ONCE):
+            within = np.tile((limits.least, limits.greatest), (len(blobs[part]), 1))
+            if frame.scene:
+                within = np.clip(frame.scene.scale_limits(centres(blobs[part])), limits.least, limits.greatest)
+            for marker, bank, place in zip(self._markers, self._banks, self._frames, strict=True):
+                grid = self._grid(frame, blobs[part], within, marker)
+                most = int(grid.keep.sum()) * grid.turns
+                T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
+                n = best_on_grid(grid, bank.arrays, bank.look, frame.view, T, votes, of)
+                found.append(Guesses(self._lifted(T[:n], frame, *place), votes[:n], of[:n] + part.start))
         poses, votes, of = zip(*found, strict=True)
         return Guesses(Poses.concatenate(list(poses)), np.concatenate(votes), np.concatenate(of))
 
-    def _grid(self, frame: ImageFrame, blobs: Sequence[Blob], marker: Marker, limits: ScaleLimits) -> Grid:
-        config = self._config.facing
-        pixels = [_inside(frame, blob, config.grid_points) for blob in blobs]
-        area = np.array([b.area_px for b in blobs])
+    def _grid(self, frame: ImageFrame, blobs: Sequence[Blob], within: Array, marker: Marker) -> Grid:
+        """:param within: (B, 2) least and greatest scales."""
+        config, area = self._config.facing, np.array([b.area_px for b in blobs])
         ratio, more = self._config.guesses.most_area_ratio, self._config.guesses.most_area_more_px
-        lowest, highest = np.clip(frame.scene.scale_limits(centres(blobs)).T, limits.least, limits.greatest)
+        lowest, highest = within.T
         most = np.minimum(np.sqrt((ratio * area + more) / marker.area), highest)
         least = np.minimum(np.sqrt(config.least_area_share * area / marker.area), most)  # a larger one: several merged
         least = np.maximum(least, lowest)
         keep = np.ceil(area / (marker.area * np.maximum(least, 1e-9) ** 2)).astype(np.int64)
-        starts = np.concatenate([[0], np.cumsum([len(p) for p in pixels])]).astype(np.int64)
-        scale = np.ascontiguousarray(np.stack([least, np.maximum(most, least)], axis=1))
-        at = np.concatenate([*pixels, np.zeros((0, 2))])
-        return Grid(at, starts, scale, float(config.scale_ratio), int(config.turns), np.clip(keep, 1, 16), 0.5)
+        return Grid(
+            frame.field.padded_labels,
+            np.array([b.label for b in blobs]),
+            np.array([np.concatenate([b.pixels.min(axis=0), b.pixels.max(axis=0)]) for b in blobs], np.int64),
+            np.maximum(np.ceil(np.sqrt(area / config.grid_points)), 1).astype(np.int64),  # a lattice of about so many
+            np.ascontiguousarray(np.stack([least, np.maximum(most, least)], axis=1)),
+            float(config.scale_ratio),
+            int(config.turns),
+            np.clip(keep, 1, 16),
+            0.5,
+        )
 
     def _lifted(self, T: Array, frame: ImageFrame, R_marker: Array, origin: Array) -> Poses:
         camera = frame.camera
@@ -91,11 +105,3 @@ class FacingGuesser:
 def _turn(marker: Marker) -> Array:
     assert marker.T_component_marker is not None  # the model is spatial
     return marker.T_component_marker.rotation
-
-
-def _inside(frame: ImageFrame, blob: Blob, most: int) -> Array:
-    """(n, 2) pixels of a blob's class in its bounding box, on a lattice of about so many."""
-    (x0, y0), (x1, y1) = blob.pixels.min(axis=0), blob.pixels.max(axis=0) + 1
-    step = max(1, math.ceil(math.sqrt(blob.area_px / most)))
-    found = np.argwhere(frame.field.labels[y0:y1:step, x0:x1:step] == blob.label)
-    return np.asarray(found[:, ::-1] * step + (x0, y0), float)

@@ -27,10 +27,12 @@ from .distinct import apart
 from .lookalikes import Lookalikes
 from .pose_fit import fit_poses
 from .ranked import Ranked
+from .region_fit import RegionFit
 from .seeds import Seeds
 from .surface_model import PatchScores, Poses, SpatialModel
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
+_AT_ONCE = 32  # hypotheses of what faces the camera that climb between two looks at the clock
 # times a rotation: its mirror image in the marker's and in the image's plane
 _MIRRORED = np.outer((1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 
@@ -70,6 +72,7 @@ class WholeObjectFinder:
         self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
         self._marker_centres = np.array([m.centre for m in markers])
         self._lookalikes = Lookalikes(self.surface)
+        self.regions = RegionFit(self.surface, config) if facing else None
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes, crew)
 
@@ -125,16 +128,13 @@ class WholeObjectFinder:
         bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, self._search.joint_step)])
         return Ranked(bent, self.votes(frame, bent, occlusion=True))
 
-    def moved(self, frame: ImageFrame, poses: Poses, climb: Climb) -> Ranked:
+    def moved(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Hypotheses after a climb on the votes."""
-        found = Ranked(poses, self.votes(frame, poses, occlusion=True))
-        if poses.q.shape[1]:
-            found = self._sweep(frame, found)
-        return self._climb(frame, found, climb)
+        return self._climb(frame, self._sweep(frame, found), climb)
 
-    def polished(self, frame: ImageFrame, poses: Poses, climb: Climb) -> Ranked:
+    def polished(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Hypotheses after a climb on the votes, and a fit to the contours."""
-        return self._fit_all(frame, self.moved(frame, poses, climb).poses)
+        return self._fit_all(frame, self.moved(frame, found, climb).poses)
 
     def _with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
@@ -179,7 +179,10 @@ class WholeObjectFinder:
 
     def _sweep(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Joints at their best by the votes of the whole object, which know what hides what."""
-        kin, moved, surface = self.surface.kinematics, found.copied(), self.surface
+        kin, surface = self.surface.kinematics, self.surface
+        if not kin.n_joints:
+            return found
+        moved = found.copied()
         for j, grid in enumerate(kin.grids(self._search.joint_step)):
             if frame.deadline.expired:
                 break
@@ -197,11 +200,18 @@ class WholeObjectFinder:
         steps = np.full((len(found), 6 + kin.n_joints), climb.first_step, float)
         if self.facing:
             steps[:, 3:5] = 0.0
+        if self.facing:  # many, each of them soon done
+            for part in frame.deadline.parts(len(found), _AT_ONCE):
+                arrays = [values[part] for values in (steps, *moved.arrays)]
+                climbing.climb(
+                    surface.compiled, kin.chain, frame.view, surface.limits, self._value, moves, climb.rounds, *arrays
+                )  # fmt: skip
+            return moved
         for _ in range(climb.rounds):
             if frame.deadline.expired:
                 break
             if not climbing.climb(
-                surface.compiled, kin.chain, frame.view, surface.limits, self._value, moves, steps, *moved.arrays
+                surface.compiled, kin.chain, frame.view, surface.limits, self._value, moves, 1, steps, *moved.arrays
             ):  # fmt: skip
                 break
         return moved

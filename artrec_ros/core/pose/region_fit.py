@@ -9,7 +9,7 @@ from ..base.config import RecognizerConfig
 from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from .region_kernels import Regions, even_out
+from .region_kernels import Regions, even_out_each
 from .surface_model import Poses, SpatialModel
 
 _MOST_IN = 0.6  # of the way to its middle at most, a marker's points are drawn in
@@ -37,30 +37,39 @@ class RegionFit:
 
     def fitted(self, frame: ImageFrame, poses: Poses) -> Poses:
         """Poses moved, turned and scaled in the image plane."""
-        assert frame.image is not None  # the caller's condition
-        # a copy: compiled code would take one that may not be written to, or has gaps, for another kind
-        image = np.array(frame.image, np.uint8, order="C")
-        R, t = poses.R.copy(), poses.t.copy()
-        for h in range(len(poses)):
-            R[h], t[h] = self._one(frame, image, poses[h : h + 1])
-        return Poses(R, t, poses.q)
+        config, (regions, at, reach) = self._config, self._figures(frame, poses)
+        least, most = at - reach, at + reach
+        even_out_each(_image(frame), regions, at, reach / 4, config.region_rounds, least, most, np.empty(len(at)))
+        z = poses.t[:, 2] / at[:, 3]
+        roll = np.zeros((len(at), 3, 3))
+        roll[:, 0, 0] = roll[:, 1, 1] = np.cos(at[:, 2])
+        roll[:, 1, 0], roll[:, 2, 2] = np.sin(at[:, 2]), 1.0
+        roll[:, 0, 1] = -roll[:, 1, 0]
+        place = (at[:, :2] - frame.camera.matrix[:2, 2]) * (z / frame.camera.focal_px)[:, None]
+        return Poses(roll @ poses.R, np.column_stack([place, z]), poses.q)
 
-    def _one(self, frame: ImageFrame, image: NDArray[np.uint8], pose: Poses) -> tuple[Array, Array]:
-        camera, config, depth = frame.camera, self._config, pose.t[0, 2]
-        frames = self._surface.kinematics.forward(pose.R, pose.t, pose.q)
-        scale = camera.focal_px / depth  # pixels per metre
-        beyond = self._points + self._away * np.minimum(config.region_ring_px / scale, self._most_m)[:, None]
-        pixels = project(camera, self._surface.place(frames, beyond, self._on))[0]
-        origin = project(camera, pose.t)[0]
-        x, y = (pixels - origin).T
-        size = float(np.sqrt(np.mean(x * x + y * y)))
-        reach = np.array([config.region_reach_px, config.region_reach_px, config.region_reach_px / size,
-                          config.region_reach_px / size])  # fmt: skip
-        at = np.array([*origin, 0.0, 1.0])
-        regions = Regions(np.ascontiguousarray(x), np.ascontiguousarray(y), self._region, self._count)
-        even_out(image, regions, at, reach / 4, config.region_rounds, at - reach, at + reach)
-        z = depth / at[3]
-        c, s = np.cos(at[2]), np.sin(at[2])
-        roll = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        place = (at[:2] - camera.matrix[:2, 2]) * z / camera.focal_px
-        return roll @ pose.R[0], np.array([*place, z])
+    def evenness(self, frame: ImageFrame, poses: Poses) -> Array:
+        """(H,) the share of the variance of the colours on and around each hypothesis that is between its regions; 0
+        where a part of it lies outside of the image."""
+        (regions, at, reach), uneven = self._figures(frame, poses), np.empty(len(poses))
+        even_out_each(_image(frame), regions, at, reach, 0, at, at, uneven)
+        return 1.0 - uneven
+
+    def _figures(self, frame: ImageFrame, poses: Poses) -> tuple[Regions, Array, Array]:
+        """Each hypothesis' points in the image, its similarity (H, 4), and how far that may go."""
+        camera, config, depth = frame.camera, self._config, poses.t[:, 2]
+        frames = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
+        scale, origin = camera.focal_px / depth, project(camera, poses.t)  # scale: pixels per metre
+        at, beyond = (self._surface.place(frames, p, self._on) for p in (self._points, self._points + self._away))
+        away_m = np.minimum(config.region_ring_px / scale[:, None], self._most_m)
+        pixels = project(camera, at + away_m[..., None] * (beyond - at))
+        x, y = np.ascontiguousarray((pixels - origin[:, None]).transpose(2, 0, 1))
+        size = np.sqrt(np.mean(x * x + y * y, axis=1))
+        reach = config.region_reach_px / np.column_stack([np.ones((len(size), 2)), size, size])
+        similarity = np.column_stack([origin, np.zeros(len(size)), np.ones(len(size))])
+        return Regions(x, y, self._region, self._count), similarity, reach
+
+
+def _image(frame: ImageFrame) -> NDArray[np.uint8]:
+    """As compiled code takes it: one that may not be written to, or has gaps, would be of another kind."""
+    return np.require(frame.image, np.uint8, ["C", "W"])

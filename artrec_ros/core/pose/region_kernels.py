@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import inlined, jit, lean
 
 
 class Regions(NamedTuple):
@@ -55,27 +55,43 @@ def unevenness(image: Any, r: Regions, x0: float, y0: float, a: float, b: float,
     return within / max(square - (s0 * s0 + s1 * s1 + s2 * s2) / n, 1e-9)
 
 
-@jit
-def even_out(image: Any, r: Regions, at: Any, steps: Any, rounds: int, least: Any, most: Any) -> float:
+@lean
+def even_out(
+    image: Any, r: Regions, at: Any, steps: Any, rounds: int, least: Any, most: Any, sums: Any, tried: Any
+) -> float:
     """Move the similarity `at` (4: x, y, turn, scale), in place, to where regions are most even, by a search along its
     parameters; how uneven they are there.
 
     :param steps: (4,) the first of each, scratch. :param least, most: (4,) bounds of `at`.
+    :param sums: (n_regions, 5) scratch. :param tried: (4,) scratch.
     """
-    sums, tried = np.empty((r.n_regions, 5)), np.empty(4)
     best = unevenness(image, r, at[0], at[1], at[3] * math.cos(at[2]), at[3] * math.sin(at[2]), sums)
     for _ in range(rounds):
         for k in range(4):
             for _side in range(2):
-                tried[:] = at
+                for i in range(4):
+                    tried[i] = at[i]
                 tried[k] = min(max(at[k] + steps[k], least[k]), most[k])
                 a, b = tried[3] * math.cos(tried[2]), tried[3] * math.sin(tried[2])
                 found = unevenness(image, r, tried[0], tried[1], a, b, sums)
                 if found < best:
                     best = found
-                    at[:] = tried
+                    for i in range(4):
+                        at[i] = tried[i]
                     break
                 steps[k] = -steps[k]
             else:
                 steps[k] *= 0.5
     return best
+
+
+@jit
+def even_out_each(image: Any, r: Regions, at: Any, steps: Any, rounds: int, least: Any, most: Any, out: Any) -> None:
+    """`even_out` of H figures of one kind, and how uneven each is there: out (H,).
+
+    :param r: with x, y (H, n). :param at, steps, least, most: (H, 4).
+    """
+    sums, tried = np.empty((r.n_regions, 5)), np.empty(4)
+    for h in range(len(out)):
+        figure = Regions(r.x[h], r.y[h], r.region, r.n_regions)
+        out[h] = even_out(image, figure, at[h], steps[h], rounds, least[h], most[h], sums, tried)

@@ -173,6 +173,11 @@ class SpatialModel:
         return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
 
     @cached_property
+    def alike(self) -> NDArray[np.bool_]:
+        """(P, P) patches that may be of one class."""
+        return np.array([[bool(set(a.labels) & set(b.labels)) for b in self.patches] for a in self.patches])
+
+    @cached_property
     def open_contour(self) -> NDArray[np.bool_]:
         """(M, m) contour points beyond which there is no other marker of the object."""
         return free_contour(self.model, self.patches, own_class=False)

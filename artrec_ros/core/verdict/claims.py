@@ -2,66 +2,121 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import Camera
 from ..geometry.projection import project
+from ..geometry.range_limits import scale_limits
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import PatchScores, Poses, SpatialModel
+
+MOST_KNOWN = 4.0  # scales from one to 55: who knows no more of them knows nothing
 
 
 @dataclass(frozen=True, eq=False)
 class Claim:
     """A candidate and what the labels that nobody better owns say of it.
 
-    :param scores: of these labels.
+    :param votes: for all of it. :param scores: of these labels.
+    :param full_px: (P,) pixels of each patch that would be seen if nobody owned any.
     :param frame: where it is said.
+    :param depth_m: of the required component, along the optical axis. :param scale: pixels per metre there.
+    :param misplaced: why nothing can be there, by what is known of the scene.
     """
 
     finder: WholeObjectFinder
     poses: Poses  # one hypothesis
     votes: float
     scores: PatchScores
+    full_px: Array
     frame: ImageFrame
-    depth_m: float = math.nan  # of the required component, along the optical axis; NaN: not asked for
-    scale: float = math.nan  # pixels per metre there
-    misplaced: str | None = None  # why nothing can be there, by what is known of the scene
-
-    @cached_property
-    def all_scores(self) -> PatchScores:
-        """The same of all labels, whoever owns them."""
-        if self.frame.unowned is self.frame:
-            return self.scores
-        return self.finder.judge(self.frame.unowned, self.poses, occlusion=True)
-
-    def width_px(self, patch: int) -> float:
-        """Mean width of a marker as it is seen, pixels, from its area and its outline's length."""
-        marker = self.finder.surface.patches[patch].marker
-        assert marker is not None
-        return 2 * float(self.all_scores.area_px[0, patch]) / max(marker.perimeter * self.scale, 1e-9)
+    depth_m: float
+    scale: float
+    misplaced: str | None
 
 
-def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Claim]:
-    """A claim for each hypothesis."""
+class Seen(NamedTuple):
+    """What is seen of H claims whoever owns it.
+
+    :param full_px: (H, P) pixels of each patch that would be in view if nobody owned any.
+    :param even: (H,) `RegionFit.evenness` of what faces the camera, where the image has colours; else 0.
+    """
+
+    full_px: Array
+    even: Array
+
+    def of(self, rows: NDArray[np.int64]) -> Seen:
+        return Seen(self.full_px[rows], self.even[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class Claims:
+    """H candidates of one target, as `Claim`.
+
+    :param poses, votes, depth_m, scale: (H,). :param scores: (H, P).
+    :param known: (H,) logarithm of how many times the least scale that is possible there the greatest is, at most
+        `MOST_KNOWN`.
+    """
+
+    finder: WholeObjectFinder
+    poses: Poses
+    votes: Array
+    scores: PatchScores
+    seen: Seen
+    frame: ImageFrame
+    depth_m: Array
+    scale: Array
+    known: Array
+    misplaced: Sequence[str | None]
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    def __getitem__(self, i: int) -> Claim:
+        i = range(len(self))[i]
+        one = slice(i, i + 1)
+        place = float(self.depth_m[i]), float(self.scale[i]), self.misplaced[i]
+        votes = float(self.votes[i])
+        return Claim(self.finder, self.poses[one], votes, self.scores[one], self.seen.full_px[i], self.frame, *place)
+
+    def __iter__(self) -> Iterator[Claim]:
+        return (self[i] for i in range(len(self)))
+
+
+def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: Seen | None = None) -> Claims:
+    """A claim for each hypothesis. :param seen: None: not known yet."""
     scores = finder.judge(frame, poses, occlusion=True)
+    if seen is None:
+        free, even = frame.unowned, np.zeros(len(poses))
+        full_px = scores.area_px if free is frame else finder.judge(free, poses, occlusion=True).area_px
+        if finder.regions is not None and frame.image is not None:
+            even = finder.regions.evenness(frame, poses)
+        seen = Seen(full_px, even)
     anchors = finder.anchors(poses)
-    depth_m = anchors[:, 2]
+    depth_m = np.ascontiguousarray(anchors[:, 2])
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
     misplaced = _misplaced(finder, poses, frame, anchors, scale)
-    numbers = zip(finder.total(scores).tolist(), depth_m.tolist(), scale.tolist(), misplaced, strict=True)
-    return [
-        Claim(finder, poses[i : i + 1], votes, scores[i : i + 1], frame, *place)
-        for i, (votes, *place) in enumerate(numbers)
-    ]
+    known = _known(finder, frame, anchors)
+    return Claims(finder, poses, finder.total(scores), scores, seen, frame, depth_m, scale, known, misplaced)
+
+
+def _known(finder: WholeObjectFinder, frame: ImageFrame, anchors: Array) -> Array:
+    """(H,) see `Claims`, of claims with their required components at points (H, 3)."""
+    limits = scale_limits(finder.config, None)
+    if finder.facing and frame.scene:
+        within = np.clip(frame.scene.scale_limits(project(frame.camera, anchors)), limits.least, limits.greatest)
+        ratio = within[:, 1] / np.maximum(within[:, 0], 1e-9)
+    else:
+        ratio = np.full(len(anchors), limits.greatest / max(limits.least, 1e-9))
+    return np.clip(np.log(np.maximum(ratio, 1.0)), 0.0, MOST_KNOWN)
 
 
 def _misplaced(

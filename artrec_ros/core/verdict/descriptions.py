@@ -15,7 +15,6 @@ from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
-from ..pose.region_fit import RegionFit
 from ..pose.surface_model import Poses
 from .acceptance import Verdict
 from .identity import Identifier
@@ -30,7 +29,6 @@ class Describer:
         self.finder = finder
         surface = finder.surface
         self._identifier = Identifier(surface, finder.config)
-        self._regions = RegionFit(surface, finder.config)
         patches = [surface.patches[p] for p in surface.markers]
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
@@ -49,11 +47,13 @@ class Describer:
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
         poses = finder.settled(frame.unhurried(), Poses.concatenate([v.claim.poses for v in verdicts]), used)
-        if finder.facing and frame.image is not None:
-            poses = self._regions.fitted(frame, poses)
+        if finder.regions is not None and frame.image is not None:
+            poses = finder.regions.fitted(frame, poses)
         identities = self._identifier.identify(frame, poses)
-        covariances = pose_covariances(surface, frame, poses, used, finder.config)
-        told = [self._told(verdict) for verdict in verdicts]
+        # what faces the camera has a pose on the scene's plane alone
+        asked = not finder.facing or frame.scene.plane is not None
+        covariances = pose_covariances(surface, frame, poses, used, finder.config) if asked else [None] * len(poses)
+        told = self._told(verdicts)
         parts = self._instances(verdicts, told, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [
             self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n])
@@ -66,7 +66,7 @@ class Describer:
         number: int,
         pose: Poses,
         parts: tuple[Instance, ...],
-        covariance: Array,
+        covariance: Array | None,
         identity: IdentityFit | None,
     ) -> Detection:
         target, kin = self.finder.target, self.finder.surface.kinematics
@@ -75,7 +75,9 @@ class Describer:
         seen = [c for c, component in enumerate(target.model.components) if component.name in names]
         told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component that is told
         joints = [(j, name) for j, name in enumerate(target.model.joint_names) if told[j]]
-        deviations = np.sqrt(np.diag(covariance)[6:])
+        deviations = (
+            {} if covariance is None else {name: float(np.sqrt(covariance[6 + j, 6 + j])) for j, name in joints}
+        )
         return Detection(
             target.name,
             number,
@@ -84,15 +86,15 @@ class Describer:
             parts,
             Pose(pose.R[0], pose.t[0]),
             {name: float(pose.q[0, j]) for j, name in joints},
-            covariance[:6, :6].copy(),
+            None if covariance is None else covariance[:6, :6].copy(),
             identity=identity,
-            joint_deviations={name: float(deviations[j]) for j, name in joints},
+            joint_deviations=deviations,
         )
 
-    def _told(self, verdict: Verdict) -> dict[int, float]:
-        """The components that are told, and their probabilities."""
+    def _told(self, verdicts: Sequence[Verdict]) -> list[dict[int, float]]:
+        """The components that are told of each, and their probabilities."""
         least, root = self.finder.config.min_component_probability, self.finder.root
-        return {c: p for c, p in part_probabilities(verdict).items() if c == root or p >= least}
+        return [{c: p for c, p in of.items() if c == root or p >= least} for of in part_probabilities(verdicts)]
 
     def _instances(
         self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]], frames: Frames, frame: ImageFrame

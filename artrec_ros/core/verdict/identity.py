@@ -76,10 +76,11 @@ class Identifier:
         shown = surface.shown(frames, self._patches, INSIDE_POINTS)  # (H, M, points)
         codes = frame.field.at(project(frame.camera, X)).reshape(shown.shape)
         area_px = surface.area[self._patches] * (frame.camera.focal_px / X[:, ::INSIDE_POINTS, 2]) ** 2  # (H, M)
-        out = np.empty((len(poses), len(self.identities)))
-        for n, labels in enumerate(self._labels):
-            says = np.stack([self._says[label][codes[:, m]] for m, label in enumerate(labels)], axis=1)
-            out[:, n] = ((says * shown).mean(axis=2) * area_px).sum(axis=1)
+        out = np.zeros((len(poses), len(self.identities)))
+        for m, labels in enumerate(self._labels.T):
+            classes, which = np.unique(labels, return_inverse=True)
+            says = self._says[classes][:, codes[:, m]]  # (classes, H, points)
+            out += ((says * shown[:, m]).mean(axis=2) * area_px[:, m]).T[:, which]
         return out * self._config.verdict.identity_independent
 
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..base.config import RecognizerConfig
+from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
-from .acceptance import Verdict, verdict_of
-from .claims import claims_of
+from .acceptance import Verdict, Verdicts, verdicts_of
+from .claims import Seen, claims_of
 from .reach import Reach
 
 
@@ -31,10 +35,26 @@ class Judge:
     def of(cls, config: RecognizerConfig) -> Judge:
         return cls(config.verdict.min_votes, config.min_probability, config.min_components, Reach.of(config))
 
-    def verdicts(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> list[Verdict | None]:
-        """What the labels confirm of each hypothesis; None for those without votes enough."""
-        claims = claims_of(finder, poses, frame)
-        return [verdict_of(claim) if claim.votes > self.min_votes else None for claim in claims]
+    def verdicts(
+        self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: Seen | None = None
+    ) -> Verdicts:
+        """What the labels confirm of each hypothesis. :param seen: what is known of them."""
+        return verdicts_of(claims_of(finder, poses, frame, seen))
+
+    def worth(self, verdicts: Verdicts) -> Array:
+        """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""
+        votes = verdicts.claims.votes
+        trusted = np.where(self.accepts(verdicts), verdicts.probability * votes, 0.0)
+        return np.where(votes > self.min_votes, trusted, -np.inf)
+
+    def accepts(self, verdicts: Verdicts) -> NDArray[np.bool_]:
+        """(H,) whether each claim is an object: nothing speaks against it that `reason` would tell."""
+        claims, confirmed = verdicts.claims, verdicts.confirmed
+        wanted = min(self.min_components, confirmed.shape[1])
+        enough = (claims.votes >= self.min_votes) & (verdicts.probability >= self.min_probability)
+        shown = confirmed[:, claims.finder.root] & (confirmed.sum(axis=1) >= wanted)
+        held = self.reach.holds(claims.depth_m, claims.scale) & np.array([m is None for m in claims.misplaced], bool)
+        return np.asarray(enough & shown & held)
 
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
@@ -43,12 +63,14 @@ class Judge:
 
     def on_first(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> Verdict | None:
         """What the labels confirm of the first one; None: there is none, or it has not votes enough."""
-        return self.verdicts(finder, poses[:1], frame)[0] if len(poses) else None
+        if not len(poses):
+            return None
+        verdict = self.verdicts(finder, poses[:1], frame)[0]
+        return verdict if verdict.claim.votes > self.min_votes else None
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""
-        likely = verdict.probability >= self.min_probability  # asked first: most are not, and reasons are many words
-        return verdict.probability if likely and self.reason(verdict) is None else 0.0
+        return verdict.probability if self.reason(verdict) is None else 0.0
 
     def reason(self, verdict: Verdict) -> str | None:
         """Why a claim is no object; None where it is one."""

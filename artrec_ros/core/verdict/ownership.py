@@ -4,121 +4,166 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..base.deferred import Deferred
 from ..geometry.camera import Camera
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
-from .acceptance import Verdict
-from .claims import corners_of, silhouette
+from .acceptance import Verdict, Verdicts
+from .claims import Seen, corners_of
 from .judge import Judge
 
 _ROUNDED_PX = 1.0  # a pixel that is looked up, and one that an owner's silhouette fills, are rounded
+_AT_ONCE = 64  # claims between two looks at the clock
 
 
 def share_out(
     found: Sequence[tuple[WholeObjectFinder, Poses]], frame: ImageFrame, judge: Judge
-) -> tuple[list[Verdict], list[Verdict]]:
-    """Verdicts on accepted claims of all targets together, best first, and on the best of the others at each place.
+) -> tuple[list[Verdict], Sequence[Verdict]]:
+    """Verdicts on accepted claims of all targets together, best first, and on the best of the others at each place:
+    sorted out when they are looked at.
 
-    The claim with the most trusted votes takes its pixels; others that stand there are judged again without them. When
-    the time is over these are dropped instead, and what was turned down is told of as far as it is sorted.
+    The claim with the most trusted votes of all that it meets takes its pixels; others that stand there are judged
+    again without them. When the time is over, only what was judged is shared out, and what stands in an accepted one's
+    place is dropped instead; of what was turned down nothing is told.
     """
-    accepted: list[Verdict] = []
-    groups = [_Group(finder, poses, frame.camera, judge) for finder, poses in found]
-    alive = [s for group in groups for s in group.judged(range(len(group.poses)), frame) if s is not None]
-    while True:
-        best = _best(alive, judge)
-        if best is None:
-            return accepted, _best_of_each_place([s.verdict for s in alive], frame)
-        accepted.append(best.verdict)
-        alive.remove(best)
+    field, accepted = _Field(found, frame.camera, judge), []
+    field.judge_all(frame)
+    while len(best := field.best()):
+        accepted += [(field.worth[row], field.verdict(row)) for row in best.tolist()]
+        met = field.taken(best)
         if frame.deadline.expired:
-            alive = [s for s in alive if not s.meets(best)]
-        elif alive:
-            frame = frame.without(silhouette(best.group.finder.surface, frame.camera, best.verdict.claim.poses))
-            alive = _judged_again(alive, best, frame)
+            field.worth[met] = -np.inf
+        elif len(met):
+            frame = frame.without(field.silhouettes(best))
+            field.judge(met, frame)
+    accepted.sort(key=lambda both: -both[0])
+    left = [] if frame.deadline.expired else [field.verdict(row) for row in field.standing]
+    return [verdict for _, verdict in accepted], Deferred(lambda: _best_of_each_place(left, frame.camera))
 
 
-def _best(alive: list[_Standing], judge: Judge) -> _Standing | None:
-    """The one with the most trusted votes; None where none is an object. Who has fewer votes at all is not asked."""
-    best, most = None, 0.0
-    for standing in sorted(alive, key=lambda s: -s.verdict.claim.votes):
-        if standing.verdict.claim.votes <= most:
-            break
-        trusted = judge.trust(standing.verdict) * standing.verdict.claim.votes
-        if trusted > most:
-            best, most = standing, trusted
-    return best
+class _Field:
+    """N hypotheses of all targets, one target's after the other's.
+
+    :param worth: (N,) their trusted votes, 0 of what is no object; -inf: it does not stand, or no longer.
+    """
+
+    def __init__(self, found: Sequence[tuple[WholeObjectFinder, Poses]], camera: Camera, judge: Judge) -> None:
+        self._judge, self._groups = judge, [_Group.of(finder, poses, camera) for finder, poses in found]
+        self._first = np.cumsum([0, *(len(g.poses) for g in self._groups)])
+        self._boxes = np.concatenate([np.zeros((0, 2, 2)), *(g.boxes for g in self._groups)])
+        self._last: list[tuple[Verdicts, int] | None] = [None] * len(self._boxes)
+        self._seen = [
+            Seen(np.empty((len(g.poses), len(g.finder.surface.patches))), np.empty(len(g.poses))) for g in self._groups
+        ]
+        self.worth = np.full(len(self._boxes), -np.inf)
+
+    def judge_all(self, frame: ImageFrame) -> None:
+        """Judge some of each target in turn until all are, or the time is over: some in any case."""
+        for first in range(0, max((len(g.poses) for g in self._groups), default=0), _AT_ONCE):
+            if first and frame.deadline.expired:
+                return
+            for g, (begin, end) in enumerate(pairwise(self._first)):
+                rows = np.arange(min(begin + first, end), min(begin + first + _AT_ONCE, end))
+                self._judge_of(g, rows, frame, known=False)
+
+    def judge(self, rows: NDArray[np.int64], frame: ImageFrame) -> None:
+        """Judge some again, by the pixels that nobody owns in a frame."""
+        for g, (begin, end) in enumerate(pairwise(self._first)):
+            self._judge_of(g, rows[(rows >= begin) & (rows < end)], frame, known=True)
+
+    def _judge_of(self, g: int, rows: NDArray[np.int64], frame: ImageFrame, *, known: bool) -> None:
+        if not len(rows):
+            return
+        group, seen, own = self._groups[g], self._seen[g], rows - self._first[g]
+        verdicts = self._judge.verdicts(group.finder, group.poses[own], frame, seen.of(own) if known else None)
+        seen.full_px[own], seen.even[own] = verdicts.claims.seen
+        self.worth[rows] = self._judge.worth(verdicts)
+        for i, row in enumerate(rows.tolist()):
+            self._last[row] = verdicts, i
+
+    def verdict(self, row: int) -> Verdict:
+        """The last one on a hypothesis that was judged."""
+        last = self._last[row]
+        assert last is not None  # the caller's condition
+        return last[0][last[1]]
+
+    @property
+    def standing(self) -> list[int]:
+        """Those that were judged, and that nobody took the place of."""
+        return [int(row) for row in np.flatnonzero(self.worth > -np.inf)]
+
+    def best(self) -> NDArray[np.int64]:
+        """Objects of which each one has more trusted votes than any other object that it meets."""
+        rows = np.flatnonzero(self.worth > 0)
+        worth = self.worth[rows]
+        rows = rows[np.argsort(-worth, kind="stable")]
+        return rows[~np.tril(self._meet(rows, rows), -1).any(axis=1)]
+
+    def taken(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Have some stand no longer. Who meets one of them."""
+        self.worth[rows] = -np.inf
+        left = np.flatnonzero(self.worth > -np.inf)
+        return left[self._meet(left, rows).any(axis=1)]
+
+    def _meet(self, rows: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """(n, m) whether what one owns can matter to the other."""
+        low, high = self._boxes[rows, None].transpose(2, 0, 1, 3)
+        other_low, other_high = self._boxes[None, others].transpose(2, 0, 1, 3)
+        return np.asarray(((low <= other_high) & (other_low <= high)).all(axis=2))
+
+    def silhouettes(self, rows: NDArray[np.int64]) -> list[NDArray[np.float32]]:
+        """Convex hulls of these points (n, 2) cover some hypotheses, each for itself."""
+        g = np.searchsorted(self._first, rows, side="right") - 1
+        return [hull for i, row in zip(g, rows, strict=True) for hull in self._groups[i].hulls(row - self._first[i])]
 
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """One target's H hypotheses."""
+    """One target's H hypotheses.
+
+    :param corners: (H, n, 2) pixels of the corners of all boxes and markers.
+    :param boxes: (H, 2, 2) least and greatest x, y of all pixels that the votes for each look at: those of its corners,
+        of the rings around its contours, and what a lens bends out.
+    """
 
     finder: WholeObjectFinder
     poses: Poses
-    camera: Camera
-    judge: Judge
+    corners: Array
+    boxes: Array
 
-    @cached_property
-    def boxes(self) -> Array:
-        """(H, 2, 2) least and greatest x, y of all pixels that the votes for each look at: those of its corners, of the
-        rings around its contours, and what a lens bends out."""
-        corners = corners_of(self.finder.surface, self.camera, self.poses)
+    @classmethod
+    def of(cls, finder: WholeObjectFinder, poses: Poses, camera: Camera) -> _Group:
+        corners = corners_of(finder.surface, camera, poses)
         low, high = corners.min(axis=1), corners.max(axis=1)
-        margin = self.finder.config.votes.ring_px + _ROUNDED_PX
-        if self.camera.bent:  # what lies between corners is moved otherwise, by no more than they differ
-            plain = replace(self.camera, distortion=np.zeros(0))
-            moved = np.subtract(corners, corners_of(self.finder.surface, plain, self.poses))
+        margin = finder.config.votes.ring_px + _ROUNDED_PX
+        if camera.bent:  # what lies between corners is moved otherwise, by no more than they differ
+            plain = replace(camera, distortion=np.zeros(0))
+            moved = np.subtract(corners, corners_of(finder.surface, plain, poses))
             margin = margin + np.linalg.norm(np.ptp(moved, axis=1), axis=1, keepdims=True)
-        return np.stack([low - margin, high + margin], axis=1)
+        return cls(finder, poses, corners, np.stack([low - margin, high + margin], axis=1))
 
-    def judged(self, rows: Sequence[int], frame: ImageFrame) -> list[_Standing | None]:
-        """Claims of some of the hypotheses; None for those without votes enough."""
-        verdicts = self.judge.verdicts(self.finder, self.poses[list(rows)], frame)
-        return [_Standing(self, row, v) if v is not None else None for row, v in zip(rows, verdicts, strict=True)]
-
-
-@dataclass(frozen=True, eq=False)
-class _Standing:
-    """A claim that may still become an object."""
-
-    group: _Group
-    row: int
-    verdict: Verdict
-
-    def meets(self, other: _Standing) -> bool:
-        """Whether what one owns can matter to the other."""
-        (low, high), (other_low, other_high) = self.group.boxes[self.row], other.group.boxes[other.row]
-        return bool((low <= other_high).all() and (other_low <= high).all())
+    def hulls(self, row: int) -> list[NDArray[np.float32]]:
+        """As `silhouette` has them."""
+        corners = self.corners[row].astype(np.float32)
+        return [corners[first:last] for first, last in pairwise(self.finder.surface.hulls.starts)]
 
 
-def _judged_again(alive: list[_Standing], owner: _Standing, frame: ImageFrame) -> list[_Standing]:
-    """Claims, in their order, after some pixels have found an owner: those that stand elsewhere are as they were."""
-    met: dict[_Group, list[_Standing]] = {}
-    for standing in alive:
-        if standing.meets(owner):
-            met.setdefault(standing.group, []).append(standing)
-    anew: dict[_Standing, _Standing | None] = {}
-    for group, mine in met.items():
-        anew.update(zip(mine, group.judged([s.row for s in mine], frame), strict=True))
-    return [now for now in (anew.get(s, s) for s in alive) if now is not None]
-
-
-def _best_of_each_place(verdicts: list[Verdict], frame: ImageFrame) -> list[Verdict]:
+def _best_of_each_place(verdicts: list[Verdict], camera: Camera) -> list[Verdict]:
     left, out = sorted(verdicts, key=lambda v: -v.claim.votes), []
-    while left and not frame.deadline.expired:
+    while left:
         best, left = left[0], left[1:]
         out.append(best)
         mine = [v for v in left if v.claim.finder is best.claim.finder]
         if mine:
             poses = Poses.concatenate([v.claim.poses for v in mine])
-            near = best.claim.finder.same_place(frame.camera, poses, best.claim.poses)
+            near = best.claim.finder.same_place(camera, poses, best.claim.poses)
             gone = {id(v) for v, there in zip(mine, near, strict=True) if there}
             left = [v for v in left if id(v) not in gone]
     return out

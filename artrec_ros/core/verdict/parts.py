@@ -6,15 +6,18 @@ a component is where the model says, and not on a sibling's pixels or on nothing
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.projection import project
-from ..model.surface import INSIDE_POINTS, contains
+from ..geometry.transforms import Array
+from ..pose.surface_model import Poses
 from . import acceptance_curves, facing_curves
-from .acceptance import Verdict, logistic
+from .acceptance import Verdict, packed
+from .evidence_kernels import Curves, probabilities
+from .parts_kernels import shares_alone
 
 
 class PartEvidence(NamedTuple):
@@ -42,58 +45,63 @@ class PartEvidence(NamedTuple):
 _MOST_ODDS = 7.0
 
 
-def part_probabilities(verdict: Verdict) -> dict[int, float]:
-    """Of each component that something shows, by its index, the probability that it lies on its own marker. The
-    required one does where the object is there."""
-    root = verdict.claim.finder.root
-    rows = part_evidence(verdict)
-    curves = facing_curves if verdict.claim.finder.facing else acceptance_curves
-    return {c: verdict.probability if c == root else logistic(curves.PARTS, row) for c, row in rows.items()}
+def part_probabilities(verdicts: Sequence[Verdict]) -> list[dict[int, float]]:
+    """Of each component that something shows of one target's objects, by its index, the probability that it lies on its
+    own marker. The required one does where the object is there."""
+    if not verdicts:
+        return []
+    finder, rows = verdicts[0].claim.finder, _rows(verdicts)
+    out = np.empty(rows.shape[:2])
+    flat = np.ascontiguousarray(rows.reshape(-1, rows.shape[2]))
+    probabilities(_curves(finder.facing), np.zeros(len(flat), np.int64), flat, out.reshape(-1))
+    out[:, finder.root] = [v.probability for v in verdicts]
+    return [{c: float(out[h, c]) for c, patch in enumerate(v.shown) if patch >= 0} for h, v in enumerate(verdicts)]
 
 
 def part_evidence(verdict: Verdict) -> dict[int, PartEvidence]:
     """Of each component that something shows, by its index."""
-    claim = verdict.claim
-    shown = {c: patch for c, patch in enumerate(verdict.shown) if patch >= 0}
-    votes, area_px, agree = (values[0].tolist() for values in claim.scores.arrays)
-    alone, p = _alone(verdict, shown), min(max(verdict.probability, 1e-6), 1 - 1e-6)
-    whole = min(max(math.log(p / (1 - p)), -_MOST_ODDS), _MOST_ODDS)
-    return {
-        c: PartEvidence(
-            own=math.log1p(area_px[patch] * agree[patch] * alone[c]),
-            alone=alone[c],
-            open=min(area_px[patch] / max(float(claim.all_scores.area_px[0, patch]), 1e-9), 1.0),
-            agree=agree[patch],
-            colour=votes[patch] / max(area_px[patch], 1.0),
-            edge=verdict.outline(patch)[0],
-            confirmed=float(verdict.confirmed[c]),
-            whole=whole,
-        )
-        for c, patch in shown.items()
+    rows = _rows([verdict])[0].tolist()
+    return {c: PartEvidence(*rows[c]) for c, patch in enumerate(verdict.shown) if patch >= 0}
+
+
+def _rows(verdicts: Sequence[Verdict]) -> Array:
+    """(H, C, columns) `PartEvidence` of all components of one target's objects; only of those that something shows it
+    says anything."""
+    shown, claims = np.array([v.shown for v in verdicts]), [v.claim for v in verdicts]
+    patch = np.maximum(shown, 0)
+    scores, full_px = [claim.scores.arrays for claim in claims], np.array([claim.full_px for claim in claims])
+    votes, area_px, agree, full_px = (
+        np.take_along_axis(values, patch, axis=1)
+        for values in (*(np.concatenate([arrays[i] for arrays in scores]) for i in range(3)), full_px)
+    )
+    p = np.clip([v.probability for v in verdicts], 1e-6, 1 - 1e-6)
+    whole = np.clip(np.log(p / (1 - p)), -_MOST_ODDS, _MOST_ODDS)
+    alone = _alone(verdicts, shown)
+    evidence = {
+        "own": np.log1p(area_px * agree * alone),
+        "alone": alone,
+        "open": np.minimum(area_px / np.maximum(full_px, 1e-9), 1.0),
+        "agree": agree,
+        "colour": votes / np.maximum(area_px, 1.0),
+        "edge": np.array([v.outline for v in verdicts]),
+        "confirmed": np.array([v.confirmed for v in verdicts], float),
+        "whole": np.repeat(whole[:, None], shown.shape[1], axis=1),
     }
+    return np.stack([evidence[name] for name in PartEvidence._fields], axis=2)
 
 
-def _alone(verdict: Verdict, shown: dict[int, int]) -> dict[int, float]:
-    """Of each component's marker the share that is not on a sibling's of its class with more votes."""
-    claim, surface = verdict.claim, verdict.claim.finder.surface
-    order = sorted(shown, key=lambda c: -verdict.marker_votes[c])
-    out = dict.fromkeys(shown, 1.0)
-    labels = [set(surface.patches[shown[c]].labels) for c in order]
-    alike = np.array([[bool(a & b) for b in labels] for a in labels])
-    if np.count_nonzero(alike) == len(order):
-        return out
-    rows = [int(np.searchsorted(surface.markers, shown[c])) for c in order]
-    frames = surface.kinematics.forward(claim.poses.R, claim.poses.t, claim.poses.q)
-    of_each = [(surface.patches[shown[c]].inside, surface.contour[r]) for c, r in zip(order, rows, strict=True)]
-    points = np.concatenate([part for both in of_each for part in both])
-    n = INSIDE_POINTS + surface.contour.shape[1]
-    pixels = project(claim.frame.camera, surface.place(frames, points, np.repeat(order, n)))[0].reshape(-1, n, 2)
-    inside, outline = pixels[:, :INSIDE_POINTS], pixels[:, INSIDE_POINTS:]
-    low, high = outline.min(axis=1), outline.max(axis=1)
-    for i, c in enumerate(order):
-        before = alike[i, :i] & (low[:i] < high[i]).all(axis=1) & (high[:i] > low[i]).all(axis=1)
-        covered = np.zeros(INSIDE_POINTS, bool)
-        for j in np.flatnonzero(before):
-            covered |= contains(outline[j], inside[i])
-        out[c] = float(1 - covered.mean())
+def _alone(verdicts: Sequence[Verdict], shown: np.ndarray) -> Array:
+    """(H, C) of what shows each component the share that is not on a sibling's of its class with more votes."""
+    claims, surface = [v.claim for v in verdicts], verdicts[0].claim.finder.surface
+    poses = Poses.concatenate([claim.poses for claim in claims])
+    out, votes = np.empty(shown.shape), np.array([v.marker_votes for v in verdicts])
+    shares_alone(
+        surface.compiled, surface.kinematics.chain, claims[0].frame.view, poses.R, poses.t, poses.q, shown, votes,
+        surface.alike, out,
+    )  # fmt: skip
     return out
+
+
+@cache
+def _curves(facing: bool) -> Curves:
+    return packed([(facing_curves if facing else acceptance_curves).PARTS], PartEvidence)

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..base.config import RecognizerConfig
+from ..geometry.transforms import Array
 
 _ROUNDING = 1 + 1e-6  # a fit that a limit holds comes to lie on it
 
@@ -25,6 +29,15 @@ class Reach:
     @classmethod
     def of(cls, config: RecognizerConfig) -> Reach:
         return cls(config.min_range_m, config.max_range_m, config.min_scale, config.max_scale)
+
+    def holds(self, depth_m: Array, scale: Array) -> NDArray[np.bool_]:
+        """(H,) whether objects are in it; what is NaN is."""
+        out = (depth_m * _ROUNDING < self.min_range_m) | (scale * _ROUNDING < self.min_scale)
+        if self.max_range_m:
+            out |= depth_m > self.max_range_m * _ROUNDING
+        if self.max_scale:
+            out |= scale > self.max_scale * _ROUNDING
+        return np.asarray(~out)
 
     def reason(self, depth_m: float, scale: float) -> str | None:
         """Why an object is out of it; None where it is not, and of a NaN."""

@@ -11,10 +11,10 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import PatchScores
-from artrec_ros.core.verdict.acceptance import Evidence, verdict_of
+from artrec_ros.core.pose.surface_model import PatchScores, Poses
+from artrec_ros.core.verdict.acceptance import Evidence, verdicts_of
 from artrec_ros.core.verdict.acceptance_curves import CURVES, LIKELY, SURE
-from artrec_ros.core.verdict.claims import Claim
+from artrec_ros.core.verdict.claims import Claims, Seen
 from artrec_ros.core.verdict.judge import Judge
 
 CONFIG = DEFAULTS
@@ -38,7 +38,14 @@ def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, p
             scores.area_px[0, i], scores.votes[0, i], scores.agree[0, i] = px, per_px * px, agree
         elif patch.marker.name in ("right", "outer_right"):  # it should be seen and is not
             scores.area_px[0, i], scores.votes[0, i] = 30.0, against
-    return Claim(finder, pose(model=surface.model), votes, scores, BLANK)
+    at, one = pose(model=surface.model), np.ones(1)
+    seen, place = Seen(scores.area_px, 0 * one), (np.nan * one, np.nan * one, 4 * one, [None])
+    return Claims(finder, at, votes * one, scores, seen, BLANK, *place)
+
+
+def verdict_of(one):
+    (verdict,) = verdicts_of(one)
+    return verdict
 
 
 TORSO, FORE, HIND, FACE = ("torso", "right"), ("fore", "outer_right"), ("hind", "outer_right"), ("plate", "face")
@@ -174,7 +181,8 @@ def test_so_many_components_must_be_confirmed_the_required_one_included_and_no_m
     ],
 )
 def test_what_is_out_of_reach_is_no_object_and_says_by_how_much(limits, reason):
-    judge, verdict = Judge.of(settings(**limits)), verdict_of(replace(claim(WHOLE), depth_m=2.9, scale=100.0))
+    there = replace(claim(WHOLE), depth_m=np.array([2.9]), scale=np.array([100.0]))
+    judge, verdict = Judge.of(settings(**limits)), verdict_of(there)
     assert judge.reason(verdict) == reason
     assert judge.trust(verdict) == (0.0 if reason else verdict.probability)
 
@@ -201,3 +209,29 @@ def test_an_object_of_one_component_needs_no_other():
 @pytest.mark.parametrize("votes", [-1e6, 0.0, 1e12])
 def test_any_votes_give_a_probability(votes):
     assert 0 <= verdict_of(claim(WHOLE, votes=votes)).probability <= 1
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [{}, {"min_probability": 0.9}, {"min_components": 3}, {"max_range_m": 2.5}, {"min_scale": 120}, {"max_scale": 80}],
+    ids=str,
+)
+def test_what_is_accepted_has_no_reason_against_it(limits):
+    """All claims at once, and each for itself with its reason."""
+    seen = [WHOLE, {TORSO: 300.0, FORE: 60.0}, {TORSO: 300.0}, {FORE: 200.0, HIND: 200.0}]
+    several = [claim(s, votes=v) for s in seen for v in (40.0, 800.0, 3000.0)]
+    n, judge = len(several), Judge.of(settings(**limits))
+    scores = PatchScores(*map(np.concatenate, zip(*(c.scores.arrays for c in several), strict=True)))
+    poses = Poses.concatenate([c.poses for c in several])
+    votes = np.concatenate([c.votes for c in several])
+    misplaced = [None if i % 5 else "behind the wall" for i in range(n)]
+    depth = np.where(np.arange(n) % 2, 2.9, np.nan)
+    finder = several[0].finder
+    place = depth, 290 / depth, np.full(n, 4.0), misplaced
+    verdicts = verdicts_of(Claims(finder, poses, votes, scores, Seen(scores.area_px, np.zeros(n)), BLANK, *place))
+    reasons = [judge.reason(v) for v in verdicts]
+    assert judge.accepts(verdicts).tolist() == [r is None for r in reasons]
+    trusted = [judge.trust(v) * v.claim.votes if v.claim.votes > judge.min_votes else -np.inf for v in verdicts]
+    np.testing.assert_allclose(judge.worth(verdicts), trusted)
+    alone = [verdict_of(c) for c in several]
+    assert [v.probability for v in alone] == [v.probability for v in verdicts]

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from settings import DEFAULTS
+from settings import DEFAULTS, settings
 from solids import BACKGROUND, BENT, RED, camera_of, pose, render, sign, truck
 
 from artrec_ros.core.image.codes import OWNED
@@ -12,7 +12,7 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
-from artrec_ros.core.verdict.claims import claims_of, silhouette
+from artrec_ros.core.verdict.claims import MOST_KNOWN, claims_of, silhouette
 
 CAMERA = camera_of()
 TRUCK = truck()
@@ -65,4 +65,18 @@ def test_each_hypothesis_has_a_claim_in_its_order():
     anchor = LEFT.R[0] @ finder.surface.anchor + LEFT.t[0]  # no joint carries the required component
     assert seen.depth_m == pytest.approx(anchor[2])
     assert seen.scale == pytest.approx(CAMERA.focal_px / anchor[2])
-    assert claims_of(finder, poses[:0], frame) == []
+    assert len(claims_of(finder, poses[:0], frame)) == 0
+
+
+@pytest.mark.parametrize(
+    "limits, known",
+    [
+        ({}, MOST_KNOWN), ({"min_scale": 100.0}, MOST_KNOWN), ({"max_scale": 100.0}, MOST_KNOWN),
+        ({"min_scale": 100.0, "max_scale": 200.0}, np.log(2)), ({"min_scale": 1.0, "max_scale": 1e4}, MOST_KNOWN),
+        ({"min_scale": 100.0, "max_scale": 100.0}, 0.0),
+    ],
+)  # fmt: skip
+def test_how_many_scales_are_possible_is_known_from_their_limits(limits, known):
+    finder = WholeObjectFinder(Target("sign", sign(), RED), settings(**limits), facing=True)
+    frame = ImageFrame(LabelField(np.zeros((240, 320), np.uint8))).faced()
+    assert claims_of(finder, pose(0, 0, 0.8), frame).known == pytest.approx(known, abs=1e-6)

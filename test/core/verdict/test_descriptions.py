@@ -14,7 +14,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import finder as whole_object
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
-from artrec_ros.core.verdict.acceptance import verdict_of
+from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.descriptions import Describer
 
@@ -25,7 +25,7 @@ def scene(model, *poses):
     """A describer, the verdicts on true poses, and the image that shows them."""
     frame = ImageFrame(LabelField(render(CAMERA, [(model, p, RED) for p in poses])), CAMERA)
     finder = WholeObjectFinder(Target(model.name, model, RED), DEFAULTS)
-    verdicts = [verdict_of(c) for c in claims_of(finder, Poses.concatenate(list(poses)), frame)]
+    verdicts = list(verdicts_of(claims_of(finder, Poses.concatenate(list(poses)), frame)))
     return Describer(finder), verdicts, frame
 
 

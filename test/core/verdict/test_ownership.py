@@ -138,7 +138,7 @@ def test_no_pixel_that_votes_look_at_lies_outside_of_a_claims_box(lens):
     points = np.concatenate([np.concatenate([p.inside, p.contour]) for p in surface.patches])
     component = np.concatenate([np.full(len(p.inside) + len(p.contour), p.component) for p in surface.patches])
     seen = project(camera, surface.place(frames, points, component))
-    low, high = ownership._Group(finder, poses, camera, JUDGE).boxes.transpose(1, 0, 2)[:, :, None]
+    low, high = ownership._Group.of(finder, poses, camera).boxes.transpose(1, 0, 2)[:, :, None]
     reach = DEFAULTS.votes.ring_px + 0.5  # of a ring's point and its rounding
     held = ((seen - reach >= low) & (seen + reach <= high)).all(axis=(1, 2))
     in_view = (np.abs(seen) < 700).all(axis=(1, 2))  # and not beside the camera or behind it

@@ -12,10 +12,11 @@ from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
-from artrec_ros.core.verdict.acceptance import logistic, verdict_of
+from artrec_ros.core.verdict.acceptance import packed, verdicts_of
 from artrec_ros.core.verdict.acceptance_curves import PARTS
 from artrec_ros.core.verdict.claims import claims_of, silhouette
 from artrec_ros.core.verdict.descriptions import Describer
+from artrec_ros.core.verdict.evidence_kernels import probabilities
 from artrec_ros.core.verdict.parts import PartEvidence, part_evidence, part_probabilities
 
 CAMERA = camera_of()
@@ -29,7 +30,13 @@ def verdict_on(labels, model=TRUCK, at=AT, owners=(), config=DEFAULTS):
     finder = WholeObjectFinder(Target(model.name, model, RED), config)
     for other, place in owners:
         frame = frame.without(silhouette(WholeObjectFinder(Target("o", other, RED), config).surface, CAMERA, place))
-    return verdict_of(claims_of(finder, at, frame)[0]), frame
+    return verdicts_of(claims_of(finder, at, frame))[0], frame
+
+
+def logistic(model, row):
+    out = np.empty(1)
+    probabilities(packed([model], PartEvidence), np.zeros(1, np.int64), np.array([row]), out)
+    return float(out[0])
 
 
 def whole():
@@ -50,18 +57,18 @@ def without_leg(name, left=0.0):
 
 def test_components_in_plain_view_are_all_but_certain_and_the_required_one_is_as_probable_as_the_object():
     verdict, _ = verdict_on(whole())
-    probabilities = part_probabilities(verdict)
-    assert set(probabilities) == {0, 1, 2}
-    assert min(probabilities.values()) > 0.9
-    assert probabilities[0] == verdict.probability
+    (found,) = part_probabilities([verdict])
+    assert set(found) == {0, 1, 2}
+    assert min(found.values()) > 0.9
+    assert found[0] == verdict.probability
 
 
 def test_a_component_of_which_little_is_seen_is_less_probable():
     full, some = (
-        part_probabilities(verdict_on(labels)[0]).get(1, 0.0) for labels in (whole(), without_leg("fore", 0.3))
+        part_probabilities([verdict_on(labels)[0]])[0].get(1, 0.0) for labels in (whole(), without_leg("fore", 0.3))
     )
     assert some < full
-    none = part_probabilities(verdict_on(without_leg("fore"))[0])
+    (none,) = part_probabilities([verdict_on(without_leg("fore"))[0]])
     assert none.get(1, 0.0) < DEFAULTS.min_component_probability
 
 

@@ -13,6 +13,30 @@ _FACING = ("facing",)
 class FacingConfig(Room):
     """How blobs are searched for whole objects that are figures of the image plane."""
 
+    guess_share: float = param(
+        0.6,
+        "what of the time for the search may go into first guesses",
+        low=0.01,
+        high=1,
+        paths=_FACING,
+        origin="about what they take; matters where the budget ends a search",
+    )
+    search_share: float = param(
+        0.7,
+        "what of the time that is left may go into the search",
+        low=0.01,
+        high=1,
+        paths=_FACING,
+        origin="the rest is for judging and telling many objects; matters where the budget ends a search",
+    )
+    judge_share: float = param(
+        0.3,
+        "what of the time that is left after the search may go into judging what it found",
+        low=0.01,
+        high=1,
+        paths=_FACING,
+        origin="the rest is for telling it",
+    )
     grid_points: int = param(
         24,
         "pixels of a blob at which its component's middle is tried",
@@ -40,6 +64,14 @@ class FacingConfig(Room):
         paths=_FACING,
         origin="two alike that touch are one blob",
     )
+    least_share: float = param(
+        0.4,
+        "least votes of a hypothesis that is fitted and climbs, as a share of the best one's of its blob",
+        low=0,
+        high=1,
+        paths=_FACING,
+        origin="0.5 loses 4 of 1152 robots in benchmarks/overhead.py, 0 saves none",
+    )
     per_patch: int = param(
         4,
         "hypotheses that go on, for each time the component goes into its blob",
@@ -49,13 +81,13 @@ class FacingConfig(Room):
         origin="a square's four turns",
     )
     rounds: tuple[int, ...] = param(
-        (4, 8),
+        (4, 5),
         "rounds of a climb of all hypotheses, and of another of the few that are left of each place",
         low=1,
         high=1000,
         length=2,
         paths=_FACING,
-        origin="after four rounds the best of a place seldom changes",
+        origin="after four rounds the best of a place seldom changes; eight in place of five find no more",
     )
     first_step: float = param(
         0.7,
@@ -101,5 +133,10 @@ class FacingConfig(Room):
         origin="what blur and shade take from the labels' boundaries",
     )
     region_rounds: int = param(
-        10, "rounds of the last fit, to raw colours", low=0, high=1000, paths=_FACING, origin="steps end below 0.02 px"
+        6,
+        "rounds of the last fit, to raw colours",
+        low=0,
+        high=1000,
+        paths=_FACING,
+        origin="with ten, directions and names in benchmarks/overhead.py are no better",
     )

@@ -20,7 +20,7 @@ class SearchConfig(Room):
         "what of the time that is left may go into the search",
         low=0.01,
         high=1,
-        paths=_WHOLE,
+        paths=_SPACE,
         origin="the rest is for judging what it found",
     )
     cell_place: float = param(

@@ -1,0 +1,164 @@
+"""What labels confirm of claims, and what speaks for each of them, a claim at a time."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.jit import inlined, jit, lean
+from ..model.chain_kernels import Chain, place_all
+from ..pose.surface_kernels import Surface, aspect
+
+ALONE, DESERTED, BORNE_OUT = 0, 1, 2  # see `Verdict.case`
+
+
+class Criteria(NamedTuple):
+    """What a claim is examined by."""
+
+    root: int  # the required component
+    n_components: int
+    told: Any  # (P,) bool: faces that have a class
+    bare: float  # mean vote of faces where there are none
+    min_px: float  # markers that show fewer say nothing
+    supported_agree: float  # least share of a marker's pixels with its label for it to be confirmed,
+    told_agree: float  # and for a thin one to be told
+    thin_px: float
+    inside: float  # greatest vote of a marker's pixel,
+    around: float  # and of a pixel of its outline's length
+
+
+class Said(NamedTuple):
+    """What labels say of H claims, see `PatchScores`, and where these are."""
+
+    votes: Any  # (H, P)
+    area_px: Any
+    agree: Any
+    full_px: Any  # (H, P) pixels that would be seen if nobody owned any
+    total: Any  # (H,) votes of each whole claim
+    scale: Any  # (H,) pixels per metre
+
+
+class Found(NamedTuple):
+    """What is found out of them, to fill; see `Verdict` and `Evidence`."""
+
+    shown: Any  # (H, C)
+    confirmed: Any  # (H, C) bool
+    marker_votes: Any  # (H, C)
+    outline: Any  # (H, C) how well the outline of what shows a component parts its class from others
+    case: Any  # (H,)
+    evidence: Any  # (H, columns)
+
+
+@inlined
+def supports(said: Said, by: Criteria, h: int, p: int) -> bool:
+    """Whether the labels support a marker: see `WholeObjectFinder.supported`."""
+    enough = said.area_px[h, p] > by.min_px and said.agree[h, p] > by.supported_agree
+    return enough and said.votes[h, p] > 0.0
+
+
+@inlined
+def perimeter_px(s: Surface, said: Said, h: int, p: int) -> float:
+    """Length of a marker's outline as it is seen."""
+    return s.perimeter[s.marker_of[p]] * math.sqrt(max(said.area_px[h, p], 1e-9) / s.area[p])
+
+
+@lean
+def confirm(s: Surface, said: Said, by: Criteria, h: int, found: Found) -> None:
+    """Which marker shows each component of claim `h`, and whether the labels confirm it."""
+    for c in range(by.n_components):
+        best, most, total = -1, -1.0, 0.0
+        for p in range(len(s.component)):
+            if s.component[p] == c and s.marker_of[p] >= 0:
+                total += said.votes[h, p]
+                size = said.area_px[h, p] * ((1.0 if supports(said, by, h, p) else 0.0) + 1e-3)
+                if size > most:
+                    best, most = p, size
+        sure = supports(said, by, h, best)
+        # a wider one has room for what would confirm it between the seams on its two sides
+        width = 2 * said.full_px[h, best] / max(s.perimeter[s.marker_of[best]] * said.scale[h], 1e-9)
+        seen = said.agree[h, best] > by.told_agree and said.area_px[h, best] > by.min_px
+        shown = sure or c == by.root or (total > 0.0 and seen and width < by.thin_px)
+        found.marker_votes[h, c], found.confirmed[h, c] = total, sure
+        found.shown[h, c] = best if shown else -1
+        around = by.around * perimeter_px(s, said, h, best)
+        inside = by.inside * said.agree[h, best] * said.area_px[h, best]
+        found.outline[h, c] = (said.votes[h, best] - inside) / max(around, 1e-12)  # nothing, where it does not vote
+
+
+@lean
+def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, found: Found) -> None:
+    """What speaks for claim `h`, after `confirm`. :param cosine: see `Evidence.facing`."""
+    root_votes, root_px, votes, area_px, missing_px = 0.0, 0.0, 0.0, 0.0, 0.0
+    seen, body_votes, body_px, face_votes, face_px, bare, faceless = False, 0.0, 0.0, 0.0, 0.0, True, True
+    for p in range(len(s.component)):
+        c, v, a = s.component[p], said.votes[h, p], said.area_px[h, p]
+        if s.marker_of[p] < 0:
+            if by.told[p] and a > 0.0:
+                face_votes, face_px, faceless = face_votes + v, face_px + a, False
+                if c == by.root:
+                    body_votes, body_px, bare = body_votes + v, body_px + a, False
+        elif c == by.root:
+            root_votes, root_px = root_votes + v, root_px + a
+        else:
+            votes, area_px, seen = votes + v, area_px + a, seen or a > by.min_px
+            missing_px += 0.0 if found.confirmed[h, c] else a
+    others, shown, outlines, length = 0, -1, 0.0, 0.0
+    for c in range(by.n_components):
+        shown += found.shown[h, c] >= 0
+        if c != by.root and found.confirmed[h, c]:
+            others += 1
+            px = perimeter_px(s, said, h, found.shown[h, c])
+            outlines, length = outlines + found.outline[h, c] * px, length + px
+    found.case[h] = BORNE_OUT if others else (DESERTED if seen else ALONE)
+    row = found.evidence[h]
+    row[0], row[1], row[2] = math.log(max(said.total[h], 1.0)), found.outline[h, by.root], 1.0 if bare else 0.0
+    row[3], row[4] = by.bare if bare else body_votes / max(body_px, 1.0), shown
+    row[5], row[6] = (root_votes + votes) / max(root_px + area_px, 1.0), votes / max(area_px, 1.0)
+    row[7], row[8] = outlines / max(length, 1e-9), by.bare if faceless else face_votes / max(face_px, 1.0)
+    row[9], row[10] = cosine, -math.log1p(missing_px)
+    row[11] = -missing_px / max(root_px + area_px, 1.0)
+
+
+@jit
+def examine(s: Surface, chain: Chain, R: Any, t: Any, q: Any, said: Said, by: Criteria, found: Found) -> None:
+    """Fill `found` with what labels say of claims R (H, 3, 3), t (H, 3), q (H, J)."""
+    n_c, n_joints = len(chain.parent), q.shape[1]
+    frames_R, frames_t, scratch = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((3, 3, 3))
+    joints = np.empty((2, n_joints, 3))
+    for h in range(len(R)):
+        place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
+        confirm(s, said, by, h, found)
+        A, b = frames_R[by.root], frames_t[by.root]
+        weigh(s, said, by, h, aspect(s, found.shown[h, by.root], A, b)[0], found)
+
+
+class Curves(NamedTuple):
+    """Some additive logistic models: of each the bias, and of each evidence a line through points."""
+
+    bias: Any  # (models,)
+    count: Any  # (models, columns) points, 0: it says nothing
+    x: Any  # (models, columns, points)
+    y: Any
+
+
+@lean
+def probabilities(curves: Curves, which: Any, evidence: Any, out: Any) -> None:
+    """Fill out (H,) with what each of H rows of evidence (H, columns) comes to under the model `which` (H,)."""
+    for h in range(len(out)):
+        m = which[h]
+        logit = curves.bias[m]
+        for k in range(evidence.shape[1]):
+            n, value = curves.count[m, k], evidence[h, k]
+            if n == 0:
+                continue
+            x, y = curves.x[m, k], curves.y[m, k]
+            i = 0
+            while i < n and x[i] <= value:
+                i += 1
+            if i == 0 or i == n:
+                logit += y[max(i - 1, 0)]
+            else:
+                logit += y[i - 1] + (y[i] - y[i - 1]) * (value - x[i - 1]) / (x[i] - x[i - 1])
+        out[h] = 1 / (1 + math.exp(min(-logit, 700.0)))

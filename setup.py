@@ -87,6 +87,8 @@ setup(
         "cluster": CLUSTER,  # 41 MB, Dask and what comes with it: artrec replay --scheduler
         "tune": TUNE,  # 39 MB, most of it SQLAlchemy: artrec tune
         "model": ["svgelements>=1.9"],  # 0.8 MB, nothing else comes with it: artrec model reads SVG drawings
+        # artrec replay --rerun: 670 MB, nearly all of it the viewer and pyarrow. Of Python 3.11 on.
+        "rerun": ["rerun-sdk>=0.41"],
         # The page of artrec evaluate: 102 MB, nearly all of it matplotlib and what comes with it.
         "report": REPORT,
         "test": [

@@ -1,4 +1,4 @@
-"""What is made of the overlays: files, a video, and a bag for each source. In the order of the frames."""
+"""What is made of the overlays: files, a video, a bag for each source, a recording. In the order of the frames."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from ...io.results.journal import Recognised
 from ...io.results.result_bag import ResultBag
 from ...io.sources.frames import Source
 from .names import FRAMES_FOLDER, overlay_name
+from .rerun_file import RerunFile
 from .work import Drawn, Wanted
 
 VIDEO_FILE, UNFINISHED = "video.mp4", "unfinished"
@@ -44,16 +45,25 @@ class PictureOptions:
 
 
 class Pictures:
-    """Files, video and bags in a folder. A context manager; what is closed halfway is whole as far as it goes."""
+    """Files, video and bags in a folder. A context manager; what is closed halfway is whole as far as it goes.
+
+    :param recording: gets the frames, too.
+    """
 
     def __init__(
-        self, folder: Path, options: PictureOptions, sources: Sequence[Source], targets: Sequence[Target]
+        self,
+        folder: Path,
+        options: PictureOptions,
+        sources: Sequence[Source],
+        targets: Sequence[Target],
+        recording: RerunFile | None = None,
     ) -> None:
         self._folder, self._options, self._sources, self._targets = folder, options, sources, targets
         self._unfinished = folder / UNFINISHED
         self._video: VideoWriter | None = None
         self._bag: ResultBag | None = None
         self._bag_number = -1
+        self._recording = recording
 
     def __enter__(self) -> Pictures:
         shutil.rmtree(self._unfinished, ignore_errors=True)
@@ -61,10 +71,14 @@ class Pictures:
             self._unfinished.mkdir()
         if self._options.video:
             self._video = VideoWriter(self._unfinished / VIDEO_FILE).__enter__()
+        if self._recording is not None:
+            self._recording.__enter__()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
+            if self._recording is not None:
+                self._recording.__exit__(kind)
             if kind is None:
                 self._close_video()
                 self._close_bag()
@@ -88,13 +102,15 @@ class Pictures:
         """
         png = self._options.images is None or number < self._options.images
         png = png and not self._path(number, frame).exists()
-        plain = self._options.in_order
-        return Wanted(place, frame, png, plain) if png or plain else None
+        plain, raw = self._options.in_order, self._recording is not None
+        return Wanted(place, frame, png, plain, raw) if png or plain or raw else None
 
     def add(self, number: int, source: int, frame: Recognised, drawn: Drawn | None) -> None:
         """The frames in their order. :raises OSError, SourceError: something cannot be written."""
         if drawn is not None and drawn.png is not None:
             write_whole(self._path(number, frame), drawn.png)
+        if self._recording is not None:
+            self._recording.add(source, frame, None if drawn is None else drawn.raw)
         if drawn is None or drawn.picture is None:
             return
         if self._video is not None:

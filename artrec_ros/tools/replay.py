@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     for line in unread(setup):
         say(line)
     options = source_options(args, setup)
-    pictures = PictureOptions(args.images, not args.no_video, args.output_bag, setup.node.publish_tf)
+    pictures = PictureOptions(args.images, not args.no_video, args.output_bag)
     recording = args.rerun and RerunFile(args.rerun, setup.image, setup.targets, len(args.sources))
     with open_sources(args.sources, options, say) as sources:
         for line in setup.lacks(all(part.calibrated for part in sources.parts)):

@@ -30,13 +30,12 @@ class PictureOptions:
     """What is wanted.
 
     :param images: overlay files of so many frames, from the first one on; None: of all.
-    :param bag_storage: mcap or sqlite3: a bag for each source; None: no bags. :param tf: with the objects' frames.
+    :param bag_storage: mcap or sqlite3: a bag for each source; None: no bags.
     """
 
     images: int | None = None
     video: bool = True
     bag_storage: str | None = None
-    tf: bool = False
 
     @property
     def in_order(self) -> bool:
@@ -127,7 +126,7 @@ class Pictures:
     def _next_bag(self, source: int, storage: str) -> None:
         self._close_bag()
         path = self._unfinished / f"bag_{source}"
-        self._bag = ResultBag(path, storage, self._sources[source], self._targets, self._options.tf).__enter__()
+        self._bag = ResultBag(path, storage, self._sources[source], self._targets).__enter__()
         self._bag_number = source
 
     def _close_bag(self) -> None:

@@ -10,6 +10,7 @@ SHARE = Path("share") / PACKAGE
 REPORT = ["Jinja2>=3.0", "matplotlib>=3.5"]
 CLUSTER = ["distributed>=2023.5"]
 TUNE = ["optuna>=3.6"]
+DOCS = ["mkdocs>=1.6,<2", "mkdocs-material>=9.5"]
 
 
 def shipped(*folders):
@@ -87,8 +88,9 @@ setup(
         "cluster": CLUSTER,  # 41 MB, Dask and what comes with it: artrec replay --scheduler
         "tune": TUNE,  # 39 MB, most of it SQLAlchemy: artrec tune
         "model": ["svgelements>=1.9"],  # 0.8 MB, nothing else comes with it: artrec model reads SVG drawings
-        # artrec replay --rerun: 670 MB, nearly all of it the viewer and pyarrow. Of Python 3.11 on.
+        # artrec replay --rerun: 670 MB, nearly all of it the viewer and pyarrow; Python 3.11 or newer.
         "rerun": ["rerun-sdk>=0.41"],
+        "docs": DOCS,  # the documentation as a site: scripts/docs
         # The page of artrec evaluate: 102 MB, nearly all of it matplotlib and what comes with it.
         "report": REPORT,
         "test": [

@@ -31,7 +31,7 @@ def make(folder: Path) -> list[Path]:
     """The overlays, in order."""
     scenes, found = folder / "scenes", folder / "found"
     if not scenes.exists():
-        motion = ["--motion", "--speed", 0.25, "--reach", 0.35, "--turn", 0.9, "--swing-hz", 0.9]
+        motion = ["--motion", "--speed", 0.2, "--reach", 0.2, "--turn", 0.9, "--swing-hz", 0.9]
         scene = ["--objects", ROBOTS, ROBOTS, "--size", 0.28, 0.42, "--elevation-deg", 14, 20, "--light", 0]
         camera = ["--image-size", *SIZE, "--seed", SEED, "--frames", FRAMES]
         artrec("simulate", "--params-file", PARAMETERS, "--colour", *motion, *scene, *camera, "-o", scenes)

@@ -21,6 +21,7 @@ FRAMES, EVERY, HZ = 180, 2, 15
 SEED, ROBOTS = 1, 3
 SIZE, ROWS, QUALITY = (640, 480), (60, 440), 60  # of the picture those rows are shown, where the robots are
 MOST_BYTES = 3_000_000
+TOPIC = ("--topic", "/camera/image_color/compressed")
 
 
 def artrec(*words: object) -> None:
@@ -35,8 +36,7 @@ def make(folder: Path) -> list[Path]:
         scene = ["--objects", ROBOTS, ROBOTS, "--size", 0.28, 0.42, "--elevation-deg", 14, 20, "--light", 0]
         camera = ["--image-size", *SIZE, "--seed", SEED, "--frames", FRAMES]
         artrec("simulate", "--params-file", PARAMETERS, "--colour", *motion, *scene, *camera, "-o", scenes)
-    topic = ["--topic", "/camera/image_color/compressed"]
-    artrec("replay", scenes / "bag", "--params-file", PARAMETERS, *topic, "--no-video", "-o", found)
+    artrec("replay", scenes / "bag", "--params-file", PARAMETERS, *TOPIC, "--no-video", "-o", found)
     return sorted((found / "frames").glob("*.png"))
 
 

@@ -45,7 +45,7 @@ def _source(root: list[str], shown: Sequence[tuple[str, ...]]) -> rrb.Container:
 
 def _plots() -> list[tuple[str, str, rrb.ScalarAxis | None]]:
     return [
-        ("scores", "Scores", rrb.ScalarAxis(range=(0.0, 1.0))),
+        ("scores", "Scores", rrb.ScalarAxis(range=(0.0, 1.05))),
         ("joints", "Joints, rad or m", None),
         ("milliseconds", "Milliseconds", None),
     ]

@@ -1,6 +1,6 @@
-"""Coloured markers beside AprilTag and ArUco in the same scenes, over distance, slant and blur: found, errors, time.
+"""Coloured markers beside AprilTag, ArUco and STag in the same scenes, over distance, slant, blur: found, errors, time.
 
-    pip install pupil-apriltags
+    pip install pupil-apriltags stag-python
     python benchmarks/beside_tags.py                # some minutes on one core
     python benchmarks/beside_tags.py --frames 100   # narrower intervals
 
@@ -9,8 +9,8 @@ square of 8 cm, or a one-coloured outline of the same area. Same places, same re
 (`artrec simulate`'s); up to three things of the marker's own colour that belong to nothing are in view. Seeded.
 
 AprilTag is 36h11 by pupil-apriltags, without decimation. ArUco is OpenCV's 4x4_50 with corners refined to a fraction of
-a pixel, its pose by IPPE. Ours is segmented from the colour image and fitted in space. STag is left out: stag-python
-brings no markers to draw.
+a pixel. STag is its first marker of HD21, by stag-python, drawn here. Poses of both by IPPE. Ours is segmented from the
+colour image and fitted in space.
 
 Found: a pose within 10 % of the range, and of the right number. Turned: of those found, the rotation is off by more
 than 20 degrees; of a small flat marker the mirrored turn looks alike. False: what else was found, a frame.
@@ -51,6 +51,13 @@ SQUARE = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 WALL_M = 9.0  # the wall behind everything
 HOUSE = np.array([[-0.05, -0.035], [0.05, -0.035], [0.05, 0.01], [0.012, 0.045], [-0.05, 0.01]])
 NUMBER = 7
+STAG_HD, STAG_WORD, STAG_NUMBER = 21, 157678901735884, 0
+STAG_CELLS, STAG_DISC, STAG_CODE = 200, 0.4, 0.35  # radii as shares of the side
+STAG_PLACES = (  # of a quadrant's bits: radius in diameters of the code's circle, and angle
+    (0.088363, 0.785398), (0.206936, 0.459276), (0.206936, 1.111521), (0.313672, 0.200580), (0.327493, 0.591688),
+    (0.327493, 0.979109), (0.313672, 1.370217), (0.437422, 0.145725), (0.437227, 0.433363), (0.430628, 0.785398),
+    (0.437227, 1.137433), (0.437422, 1.425071),
+)  # fmt: skip
 NEAR_SHARE, TURNED_DEG = 0.1, 20.0
 CAMERA = pinhole_camera((640, 480), 60.0)
 
@@ -74,6 +81,7 @@ class Rival:
     detect: Detect
     bitmap: NDArray[np.bool_] | None
     label: int
+    number: int | None = NUMBER
 
 
 @dataclass
@@ -136,18 +144,49 @@ def aruco() -> Rival:
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50), parameters)
-    half = SIDE_M / 2
-    corners = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
 
     def detect(picture: NDArray[np.uint8]) -> list[Seen]:
         quads, numbers, _ = detector.detectMarkers(picture)
-        seen = []
-        for quad, number in zip(quads, () if numbers is None else numbers.ravel(), strict=True):
-            _, turn, place = cv2.solvePnP(corners, quad[0], CAMERA.matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
-            seen.append(Seen(Pose(rotation_from_rotvec(turn[:, 0]), place[:, 0]), int(number)))
-        return seen
+        return placed_by_corners(quads, numbers)
 
     return Rival("ArUco 4x4_50", detect, drawn(cv2.aruco.DICT_4X4_50, 6), BLACK)
+
+
+def stag() -> Rival:
+    import stag as library
+
+    def detect(picture: NDArray[np.uint8]) -> list[Seen]:
+        quads, numbers, _ = library.detectMarkers(picture, STAG_HD)
+        return placed_by_corners(quads, numbers)
+
+    return Rival("STag HD21", detect, stag_marker(), BLACK, STAG_NUMBER)
+
+
+def placed_by_corners(quads: Sequence[NDArray], numbers: NDArray | None) -> list[Seen]:
+    """Corners (1, 4, 2) from the upper left one on, clockwise."""
+    half, seen = SIDE_M / 2, []
+    corners = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
+    for quad, number in zip(quads, () if numbers is None else numbers.ravel(), strict=True):
+        _, turn, place = cv2.solvePnP(corners, quad[0], CAMERA.matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
+        seen.append(Seen(Pose(rotation_from_rotvec(turn[:, 0]), place[:, 0]), int(number)))
+    return seen
+
+
+def stag_marker() -> NDArray[np.bool_]:
+    """A black square with a white disc, in it 48 places for bits, here filled up to half way to their neighbours.
+
+    Places, radii and code word are those of the format (Benligiray, Topal, Akinlar: STag, 2019).
+    """
+    radii, angles = np.array(STAG_PLACES).T
+    turns = np.repeat(np.arange(4) * np.pi / 2, len(radii))
+    radii, angles = STAG_CODE * 2 * np.tile(radii, 4), np.tile(angles, 4) + turns
+    places = 0.5 + np.column_stack([np.cos(angles), -np.sin(angles)]) * radii[:, None]
+    centres = (np.arange(STAG_CELLS) + 0.5) / STAG_CELLS
+    points = np.stack(np.meshgrid(centres, centres), axis=-1)
+    nearest = np.linalg.norm(points[:, :, None] - places, axis=-1).argmin(axis=-1)
+    bits = np.array([STAG_WORD >> i & 1 for i in range(48)], bool)
+    away = np.linalg.norm(points - 0.5, axis=-1)
+    return (away > STAG_DISC) | ((away <= STAG_CODE) & bits[nearest])
 
 
 def to_marker(R: Array) -> Array:
@@ -213,7 +252,7 @@ def row(rival: Rival, distance_m: float, slant_deg: float, blur_px: float, frame
         began = time.perf_counter()
         seen = rival.detect(image)
         tally.ms.append(1e3 * (time.perf_counter() - began))
-        here = [s for s in seen if off(s.pose, pose) <= NEAR_SHARE and s.number in (None, NUMBER)]
+        here = [s for s in seen if off(s.pose, pose) <= NEAR_SHARE and s.number in (None, rival.number)]
         tally.frames += 1
         tally.false += len(seen) - min(len(here), 1)
         if here:
@@ -231,9 +270,11 @@ def off(pose: Pose, true: Pose) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=40, help="of each row")
+    names = ("artrec_ros", "AprilTag", "ArUco", "STag")
+    parser.add_argument("--only", nargs="+", choices=names, default=names, help="these alone")
     parser.add_argument("--pictures", metavar="DIR", help="write a picture of each rival there, and no table")
     args = parser.parse_args()
-    rivals = [ours(), apriltag(), aruco()]
+    rivals = [r for r in (ours(), apriltag(), aruco(), stag()) if r.name.split()[0] in args.only]
     if args.pictures:
         for rival in rivals:
             rng = np.random.default_rng(1)

@@ -29,7 +29,8 @@ ALLOWED = {
 }
 # rooms of core, the lowest first: each may import those before it; learning and design stand beside the recogniser
 ROOMS = (
-    "base", "geometry", "model", "image", "alignment", "constraints", "grouping", "pose", "verdict", "tracking",
+    "base", "geometry", "model", "image", "alignment", "constraints", "grouping", "pose", "verdict", "memory",
+    "tracking",
 )  # fmt: skip
 OFFLINE = ("learning", "design")
 IO_ROOMS = (

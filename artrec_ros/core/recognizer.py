@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Protocol
@@ -24,6 +24,8 @@ from .image.blobs import Blob, centres, find_blobs
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
+from .memory.memory import Memory
+from .memory.recall import Recall
 from .model.found import Detection, FrameResult, Rejection
 from .model.target import Target
 from .pose.by_size import SizePlacer
@@ -85,8 +87,15 @@ def parts_needed(targets: Sequence[Target], config: RecognizerConfig, *, calibra
     return (WHOLE_PARTS,) * bool(ways & {SPACE, FACING}) + (PLANE_PARTS,) * bool(ways & {PLANE, PAPER})
 
 
+def remembers(targets: Sequence[Target], config: RecognizerConfig, calibrated: Iterable[bool]) -> bool:
+    """Whether one image tells something of the next, of images with or without calibration."""
+    ways = {way_of(t, config, calibrated=c) for t in targets for c in calibrated}
+    return config.memory and SPACE in ways
+
+
 class Recognizer:
-    """Finds objects in images. Models are made ready once; nothing is remembered between images."""
+    """Finds objects in images. Models are made ready once; what one image tells of the next is
+    the caller's to hand on."""
 
     def __init__(
         self,
@@ -133,12 +142,34 @@ class Recognizer:
         get_ready(parts_needed(self._targets, self._config, calibrated=calibrated), told)
 
     def recognize(self, image: NDArray, camera: Camera | None = None) -> FrameResult:
-        """All objects in one image.
+        """All objects in one image, judged by itself.
 
         :param image: as the segmenter reads it.
         :param camera: calibration; without it no metric poses.
         :raises ImageError: the image does not fit the segmenter's configuration.
         """
+        return self._recognize(image, camera, None)
+
+    def follow(
+        self, image: NDArray, camera: Camera | None, stamp_ns: int, memory: Memory | None
+    ) -> tuple[FrameResult, Memory | None]:
+        """All objects in the next image of a camera, and what is handed on with the image after that.
+
+        The same images with the same stamps give the same results, whoever holds the memory meanwhile.
+
+        :param memory: that the image before left; None: there was none.
+        :raises ImageError: as `recognize`; the memory stays.
+        """
+        if not remembers(self._targets, self._config, {camera is not None}):
+            return self.recognize(image, camera), None
+        height, width = image.shape[:2]
+        if memory is not None and not memory.holds(stamp_ns, (width, height), camera):
+            memory = None
+        recall = Recall(memory, stamp_ns, self._config.refresh_s, self._config.recall)
+        result = self._recognize(image, camera, recall)
+        return result, recall.left(result.size, camera)
+
+    def _recognize(self, image: NDArray, camera: Camera | None, recall: Recall | None) -> FrameResult:
         self.get_ready(camera is not None)  # it is, but where calibration comes or goes; the clock starts after that
         watch = Stopwatch()
         deadline = Deadline(self._config.time_budget_ms / 1e3)
@@ -157,13 +188,14 @@ class Recognizer:
             detections, rejected, out_of_nodes = flat.group(frame, matches)
         with watch.stage("pose"):
             for stage in reversed(whole):
-                found = stage.recognize(frame, blobs)
+                found = stage.recognize(frame, blobs, recall)
                 detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
             detections = self._placed(detections, frame)
         detections = self._classifier.classified(detections)
         limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
         ended_by = tuple(name for name, hit in limits.items() if hit)
-        return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels)
+        waiting = recall.waiting if recall else 0
+        return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels, waiting)
 
     def _placed(self, detections: tuple[Detection, ...], frame: ImageFrame) -> tuple[Detection, ...]:
         """Those that were found flat with poses: on the plane, where that is known, else by their size."""

@@ -2,72 +2,131 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 
 from .base.config import SearchConfig
+from .base.crew import Ahead, Crew
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
-from .pose.finder import Climb, WholeObjectFinder
+from .memory.recall import Recall
+from .memory.turns import Turns
+from .pose.finder import WholeObjectFinder
 from .pose.surface_model import Poses
-from .verdict.acceptance import Verdict
+from .spatial_looks import Followed, SpatialLooks
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
+
+_Task = tuple[WholeObjectFinder, Blob]
+_Look = Callable[[ImageFrame, WholeObjectFinder, Blob], Poses | None]
 
 
 class SpatialSearch:
     """What is found so far, and the frame without the pixels of sure objects."""
 
-    def __init__(self, frame: ImageFrame, judge: Judge, config: SearchConfig) -> None:
+    def __init__(
+        self,
+        frame: ImageFrame,
+        judge: Judge,
+        config: SearchConfig,
+        recall: Recall | None = None,
+        crew: Crew | None = None,
+    ) -> None:
+        """:param recall: what earlier frames say of this one. :param crew: who looks at blobs; results are the same."""
         self._frame, self._judge, self._config = frame, judge, config
-        climbs = zip(config.climb_hypotheses, config.climb_rounds, config.climb_first_steps, strict=True)
-        self._climbs = [Climb(*climb) for climb in climbs]
-        self._plain_climb = self._climbs[-1]._replace(rounds=config.plain_climb_rounds)
+        self._recall, self._crew, self._looks = recall or Recall(), crew or Crew(1), SpatialLooks(judge, config)
+        self._turns: dict[WholeObjectFinder, Turns] = {}
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
         # found, and whether sure; its pixels are still in the frames
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
     def run(self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]) -> list[tuple[WholeObjectFinder, Poses]]:
-        """Candidates of each target: first objects in plain view, then what takes more to find; the largest blobs
-        first."""
+        """Candidates of each target: known objects, then others in plain view, then what takes more to find; the
+        largest blobs first."""
         queue = [(f, b) for f in finders for b in blobs if b.label in f.root_labels]
         queue.sort(key=lambda fb: -fb[1].area_px)
-        for look in (self._look_for_plain, self._look_closely):
-            left = []
-            for finder, blob in queue:
-                if self._over(finder, blob):
-                    continue
-                found = look(finder, blob)
-                if found is not None and not self._take(finder, found):
-                    left.append((finder, blob))
-            queue = left
+        for finder in finders:
+            self._turns[finder] = self._recall.turns(finder.target.name, [b for f, b in queue if f is finder])
+        queue, waiting = self._without_waiting(self._look_again(queue))
+        queue = self._look(self._looks.plain, queue, Crew(1))  # most are of objects, which change what is next
+        self._look(self._looks.close, queue, self._crew)
+        self._recall.waiting = sum(not self._over(finder, blob) for finder, blob in waiting)
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
-    def _look_for_plain(self, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
-        """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
-        none where there is doubt. None: nor is the blob worth a longer look, for others would lead to the object."""
-        found = finder.plain_guesses(self._frame, blob)
-        verdict = self._judge.on_first(finder, found.poses, self._frame)
-        if finder.is_alike_throughout and self._is_hopeless(verdict, climbs=1):
-            return None
-        if verdict is None or self._judge.trust(verdict) <= self._config.sure:
-            return found.poses[:0]
-        return finder.climbed(self._frame, found, self._plain_climb, sure=True).poses
+    def _without_waiting(self, queue: list[_Task]) -> tuple[list[_Task], list[_Task]]:
+        """Blobs that are looked at in this frame where nothing explains them, and those that are left alone."""
+        waits = [self._turns[finder].waits(blob) for finder, blob in queue]
+        split = [[task for task, wait in zip(queue, waits, strict=True) if wait == which] for which in (False, True)]
+        return split[0], split[1]
 
-    def _look_closely(self, finder: WholeObjectFinder, blob: Blob) -> Poses:
-        """Hypotheses of which a component made a blob, or part of one, best first."""
-        found, sure = finder.guesses(self._frame, blob), False
-        for number, climb in enumerate(self._climbs):
-            if self._frame.deadline.expired or not (found.votes > 0).any():
-                break
-            verdict = self._judge.on_first(finder, found.poses, self._frame)
-            if self._is_hopeless(verdict, climbs=number):
-                break
-            sure = sure or (verdict is not None and self._judge.trust(verdict) > self._config.sure)
-            if not sure or climb is self._climbs[-1]:
-                found = finder.climbed(self._frame, found, climb, sure=sure)
-        return found.poses
+    def _look(self, look: _Look, queue: list[_Task], crew: Crew) -> list[_Task]:
+        """Look at all blobs, one after the other; those in which no sure object was found, but one may be."""
+        left: list[_Task] = []
+        ahead: Ahead[_Task, Poses | None] | None = None
+        frame = self._frame
+        for number, (finder, blob) in enumerate(queue):
+            if self._over(finder, blob):
+                continue
+            if ahead is None or frame is not self._frame:  # what was begun was of other pixels
+                frame = self._frame
+                ahead = Ahead(crew, partial(_at, look, frame), queue, lambda task: not self._over(*task))
+            self._turns[finder].search(blob)
+            found = ahead.take(number)
+            if found is not None and not self._take(finder, found):
+                left.append((finder, blob))
+        return left
+
+    def _look_again(self, queue: list[_Task]) -> list[_Task]:
+        """Look for known objects, and at the blobs whose turn it is, both as if nothing were known; what is left.
+
+        Only then known objects take their pixels: what was found anew can prove to be better.
+        """
+        known = self._follow()
+        if known is None:
+            return queue
+        again = [(f, b) for f, b in queue if self._turns[f].is_due(b) or self._turns[f].is_doubted(b)]
+        found = self._crew.each(self._look_at_old, again)
+        for finder, poses in (*((k.finder, k.found.poses) for k in known), *found):
+            if poses is not None and len(poses):
+                self._hide_found()
+                self._take(finder, poses)
+        return [(f, b) for f, b in queue if not self._turns[f].is_due(b)]
+
+    def _look_at_old(self, task: _Task) -> tuple[WholeObjectFinder, Poses | None]:
+        finder, blob = task
+        if self._frame.deadline.expired:
+            return finder, None
+        if not self._turns[finder].is_due(blob):
+            return finder, self._looks.plain(self._frame, finder, blob)
+        self._turns[finder].search(blob)
+        return finder, self._looks.full(self._frame, finder, blob)
+
+    def _follow(self) -> list[Followed] | None:
+        """Known objects that are still there, the most votes first; blobs of others are looked at anew.
+
+        None: most are gone, so this is another scene, of which what is remembered says nothing.
+        """
+        frame, now_s, config = self._frame, self._recall.clock_s, self._recall.config
+        known = [(finder, known) for finder in self._turns for known in self._recall.known(finder.target.name)]
+        followed = self._crew.each(lambda fk: self._looks.follow(frame, *fk, now_s, config), known)
+        asked = [f for f in followed if self._recall.was_there(f.known)]
+        if self._is_another_scene(asked):
+            for turns in self._turns.values():
+                turns.forget()
+            return None
+        for f in asked:
+            if not f.well:
+                turns = self._turns[f.finder]
+                look_anew = turns.doubt if f.trust > self._config.sure else turns.hurry
+                look_anew(*f.finder.discs(frame.camera, f.expected))
+        return sorted((f for f in followed if f.trust > 0), key=lambda f: -f.found.votes[0])
+
+    def _is_another_scene(self, followed: Sequence[Followed]) -> bool:
+        """Whether most of what was there is not there as it was; of a single object, whether it is there at all."""
+        if len(followed) == 1:
+            return followed[0].trust <= self._config.sure
+        return 2 * sum(f.well for f in followed) < len(followed)
 
     def _over(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether nothing of a blob is left to explain, or no time for it."""
@@ -75,15 +134,6 @@ class SpatialSearch:
             return True
         self._hide_found()
         return self._unexplained.get(finder, self._frame).field.owned_share(blob.contour) > self._config.explained
-
-    def _is_hopeless(self, verdict: Verdict | None, *, climbs: int) -> bool:
-        """Whether no climb will make an object of the best one: what it lacks to be one it does not find on its way.
-
-        A climb may yet bring the required component to its place; the next one does not.
-        """
-        if verdict is None or not verdict.confirmed[verdict.claim.finder.root]:
-            return climbs > 0
-        return verdict.probability < self._config.hopeless
 
     def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
         """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.
@@ -108,3 +158,7 @@ class SpatialSearch:
             self._unexplained[other] = rest(self._unexplained[other])  # several finders may still share one
         if sure:
             self._frame = rest(self._frame)
+
+
+def _at(look: _Look, frame: ImageFrame, task: _Task) -> Poses | None:
+    return look(frame, *task)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .base.config import RecognizerConfig
+from .base.crew import Crew
 from .image.blobs import Blob
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
+from .memory.recall import Recall
 from .model.found import Detection, Rejection
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
@@ -24,17 +26,24 @@ class SpatialStage:
         self._config = config
         self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
         self._describers = [Describer(f) for f in self._finders]
-        self._judge = Judge.of(config)
+        self._judge, self._crew = Judge.of(config), Crew(config.threads)
 
     def recognize(
-        self, frame: ImageFrame, blobs: Sequence[Blob]
+        self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None
     ) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
-        """Detections by target and score, and what was turned down, with reasons."""
+        """Detections by target and score, and what was turned down, with reasons.
+
+        :param recall: what earlier frames say of this one, and where it is noted what this one says.
+        """
         if not self._finders:
             return (), ()
         search = self._config.search
-        found = SpatialSearch(frame.hurried(search.search_share), self._judge, search).run(self._finders, blobs)
+        search_of = SpatialSearch(frame.hurried(search.search_share), self._judge, search, recall, self._crew)
+        found = search_of.run(self._finders, blobs)
         accepted, others = share_out(found, frame, self._judge)
+        if recall is not None:
+            for finder in self._finders:
+                recall.accept(finder, [v for v in accepted if v.claim.finder is finder])
         detections = [
             detection
             for finder, describer in zip(self._finders, self._describers, strict=True)

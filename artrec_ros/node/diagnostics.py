@@ -198,6 +198,7 @@ class Diagnostics:
             values["latency_median_ms"] = f"{np.median(latency):.2f}"
             values["latency_max_ms"] = f"{latency.max():.2f}"
             values["recognition_median_ms"] = f"{np.median(recognition):.2f}"
+            values["blobs_waiting"] = f"{np.mean([r.waiting for r in reports]):.1f}"
             values["added_median_ms"] = f"{np.median(latency - recognition):.2f}"
         return self._status("recognition", level, text, values)
 

@@ -14,6 +14,7 @@ from ..core.base import kernel_cache
 from ..core.base.errors import ArtrecError
 from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
+from ..core.memory.memory import Memory
 from ..core.model.found import FrameResult
 from ..core.recognizer import Recognizer, check_targets
 from ..core.tracking.tracker import Tracker
@@ -32,7 +33,7 @@ class FrameReport:
     :param recognition_ms: the recogniser's and the tracker's part of it; the rest is what the node adds.
     :param ended_by: the limits that ended the search early, by the parameters' names.
     :param header_problem: what the image's header lacks; empty: nothing.
-    :param frame_id: of the image's header.
+    :param frame_id: of the image's header. :param waiting: blobs that wait their turn to be searched again.
     """
 
     n_objects: int
@@ -41,6 +42,7 @@ class FrameReport:
     ended_by: tuple[str, ...]
     header_problem: str
     frame_id: str = ""
+    waiting: int = 0
 
 
 class Pipeline:
@@ -65,6 +67,7 @@ class Pipeline:
         self._names = [t.name for t in setup.targets]
         self._tracker = Tracker(setup.tracking)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
+        self._memory: tuple[Recognizer, Memory | None] | None = None  # whose it is, and what the last image left
         self._withdrawn = 0  # counts
         check_targets(setup.targets)
         self.dropped, self.problem = 0, ""
@@ -145,7 +148,9 @@ class Pipeline:
         finally:
             self._share = None
         began = time.perf_counter()
-        result = recognizer.recognize(image, camera)
+        memory = self._memory[1] if self._memory and self._memory[0] is recognizer else None
+        result, memory = recognizer.follow(image, camera, stamp_ns, memory)
+        self._memory = recognizer, memory
         self._tracker.configure(setup.tracking)
         frame_id = (msg.header.frame_id or camera.frame_id) if camera else ""
         result = self._tracker.update(stamp_ns, result, frame_id)
@@ -156,8 +161,9 @@ class Pipeline:
             self._publishers.publish(result.detections, msg.header, setup.node.marker_lifetime_s)
             latency_ms = (time.time_ns() - received_ns) * 1e-6
             self._publish_pictures(image, result, camera, msg.header)
-        problem, n_objects = _header_problem(msg.header), len(result.detections)
-        return FrameReport(n_objects, latency_ms, recognition_ms, result.ended_by, problem, msg.header.frame_id)
+        problem, n_objects, header_frame = _header_problem(msg.header), len(result.detections), msg.header.frame_id
+        times = latency_ms, recognition_ms
+        return FrameReport(n_objects, *times, result.ended_by, problem, header_frame, result.waiting)
 
     def _publish_pictures(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
         """Those that somebody subscribes to."""

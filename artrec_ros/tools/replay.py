@@ -11,6 +11,7 @@ from typing import Any
 from tqdm import tqdm
 
 from ..core.base.errors import SourceError
+from ..core.recognizer import remembers
 from ..core.tracking.tracker import Tracker
 from ..io.bags.reader import STORAGES
 from ..io.parameters.parameter_file import Setup, load_parameters
@@ -118,8 +119,9 @@ def _replay(
             take = counted(summaries, folder, not args.no_timing, bar.update)
             join = Join(Tracker(order.setup.tracking))
             running = Running(
-                order.packed(), named, engine, folder.journal, folder.known, join, pictures, take, once(say)
-            )
+                order.packed(), named, engine, folder.journal, folder.known, join, pictures, take, once(say),
+                chained=remembers(targets, order.setup.recognizer, {part.calibrated for part in sources.parts}),
+            )  # fmt: skip
             with interruptible(running.stop) as interrupted:
                 running.run()
         summaries[0].interrupted, summaries[0].problems = bool(interrupted), sources.problems

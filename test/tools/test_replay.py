@@ -38,7 +38,7 @@ class Recogniser:
     def __init__(self, at_frame=None) -> None:
         self.at_frame, self.seen, self.cameras = at_frame or {}, 0, []
 
-    def recognize(self, image, camera=None) -> FrameResult:
+    def follow(self, image, camera, stamp_ns, memory) -> tuple[FrameResult, None]:
         self.seen += 1
         self.cameras.append(camera)
         if self.seen in self.at_frame:
@@ -48,7 +48,7 @@ class Recogniser:
         x = float(image[0, 0])
         parts = (Instance("base", "patch", 0.9, x, 5, 0, 100),)
         detections = (Detection("arm", 0, 0.9, ImagePose(x, 5, 0, 100), parts),) if x else ()
-        return FrameResult((image.shape[1], image.shape[0]), detections, timing_ms={"total": 2.0})
+        return FrameResult((image.shape[1], image.shape[0]), detections, timing_ms={"total": 2.0}), None
 
 
 @pytest.fixture

@@ -27,7 +27,7 @@ OBJECT = """
 format: artrec_object/1
 name: arm
 markers: {patch: {outline: [[0, 0], [0.2, 0], [0.2, 0.1], [0, 0.1]], axis: [[0, 0.05], [0.2, 0.05]]}}
-components: {base: {required: true, markers: {patch: {}}}}
+components: {base: {required: true, markers: {patch: {pose: {xyz: [0, 0, 0]}}}}}  # in space: frames are handed on
 """
 PARAMETERS = {
     "objects": ["arm"],

@@ -38,6 +38,11 @@ def inlined(function: Any) -> Any:
     return numba.njit(inline="always", **_OPTIONS)(function)
 
 
+def cores() -> int:
+    """How many compiled code may use: all that this process may run on, or what NUMBA_NUM_THREADS says."""
+    return int(numba.config.NUMBA_NUM_THREADS)
+
+
 def kernels(rooms: Iterable[str]) -> list[Any]:
     """The compiled functions of some rooms of `core`, of those modules that are imported."""
     wanted = set(rooms)

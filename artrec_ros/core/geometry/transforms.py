@@ -75,6 +75,14 @@ def quaternion_from_rotation(R: ArrayLike) -> Array:
     return -q if q[3] < 0 else q
 
 
+def rotvec_from_rotation(R: ArrayLike) -> Array:
+    """(3,) axis times angle of a (3, 3) rotation matrix, the angle up to pi."""
+    x, y, z, w = quaternion_from_rotation(R)
+    axis = np.array([x, y, z])
+    sine = float(np.linalg.norm(axis))
+    return axis * (2 * np.arctan2(sine, w) / sine if sine > 1e-12 else 2.0)
+
+
 def rotation_from_quaternion(q: ArrayLike) -> Array:
     """(3, 3) rotation matrix of a quaternion (x, y, z, w) of any length but zero."""
     x, y, z, w = np.asarray(q, float) / np.linalg.norm(q)

@@ -39,6 +39,7 @@ class LabelField:
         self.codes, self.meaning = codes, meaning
         self._config = seams or SeamsConfig()
         self._seams: dict[int, float] = {}
+        self._seams_of: dict[tuple[tuple[int, ...], ...], Array] = {}
 
     @cached_property
     def padded(self) -> NDArray[np.uint8]:
@@ -76,6 +77,13 @@ class LabelField:
             enough = len(near) > self._config.border_share * len(gap)
             self._seams[label] = float(np.median(near)) / 2 if enough else 0.0
         return self._seams[label]
+
+    def seams_px(self, classes: tuple[tuple[int, ...], ...]) -> Array:
+        """Half the width of the seam around each of some classes; of several labels' the mean. Not to be changed."""
+        if classes not in self._seams_of:
+            means = [sum(map(self.seam_px, labels)) / len(labels) for labels in classes]
+            self._seams_of[classes] = np.array(means, float)
+        return self._seams_of[classes]
 
     def _gaps_px(self, label: int) -> Array:
         """From border pixels of a class, but for those within `reach_px` of the image's border, to the next pixel

@@ -162,6 +162,7 @@ class FrameResult:
 
     :param rejected: worked out when it is first looked at.
     :param ended_by: the limits that ended the search early, by the parameters' names.
+    :param waiting: blobs that were searched in an earlier frame, and wait their turn to be searched again.
     :param timing_ms: milliseconds per stage: segmentation, blobs, alignment, grouping, pose, total.
     """
 
@@ -171,6 +172,7 @@ class FrameResult:
     timing_ms: dict[str, float] = field(default_factory=dict)
     ended_by: tuple[str, ...] = ()
     labels: NDArray[np.uint8] | None = field(default=None, repr=False, compare=False)
+    waiting: int = 0
 
     @property
     def complete(self) -> bool:

@@ -93,12 +93,29 @@ class WholeObjectFinder:
         if sure:
             keep = apart(found.poses, found.votes, search.rival * found.votes[0], search)
         found = found[keep[: climb.most]]
-        # a better pose may show a limb that a worse one missed
-        bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, search.joint_step)])
-        found = Ranked(bent, self.votes(frame, bent, occlusion=True)).best(climb.most, search)
+        found = self._with_bent(frame, found).best(climb.most, search)
         found = self._with_rival_flips(frame, self._sweep(frame, found))
         found = self._climb(frame, found, climb)
         return self._with_lookalikes(frame, self._fit_all(frame, found.poses).best(len(found), search))
+
+    def followed(self, frame: ImageFrame, expected: Poses, least: float, climb: Climb) -> Ranked:
+        """Where an object is that is expected near some poses, and its mirrored turns, best first.
+
+        :param least: votes without which a first fit is not worth more.
+        """
+        search = self._search
+        found = self._fit_all(frame, expected).best(1, search)
+        if found.votes[0] < least:
+            return found[:0]
+        found = self._with_bent(frame, found)
+        found = self._climb(frame, self._sweep(frame, found.best(1, search)), climb)
+        found = self._fit_all(frame, found.poses).best(1, search)
+        return self._with_rival_flips(frame, found).best(search.flip_keep, search)
+
+    def _with_bent(self, frame: ImageFrame, found: Ranked) -> Ranked:
+        """Add the same with joints sought anew: a better pose may show a limb that a worse one missed."""
+        bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, self._search.joint_step)])
+        return Ranked(bent, self.votes(frame, bent, occlusion=True))
 
     def moved(self, frame: ImageFrame, poses: Poses, climb: Climb) -> Ranked:
         """Hypotheses after a climb on the votes."""
@@ -201,11 +218,25 @@ class WholeObjectFinder:
 
     def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
         """(H,) bool: whose required component would lie over the middle of that of `one` in the image."""
-        there, here, extent = self.anchors(poses), self.anchors(one), self.surface.extent
-        depth = np.maximum(np.maximum(there[:, 2], here[:, 2]), 1e-6)
-        radius = camera.focal_px * extent / depth
+        there, here = self.anchors(poses), self.anchors(one)
+        radius = self._radius_px(camera, np.maximum(there[:, 2], here[:, 2]))
         distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
+
+    def strayed(self, poses: Poses, expected: Poses) -> float:
+        """How far the first hypothesis is from the nearest of some others: 1 where no climb would lead to it."""
+        niche, near = self._search, poses[:1]
+        off = np.linalg.norm(expected.t - near.t, axis=1) / (niche.niche_range * float(np.linalg.norm(near.t)))
+        cosine = (np.einsum("kij,ij->k", expected.R, near.R[0]) - 1) / 2
+        return float(np.maximum(off, np.arccos(np.clip(cosine, -1, 1)) / niche.niche_rad).min())
+
+    def discs(self, camera: Camera, poses: Poses) -> tuple[Array, Array]:
+        """Where required components are: middles (H, 2) and radii (H,), pixels."""
+        anchors = self.anchors(poses)
+        return project(camera, anchors), self._radius_px(camera, anchors[:, 2])
+
+    def _radius_px(self, camera: Camera, depth: Array) -> Array:
+        return np.asarray(camera.focal_px * self.surface.extent / np.maximum(depth, 1e-6), np.float64)
 
     def anchors(self, poses: Poses) -> Array:
         """(H, 3) the middle of the required component's markers in the camera."""

@@ -179,7 +179,7 @@ class SpatialModel:
 
     def seams_px(self, field: LabelField) -> Array:
         """(M,) half the width of the seam around each marker's class; of several classes the mean."""
-        return np.array([np.mean([field.seam_px(label) for label in labels]) for labels in self.marker_labels])
+        return field.seams_px(self.marker_labels)
 
     @property
     def no_poses(self) -> Poses:

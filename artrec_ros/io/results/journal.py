@@ -17,6 +17,8 @@ import numpy as np
 
 from ...core.base.errors import SourceError
 from ...core.geometry.transforms import Pose
+from ...core.memory.looks import Looks
+from ...core.memory.memory import Known, Memory
 from ...core.model.found import (
     ClassFit,
     ConstraintFailure,
@@ -38,6 +40,7 @@ class Recognised:
     """A frame and what was found in it, or the `error` why it could not be used.
 
     :param frame: the bag's topic or the file's name. :param frame_id: the camera's optical frame.
+    :param memory: what it and those before it tell the next one; None: nothing.
     """
 
     stamp_ns: int
@@ -45,6 +48,7 @@ class Recognised:
     result: FrameResult | None = None
     frame_id: str = ""
     error: str | None = None
+    memory: Memory | None = None
 
     def record(self) -> FrameRecord:
         """As detections.jsonl has it."""
@@ -56,8 +60,8 @@ class Recognised:
 _TYPES = {
     kind.__name__: kind
     for kind in (
-        ClassFit, ConstraintFailure, Detection, FrameResult, IdentityFit, ImagePose, Instance, Pose, Recognised,
-        Rejection,
+        ClassFit, ConstraintFailure, Detection, FrameResult, IdentityFit, ImagePose, Instance, Known, Looks, Memory,
+        Pose, Recognised, Rejection,
     )
 }  # fmt: skip
 

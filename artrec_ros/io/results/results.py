@@ -34,6 +34,7 @@ class FrameRecord:
     :param ended_by: the limits that ended the search early, by the parameters' names.
     :param frame_id: of poses that do not tell their own. :param source: number of its source in a replay of several;
         None: there is one.
+    :param waiting: blobs that were searched in vain before, and wait their turn to be searched again.
     """
 
     stamp_ns: int
@@ -46,6 +47,7 @@ class FrameRecord:
     frame_id: str = ""
     error: str | None = None
     source: int | None = None
+    waiting: int = 0
 
     @property
     def complete(self) -> bool:
@@ -56,7 +58,8 @@ class FrameRecord:
     def of(cls, stamp_ns: int, frame: str, result: FrameResult, frame_id: str = "") -> FrameRecord:
         """:param frame_id: the camera's optical frame, to which the poses refer."""
         r = result
-        return cls(stamp_ns, frame, r.size, r.detections, tuple(r.rejected), r.timing_ms, r.ended_by, frame_id)
+        found = r.size, r.detections, tuple(r.rejected), r.timing_ms, r.ended_by
+        return cls(stamp_ns, frame, *found, frame_id, waiting=r.waiting)
 
     def to_json(self) -> str:
         """One line, as docs/replay.md describes it."""
@@ -69,6 +72,8 @@ class FrameRecord:
         content["complete"] = self.complete
         if self.ended_by:
             content["ended_by"] = list(self.ended_by)
+        if self.waiting:
+            content["waiting"] = self.waiting
         if self.error is not None:
             content["error"] = self.error
         return json.dumps(content, allow_nan=False, ensure_ascii=False)
@@ -90,6 +95,7 @@ class FrameRecord:
             frame_id=frame_id,
             error=c.get("error"),
             source=c.get("source"),
+            waiting=int(c.get("waiting", 0)),
         )
 
 

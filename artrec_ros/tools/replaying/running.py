@@ -14,6 +14,7 @@ from .pictures import Pictures
 from .work import Drawn, Seen, work
 
 PART_FRAMES = 16
+_LOOK_AHEAD = 256  # pieces that wait: several sources go on side by side, and not all is held in memory
 
 
 class Running:
@@ -23,6 +24,7 @@ class Running:
     :param known: frames of an earlier run, by number.
     :param record: called with each frame's source, by number, and its record, in order.
     :param note: called with lines for the user.
+    :param chained: what a frame tells is handed on to the next one: a source's parts follow one another.
     """
 
     def __init__(
@@ -36,10 +38,13 @@ class Running:
         pictures: Pictures,
         record: Callable[[int, FrameRecord], None],
         note: Callable[[str], None],
+        chained: bool = False,
     ) -> None:
         self._order, self._sources, self._engine = order, sources, engine
         self._journal, self._known, self._join, self._pictures = journal, known, join, pictures
         self._record, self._note = record, note
+        self._chained = chained
+        self._held: list[Piece] = []  # that wait for what the piece before them hands on
         self._unfinished: deque[Piece] = deque()  # in order, until their pictures are through
         self._drawn: dict[Piece, dict[int, Drawn]] = {}
         self._through: set[Piece] = set()
@@ -65,9 +70,12 @@ class Running:
     def _pieces(self, size: int) -> Iterator[Piece]:
         first = 0
         for number, (_, source) in enumerate(self._sources):
+            before = None
             for part in source.parts(size):
-                yield with_known(Piece(number, first, part), self._known)
+                piece = with_known(Piece(number, first, part, before), self._known)
+                yield piece
                 first += part.count
+                before = piece if self._chained else None
 
     def _next_job(self, pieces: Iterator[Piece]) -> Job | None:
         """Drawing goes first: what waits for it is held in memory."""
@@ -77,20 +85,33 @@ class Running:
                 if job is not None:
                     return job
                 continue
-            piece = next(pieces, None)
+            piece = self._next_piece(pieces)
             if piece is None:
                 return None
-            self._join.expect(piece)
-            self._unfinished.append(piece)
+            piece.begin()
             missing = piece.missing
             if missing:
-                return self._job(piece, "recognise", missing)
+                return self._job(piece, "recognise", missing, piece.memory)
             self._go_on()
 
-    def _job(self, piece: Piece, task: str, content: Sequence[object]) -> Job:
+    def _next_piece(self, pieces: Iterator[Piece]) -> Piece | None:
+        """The first one that need not wait for another; None: there is none at the moment."""
+        for piece in self._held:
+            if piece.is_ready:
+                self._held.remove(piece)
+                return piece
+        while len(self._held) < _LOOK_AHEAD and (new := next(pieces, None)) is not None:
+            self._join.expect(new)
+            self._unfinished.append(new)
+            if new.is_ready:
+                return new
+            self._held.append(new)
+        return None
+
+    def _job(self, piece: Piece, task: str, *content: object) -> Job:
         name, part = self._sources[piece.source][0], piece.part
         told = f"{name}, frames {part.first} to {part.first + part.count - 1}"
-        return Job(told, (task, piece), work, (self._order, task, piece.source, part, content))
+        return Job(told, (task, piece), work, (self._order, task, piece.source, part, *content))
 
     def _drawing(self, piece: Piece) -> Job | None:
         wanted = [self._pictures.wanted(piece.first + i, i, frame) for i, frame in enumerate(piece.joined)]
@@ -115,7 +136,7 @@ class Running:
     def _take_seen(self, piece: Piece, seen: Seen) -> None:
         for note in seen.notes:
             self._note(note)
-        piece.frames[seen.place] = self._journal.append(piece.first + seen.place, seen.frame)
+        piece.add(seen.place, self._journal.append(piece.first + seen.place, seen.frame))
 
     def _go_on(self) -> None:
         for piece, _, frame in self._join.ready():

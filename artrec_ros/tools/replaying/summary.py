@@ -25,6 +25,7 @@ class Summary:
     frames_without_objects: int = 0
     frames_cut_short: Counter[str] = field(default_factory=Counter)  # by the limit that did it
     errors: Counter[str] = field(default_factory=Counter)
+    waiting: int = 0
     total_ms: list[float] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     interrupted: bool = False
@@ -37,6 +38,7 @@ class Summary:
         self.objects.update(d.object for d in record.detections)
         self.frames_without_objects += not record.detections
         self.frames_cut_short.update(record.ended_by)
+        self.waiting += record.waiting
         if "total" in record.timing_ms:
             self.total_ms.append(record.timing_ms["total"])
 
@@ -47,6 +49,7 @@ class Summary:
             "errors": dict(self.errors.most_common(20)),
             "frames_without_objects": self.frames_without_objects,
             "frames_cut_short_by": dict(sorted(self.frames_cut_short.items())),
+            "blobs_waiting": self.waiting,
             "objects": dict(sorted(self.objects.items())),
             "total_ms": self._times(),
             "problems": self.problems,

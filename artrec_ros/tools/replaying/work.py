@@ -1,4 +1,5 @@
-"""What a worker does: recognise and draw frames of a part of a source. It remembers nothing from frame to frame."""
+"""What a worker does: recognise and draw frames of a part of a source. What a frame tells the next
+one is handed from job to job: it does not matter which worker has it."""
 
 from __future__ import annotations
 
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from ...core.base.errors import ImageError, SourceError
 from ...core.drawing import class_picture, draw_error, draw_result
 from ...core.image.segmentation import Segmenter
+from ...core.memory.memory import Memory
 from ...io.parameters.parameter_file import Setup
 from ...io.results.journal import Recognised
 from ...io.sources.frames import Frame, Part, Source, SourceOptions
@@ -91,21 +93,28 @@ class Worker:
         self._open: tuple[int, Source] | None = None
         self._notes: list[str] = []
 
-    def recognise(self, source: int, part: Part, places: Collection[int]) -> Iterator[Seen]:
-        """The frames of a part that have these places in it."""
+    def recognise(
+        self, source: int, part: Part, places: Collection[int], memory: Memory | None = None
+    ) -> Iterator[Seen]:
+        """The frames of a part that have these places in it.
+
+        :param memory: that the frame before the first one left.
+        """
         for place, frame in enumerate(self._read(source, part)):
             if place in places:
-                yield Seen(place, self._recognised(frame), self._taken_notes())
+                recognised = self._recognised(frame, memory)
+                memory = recognised.memory
+                yield Seen(place, recognised, self._taken_notes())
 
-    def _recognised(self, frame: Frame) -> Recognised:
+    def _recognised(self, frame: Frame, memory: Memory | None) -> Recognised:
         frame_id = frame.camera.frame_id if frame.camera else ""
         if frame.image is None:
-            return Recognised(frame.stamp_ns, frame.name, error=frame.error)
+            return Recognised(frame.stamp_ns, frame.name, error=frame.error, memory=memory)
         try:
-            result = self._recognizer.recognize(frame.image, frame.camera)
+            result, left = self._recognizer.follow(frame.image, frame.camera, frame.stamp_ns, memory)
         except ImageError as error:
-            return Recognised(frame.stamp_ns, frame.name, error=str(error))
-        return Recognised(frame.stamp_ns, frame.name, result, frame_id)
+            return Recognised(frame.stamp_ns, frame.name, error=str(error), memory=memory)
+        return Recognised(frame.stamp_ns, frame.name, result, frame_id, memory=left)
 
     def draw(self, source: int, part: Part, wanted: Sequence[Wanted]) -> Iterator[Drawn]:
         """Overlays of these frames of a part."""

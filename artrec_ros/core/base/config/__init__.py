@@ -15,6 +15,7 @@ from .learning import LearningConfig
 from .node import NodeConfig
 from .paper import PaperConfig
 from .params import PATHS, param, room, rooms_of, validate, with_values
+from .recall import RecallConfig
 from .recognition import ObjectConfig, RecognizerConfig
 from .scene import FloorConfig, PlaneConfig, SceneConfig
 from .seams import SeamsConfig
@@ -45,6 +46,7 @@ __all__ = [
     "ObjectConfig",
     "PaperConfig",
     "PlaneConfig",
+    "RecallConfig",
     "RecognizerConfig",
     "SceneConfig",
     "SeamsConfig",

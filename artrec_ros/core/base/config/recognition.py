@@ -16,6 +16,7 @@ from .guesses import GuessesConfig
 from .image import GREATEST_LABEL
 from .paper import PaperConfig
 from .params import param, room, validate
+from .recall import RecallConfig
 from .scene import SceneConfig
 from .seams import SeamsConfig
 from .search import SearchConfig
@@ -122,6 +123,27 @@ class RecognizerConfig:
     min_class_confidence: float = param(
         0.5, "least confidence of a class; below it there is none", low=0, high=1, paths=("plane", "space", "facing")
     )
+    memory: bool = param(
+        True,
+        "objects of the frame before are looked for first, and blobs that were searched in vain wait their turn; else "
+        "each frame is judged by itself",
+        paths=("space",),
+    )
+    refresh_s: float = param(
+        1.0,
+        "what is remembered of each blob is searched in full again within this time",
+        unit="s",
+        low=0.001,
+        high=3600,
+        paths=("space",),
+    )
+    threads: int = param(
+        0,
+        "so many look at a frame's blobs and known objects side by side, with the same results; 0: one for each core",
+        low=0,
+        high=1024,
+        paths=("space",),
+    )
     scene: SceneConfig = field(default_factory=SceneConfig)
     time: TimeConfig = room(TimeConfig)
     blobs: BlobsConfig = room(BlobsConfig)
@@ -136,6 +158,7 @@ class RecognizerConfig:
     fit: FitConfig = room(FitConfig)
     covariance: CovarianceConfig = room(CovarianceConfig)
     verdict: VerdictConfig = room(VerdictConfig)
+    recall: RecallConfig = room(RecallConfig)
     paper: PaperConfig = room(PaperConfig)
 
     @property

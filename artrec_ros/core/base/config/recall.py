@@ -1,0 +1,91 @@
+"""Room `memory`: what of one frame helps the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .params import Room, param
+
+_WHOLE = ("space",)
+
+
+@dataclass(frozen=True)
+class RecallConfig(Room):
+    """What counts as the same blob, and as the same object, and when what is remembered is looked at anew."""
+
+    moved_px: float = param(
+        6.0,
+        "a blob that was searched is the same where it moved by no more from one frame to the next",
+        unit="px",
+        low=0,
+        high=1000,
+        paths=_WHOLE,
+        origin="180 px/s at 30 Hz; more and neighbours of one class are taken for each other",
+    )
+    moved_share: float = param(
+        0.25,
+        "and besides by this share of its width and height",
+        low=0,
+        high=10,
+        paths=_WHOLE,
+        origin="the middle of what is cut otherwise by what hides it moves so",
+    )
+    grown_share: float = param(
+        0.3,
+        "and where its width, height and pixels have not grown by more than this since it was searched, or since they "
+        "were least",
+        low=0,
+        high=10,
+        paths=_WHOLE,
+        origin="what uncovers a marker does so within a few frames; noise and steps change blobs by 5 to 15 %",
+    )
+    grown_px: float = param(
+        2.0,
+        "besides which they may grow by this, the pixels by its square",
+        unit="px",
+        low=0,
+        high=100,
+        paths=_WHOLE,
+        origin="a pixel at each end, which noise takes and gives",
+    )
+    steadiness: float = param(
+        0.5,
+        "what an object's speeds of before count against those of the last step",
+        low=0,
+        high=1,
+        paths=_WHOLE,
+        origin="two frames' noise against steps that change: as guesses are fitted, it matters little",
+    )
+    kept: float = param(
+        0.9,
+        "share of its votes that a known object must keep, without which it is looked for anew",
+        low=0,
+        high=1,
+        paths=_WHOLE,
+        origin="what it loses from frame to frame while it is followed well is below that",
+    )
+    strayed: float = param(
+        0.3,
+        "how far it may be from where it is expected, as a share of how far climbs go, else it is looked for anew",
+        low=0,
+        high=1,
+        paths=_WHOLE,
+        origin="steps at 30 Hz are below; a tenth of a second's are not",
+    )
+    left: float = param(
+        0.5,
+        "share of its votes that a first fit must leave a known object, without which it is not followed",
+        low=0,
+        high=1,
+        paths=_WHOLE,
+        origin="half of it may be hidden from one frame to the next; where it is not there less is left",
+    )
+    gone_s: float = param(
+        0.5,
+        "an object that was not seen for so long is forgotten",
+        unit="s",
+        low=0,
+        high=100,
+        paths=_WHOLE,
+        origin="what hides robots that pass each other takes so long; each costs a millisecond a frame",
+    )

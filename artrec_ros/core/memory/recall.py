@@ -1,0 +1,83 @@
+"""One frame's view of what is remembered, and what it leaves to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..base.config import RecallConfig
+from ..geometry.camera import Camera
+from ..image.blobs import Blob
+from ..pose.finder import WholeObjectFinder
+from ..pose.surface_model import Poses
+from ..verdict.acceptance import Verdict
+from .looks import NO_LOOKS, Looks
+from .memory import Known, Memory, numbers_of
+from .turns import Turns
+
+_DEFAULTS = RecallConfig()
+_NO_CLOCK_S = 1 / 30  # what a frame counts as where stamps stand still
+
+
+class Recall:
+    """What to expect in a frame, and which blobs wait; without a memory nothing.
+
+    :ivar waiting: blobs that wait their turn, each counted once for each object that may be there.
+    """
+
+    def __init__(
+        self,
+        memory: Memory | None = None,
+        stamp_ns: int = 0,
+        refresh_s: float = 1.0,
+        config: RecallConfig = _DEFAULTS,
+    ) -> None:
+        self._memory, self._stamp_ns, self._refresh_s, self.config = memory, stamp_ns, refresh_s, config
+        self._passed_s = (memory and (stamp_ns - memory.stamp_ns) * 1e-9) or _NO_CLOCK_S
+        self.clock_s = memory.clock_s + self._passed_s if memory else 0.0
+        self._turns: dict[str, Turns] = {}
+        self._known: dict[str, tuple[Known, ...]] = {}
+        self.waiting = 0
+
+    def known(self, name: str) -> tuple[Known, ...]:
+        """The objects of a name that may be there, the most votes first."""
+        return self._memory.known.get(name, ()) if self._memory else ()
+
+    def was_there(self, known: Known) -> bool:
+        """Whether it was seen in the frame before, and not only earlier."""
+        return self._memory is not None and known.seen_s == self._memory.clock_s
+
+    def turns(self, name: str, blobs: Sequence[Blob]) -> Turns:
+        """When the blobs in which an object of a name may be are searched."""
+        looks = self._memory.looks.get(name, NO_LOOKS) if self._memory else NO_LOOKS
+        turns = Turns(blobs, looks, self.clock_s, self._passed_s, self._refresh_s, self.config)
+        self._turns[name] = turns
+        return turns
+
+    def accept(self, finder: WholeObjectFinder, verdicts: Sequence[Verdict]) -> None:
+        """What is told of a target in this frame."""
+        before, told = list(self.known(finder.target.name)), []
+        for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
+            seen = verdict.claim.poses, self.clock_s, verdict.claim.votes
+            old = self._nearest(verdict.claim.poses, before, finder.surface.extent)
+            if old is None:
+                told.append(Known.first(*seen))
+            else:
+                before.remove(old)
+                told.append(old.then(*seen, self.config.steadiness))
+        lost = [k for k in before if self.clock_s - k.seen_s <= self.config.gone_s]
+        self._known[finder.target.name] = (*told, *lost)
+
+    def _nearest(self, poses: Poses, known: Sequence[Known], within_m: float) -> Known | None:
+        """The object that is expected next to where one is; None: none is so near."""
+        if not known:
+            return None
+        off_m = [np.linalg.norm(k.places(self.clock_s) - poses.t[0], axis=1).min() for k in known]
+        nearest = int(np.argmin(off_m))
+        return known[nearest] if off_m[nearest] < within_m else None
+
+    def left(self, size: tuple[int, int], camera: Camera | None) -> Memory:
+        """For the next frame. :param size: (width, height) of this one's image. :param camera: that took it."""
+        looks: Mapping[str, Looks] = {name: turns.left() for name, turns in self._turns.items()}
+        return Memory(self._stamp_ns, self.clock_s, size, numbers_of(camera), self._known, looks)

@@ -1,0 +1,101 @@
+"""When each blob is searched: a new one at once, one that was searched before when its turn comes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..base.config import RecallConfig
+from ..geometry.transforms import Array
+from ..image.blobs import Blob
+from .looks import NO_LOOKS, Looks
+
+
+class Turns:
+    """Of the blobs of one frame in which an object of one name may be.
+
+    :param before: blobs of the frame before. :param now_s, passed_s: the memory's clock, and since that frame.
+    :param refresh_s: each is searched again within this time.
+    """
+
+    def __init__(
+        self,
+        blobs: Sequence[Blob],
+        before: Looks,
+        now_s: float,
+        passed_s: float,
+        refresh_s: float,
+        config: RecallConfig,
+    ) -> None:
+        self._number = {id(blob): n for n, blob in enumerate(blobs)}
+        self._now = Looks.of(blobs, now_s)
+        self._same = before.same(self._now, config)
+        self._before = before
+        age_s = np.full(len(blobs), np.inf)
+        old = np.flatnonzero(self._same >= 0)
+        age_s[old] = now_s - before.at_s[self._same[old]]
+        self.due = _due(age_s, passed_s, refresh_s)
+        self._waiting = set(old.tolist()) - self.due
+        self._doubted: set[int] = set()
+        self._searched: set[int] = set()
+
+    def forget(self) -> None:
+        """All blobs are new."""
+        self._same[:] = -1
+        self.due, self._waiting = set(), set()
+
+    def number(self, blob: Blob) -> int:
+        return self._number[id(blob)]
+
+    def waits(self, blob: Blob) -> bool:
+        """Whether it was searched as it is, and its turn has not come."""
+        return self.number(blob) in self._waiting
+
+    def is_due(self, blob: Blob) -> bool:
+        """Whether it was searched as it is, and its turn has come."""
+        return self.number(blob) in self.due
+
+    def search(self, blob: Blob) -> None:
+        """It is searched now."""
+        self._searched.add(self.number(blob))
+
+    def is_doubted(self, blob: Blob) -> bool:
+        """Whether it shows less of an object than it did: perhaps another one is in plain view."""
+        return self.number(blob) in self._doubted
+
+    def doubt(self, places: Array, radius_px: Array) -> None:
+        """The largest blob in each of some discs, of middles (n, 2) and radii (n,) pixels, shows less than it did."""
+        inside = self._inside(places, radius_px)
+        if not len(inside):
+            return
+        largest = np.where(inside, self._now.least[:, 2:], 0.0).argmax(axis=0)
+        self._doubted |= set(largest[inside.any(axis=0)].tolist())
+
+    def hurry(self, places: Array, radius_px: Array) -> None:
+        """Blobs within some discs do not wait any longer: what they showed is gone."""
+        self._waiting -= set(np.flatnonzero(self._inside(places, radius_px).any(axis=1)).tolist())
+
+    def _inside(self, places: Array, radius_px: Array) -> np.ndarray:
+        """(N, n) which blobs have their middles in which discs."""
+        return np.asarray(np.linalg.norm(self._now.box[:, None, :2] - places, axis=2) < radius_px)
+
+    def left(self) -> Looks:
+        """For the next frame: blobs that were searched now, and those of before that are still there."""
+        new = np.array(sorted(self._searched), int)
+        old = np.array([n for n in np.flatnonzero(self._same >= 0).tolist() if n not in self._searched], int)
+        return Looks.joined([NO_LOOKS, self._now[new], self._before[self._same[old]].moved_to(self._now[old])])
+
+
+def _due(age_s: np.ndarray, passed_s: float, refresh_s: float) -> set[int]:
+    """Those that are searched again: all that would be too late the next time, and, where there is nothing new to look
+    at, of those of half that age the oldest, so many that turns spread out.
+
+    :param age_s: since each was searched; inf: it was not.
+    """
+    known = np.flatnonzero(np.isfinite(age_s))
+    order = known[np.argsort(-age_s[known], kind="stable")]
+    late = order[age_s[order] + passed_s > refresh_s]
+    share = int(np.ceil(len(known) * passed_s / (refresh_s / 2)))
+    early = order[age_s[order] > refresh_s / 2][: share if len(known) == len(age_s) else 0]
+    return set(late.tolist()) | set(early.tolist())

@@ -1,0 +1,94 @@
+"""One look at one blob, or for one known object: what it shows depends on the frame alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .base.config import RecallConfig, SearchConfig
+from .image.blobs import Blob
+from .image.image_frame import ImageFrame
+from .memory.memory import Known
+from .pose.finder import Climb, WholeObjectFinder
+from .pose.ranked import Ranked
+from .pose.surface_model import Poses
+from .verdict.acceptance import Verdict
+from .verdict.judge import Judge
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """A known object.
+
+    :param expected: where it may be. :param trust: 0: it is not there. :param well: it is there as it was.
+    """
+
+    known: Known
+    finder: WholeObjectFinder
+    expected: Poses
+    found: Ranked
+    trust: float
+    well: bool
+
+
+class SpatialLooks:
+    """How blobs are looked at."""
+
+    def __init__(self, judge: Judge, config: SearchConfig) -> None:
+        self.judge, self._config = judge, config
+        climbs = zip(config.climb_hypotheses, config.climb_rounds, config.climb_first_steps, strict=True)
+        self._climbs = [Climb(*climb) for climb in climbs]
+        self._plain_climb = self._climbs[-1]._replace(rounds=config.plain_climb_rounds)
+
+    def follow(
+        self, frame: ImageFrame, finder: WholeObjectFinder, known: Known, now_s: float, config: RecallConfig
+    ) -> Followed:
+        """A known object as it is found now. :param now_s: of the memory's clock."""
+        expected = known.at(now_s)
+        found = finder.followed(frame, expected, config.left * known.votes, self._plain_climb)
+        trust = self.judge.trust_in(finder, found.poses, frame)
+        strayed = finder.strayed(found.poses, expected) if trust > 0 else np.inf
+        if strayed >= 1:
+            return Followed(known, finder, expected, found, 0.0, False)
+        well = bool(found.votes[0] >= config.kept * known.votes) and strayed < config.strayed
+        return Followed(known, finder, expected, found, trust, well)
+
+    def plain(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
+        """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
+        none where there is doubt. None: nor is the blob worth a longer look, for others would lead to the object."""
+        found = finder.plain_guesses(frame, blob)
+        verdict = self.judge.on_first(finder, found.poses, frame)
+        if finder.is_alike_throughout and self._is_hopeless(verdict, climbs=1):
+            return None
+        if verdict is None or self.judge.trust(verdict) <= self._config.sure:
+            return found.poses[:0]
+        return finder.climbed(frame, found, self._plain_climb, sure=True).poses
+
+    def close(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses:
+        """Hypotheses of which a component made a blob, or part of one, best first."""
+        found, sure = finder.guesses(frame, blob), False
+        for number, climb in enumerate(self._climbs):
+            if frame.deadline.expired or not (found.votes > 0).any():
+                break
+            verdict = self.judge.on_first(finder, found.poses, frame)
+            if self._is_hopeless(verdict, climbs=number):
+                break
+            sure = sure or (verdict is not None and self.judge.trust(verdict) > self._config.sure)
+            if not sure or climb is self._climbs[-1]:
+                found = finder.climbed(frame, found, climb, sure=sure)
+        return found.poses
+
+    def full(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
+        """What a plain look finds, or else a close one."""
+        found = self.plain(frame, finder, blob)
+        return found if found is None or len(found) else self.close(frame, finder, blob)
+
+    def _is_hopeless(self, verdict: Verdict | None, *, climbs: int) -> bool:
+        """Whether no climb will make an object of the best one: what it lacks to be one it does not find on its way.
+
+        A climb may yet bring the required component to its place; the next one does not.
+        """
+        if verdict is None or not verdict.confirmed[verdict.claim.finder.root]:
+            return climbs > 0
+        return verdict.probability < self._config.hopeless

@@ -1,0 +1,72 @@
+"""When blobs are searched again."""
+
+import cv2
+import numpy as np
+import pytest
+from settings import DEFAULTS
+
+from artrec_ros.core.base.config import RecallConfig
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.memory.looks import NO_LOOKS
+from artrec_ros.core.memory.turns import Turns
+
+
+def blobs(n):
+    image = np.zeros((100, 400), np.uint8)
+    for k in range(n):
+        cv2.circle(image, (20 + 35 * k, 50), 10, 3, -1)
+    return find_blobs(image, {3}, DEFAULTS)
+
+
+def play(n, hz, seconds, refresh_s):
+    """When each of n blobs that stay as they are is searched: a list of times for each."""
+    seen, looks, times = blobs(n), NO_LOOKS, [[] for _ in range(n)]
+    most = 0
+    for k in range(int(seconds * hz)):
+        turns = Turns(seen, looks, k / hz, 1 / hz, refresh_s, RecallConfig())
+        searched = [i for i, blob in enumerate(seen) if not turns.waits(blob)]
+        for i in searched:
+            turns.search(seen[i])
+            times[i].append(k / hz)
+        most = max(most, len(searched) if k else 0)
+        looks = turns.left()
+    return times, most
+
+
+@pytest.mark.parametrize("hz", [1, 4, 10, 30, 100])
+@pytest.mark.parametrize("n", [1, 3, 10])
+def test_each_blob_is_searched_again_in_time(n, hz):
+    refresh_s = 1.0
+    for times in play(n, hz, 5, refresh_s)[0]:
+        assert times[0] == 0
+        assert np.diff(times).max() <= max(refresh_s, 1 / hz) + 1e-9
+
+
+def test_doubt_is_paid_once_and_turns_are_spread():
+    times, most = play(6, 30, 10, 1.0)
+    assert max(map(len, times)) <= 20  # and not 300
+    assert most <= 2
+
+
+def test_new_blobs_go_first():
+    two, three = blobs(2), blobs(3)
+    before = Turns(two, NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig())
+    for blob in two:
+        before.search(blob)
+    with_new = Turns(three, before.left(), 0.7, 1 / 30, 1.0, RecallConfig())
+    assert [with_new.waits(b) for b in sorted(three, key=lambda b: b.pixels[:, 0].min())] == [True, True, False]
+    assert not with_new.due
+    assert Turns(two, before.left(), 0.7, 1 / 30, 1.0, RecallConfig()).due
+
+
+def test_what_is_gone_is_searched_at_once():
+    two = blobs(2)
+    before = Turns(two, NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig())
+    for blob in two:
+        before.search(blob)
+    now = Turns(two, before.left(), 0.1, 1 / 30, 1.0, RecallConfig())
+    now.hurry(np.array([[20.0, 50.0]]), np.array([15.0]))
+    assert sorted(now.waits(b) for b in two) == [False, True]
+    now.forget()
+    assert not any(now.waits(b) for b in two)
+    assert len(now.left()) == 0

@@ -1,0 +1,163 @@
+"""What one frame knows helps the next: the same objects, found with less; and nothing that is not there."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from solids import BLUE, RED, camera_of, pose, render, truck
+
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.spatial_looks import SpatialLooks
+from artrec_ros.io.results.journal import Recognised, _packed, _unpacked
+
+CAMERA = camera_of()
+TRUCK = truck()
+STEP_NS = 33_000_000
+
+
+def recognizer(**options):
+    targets = [Target("red", TRUCK, RED), Target("blue", TRUCK, BLUE)]
+    config = RecognizerConfig(**{"time_budget_ms": 600000.0, "threads": 1, **options})
+    return Recognizer(targets, config, Segmenter(ImageConfig()))
+
+
+ONE = recognizer()
+
+
+@pytest.fixture
+def looks(monkeypatch):
+    """How often each kind of look was taken."""
+    count = dict.fromkeys(("plain", "close"), 0)
+
+    def counted(name, original):
+        def look(self, *args):
+            count[name] += 1
+            return original(self, *args)
+
+        return look
+
+    for name in count:
+        monkeypatch.setattr(SpatialLooks, name, counted(name, getattr(SpatialLooks, name)))
+    return count
+
+
+def driving(k):
+    """A truck that drives and moves its legs, in frame k."""
+    return pose(-0.2 + 0.006 * k, 0, 0.9 + 0.002 * k, 0.3, model=TRUCK, joints={"fore": 0.4 - 0.03 * k})
+
+
+def picture(*trucks, label=RED):
+    return render(CAMERA, [(TRUCK, at, label) for at in trucks])
+
+
+CLUTTER = picture()
+CLUTTER[20:30, 250:262] = RED  # too little of a truck
+
+
+def written(result):
+    """All of a result but its times."""
+    return json.dumps(_packed(dataclasses.replace(result, timing_ms={})))
+
+
+def play(images, step_ns=STEP_NS, recognise=ONE, camera=CAMERA):
+    memory, results = None, []
+    for k, image in enumerate(images):
+        result, memory = recognise.follow(image, camera, k * step_ns, memory)
+        results.append(result)
+    return results, memory
+
+
+def test_a_known_object_is_followed_without_another_look(looks):
+    results, _ = play([picture(driving(k)) for k in range(8)])
+    assert looks["plain"] <= 2 and not looks["close"]  # one frame's fit may stray
+    for k, result in enumerate(results):
+        (d,) = result.detections
+        np.testing.assert_allclose(d.pose.position, driving(k).t[0], atol=0.02)
+        assert d.joints["fore"] == pytest.approx(0.4 - 0.03 * k, abs=0.15)
+
+
+def test_doubt_is_paid_once_and_told_to_wait(looks):
+    results, _ = play([np.where(CLUTTER == RED, RED, picture(driving(k))) for k in range(8)])
+    assert looks["close"] == 1
+    assert [r.waiting for r in results] == [0] + [1] * 7
+    assert [len(r.detections) for r in results] == [1] * 8
+
+
+def test_everything_is_searched_again_within_the_time_given(looks):
+    play([CLUTTER] * 12, recognise=recognizer(refresh_s=0.2))
+    assert 2 <= looks["close"] <= 4
+
+
+def test_what_comes_is_found_at_once_and_what_goes_is_gone_at_once():
+    empty, there = picture(), picture(driving(0))
+    results, _ = play([empty, there, there, empty, there])
+    assert [len(r.detections) for r in results] == [0, 1, 1, 0, 1]
+
+
+def test_what_was_put_elsewhere_is_found_there():
+    places = [driving(0), driving(0), pose(0.2, 0.1, 1.1, np.pi, model=TRUCK), driving(40)]
+    results, _ = play([picture(at) for at in places])
+    for at, result in zip(places, results, strict=True):
+        (d,) = result.detections
+        np.testing.assert_allclose(d.pose.position, at.t[0], atol=0.03)
+
+
+def test_frames_in_any_order_are_judged_as_if_each_were_alone():
+    scenes = [picture(driving(k), pose(0.2, 0.1, 1.1, 0.5 * k, model=TRUCK)) for k in range(0, 24, 4)]
+    order = np.random.default_rng(3).permutation(len(scenes))
+    results, _ = play([scenes[k] for k in order])
+    for k, result in zip(order, results, strict=True):
+        alone = ONE.recognize(scenes[k], CAMERA)
+        assert len(result.detections) == len(alone.detections) == 2
+        for d in alone.detections:
+            off = min(np.linalg.norm(e.pose.position - d.pose.position) for e in result.detections)
+            assert off < 0.02
+
+
+def test_results_do_not_depend_on_the_number_of_threads():
+    images = [np.where(CLUTTER == RED, RED, picture(driving(k), pose(0.2, 0.1, 1.1, 2, model=TRUCK))) for k in range(4)]
+    (one, _), (three, _) = (play(images, recognise=recognizer(threads=n)) for n in (1, 3))
+    for a, b in zip(one, three, strict=True):
+        assert written(a) == written(b)
+
+
+def test_a_memory_is_a_value_that_can_be_kept_in_a_file():
+    images = [picture(driving(k)) for k in range(4)]
+    (*_, last), _ = play(images)
+    _, memory = play(images[:3])
+    kept = Recognised(0, "", memory=memory)
+    read = _unpacked(json.loads(json.dumps(_packed(kept)))).memory
+    again, _ = ONE.follow(images[3], CAMERA, 3 * STEP_NS, read)
+    assert written(again) == written(last)
+
+
+def test_switched_off_nothing_is_remembered(looks):
+    results, memory = play([picture(driving(k)) for k in range(3)], recognise=recognizer(memory=False))
+    assert memory is None and looks["plain"] == 3
+    assert [len(r.detections) for r in results] == [1] * 3
+
+
+@pytest.mark.parametrize("change", ["clock", "camera", "size"])
+def test_another_view_is_begun_anew(change, looks):
+    image, camera = picture(driving(0)), CAMERA
+    _, memory = ONE.follow(image, camera, 10**9, None)
+    stamp = 10**9 + STEP_NS
+    if change == "clock":
+        stamp = 5 * 10**8
+    elif change == "camera":
+        camera = dataclasses.replace(CAMERA, matrix=CAMERA.matrix * [[1.01], [1.01], [1]])
+    else:
+        image = np.pad(image, ((0, 20), (0, 0)))
+    looks.update(plain=0)
+    result, _ = ONE.follow(image, camera, stamp, memory)
+    assert looks["plain"] == 1 and len(result.detections) == 1
+
+
+def test_frames_whose_stamps_stand_still_have_a_clock_too():
+    results, memory = play([picture(driving(k)) for k in range(5)], step_ns=0)
+    assert [len(r.detections) for r in results] == [1] * 5
+    assert memory.clock_s == pytest.approx(4 / 30)

@@ -65,16 +65,15 @@ class Recogniser:
     def __init__(self) -> None:
         self.at = -1
 
-    def recognize(self, image, camera=None) -> FrameResult:
+    def follow(self, image, camera, stamp_ns, memory) -> tuple[FrameResult, None]:
         self.at += 1
         if self.at % 5 == 1:
             raise ImageError("too dark")
         flat = replace(FOUND, pose=None, joints={}, pose_covariance=None)
         found = {0: (FOUND,), 3: (flat,)}.get(self.at % 5, ())
-        return FrameResult(
-            (32, 24), found, (TURNED_DOWN,) if self.at % 5 == 2 else (), {"blobs": 1.5, "total": 2.0},
-            ended_by=("recognizer.time_budget_ms",) if self.at % 5 == 4 else (),
-        )  # fmt: skip
+        turned_down = (TURNED_DOWN,) if self.at % 5 == 2 else ()
+        cut = ("recognizer.time_budget_ms",) if self.at % 5 == 4 else ()
+        return FrameResult((32, 24), found, turned_down, {"blobs": 1.5, "total": 2.0}, ended_by=cut), None
 
 
 @pytest.fixture

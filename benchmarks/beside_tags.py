@@ -284,7 +284,7 @@ def main() -> None:
         return
     cases = [(z, 0.0, USUAL.blur_px) for z in DISTANCES_M] + [(AT_M, s, USUAL.blur_px) for s in SLANTS_DEG]
     cases += [(AT_M, 0.0, b) for b in BLURS_PX]
-    print("position in % of the range, rotation in degrees: medians; the rotation without what is turned; ms of CPU: median")
+    print("medians: position in % of the range, rotation in degrees without what is turned, ms of CPU")
     print(f"{'':16} side px  m slant blur  found turned false  pos %    deg      ms")
     for distance, slant, blur in cases:
         side = CAMERA.focal_px * SIDE_M / distance

@@ -59,6 +59,9 @@ FOUND = Detection(
 TURNED_DOWN = Rejection("crane", "its boom is not confirmed", 0.4, 20.0, 10.0)
 
 
+PNG = cv2.imencode(".png", np.zeros((2, 2), np.uint8))[1].tobytes()
+
+
 class Recogniser:
     """The object is there in frames 0 and 3, in the latter flat in its image; frame 1 cannot be used."""
 
@@ -260,6 +263,31 @@ def test_of_an_interrupted_replay_nothing_is_left_that_looks_whole(tmp_path, par
     assert not list(tmp_path.glob("seen.rrd*"))
     assert run(params, tmp_path / "seen.rrd", bag) == 0, "the same command goes on, with all frames from the first on"
     assert len(Recording(tmp_path / "seen.rrd").stamps("/camera/classes", "SegmentationImage:buffer")) == 4
+
+
+def test_where_there_is_no_room_it_ends_and_says_so(tmp_path):
+    """Rerun's own writer would be waited for in vain."""
+    pytest.importorskip("rerun", reason="rerun-sdk is not installed")
+    program = f"""
+import resource, numpy as np
+from pathlib import Path
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.io.results.journal import Recognised
+from artrec_ros.tools.replaying.raw_frames import RawFrame
+from artrec_ros.tools.replaying.rerun_file import RerunFile
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+noise = np.random.default_rng(0).integers(0, 255, (40, 30_000), np.uint8)  # nothing packs it
+try:
+    with RerunFile(Path({str(tmp_path / "seen.rrd")!r}), ImageConfig(), ()) as file:
+        for i, picture in enumerate(noise):
+            file.add(0, Recognised(i, "x"), RawFrame({PNG!r}, picture.tobytes(), None))
+except SourceError as error:
+    print("no room:", error)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert "no room:" in done.stdout and "seen.rrd" in done.stdout, done.stderr
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("missing", ["rerun", "folder"])

@@ -76,11 +76,11 @@ class Pictures:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
-            if self._recording is not None:
-                self._recording.__exit__(kind)
             if kind is None:
                 self._close_video()
                 self._close_bag()
+                if self._recording is not None:
+                    self._recording.__exit__(kind)
             else:
                 self._drop()
         finally:  # of what could not be finished nothing stays

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,17 +11,20 @@ import numpy as np
 from ...core.base.config import ImageConfig
 from ...core.base.errors import ArtrecError, SourceError
 from ...core.model.target import Target
+from ...io.base.whole_files import write_whole
 from ...io.results.journal import Recognised
 from .raw_frames import RawFrame
 
 _APPLICATION = "artrec_replay"
 _TIMELINE = "stamp"
 _LEAST_DATE_NS = 10**18  # September 2001: stamps before count from the start of something
-_PART = ".part"
 
 
 class RerunFile:
     """Frames in their order go in; when all were there, the file stands under its name. A context manager.
+
+    Until then they are in memory, 50 to 100 kB for each of 640x480, where the viewer will hold them, too: Rerun's own
+    writer of files hangs when the disk is full.
 
     :param sources: how many: of several, each has a path of its own, source_0, source_1, ...
     """
@@ -38,7 +40,7 @@ class RerunFile:
         if not path.parent.is_dir():
             raise SourceError(f"--rerun: {path}: there is no folder {path.parent}; make it, or name another")
         self._rerun, self._words, self._layout = rerun, rerun_scene.told_in_words, rerun_layout
-        self._path, self._part = path, path.with_name(path.name + _PART)
+        self._path = path
         self._scene = rerun_scene.Scene(targets)
         self._classes = rerun_scene.class_names(image, targets)
         self._roots: list[list[str]] = [[]] if sources == 1 else [[f"source_{i}"] for i in range(sources)]
@@ -48,30 +50,27 @@ class RerunFile:
         self._stream: Any = None
 
     def __enter__(self) -> RerunFile:
-        """:raises OSError: the file cannot be written."""
         self._stream = self._rerun.RecordingStream(_APPLICATION, recording_id=self._path.stem)
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
-        with _as_os_error(self._part):
-            self._stream.save(self._part)
+        self._written = self._stream.binary_stream()
         for root in self._roots:
             self._stream.log([*root, "camera"], self._classes, static=True)
             self._stream.log(root or "/", self._rerun.ViewCoordinates.RDF, static=True)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """:raises OSError: it could not be written whole."""
+        """:raises SourceError: the file cannot be written."""
+        if kind is not None:
+            return
+        self._stream.send_blueprint(self._layout.layout(self._roots, self._ever))
         try:
-            if kind is None:
-                self._stream.send_blueprint(self._layout.layout(self._roots, self._ever))
-                with _as_os_error(self._part):
-                    self._stream.flush()
-                self._stream.disconnect()
-                os.replace(self._part, self._path)
-            else:
-                self._stream.disconnect()
-        finally:
-            self._part.unlink(missing_ok=True)
+            write_whole(self._path, self._written.read())
+        except OSError as error:
+            raise SourceError(
+                f"--rerun: {self._path}: cannot be written: {error.strerror or error}; make room, and the same command "
+                "goes on"
+            ) from error
 
     def add(self, source: int, frame: Recognised, raw: RawFrame | None) -> None:
         """The next frame. :param source: its number in the replay."""
@@ -96,17 +95,3 @@ class RerunFile:
             self._stream.set_time(_TIMELINE, timestamp=np.datetime64(stamp_ns, "ns"))
         else:
             self._stream.set_time(_TIMELINE, duration=np.timedelta64(stamp_ns, "ns"))
-
-
-class _as_os_error:  # noqa: N801
-    """Rerun says with a RuntimeError that a file cannot be written."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
-        if isinstance(error, RuntimeError):
-            raise OSError(f"{self._path}: {error}") from error

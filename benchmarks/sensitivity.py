@@ -39,6 +39,7 @@ FACTORS = (2 / 3, 4 / 3)
 _ELSEWHERE = (
     "recognizer.time_budget_ms", "expert.time.",  # end searches; here none is ended
     "expert.sightings.",  # names from frame to frame
+    "expert.existence.",  # and what is carried on of whether they are there
 )  # fmt: skip
 _UNHURRIED_MS = 600000.0
 

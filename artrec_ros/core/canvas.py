@@ -144,11 +144,21 @@ class Canvas:
             self.arrow(pixels[0], end, (20, 20, 20), self._line + 3)
             self.arrow(pixels[0], end, colour, self._line + 1)
 
+    def expected(self, detection: Detection, colour: Colour, camera: Camera | None) -> None:
+        """Faintly, the frame of an object that is not seen, or where its required component should be."""
+        plain = self.picture.copy()
+        if camera is not None and not detection.frame_id:
+            self.frame(detection, camera)
+        at = np.array([detection.image.x, detection.image.y])
+        place = tuple(int(v) for v in self._at(at))
+        cv2.circle(self.picture, place, round(9 * self._unit), colour, self._line, cv2.LINE_AA)
+        self.picture[:] = cv2.addWeighted(self.picture, 0.5, plain, 0.5, 0.0)
+
     def name(self, detection: Detection, colour: Colour) -> None:
         """Name, score and class; the name alone where there is room for no more, nothing where there is none."""
         contours = [c.contour for c in detection.components if len(c.contour)]
         about = self._area(np.vstack(contours or [np.array([[detection.image.x, detection.image.y]])]))
-        name = detection.name
+        name = f"({detection.name})" if detection.predicted else detection.name
         if not self.label([f"{name}: {detection.score:.2f}{class_text(detection)}"], about, colour, _USUAL):
             self.label([name], about, colour, _SMALL)
 

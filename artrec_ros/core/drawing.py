@@ -52,7 +52,8 @@ def class_picture(labels: NDArray[Any]) -> Picture:
 def draw_result(
     image: NDArray[Any], result: FrameResult, object_names: Sequence[str], camera: Camera | None = None
 ) -> Picture:
-    """An overlay picture: outlines, axes, frames, names with scores, and, faint, rejected candidates.
+    """An overlay picture: outlines, axes, frames, names with scores, and, faint, objects that are not seen but
+    expected, and rejected candidates.
 
     :param image: (H, W) class numbers, or (H, W, 3) uint8 BGR. Small images are enlarged so that text can be read.
     :param object_names: their order decides the colours.
@@ -65,6 +66,9 @@ def draw_result(
     canvas = Canvas(np.asarray(picture, np.uint8), zoom)
     colours = {d.object: object_colour(object_names, d.object) for d in result.detections}
     for detection in result.detections:
+        if detection.predicted:
+            canvas.expected(detection, colours[detection.object], camera)
+            continue
         for instance in detection.components:
             canvas.instance(instance, colours[detection.object])
         if camera is not None and not detection.frame_id:  # of poses in the camera

@@ -48,9 +48,13 @@ class SpatialSearch:
         queue.sort(key=lambda fb: -fb[1].area_px)
         for finder in finders:
             self._turns[finder] = self._recall.turns(finder.target.name, [b for f, b in queue if f is finder])
+        all_blobs = queue
         queue, waiting = self._without_waiting(self._look_again(queue))
         queue = self._look(self._looks.plain, queue, Crew(1))  # most are of objects, which change what is next
         self._look(self._looks.close, queue, self._crew)
+        for finder, blob in all_blobs:
+            if self._turns[finder].is_searched(blob) and self._over(finder, blob):
+                self._turns[finder].explain(blob)
         self._recall.waiting = sum(not self._over(finder, blob) for finder, blob in waiting)
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
@@ -78,29 +82,30 @@ class SpatialSearch:
         return left
 
     def _look_again(self, queue: list[_Task]) -> list[_Task]:
-        """Look for known objects, and at the blobs whose turn it is, both as if nothing were known; what is left.
-
-        Only then known objects take their pixels: what was found anew can prove to be better.
-        """
-        known = self._follow()
+        """Look for known objects, which take their pixels, and at the blobs that they explain whose turn it is as if
+        nothing were known: what is found may prove to be better. What is left."""
+        known, frame = self._follow(), self._frame
         if known is None:
             return queue
-        again = [(f, b) for f, b in queue if self._turns[f].is_due(b) or self._turns[f].is_doubted(b)]
-        found = self._crew.each(self._look_at_old, again)
-        for finder, poses in (*((k.finder, k.found.poses) for k in known), *found):
+        for k in known:
+            self._hide_found()
+            self._take(k.finder, k.found.poses)
+        turns = self._turns
+        due = [turns[f].is_due(b) and self._over(f, b) for f, b in queue]
+        again = [task for task, yes in zip(queue, due, strict=True) if yes or turns[task[0]].is_doubted(task[1])]
+        found = self._crew.each(partial(self._look_at_old, frame), again)
+        for (finder, _), poses in zip(again, found, strict=True):
             if poses is not None and len(poses):
                 self._hide_found()
                 self._take(finder, poses)
-        return [(f, b) for f, b in queue if not self._turns[f].is_due(b)]
+        return [task for task, yes in zip(queue, due, strict=True) if not yes]
 
-    def _look_at_old(self, task: _Task) -> tuple[WholeObjectFinder, Poses | None]:
+    def _look_at_old(self, frame: ImageFrame, task: _Task) -> Poses | None:
         finder, blob = task
-        if self._frame.deadline.expired:
-            return finder, None
         if not self._turns[finder].is_due(blob):
-            return finder, self._looks.plain(self._frame, finder, blob)
+            return self._looks.plain(frame, finder, blob)
         self._turns[finder].search(blob)
-        return finder, self._looks.full(self._frame, finder, blob)
+        return self._looks.full(frame, finder, blob)
 
     def _follow(self) -> list[Followed] | None:
         """Known objects that are still there, the most votes first; blobs of others are looked at anew.
@@ -115,18 +120,21 @@ class SpatialSearch:
             for turns in self._turns.values():
                 turns.forget()
             return None
-        for f in asked:
+        for f in followed:
             if not f.well:
                 turns = self._turns[f.finder]
-                look_anew = turns.doubt if f.trust > self._config.sure else turns.hurry
-                look_anew(*f.finder.discs(frame.camera, f.expected))
+                middles, radii_px = f.finder.discs(frame.camera, f.expected)
+                if f.trust > self._config.sure:
+                    turns.doubt(middles, radii_px)
+                else:  # it may be found from its limbs, too
+                    turns.hurry(middles, config.limbs * radii_px)
         return sorted((f for f in followed if f.trust > 0), key=lambda f: -f.found.votes[0])
 
     def _is_another_scene(self, followed: Sequence[Followed]) -> bool:
-        """Whether most of what was there is not there as it was; of a single object, whether it is there at all."""
+        """Whether most of what was there, by its votes, is not there as it was; of a single object: is not there."""
         if len(followed) == 1:
             return followed[0].trust <= self._config.sure
-        return 2 * sum(f.well for f in followed) < len(followed)
+        return 2 * sum(f.known.votes for f in followed if f.well) < sum(f.known.votes for f in followed)
 
     def _over(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         """Whether nothing of a blob is left to explain, or no time for it."""

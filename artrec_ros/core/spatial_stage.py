@@ -24,9 +24,9 @@ class SpatialStage:
 
     def __init__(self, targets: Sequence[Target], config: RecognizerConfig, codes: Codes = LABELS) -> None:
         self._config = config
-        self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
-        self._describers = [Describer(f) for f in self._finders]
         self._judge, self._crew = Judge.of(config), Crew(config.threads)
+        self._finders = [WholeObjectFinder(t, config, codes, crew=self._crew) for t in targets]
+        self._describers = [Describer(f) for f in self._finders]
 
     def recognize(
         self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None
@@ -43,7 +43,7 @@ class SpatialStage:
         accepted, others = share_out(found, frame, self._judge)
         if recall is not None:
             for finder in self._finders:
-                recall.accept(finder, [v for v in accepted if v.claim.finder is finder])
+                recall.accept(finder, [v for v in accepted if v.claim.finder is finder], frame.camera)
         detections = [
             detection
             for finder, describer in zip(self._finders, self._describers, strict=True)

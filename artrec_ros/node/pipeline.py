@@ -65,7 +65,7 @@ class Pipeline:
     ) -> None:
         self._calibrations, self._publishers, self._on_fault = calibrations, publishers, on_fault
         self._names = [t.name for t in setup.targets]
-        self._tracker = Tracker(setup.tracking)
+        self._tracker = Tracker(setup.tracking, setup.targets, setup.in_doubt)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
         self._memory: tuple[Recognizer, Memory | None] | None = None  # whose it is, and what the last image left
         self._withdrawn = 0  # counts
@@ -151,7 +151,7 @@ class Pipeline:
         memory = self._memory[1] if self._memory and self._memory[0] is recognizer else None
         result, memory = recognizer.follow(image, camera, stamp_ns, memory)
         self._memory = recognizer, memory
-        self._tracker.configure(setup.tracking)
+        self._tracker.configure(setup.tracking, setup.in_doubt)
         frame_id = (msg.header.frame_id or camera.frame_id) if camera else ""
         result = self._tracker.update(stamp_ns, result, frame_id)
         recognition_ms = (time.perf_counter() - began) * 1e3

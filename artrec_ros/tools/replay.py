@@ -117,7 +117,8 @@ def _replay(
             tqdm(total=sources.count, unit="frame", disable=not sys.stderr.isatty()) as bar,
         ):
             take = counted(summaries, folder, not args.no_timing, bar.update)
-            join = Join(Tracker(order.setup.tracking))
+            setup = order.setup
+            join = Join(Tracker(setup.tracking, setup.targets, setup.in_doubt))
             running = Running(
                 order.packed(), named, engine, folder.journal, folder.known, join, pictures, take, once(say),
                 chained=remembers(targets, order.setup.recognizer, {part.calibrated for part in sources.parts}),

@@ -17,13 +17,14 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 ROOT = Path(__file__).resolve().parents[2]
 CORE = ROOT / "artrec_ros" / "core"
 ROOMS = [
-    "base", "geometry", "model", "image", "alignment", "constraints", "grouping", "pose", "verdict", "tracking",
+    "base", "geometry", "model", "image", "alignment", "constraints", "grouping", "pose", "verdict", "memory",
+    "tracking",
 ]  # fmt: skip
 OFFLINE = ["learning", "design"]
 TOP = "recognizer, stages, drawing"
 INK, LINE = "#1d2733", "#9aa7b5"
 COLOURS = {TOP: "#f4e3c1"} | dict.fromkeys(ROOMS, "#dbe7f3") | dict.fromkeys(OFFLINE, "#e4efdc")
-WIDTH, HEIGHT, STEP = 9.2, 0.62, 0.92
+WIDTH, HEIGHT, STEP = 9.9, 0.62, 0.92
 
 
 def room_of(parts: tuple[str, ...]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import colorsys
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -54,6 +55,19 @@ def test_the_objects_frame_needs_pose_and_camera():
     assert np.array_equal(changed(found(pose)), without)
     with_frame = changed(found(pose), camera=CAMERA) & ~without
     assert with_frame[82:92, 99:102].any(axis=1).all()  # its y axis points down in the image, from (100, 80)
+
+
+def test_what_is_expected_is_drawn_faintly():
+    """A circle and the frame where it should be, and its name in brackets."""
+    pose, nothing = Pose.from_xyz_rpy([0.0, 0.0, 2.0]), FrameResult((200, 160))
+    seen = Detection("arm", 0, 0.9, ImagePose(100, 80, 0, 100), (), pose)
+    one = FrameResult((200, 160), (replace(seen, predicted=True),))
+    bare, faint = (draw_result(LABELS, r, ["arm"], CAMERA).astype(int) for r in (nothing, one))
+    full = draw_result(LABELS, FrameResult((200, 160), (seen,)), ["arm"], CAMERA).astype(int)
+    middle = np.s_[240:280, 295:305]  # its y axis
+    assert 0 < np.abs(faint - bare)[middle].max() < 0.7 * np.abs(full - bare)[middle].max()
+    circle = np.abs(faint - bare).any(axis=2)[225:256, 270:330]
+    assert circle.any(axis=1).all()
 
 
 @pytest.mark.parametrize("z", [-1.0, 0.0, 1e-9])

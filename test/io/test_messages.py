@@ -10,7 +10,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose, Instance
+from artrec_ros.core.model.found import Detection, Filtered, IdentityFit, ImagePose, Instance, Motion
 from artrec_ros.core.model.target import Target
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.messages import detection_messages as messages
@@ -122,3 +122,61 @@ def test_poses_on_a_plane_go_out_in_its_frame(scene: MarkerScene) -> None:
     assert [t.fields["header"].fields["frame_id"] for t in transforms] == ["field", "cam"]
     (poses,) = OBJECT_MAKERS[topics.POSES]([on_plane], "", header_of)  # the image needs no frame of its own
     assert poses.fields["header"].fields["frame_id"] == "field" and len(poses.fields["poses"]) == 1
+
+
+# what is carried on from frame to frame
+
+MOTION = Motion(np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]), {"arm": 1.5})
+SMOOTH = Filtered(Pose.from_xyz_rpy((0.24, -0.5, 2.01)), np.eye(6) * 0.5, {"arm": 0.2}, {"arm": 0.01})
+
+
+def made(*detections: Detection) -> dict[str, Message]:
+    """By topic."""
+    return {
+        topic.of("toy"): message
+        for topic, make in OBJECT_MAKERS.items()
+        for message in make(detections, "cam", partial(messages.header, STAMP))
+    }
+
+
+def test_speeds_are_told_where_they_are_known() -> None:
+    both = made(replace(detection(0, 0.9), motion=MOTION), detection(1, 0.8))
+    known, unknown = both["toy/robots"].fields["twist"]
+    assert known.fields["linear"].fields == {"x": 0.1, "y": 0.2, "z": 0.3}
+    assert known.fields["angular"].fields == {"x": 0.4, "y": 0.5, "z": 0.6}
+    assert np.isnan(list(unknown.fields["linear"].fields.values())).all()
+    np.testing.assert_array_equal(both["toy/joint_states"].fields["velocity"], [1.5, np.nan])
+    neither = made(detection(0, 0.9), detection(1, 0.8))
+    assert "twist" not in neither["toy/robots"].fields and "velocity" not in neither["toy/joint_states"].fields
+
+
+def test_poses_are_the_filters_where_they_are_asked_for() -> None:
+    told = made(replace(detection(0, 0.9, 0.1), filtered=SMOOTH, motion=MOTION))
+    (pose,), (transform,) = told["toy/poses"].fields["poses"], told["toy/robots"].fields["transforms"]
+    best = told["toy/pose"].fields["pose"].fields
+    for place in (pose.fields["position"], transform.fields["translation"], best["pose"].fields["position"]):
+        assert list(place.fields.values()) == [0.24, -0.5, 2.01]
+    np.testing.assert_array_equal(best["covariance"], SMOOTH.covariance.reshape(36))
+    assert told["toy/joint_states"].fields["position"] == [0.2]
+
+
+def test_what_is_expected_is_no_best_pose_and_shows_no_components(scene: MarkerScene) -> None:
+    expected = replace(detection(0, 0.99, 0.1), components=(), predicted=True)
+    told = made(expected, detection(1, 0.8, 0.2))
+    assert told["toy/pose"].fields["pose"].fields["covariance"][0] == pytest.approx(0.2)
+    assert len(told["toy/poses"].fields["poses"]) == 2
+    assert told["toy/image_components"].fields["joint_names"] == ["toy_1/body/hull"]
+    markers = scene.update([expected, detection(1, 0.8)], "cam", partial(messages.header, STAMP)).fields["markers"]
+    opacity = {m.fields["ns"] + str(m.fields["id"]): m.fields["color"].fields["a"] for m in markers}
+    assert opacity["toy/name0"] < 0.5 and opacity["toy/name1"] == 1.0
+    assert "toy/outline0" not in opacity and "toy/outline1" in opacity
+
+
+def test_speeds_go_through_a_bag(tmp_path) -> None:
+    told = made(replace(detection(0, 0.9, 0.1), filtered=SMOOTH, motion=MOTION), detection(1, 0.8))
+    with BagWriter(tmp_path / "bag", "mcap") as writer:
+        for topic in ("toy/robots", "toy/joint_states"):
+            writer.write(f"/{topic}", STAMP, told[topic])
+    back = read(tmp_path / "bag")
+    assert back["/toy/robots"].twist[0].angular.z == 0.6 and np.isnan(back["/toy/robots"].twist[1].linear.x)
+    np.testing.assert_array_equal(back["/toy/joint_states"].velocity, [1.5, np.nan])

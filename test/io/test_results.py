@@ -14,10 +14,12 @@ from artrec_ros.core.model.found import (
     ClassFit,
     ConstraintFailure,
     Detection,
+    Filtered,
     FrameResult,
     IdentityFit,
     ImagePose,
     Instance,
+    Motion,
     Rejection,
 )
 from artrec_ros.io.results.results import FrameRecord, read_results
@@ -155,3 +157,22 @@ def test_poses_on_a_plane_keep_their_frame() -> None:
         back = FrameRecord.from_json(record.to_json())
         assert [(d.frame_id, d.pose_from) for d in back.detections] == [(d.frame_id, d.pose_from) for d in detections]
         assert back.to_json() == record.to_json()
+
+
+def test_what_is_carried_on_comes_back() -> None:
+    pose, covariance = Pose.from_xyz_rpy([0.11, 0.0, 0.9], [0.3, -0.2, 2.0]), np.diag([1e-4] * 3 + [1e-2] * 3)
+    filtered = Filtered(pose, covariance, {"elbow": 0.3}, {"elbow": 0.02})
+    motion = Motion(np.arange(6) / 10, {"elbow": -1.5})
+    seen = replace(DETECTION, filtered=filtered, motion=motion)
+    expected = replace(DETECTION, predicted=True, components=())
+    line = FrameRecord.of(7, "camera", FrameResult((208, 160), (seen, expected)), "optical").to_json()
+    first, second = json.loads(line)["objects"]
+    assert first["filtered"]["twist"] == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5] and "predicted" not in first
+    assert second["predicted"] is True and "filtered" not in second
+    back, gone = FrameRecord.from_json(line).detections
+    np.testing.assert_allclose(back.filtered.pose.position, pose.position)
+    np.testing.assert_allclose(back.filtered.pose.rotation, pose.rotation, atol=1e-8)
+    np.testing.assert_allclose(back.filtered.covariance, covariance)
+    assert (back.filtered.joints, back.filtered.joint_deviations) == ({"elbow": 0.3}, {"elbow": 0.02})
+    np.testing.assert_allclose(back.motion.twist, motion.twist)
+    assert back.motion.joints == motion.joints and gone.predicted and gone.motion is None and gone.filtered is None

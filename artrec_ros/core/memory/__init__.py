@@ -1,1 +1,1 @@
-"""What one frame tells the next: objects that were there, and blobs that were searched in vain."""
+"""What one frame tells the next: objects that were there, blobs that were searched in vain."""

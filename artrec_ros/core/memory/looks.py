@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -19,35 +19,44 @@ class Looks:
 
     :param label: (n,). :param box: (n, 4) where it was last: middle and size of its bounding box, pixels.
     :param least: (n, 3) width, height and pixels enclosed, the least of each since it was searched.
-    :param at_s: (n,) when that was.
+    :param at_s: (n,) when that was. :param wait_s: (n,) how long after that it is searched again.
     """
 
     label: Array
     box: Array
     least: Array
     at_s: Array
+    wait_s: Array
 
     def __len__(self) -> int:
         return len(self.label)
 
     def __getitem__(self, index: Array) -> Looks:
-        return Looks(self.label[index], self.box[index], self.least[index], self.at_s[index])
+        return Looks(self.label[index], self.box[index], self.least[index], self.at_s[index], self.wait_s[index])
 
     @classmethod
-    def of(cls, blobs: Sequence[Blob], at_s: float) -> Looks:
+    def of(cls, blobs: Sequence[Blob], at_s: float, wait_s: float = 0.0) -> Looks:
         """Blobs as they are now."""
         rects = np.array([cv2.boundingRect(b.pixels) for b in blobs], float).reshape(-1, 4)
         box = np.column_stack([rects[:, :2] + rects[:, 2:] / 2, rects[:, 2:]])
         least = np.column_stack([rects[:, 2:], [b.area_px for b in blobs]])
-        return cls(np.array([b.label for b in blobs], int), box, least, np.full(len(blobs), at_s))
+        return cls(
+            np.array([b.label for b in blobs], int), box, least, *np.array([[at_s], [wait_s]]).repeat(len(blobs), 1)
+        )
 
     @classmethod
     def joined(cls, parts: Sequence[Looks]) -> Looks:
-        return cls(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("label", "box", "least", "at_s")))
+        return cls(
+            *(np.concatenate([getattr(p, n) for p in parts]) for n in ("label", "box", "least", "at_s", "wait_s"))
+        )
 
     def moved_to(self, now: Looks) -> Looks:
         """The same blobs where they are now."""
-        return Looks(self.label, now.box, np.minimum(self.least, now.least), self.at_s)
+        return Looks(self.label, now.box, np.minimum(self.least, now.least), self.at_s, self.wait_s)
+
+    def waiting(self, wait_s: Array) -> Looks:
+        """The same with other times to wait."""
+        return replace(self, wait_s=wait_s)
 
     def same(self, now: Looks, config: RecallConfig) -> np.ndarray:
         """(N,) of each blob of now the one of these that it still is, -1: none; no two are the same.
@@ -68,4 +77,4 @@ class Looks:
         return np.where(mutual, nearest, -1)
 
 
-NO_LOOKS = Looks(np.zeros(0, int), np.zeros((0, 4)), np.zeros((0, 3)), np.zeros(0))
+NO_LOOKS = Looks(np.zeros(0, int), np.zeros((0, 4)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))

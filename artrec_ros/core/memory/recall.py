@@ -55,18 +55,24 @@ class Recall:
         self._turns[name] = turns
         return turns
 
-    def accept(self, finder: WholeObjectFinder, verdicts: Sequence[Verdict]) -> None:
-        """What is told of a target in this frame."""
-        before, told = list(self.known(finder.target.name)), []
+    def accept(self, finder: WholeObjectFinder, verdicts: Sequence[Verdict], camera: Camera) -> None:
+        """What is told of a target in this frame. What is not seen is forgotten where something new is in its place."""
+        before, told, new = list(self.known(finder.target.name)), [], []
         for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
             seen = verdict.claim.poses, self.clock_s, verdict.claim.votes
             old = self._nearest(verdict.claim.poses, before, finder.surface.extent)
             if old is None:
                 told.append(Known.first(*seen))
+                new.append(verdict.claim.poses)
             else:
                 before.remove(old)
                 told.append(old.then(*seen, self.config.steadiness))
-        lost = [k for k in before if self.clock_s - k.seen_s <= self.config.gone_s]
+        lost = [
+            k
+            for k in before
+            if self.clock_s - k.seen_s <= self.config.gone_s
+            and not any(finder.same_place(camera, k.at(self.clock_s), poses).any() for poses in new)
+        ]
         self._known[finder.target.name] = (*told, *lost)
 
     def _nearest(self, poses: Poses, known: Sequence[Known], within_m: float) -> Known | None:

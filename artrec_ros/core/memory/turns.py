@@ -32,10 +32,13 @@ class Turns:
         self._now = Looks.of(blobs, now_s)
         self._same = before.same(self._now, config)
         self._before = before
-        age_s = np.full(len(blobs), np.inf)
+        self._wait_s = np.full(len(blobs), min(config.retry_s, refresh_s))  # if it is searched now, and in vain
+        self._refresh_s = refresh_s
+        age_s, wait_s = np.full(len(blobs), np.inf), np.full(len(blobs), refresh_s)
         old = np.flatnonzero(self._same >= 0)
-        age_s[old] = now_s - before.at_s[self._same[old]]
-        self.due = _due(age_s, passed_s, refresh_s)
+        age_s[old], wait_s[old] = now_s - before.at_s[self._same[old]], before.wait_s[self._same[old]]
+        self._wait_s[old] = np.minimum(2 * wait_s[old], refresh_s)
+        self.due = _due(age_s, wait_s, passed_s)
         self._waiting = set(old.tolist()) - self.due
         self._doubted: set[int] = set()
         self._searched: set[int] = set()
@@ -57,8 +60,15 @@ class Turns:
         return self.number(blob) in self.due
 
     def search(self, blob: Blob) -> None:
-        """It is searched now."""
+        """It is searched now. Where that is in vain it is searched again soon, and then ever later."""
         self._searched.add(self.number(blob))
+
+    def is_searched(self, blob: Blob) -> bool:
+        return self.number(blob) in self._searched
+
+    def explain(self, blob: Blob) -> None:
+        """It is searched now, and not in vain."""
+        self._wait_s[self.number(blob)] = self._refresh_s
 
     def is_doubted(self, blob: Blob) -> bool:
         """Whether it shows less of an object than it did: perhaps another one is in plain view."""
@@ -84,18 +94,24 @@ class Turns:
         """For the next frame: blobs that were searched now, and those of before that are still there."""
         new = np.array(sorted(self._searched), int)
         old = np.array([n for n in np.flatnonzero(self._same >= 0).tolist() if n not in self._searched], int)
-        return Looks.joined([NO_LOOKS, self._now[new], self._before[self._same[old]].moved_to(self._now[old])])
+        return Looks.joined(
+            [
+                NO_LOOKS,
+                self._now[new].waiting(self._wait_s[new]),
+                self._before[self._same[old]].moved_to(self._now[old]),
+            ]
+        )
 
 
-def _due(age_s: np.ndarray, passed_s: float, refresh_s: float) -> set[int]:
+def _due(age_s: Array, wait_s: Array, passed_s: float) -> set[int]:
     """Those that are searched again: all that would be too late the next time, and, where there is nothing new to look
-    at, of those of half that age the oldest, so many that turns spread out.
+    at, of those that waited half their time the oldest, so many that turns spread out.
 
-    :param age_s: since each was searched; inf: it was not.
+    :param age_s: since each was searched; inf: it was not. :param wait_s: how long each is to wait.
     """
     known = np.flatnonzero(np.isfinite(age_s))
-    order = known[np.argsort(-age_s[known], kind="stable")]
-    late = order[age_s[order] + passed_s > refresh_s]
-    share = int(np.ceil(len(known) * passed_s / (refresh_s / 2)))
-    early = order[age_s[order] > refresh_s / 2][: share if len(known) == len(age_s) else 0]
+    order = known[np.argsort(-(age_s / wait_s)[known], kind="stable")]
+    late = order[age_s[order] + passed_s > wait_s[order]]
+    share = int(np.ceil((passed_s / (wait_s[known] / 2)).sum()))
+    early = order[age_s[order] > wait_s[order] / 2][: share if len(known) == len(age_s) else 0]
     return set(late.tolist()) | set(early.tolist())

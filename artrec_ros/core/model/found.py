@@ -86,6 +86,32 @@ class IdentityFit:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """How an object moves, by a filter over time.
+
+    :param twist: (6,) of the object's origin, m/s, and about x, y, z, rad/s, along the axes of the camera's frame.
+    :param joints: component name -> rate, rad/s (m/s for prismatic joints).
+    """
+
+    twist: Array
+    joints: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """Where an object is by a filter over time.
+
+    :param covariance: (6, 6) as `Detection.pose_covariance`. :param joints: as `Detection.joints`.
+    :param joint_deviations: component name -> standard deviation of its joint.
+    """
+
+    pose: Pose
+    covariance: Array
+    joints: Mapping[str, float] = field(default_factory=dict)
+    joint_deviations: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Detection:
     """One recognised object. `pose` is the object's frame in another one, None where it is not known.
 
@@ -98,6 +124,10 @@ class Detection:
     :param class_fit: None where the object has no classes of configurations.
     :param pose_covariance: (6, 6) of (x, y, z, rotation about x, y, z fixed axes), m^2 and rad^2, along the axes of the
         frame in which `pose` is; None without pose.
+    :param joint_deviations: component name -> standard deviation of its joint; empty: not known.
+    :param predicted: it is not seen in this frame but expected; it has no components.
+    :param motion: None where it is not known: without pose, or seen for the first time.
+    :param filtered: None where it is not asked for, or not known.
     """
 
     object: str
@@ -113,6 +143,20 @@ class Detection:
     identity: IdentityFit | None = None
     frame_id: str = ""
     pose_from: PoseSource = "fit"
+    joint_deviations: Mapping[str, float] = field(default_factory=dict, repr=False, compare=False)
+    predicted: bool = False
+    motion: Motion | None = field(default=None, repr=False, compare=False)
+    filtered: Filtered | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def told_pose(self) -> Pose | None:
+        """`pose`, or what the filter makes of it where that is asked for."""
+        return self.pose if self.filtered is None else self.filtered.pose
+
+    @property
+    def told_joints(self) -> Mapping[str, float]:
+        """`joints`, or what the filter makes of them where that is asked for."""
+        return self.joints if self.filtered is None else {**self.joints, **self.filtered.joints}
 
     @property
     def name(self) -> str:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.config import RecognizerConfig, SearchConfig
+from ..base.crew import Crew
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.range_limits import scale_limits
@@ -46,10 +47,17 @@ class WholeObjectFinder:
     """Hypotheses of one target in a frame."""
 
     def __init__(
-        self, target: Target, config: RecognizerConfig, codes: Codes = LABELS, *, facing: bool = False
+        self,
+        target: Target,
+        config: RecognizerConfig,
+        codes: Codes = LABELS,
+        *,
+        facing: bool = False,
+        crew: Crew | None = None,
     ) -> None:
         """:param codes: what pixels' codes say of their labels.
         :param facing: the object faces the camera: it turns about the optical axis alone.
+        :param crew: who shares in the work on one blob.
         """
         self.facing = facing
         self.target, self.config, self._search = target, config, config.search
@@ -63,7 +71,7 @@ class WholeObjectFinder:
         self._marker_centres = np.array([m.centre for m in markers])
         self._lookalikes = Lookalikes(self.surface)
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
-        self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
+        self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes, crew)
 
     @property
     def is_alike_throughout(self) -> bool:

@@ -1,101 +1,138 @@
-"""How well a detection continues what is known of an object: in space where both have a pose, else in the image."""
+"""What a frame's detections tell of places and turns, and how well each continues what is known of an object."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from ..base.config import SightingsConfig, TrackingConfig
-from ..geometry.transforms import Array, rotation_from_rotvec
+from ..geometry.transforms import Array
 from ..model.found import Detection
-from .motion import MotionModel, MotionState
+from ..model.target import Target
+from .motion import Bodies, Counts, Flags, rotvecs
+from .tracks import Tracks
 
 _SCALE_PER_M = 1.0  # a step of a metre changes the logarithm of the scale by this: as a metre away
+_LEAST_SCALE, _LEAST_RANGE_M = 1e-9, 1e-3
+_NOWHERE = np.zeros(3), np.eye(3), np.eye(6)
+_UNTOLD, _LEAST_NOISE = np.zeros((6, 6)), 1e-12 * np.eye(6)
 
 
 @dataclass(frozen=True)
-class Sighting:
-    """Where a detection was, in one of two spaces: the camera's (metres), or the image's (x, y in pixels, log scale).
+class Sightings:
+    """Where D detections were: in the image (x, y in pixels, log scale), and in the camera's space (metres).
 
-    :param place: (3,). :param noise: (3, 3) its covariance. :param unit: (3,) what a metre is along each axis.
-    :param rotation: (3, 3). :param turn_variance: rad^2 about each axis. :param turn_axes: about how many it turns.
-    :param newcomer: density of newcomers, per unit of place.
+    :param place, unit: (D, 3) in the image, and what a metre is along each axis. :param noise: (D, 3, 3).
+    :param theta: (D,) direction in the image. :param posed: (D,) whether it has a pose in space that tells
+        more than the image from which it is. :param position, turn: (D, 3), (D, 3, 3). :param pose_noise: (D, 6, 6).
+    :param range_m: (D,). :param size_m: (D,) of their required components; 0: not known.
     """
 
     place: Array
     noise: Array
     unit: Array
-    rotation: Array
-    turn_variance: float
-    turn_axes: int
-    newcomer: float
+    theta: Array
+    posed: Flags
+    position: Array
+    turn: Array
+    pose_noise: Array
+    range_m: Array
+    size_m: Array
+
+    def __getitem__(self, rows: Sequence[int]) -> Sightings:
+        index = np.array(rows, int)
+        return Sightings(*(getattr(self, f.name)[index] for f in fields(self)))
 
     @classmethod
-    def in_space(cls, detection: Detection, config: SightingsConfig) -> Sighting | None:
-        """None: the detection has no pose, or one that tells no more than the image from which it is."""
-        if detection.pose is None or detection.pose_from != "fit":
-            return None
-        place, covariance = detection.pose.position, detection.pose_covariance
-        noise = np.zeros((6, 6)) if covariance is None else covariance
-        range_m = max(float(np.linalg.norm(place)), 1e-3)
-        least = (config.range_share * range_m) ** 2 * np.eye(3)
-        turn = float(np.trace(noise[3:, 3:])) / 3 + config.turn_rad**2
-        # what is in view at a range is about a cube of that size
-        return cls(place, noise[:3, :3] + least, np.ones(3), detection.pose.rotation, turn, 3, range_m**-3)
-
-    @classmethod
-    def in_image(cls, detection: Detection, size: tuple[int, int], config: SightingsConfig) -> Sighting:
-        """:param size: (width, height) pixels."""
-        image = detection.image
-        place = np.array([image.x, image.y, np.log(max(image.scale, 1e-9))])
+    def of(cls, detections: Sequence[Detection], sizes: Mapping[str, float], config: SightingsConfig) -> Sightings:
+        n = len(detections)
+        image = np.array([(d.image.x, d.image.y, d.image.scale, d.image.theta) for d in detections]).reshape(n, 4)
+        place, scale = image[:, :3].copy(), image[:, 2]
+        place[:, 2] = np.log(np.maximum(scale, _LEAST_SCALE))
+        unit = np.stack([scale, scale, np.full(n, _SCALE_PER_M)], axis=1)
         noise = np.diag([config.place_px, config.place_px, config.scale_share]) ** 2
-        unit = np.array([image.scale, image.scale, _SCALE_PER_M])
-        rotation = rotation_from_rotvec([0.0, 0.0, image.theta])
-        return cls(place, noise, unit, rotation, config.turn_rad**2, 1, 1.0 / (size[0] * size[1]))
+        poses = [_pose(d) for d in detections]
+        position, turn, pose_noise = (np.array([p[i] for p in poses]) for i in range(3)) if n else _NO_POSES
+        untold = np.array([n for n, p in enumerate(poses) if p[2] is _UNTOLD], int)
+        posed = np.array([d.pose is not None and d.pose_from == "fit" for d in detections], bool)
+        range_m = np.maximum(np.sqrt((position**2).sum(axis=1)), _LEAST_RANGE_M)
+        noise = np.broadcast_to(noise, (n, 3, 3))
+        usual = np.repeat([config.range_share, config.turn_rad], 3)
+        pose_noise[untold] = np.square(range_m[untold, None] ** (np.arange(6) < 3) * usual)[:, None] * np.eye(6)
+        pose_noise = pose_noise + _LEAST_NOISE
+        size_m = np.array([sizes.get(d.object, 0.0) for d in detections])
+        return cls(place, noise, unit, image[:, 3], posed, position, turn, pose_noise, range_m, size_m)
 
 
-@dataclass(frozen=True)
-class Trace:
-    """What is known of an object's motion in one of the two spaces.
+def sizes_of(targets: Sequence[Target]) -> dict[str, float]:
+    """How large the markers of each object's required component are, metres."""
+    return {
+        t.name: max(float(np.ptp(marker.outline, axis=0).max()) for marker in t.model.required.markers) for t in targets
+    }
 
-    :param state: as it is expected to be now, `age_s` after the last sighting.
+
+_NO_POSES = np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 6, 6))
+
+
+def _pose(d: Detection) -> tuple[Array, Array, Array]:
+    if d.pose is None or d.pose_from != "fit":
+        return _NOWHERE
+    return d.pose.position, d.pose.rotation, _UNTOLD if d.pose_covariance is None else d.pose_covariance
+
+
+def agreement(s: Sightings, tracks: Tracks, possible: Flags, area_px: float, config: TrackingConfig) -> Array:
+    """(D, T) how many times likelier each detection is if it is each of the objects than if it is a newcomer.
+
+    A pose that is wrong altogether, by a mirrored turn or in its range, still lies where it should in the image: so a
+    detection is either where it is in space, or only where it is in the image.
+
+    :param possible: (D, T) pairs to look at; 0 for others. :param area_px: of the image.
     """
-
-    state: MotionState
-    last: Sighting
-    age_s: float = 0.0
-
-    @classmethod
-    def begun(cls, sighting: Sighting, model: MotionModel) -> Trace:
-        return cls(MotionState.first_seen(sighting.place, sighting.noise, sighting.unit, model), sighting)
-
-    def continued(self, sighting: Sighting) -> Trace:
-        return Trace(self.state.seen(sighting.place, sighting.noise), sighting)
-
-    def older(self, dt_s: float, model: MotionModel) -> Trace:
-        return replace(self, state=self.state.after(dt_s, self.last.unit, model), age_s=self.age_s + dt_s)
-
-
-def surprise(sighting: Sighting, traces: Sequence[Trace], config: TrackingConfig) -> Array:
-    """(T,) -2 log of how much likelier a sighting is if it is this object than if it is a newcomer."""
-    S = np.array([t.state.place_covariance for t in traces]) + sighting.noise
-    error = sighting.place - np.array([t.state.place for t in traces])
-    place = np.sum(error * np.linalg.solve(S, error[..., None])[..., 0], axis=1)
-    spread = np.linalg.slogdet(2 * np.pi * S)[1]
-    newcomer = 2 * np.log(config.newcomer_odds * sighting.newcomer)
-    return place + spread + newcomer - 2 * np.log(_turn_ratio(sighting, traces, config))
+    odds, image, of = np.zeros(possible.shape), tracks.image, config.sightings
+    d, t = np.nonzero(possible)
+    angle = np.mod(s.theta[d] - tracks.theta[t] + np.pi, 2 * np.pi) - np.pi
+    variance = 2 * of.turn_rad**2 + (config.turn_rate * tracks.age_s[t]) ** 2
+    place = _place_ratio(s.place[d] - image.place[t], image.place_covariance[t] + s.noise[d], area_px)
+    wrong = of.misturned
+    odds[d, t] = place * ((1 - wrong) * _turn_ratio(angle, variance, 1) + wrong)
+    both = s.posed[d] & tracks.posed[t]
+    if both.any():
+        d, t, wrong = d[both], t[both], of.misplaced
+        off_px = of.off_share * s.unit[d, 0] * s.size_m[d]
+        S = image.place_covariance[t] + s.noise[d]
+        S[:, range(3), range(3)] += np.square([off_px, off_px, np.full(len(d), of.off_scale)]).T
+        flat = _place_ratio(s.place[d] - image.place[t], S, area_px)
+        odds[d, t] = (1 - wrong) * _in_space(s, d, tracks.bodies, t, config) + wrong * flat
+    return odds / config.newcomer_odds
 
 
-def _turn_ratio(sighting: Sighting, traces: Sequence[Trace], config: TrackingConfig) -> Array:
-    """(T,) how much likelier its turn is than any other; a wrong one speaks only so much against it."""
-    cosine = (np.sum([t.last.rotation * sighting.rotation for t in traces], axis=(1, 2)) - 1) / 2
-    angle = np.arccos(np.clip(cosine, -1, 1))
-    variance = (
-        np.array([t.last.turn_variance + (config.turn_rate * t.age_s) ** 2 for t in traces]) + sighting.turn_variance
-    )
-    anywhere = 8 * np.pi**2 if sighting.turn_axes == 3 else 2 * np.pi
-    peak = np.maximum(anywhere / (2 * np.pi * variance) ** (sighting.turn_axes / 2), 1.0)
-    misturned = config.sightings.misturned
-    return (1 - misturned) * peak * np.exp(-0.5 * angle**2 / variance) + misturned
+def _in_space(s: Sightings, d: Counts, bodies: Bodies, t: Counts, config: TrackingConfig) -> Array:
+    """A pose that is turned wrongly is off in place, too."""
+    of = config.sightings
+    error = s.position[d] - bodies.motion.place[t, :3]
+    P = bodies.motion.place_covariance[t] + s.pose_noise[d]
+    ray, room = s.position[d], s.range_m[d] ** 3  # what is in view at a range is about a cube of that size
+    along, across = ray[:, :, None] * ray[:, None], (s.range_m[d] ** 2)[:, None, None] * np.eye(3)
+    tight = P[:, :3, :3] + of.range_share**2 * along + of.bearing_rad**2 * (across - along)
+    angle = np.sqrt((rotvecs(s.turn[d] @ bodies.turn[t].transpose(0, 2, 1)) ** 2).sum(axis=1))
+    variance = np.trace(P[:, 3:, 3:], axis1=1, axis2=2) / 3 + of.turn_rad**2
+    right = _place_ratio(error, tight, room) * _turn_ratio(angle, variance, 3)
+    wrong = _place_ratio(error, P[:, :3, :3] + of.misturned_share**2 * across, room)
+    return np.asarray((1 - of.misturned) * right + of.misturned * wrong)
+
+
+def _place_ratio(error: Array, S: Array, room: Array | float) -> Array:
+    """How much likelier errors (n, 3) of covariance S are than any place in a room of that size."""
+    inverse = np.linalg.inv(S)
+    far = np.einsum("ni,nij,nj->n", error, inverse, error)
+    peak = np.sqrt(np.abs(np.linalg.det(inverse)) / (2 * np.pi) ** error.shape[1])
+    return np.asarray(room * peak * np.exp(-0.5 * np.minimum(far, 1400)))
+
+
+def _turn_ratio(angle: Array, variance: Array, axes: int) -> Array:
+    """How much likelier turns are than any other."""
+    anywhere = 8 * np.pi**2 if axes == 3 else 2 * np.pi
+    peak = np.maximum(anywhere / (2 * np.pi * variance) ** (axes / 2), 1.0)
+    return np.asarray(peak * np.exp(-0.5 * angle**2 / variance))

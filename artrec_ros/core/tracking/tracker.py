@@ -1,119 +1,67 @@
-"""Names that stay: which detection of this frame is which object of the frames before.
+"""What goes on from frame to frame: which detection is which object of the frames before, how probable it is by now
+that the object is there, and how it moves.
 
 Of every object it is known where it was and how it moved, in space and in the image. A detection continues an
 object where its place and turn are likelier for it than for a newcomer, who may be anywhere in view; all pairs of
-a frame are settled together.
-
-Ids are small: a newcomer has the lowest one that nobody else has, or had within `max_gap_s`. An object of whose name
-never two were seen at once is number 0, however it moves: there is nobody whom it could be taken for.
+a frame are settled together. Where frames go on from one another, a newcomer in doubt waits until it is seen again, and
+one frame's doubt does not end what is known.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import count
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ..base.config import TrackingConfig
 from ..geometry.transforms import Array
-from ..model.found import Detection, FrameResult, IdentityFit
-from ..verdict.identity import named
-from .motion import MotionModel
-from .sightings import Sighting, Trace, surprise
+from ..model.found import Detection, FrameResult
+from ..model.target import Target
+from .existence import Continuity, newcomers
+from .following import begun, followed
+from .joints import Joints, units_of
+from .motion import Flags, MotionModel
+from .names import Numbers, identified, same_name
+from .sightings import Sightings, agreement, sizes_of
+from .telling import Teller
+from .tracks import Tracks
 
+_NAMED = 0.5  # probability from which an object that is not seen keeps its identity from others
 _NO_CLOCK_S = 1 / 30  # what a frame counts as where stamps stand still
 
 
-@dataclass(frozen=True)
-class Look:
-    """One detection as the tracker sees it."""
-
-    object: str
-    image: Sighting
-    space: Sighting | None
-    identity: IdentityFit | None = None
-
-    def may_be(self, track: Track) -> bool:
-        """Whether nothing that is told of their names keeps them apart."""
-        mine, its = self.identity, track.identity
-        if self.object != track.object or mine is None or its is None:
-            return self.object == track.object
-        return not (mine.unique and mine.name and its.name) or mine.name == its.name
-
-    def meets_in_space(self, track: Track) -> bool:
-        """Whether both have a pose."""
-        return self.space is not None and track.space is not None
-
-    def surprise(self, tracks: Sequence[Track], in_space: bool, config: TrackingConfig) -> Array:
-        """(T,) how little it looks like each track, in space or in the image; below 0: more so than like a newcomer."""
-        if in_space and self.space is not None:
-            return surprise(self.space, [t.space for t in tracks if t.space is not None], config)
-        return surprise(self.image, [t.image for t in tracks], config)
-
-
-@dataclass(frozen=True)
-class Track:
-    """An object with a name, seen in so many frames, and not in the last so many."""
-
-    object: str
-    id: int
-    image: Trace
-    space: Trace | None
-    identity: IdentityFit | None = None
-    seen: int = 1
-    missed: int = 0
-
-    def older(self, dt_s: float, model: MotionModel) -> Track:
-        space = self.space and self.space.older(dt_s, model)
-        return replace(self, image=self.image.older(dt_s, model), space=space, missed=self.missed + 1)
-
-    def is_remembered(self, config: TrackingConfig) -> bool:
-        """What was seen once or twice was perhaps nothing: it is soon forgotten."""
-        soon = config.sightings.missed_per_seen * self.seen + 1
-        return self.image.age_s <= config.max_gap_s and self.missed <= soon
-
-    def continued(self, look: Look, model: MotionModel, memory: float) -> Track:
-        """:param memory: what earlier sightings' evidence of its name counts, of one frame's."""
-        space, identity = self.space, look.identity
-        if identity is not None and self.identity is not None:
-            before = self.identity.evidence
-            evidence = {k: v + memory * before.get(k, 0.0) for k, v in identity.evidence.items()}
-            identity = replace(identity, evidence=evidence)
-        if look.space is not None:
-            space = Trace.begun(look.space, model) if space is None else space.continued(look.space)
-        image = self.image.continued(look.image)
-        return replace(self, image=image, space=space, identity=identity, seen=self.seen + 1, missed=0)
-
-
 class Tracker:
-    """Gives detections the ids of the objects that they continue. For the frames of one camera, in their order."""
+    """Carries objects on through the frames of one camera, in their order."""
 
-    def __init__(self, config: TrackingConfig) -> None:
-        self._tracks: list[Track] = []
-        self._unseen_s: dict[tuple[str, int], float] = {}  # who had which id: since when not seen; not for ever
-        self._in_company: set[str] = set()  # names of which two were seen at once
-        self._stamp_ns: int | None = None
-        self._size = (0, 0)
-        self._frame_id = ""
-        self.configure(config)
+    def __init__(self, config: TrackingConfig, targets: Sequence[Target] = (), in_doubt: bool = True) -> None:
+        """:param targets: tell what joints are measured in, and how large objects are.
+        :param in_doubt: whether scores are probabilities to which other frames add; else each frame tells for itself
+            what is there, and only names and motions are carried on.
+        """
+        self._numbers, self._units = Numbers(), units_of(targets)
+        self._sizes = sizes_of(targets)
+        self._size, self._frame_id = (0, 0), ""
+        self.configure(config, in_doubt)
+        self.forget()
 
-    def configure(self, config: TrackingConfig) -> None:
+    def configure(self, config: TrackingConfig, in_doubt: bool = True) -> None:
         """Go on with other parameters."""
-        self._config = config
+        self._config, self._in_doubt = config, in_doubt
         self._motion = MotionModel(config.speed, config.steady_s)
         if not config.enabled:
             self.forget()
 
     def forget(self) -> None:
         """Forget all objects: whoever comes next is somebody else. Who was seen just now keeps the id for a while."""
-        self._tracks, self._stamp_ns = [], None
+        self._tracks, self._joints = Tracks.none(), Joints.none()
+        self._continuity = Continuity.expected(self._config.existence)
+        self._stamp_ns: int | None = None
 
     def update(self, stamp_ns: int, result: FrameResult, frame_id: str = "") -> FrameResult:
-        """The same result with lasting ids.
+        """The same result with lasting ids, with the probabilities that the objects are there by all that has been seen
+        of them, and without those that are unlikely by that.
 
         All objects are forgotten where the clock goes back, as when a bag starts again, or where the images' size
         or frame is another one.
@@ -122,77 +70,118 @@ class Tracker:
         """
         if not self._config.enabled:
             return result
-        self._advance(stamp_ns, result.size, frame_id)
-        of = self._config.sightings
-        looks = [
-            Look(d.object, Sighting.in_image(d, result.size, of), Sighting.in_space(d, of), d.identity)
-            for d in result.detections
-        ]
-        self._in_company |= {name for name, n in Counter(look.object for look in looks).items() if n > 1}
-        matched = self._match(looks)
-        continued = {
-            n: self._tracks[i].continued(looks[n], self._motion, self._config.sightings.identity_memory)
-            for n, i in matched.items()
-        }
-        self._unseen_s |= {(t.object, t.id): 0.0 for t in continued.values()}
-        seen = [continued[n] if n in continued else self._begun(look) for n, look in enumerate(looks)]
-        ids = {(t.object, t.id) for t in seen}  # who was alone and has been lost has given the id away
-        self._tracks = [*seen, *(t for t in self._tracks if (t.object, t.id) not in ids)]
-        detections: list[Detection] = [
-            replace(d, id=track.id) for d, track in zip(result.detections, seen, strict=True)
-        ]
-        return replace(result, detections=tuple(self._named(detections)))
+        first, dt_s = self._advance(stamp_ns, result.size, frame_id)
+        found = result.detections
+        sightings = Sightings.of(found, self._sizes, self._config.sightings)
+        row_of, odds = self._match(found, sightings, result.size)
+        strangers = np.array([d.score for n, d in enumerate(found) if n not in row_of])
+        goes_on, other = self._goes_on(odds, strangers, dt_s)
+        # in another scene what lies near is somebody else, too
+        row_of = {n: row for n, row in row_of.items() if goes_on * odds[row] >= 1 - goes_on}
+        self._tracks = followed(
+            self._tracks, found, sightings, row_of, goes_on, dt_s, result.size, self._motion, self._config
+        )
+        new = [n for n in range(len(found)) if n not in row_of]
+        row_of |= {n: len(self._tracks) + k for k, n in enumerate(new)}
+        alone = np.array([found[n].score for n in new])
+        single = first or other or not self._in_doubt
+        scores = alone if single else newcomers(alone, goes_on, dt_s, self._config.existence)
+        self._tracks = self._tracks.joined(
+            begun([found[n] for n in new], sightings[new], scores, self._motion, self._config)
+        )
+        by_row = {row: found[n] for n, row in row_of.items()}
+        self._joints = self._joints.seen(by_row, dt_s, self._motion, self._units, self._config)
+        return self._told(result, row_of)
 
-    def _named(self, detections: Sequence[Detection]) -> list[Detection]:
-        """The same, told which one each is by what has been seen of it so far; all of an object's together."""
-        out = list(detections)
-        mine: dict[str, list[int]] = {}
-        for n, d in enumerate(detections):
-            if d.identity is not None and d.identity.evidence:
-                mine.setdefault(d.object, []).append(n)
-        for numbers in mine.values():
-            fits = [self._tracks[n].identity for n in numbers]  # those of detections come first
-            first = next(fit for fit in fits if fit is not None)
-            names = list(first.evidence)
-            evidence = np.array([[fit.evidence[k] for k in names] for fit in fits if fit is not None])
-            for n, fit in zip(numbers, named(evidence, names, first.unique, first.least), strict=True):
-                out[n] = replace(detections[n], identity=fit)
-                self._tracks[n] = replace(self._tracks[n], identity=fit)
-        return out
-
-    def _advance(self, stamp_ns: int, size: tuple[int, int], frame_id: str) -> None:
-        """Let time pass up to a frame."""
+    def _advance(self, stamp_ns: int, size: tuple[int, int], frame_id: str) -> tuple[bool, float]:
+        """Let time pass up to a frame. Whether it is the first one, and the time since the one before."""
         other_view = size != self._size or (frame_id and self._frame_id and frame_id != self._frame_id)
         if other_view or (self._stamp_ns is not None and stamp_ns < self._stamp_ns):
             self.forget()
-        passed_s = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
-        dt_s = passed_s or _NO_CLOCK_S
-        self._unseen_s = {k: s + dt_s for k, s in self._unseen_s.items() if s + dt_s <= self._config.max_gap_s}
-        older = (t.older(dt_s, self._motion) for t in self._tracks)
-        self._tracks = [t for t in older if t.is_remembered(self._config)]
+        first = self._stamp_ns is None
+        dt_s = (0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9) or _NO_CLOCK_S
+        self._numbers.pass_time(dt_s, self._config.max_gap_s)
+        self._tracks = self._tracks.after(dt_s, self._motion, self._config.existence)
+        self._joints = self._joints.after(dt_s, self._motion)
+        gone = self._config.existence.gone
+        self._keep((self._tracks.existence.probability >= gone) & (self._tracks.age_s <= self._config.max_gap_s))
         self._stamp_ns, self._size, self._frame_id = stamp_ns, size, frame_id or self._frame_id
+        return first, dt_s
 
-    def _begun(self, look: Look) -> Track:
-        alone = look.object not in self._in_company
-        number = 0 if alone else next(i for i in count() if (look.object, i) not in self._unseen_s)
-        self._unseen_s[look.object, number] = 0.0
-        space = None if look.space is None else Trace.begun(look.space, self._motion)
-        return Track(look.object, number, Trace.begun(look.image, self._motion), space, look.identity)
+    def _keep(self, kept: Flags) -> None:
+        if not kept.all():
+            rows = np.flatnonzero(kept).tolist()
+            self._tracks, self._joints = self._tracks[rows], self._joints.of_rows(rows)
 
-    def _match(self, looks: Sequence[Look]) -> dict[int, int]:
-        """Index of a look -> index of the track it continues. Poses go first: they tell more than images."""
-        matched: dict[int, int] = {}
-        for in_space in (True, False):
-            taken = set(matched.values())
-            free = [i for i in range(len(self._tracks)) if i not in taken]
-            cost = np.full((len(looks), len(self._tracks)), np.inf)
-            for n, look in enumerate(looks):
-                fitting = [i for i in free if look.may_be(self._tracks[i])]
-                fitting = [i for i in fitting if look.meets_in_space(self._tracks[i]) == in_space]
-                if fitting and n not in matched:
-                    cost[n, fitting] = look.surprise([self._tracks[i] for i in fitting], in_space, self._config)
-            matched.update(_assign(cost))
-        return matched
+    def _match(
+        self, found: Sequence[Detection], sightings: Sightings, size: tuple[int, int]
+    ) -> tuple[dict[int, int], Array]:
+        """Row of the track that each detection continues, and (T,) the odds of those that are; 0 for others."""
+        tracks, names = self._tracks, np.array([d.object for d in found])
+        matched = np.zeros(len(tracks))
+        if not len(tracks) or not found:
+            return {}, matched
+        odds = agreement(
+            sightings, tracks, names[:, None] == np.array(tracks.names), float(size[0] * size[1]), self._config
+        )
+        odds *= same_name([d.identity for d in found], tracks.identities, self._config.sightings.misnamed)
+        cost = -2 * np.log(np.maximum(odds * tracks.existence.probability, 1e-300))
+        row_of = _assign(cost)
+        matched[list(row_of.values())] = [odds[n, row] for n, row in row_of.items()]
+        return row_of, matched
+
+    def _goes_on(self, odds: Array, new: Array, dt_s: float) -> tuple[float, bool]:
+        """The probability that the frame goes on from the one before, and whether it is surely another scene: something
+        was there, all of it is gone, and others are there. Where nobody is new it is the same.
+
+        :param odds: (T,) of tracks that do. :param new: scores of what continues none.
+        """
+        told, tracks, config = self._tracks.are_told, self._tracks, self._config.existence
+        if not told.any():
+            return self._continuity.share, False
+        just_seen = tracks.age_s[told] <= 1.5 * dt_s
+        known = tracks.existence.seen[told]
+        probability = self._continuity.judged(known, just_seen, odds[told], new, dt_s, config)
+        if len(new) or odds.any():
+            least = 0.0 if len(new) else self._continuity.share
+            self._continuity = self._continuity.after(max(probability, least), config)
+        if not len(new) or not self._in_doubt:
+            return 1.0, False
+        return probability, bool(just_seen.any()) and not odds.any()
+
+    def _told(self, result: FrameResult, row_of: dict[int, int]) -> FrameResult:
+        """What is told, with names; tracks that have given theirs away are forgotten."""
+        found, least = result.detections, self._config.existence.least
+        likely = self._tracks.existence.probability.tolist()
+        told = [n for n in sorted(row_of) if not self._in_doubt or likely[row_of[n]] >= min(least, found[n].score)]
+        self._name([row_of[n] for n in told])
+        teller = Teller(
+            self._tracks, self._joints, self._config, result.size, scores=likely if self._in_doubt else None
+        )
+        seen = [teller.seen(found[n], row_of[n]) for n in told]
+        here = set(row_of.values())
+        expected = teller.expected([row for row in range(len(self._tracks)) if row not in here])
+        kept = np.ones(len(self._tracks), bool)
+        whose = {(self._tracks.names[row], self._tracks.ids[row]) for row in here if self._tracks.ids[row] is not None}
+        for row in range(len(self._tracks)):  # who was alone and has been lost has given the id away
+            kept[row] = row in here or (self._tracks.names[row], self._tracks.ids[row]) not in whose
+        self._keep(kept)
+        return replace(result, detections=(*seen, *expected))
+
+    def _name(self, rows: Sequence[int]) -> None:
+        """Give numbers to those tracks that are told, and tell which one each is."""
+        tracks, ids = self._tracks, list(self._tracks.ids)
+        self._numbers.meet(tracks.names[row] for row in rows)
+        for row in rows:
+            number = ids[row]
+            if number is None:
+                ids[row] = self._numbers.new(tracks.names[row])
+            else:
+                self._numbers.keep(tracks.names[row], number)
+        likely = tracks.existence.probability >= _NAMED
+        likely[list(rows)] = True
+        identities = identified(tracks.names, tracks.identities, likely)
+        self._tracks = replace(tracks, ids=tuple(ids), identities=identities)
 
 
 def _assign(cost: Array) -> dict[int, int]:

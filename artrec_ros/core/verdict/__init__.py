@@ -1,1 +1,1 @@
-"""Which hypotheses are objects: ownership of pixels, probability, reasons; what is told of them."""
+"""Which hypotheses are objects: ownership of pixels, probability, reasons; what is told."""

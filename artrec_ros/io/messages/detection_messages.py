@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.geometry.transforms import Pose
+from ...core.geometry.transforms import Array, Pose
 from ...core.model.found import ClassFit, Detection
 
 
@@ -25,6 +25,8 @@ class Message:
     type: str
     fields: Mapping[str, Any]
 
+
+_NO_TWIST = np.full(6, np.nan)
 
 HeaderOf = Callable[[str], Any]
 """A header with the image's stamp and this frame_id."""
@@ -74,12 +76,18 @@ def object_frames(
             {
                 "header": header_of(parent),
                 "child_frame_id": prefix + instance_name(d),
-                "transform": transform_message(d.pose),
+                "transform": transform_message(pose),
             },
         )
         for d in detections
-        if d.pose is not None and (parent := d.frame_id or frame_id)
+        if (pose := d.told_pose) is not None and (parent := d.frame_id or frame_id)
     ]
+
+
+def twist_message(twist: Array) -> Message:
+    """geometry_msgs/Twist. :param twist: (6,) along x, y, z, then about them."""
+    fields = {"linear": xyz(twist[:3], "Vector3"), "angular": xyz(twist[3:], "Vector3")}
+    return Message("geometry_msgs/msg/Twist", fields)
 
 
 def pose_array(poses: Sequence[Pose], header: Any) -> Message:
@@ -88,21 +96,29 @@ def pose_array(poses: Sequence[Pose], header: Any) -> Message:
 
 def detected_poses(detections: Sequence[Detection], header: Any) -> Message:
     """PoseArray of the metric poses, in the detections' order."""
-    return pose_array([d.pose for d in detections if d.pose is not None], header)
+    return pose_array([pose for d in detections if (pose := d.told_pose) is not None], header)
 
 
 def robots(detections: Sequence[Detection], header: Any) -> Message:
-    """MultiDOFJointState: the same poses with names, in one message."""
-    posed = [(instance_name(d), d.pose) for d in detections if d.pose is not None]
-    transforms = [transform_message(p) for _, p in posed]
-    fields = {"header": header, "joint_names": [name for name, _ in posed], "transforms": transforms}
+    """MultiDOFJointState: the same poses with names, in one message, and, where any is known, how fast they change; NaN
+    is what is not known."""
+    posed = [(d, pose) for d in detections if (pose := d.told_pose) is not None]
+    fields: dict[str, Any] = {"header": header, "joint_names": [instance_name(d) for d, _ in posed]}
+    fields["transforms"] = [transform_message(pose) for _, pose in posed]
+    if any(d.motion is not None for d, _ in posed):
+        fields["twist"] = [twist_message(_NO_TWIST if d.motion is None else d.motion.twist) for d, _ in posed]
     return Message("sensor_msgs/msg/MultiDOFJointState", fields)
 
 
 def joint_states(detections: Sequence[Detection], header: Any) -> Message:
-    """JointState: the joints of all objects; names red_0/front_left, radians (metres where a joint is prismatic)."""
-    joints = [(f"{instance_name(d)}/{joint}", float(q)) for d in detections for joint, q in d.joints.items()]
-    fields = {"header": header, "name": [name for name, _ in joints], "position": [q for _, q in joints]}
+    """JointState: the joints of all objects; names red_0/front_left, radians (metres where a joint is prismatic), and,
+    where any is known, their rates; NaN is what is not known."""
+    each = [(d, joint, q) for d in detections for joint, q in d.told_joints.items()]
+    rates = [float("nan") if d.motion is None else d.motion.joints.get(joint, float("nan")) for d, joint, _ in each]
+    names, values = [f"{instance_name(d)}/{joint}" for d, joint, _ in each], [float(q) for _, _, q in each]
+    fields: dict[str, Any] = {"header": header, "name": names, "position": values}
+    if not all(rate != rate for rate in rates):
+        fields["velocity"] = [float(rate) for rate in rates]
     return Message("sensor_msgs/msg/JointState", fields)
 
 
@@ -122,17 +138,18 @@ def _class_status(name: str, fit: ClassFit) -> Message:
 
 
 def best_pose(detections: Sequence[Detection], frame_id: str, header_of: HeaderOf) -> Message | None:
-    """PoseWithCovarianceStamped: the best score among those whose covariance is known; None: there is none.
+    """PoseWithCovarianceStamped: the best score among those seen whose covariance is known; None: there is none.
 
     :param frame_id: the image's.
     """
-    known = [d for d in detections if d.pose is not None and d.pose_covariance is not None]
+    known = [d for d in detections if d.pose is not None and d.pose_covariance is not None and not d.predicted]
     if not known:
         return None
     best = max(known, key=lambda d: d.score)
-    assert best.pose is not None and best.pose_covariance is not None
-    covariance = np.asarray(best.pose_covariance, np.float64).reshape(36)
-    pose = {"pose": pose_message(best.pose), "covariance": covariance}
+    told = best.told_pose
+    assert told is not None
+    covariance = best.pose_covariance if best.filtered is None else best.filtered.covariance
+    pose = {"pose": pose_message(told), "covariance": np.asarray(covariance, np.float64).reshape(36)}
     fields = {"header": header_of(best.frame_id or frame_id)}
     fields["pose"] = Message("geometry_msgs/msg/PoseWithCovariance", pose)
     return Message("geometry_msgs/msg/PoseWithCovarianceStamped", fields)

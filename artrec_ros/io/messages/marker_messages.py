@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any
@@ -36,18 +36,23 @@ class Sizes:
     text: float
 
 
+_FAINT = 0.35  # opacity of what is not seen but expected
 _METRES, _PIXELS = Sizes(0.004, 0.08, 0.05), Sizes(1.0, 20.0, 10.0)
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """Where and how an object is drawn. :param pose: of its frame. :param above: where its name stands."""
+    """Where and how an object is drawn.
+
+    :param pose: of its frame. :param above: where its name stands. :param opacity: 0 to 1.
+    """
 
     header: Any
     pose: Message
     above: Message
     sizes: Sizes
     colour: Colour
+    opacity: float = 1.0
 
 
 class MarkerScene:
@@ -78,15 +83,17 @@ class MarkerScene:
     def _drawn(self, detection: Detection, header: Any) -> Drawn:
         blue, green, red = object_colour(self._names, detection.object)
         colour = (red / 255, green / 255, blue / 255)
-        if detection.pose is None:
+        told = detection.told_pose
+        if told is None:
             image, sizes = detection.image, _PIXELS
             place = xyz((image.x, image.y, 0.0))
             fields = {"position": place, "orientation": turn_in_image(image.theta)}
             pose = Message("geometry_msgs/msg/Pose", fields)
             above = np.array([image.x, image.y, 0.0])
         else:
-            pose, above, sizes = pose_message(detection.pose), detection.pose.position, _METRES
-        return Drawn(header, pose, pose_message(Pose(np.eye(3), above + (0, -2 * sizes.text, 0))), sizes, colour)
+            pose, above, sizes = pose_message(told), told.position, _METRES
+        name_at = pose_message(Pose(np.eye(3), above + (0, -2 * sizes.text, 0)))
+        return Drawn(header, pose, name_at, sizes, colour, _FAINT if detection.predicted else 1.0)
 
     def _object(self, detection: Detection, drawn: Drawn) -> Iterable[Message]:
         yield _frame(detection, drawn)
@@ -96,13 +103,13 @@ class MarkerScene:
             fields: dict[str, Any] = {"type": LINE_STRIP, "scale": _line_scale(drawn.sizes)}
             fields["points"] = [xyz(p) for p in (*line, line[0])]
             number = detection.id * len(slots) + slot
-            yield _marker(f"{detection.object}/outline", number, drawn.header, drawn.colour, **fields)
+            yield _marker(f"{detection.object}/outline", number, drawn, drawn.colour, **fields)
 
     def _outlines(self, detection: Detection) -> Iterator[tuple[tuple[str, str], Array]]:
         """Component and marker, and (n, 3) its outline where the object is drawn."""
-        model, pose = self._models[detection.object], detection.pose
+        model, pose = self._models[detection.object], detection.told_pose
         if pose is not None and detection.pose_from == "fit":
-            frames = component_frames(self._kinematics[detection.object], pose, detection.joints)
+            frames = component_frames(self._kinematics[detection.object], pose, detection.told_joints)
             for component, marker in {(c.component, c.marker) for c in detection.components}:
                 place = model.component(component).marker(marker)
                 assert place.T_component_marker is not None  # the object was fitted
@@ -141,7 +148,7 @@ def marker_slots(model: ObjectModel) -> dict[tuple[str, str], int]:
     return {pair: i for i, pair in enumerate(pairs)}
 
 
-def component_frames(kinematics: Kinematics, pose: Pose, joints: dict[str, float]) -> dict[str, Pose]:
+def component_frames(kinematics: Kinematics, pose: Pose, joints: Mapping[str, float]) -> dict[str, Pose]:
     """T_camera_component of each component; a joint that was not seen is drawn in its middle."""
     middle = (kinematics.lower + kinematics.upper) / 2
     names = kinematics.model.joint_names
@@ -153,22 +160,23 @@ def component_frames(kinematics: Kinematics, pose: Pose, joints: dict[str, float
 def _frame(detection: Detection, drawn: Drawn) -> Message:
     axes = np.eye(3)[: 3 if detection.pose is not None else 2] * drawn.sizes.frame
     ends = [p for axis in axes for p in (xyz((0, 0, 0)), xyz(axis))]
-    colours = [_colour(c) for c in _AXIS_COLOURS[: len(axes)] for _ in range(2)]
+    colours = [_colour(c, drawn.opacity) for c in _AXIS_COLOURS[: len(axes)] for _ in range(2)]
     fields: dict[str, Any] = {"type": LINE_LIST, "scale": _line_scale(drawn.sizes), "points": ends, "colors": colours}
-    return _marker(f"{detection.object}/frame", detection.id, drawn.header, (1.0, 1.0, 1.0), drawn.pose, **fields)
+    return _marker(f"{detection.object}/frame", detection.id, drawn, (1.0, 1.0, 1.0), drawn.pose, **fields)
 
 
 def _name(detection: Detection, drawn: Drawn) -> Message:
     text = f"{instance_name(detection)} {detection.score:.2f}{class_text(detection)}"
     size = xyz((0, 0, drawn.sizes.text), "Vector3")
     fields: dict[str, Any] = {"type": TEXT_VIEW_FACING, "scale": size, "text": text}
-    return _marker(f"{detection.object}/name", detection.id, drawn.header, drawn.colour, drawn.above, **fields)
+    return _marker(f"{detection.object}/name", detection.id, drawn, drawn.colour, drawn.above, **fields)
 
 
-def _marker(ns: str, number: int, header: Any, colour: Colour, pose: Message | None = None, **fields: Any) -> Message:
+def _marker(ns: str, number: int, drawn: Drawn, colour: Colour, pose: Message | None = None, **fields: Any) -> Message:
     placed = pose or pose_message(Pose(np.eye(3), np.zeros(3)))
     number = int(number) % 2**31  # the message's id is an int32; objects' ids are never given twice
-    common = {"header": header, "ns": ns, "id": number, "action": ADD, "color": _colour(colour), "pose": placed}
+    common = {"header": drawn.header, "ns": ns, "id": number, "action": ADD, "pose": placed}
+    common["color"] = _colour(colour, drawn.opacity)
     return Message("visualization_msgs/msg/Marker", {**common, **fields})
 
 
@@ -181,5 +189,5 @@ def _line_scale(sizes: Sizes) -> Message:
     return xyz((sizes.line, 0, 0), "Vector3")
 
 
-def _colour(rgb: Colour) -> Message:
-    return Message("std_msgs/msg/ColorRGBA", {**dict(zip("rgb", map(float, rgb), strict=True)), "a": 1.0})
+def _colour(rgb: Colour, opacity: float) -> Message:
+    return Message("std_msgs/msg/ColorRGBA", {**dict(zip("rgb", map(float, rgb), strict=True)), "a": opacity})

@@ -53,12 +53,13 @@ POSES = NodeTopic(
 ROBOTS = NodeTopic(
     "{object}/robots",
     "sensor_msgs/msg/MultiDOFJointState",
-    "for every image: the same poses, with names such as `red_0`, in one message",
+    "for every image: the same poses, with names such as `red_0`, and how fast they change, in one message",
 )
 JOINTS = NodeTopic(
     "{object}/joint_states",
     "sensor_msgs/msg/JointState",
-    "for every image: the joints in view of all of them, `red_0/front_left`, in radians (metres where prismatic)",
+    "for every image: the joints in view of all of them, `red_0/front_left`, in radians (metres where prismatic), and "
+    "their rates",
 )
 POSE = NodeTopic(
     "{object}/pose",

@@ -64,6 +64,11 @@ class Setup:
         """The recogniser with these parameters, ready for images with or without calibration."""
         return Recognizer(self.targets, self.recognizer, Segmenter(self.image), calibrated=calibrated, told=told)
 
+    @property
+    def in_doubt(self) -> bool:
+        """Whether scores are probabilities, to which what other frames say can be added."""
+        return self.recognizer.profile == "default"
+
     def lacks(self, calibrated: bool = True) -> list[str]:
         """A line for each object that cannot be found with what the files tell; `calibrated`: the images are."""
         return list(lacking(self.targets, self.recognizer, calibrated))

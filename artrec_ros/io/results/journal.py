@@ -23,10 +23,12 @@ from ...core.model.found import (
     ClassFit,
     ConstraintFailure,
     Detection,
+    Filtered,
     FrameResult,
     IdentityFit,
     ImagePose,
     Instance,
+    Motion,
     Rejection,
 )
 from ..base.whole_files import LineFile
@@ -60,8 +62,8 @@ class Recognised:
 _TYPES = {
     kind.__name__: kind
     for kind in (
-        ClassFit, ConstraintFailure, Detection, FrameResult, IdentityFit, ImagePose, Instance, Known, Looks, Memory,
-        Pose, Recognised, Rejection,
+        ClassFit, ConstraintFailure, Detection, Filtered, FrameResult, IdentityFit, ImagePose, Instance, Known, Looks,
+        Memory, Motion, Pose, Recognised, Rejection,
     )
 }  # fmt: skip
 

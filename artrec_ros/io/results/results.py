@@ -16,10 +16,12 @@ from ...core.model.found import (
     ClassFit,
     ConstraintFailure,
     Detection,
+    Filtered,
     FrameResult,
     IdentityFit,
     ImagePose,
     Instance,
+    Motion,
     Rejection,
 )
 from ..base.yaml_files import size_of_file
@@ -136,6 +138,10 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
         told |= {"identity_runner_up": d.identity.runner_up, "identity_unique": d.identity.unique}
     if d.pose is not None and d.pose_from != "fit":
         told["pose_from"] = d.pose_from
+    if d.predicted:
+        told["predicted"] = True
+    if d.filtered is not None:
+        told["filtered"] = _filtered_to_dict(d.filtered, d.motion)
     return {
         "object": d.object,
         "id": d.id,
@@ -149,6 +155,20 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
             for c in d.components
         ],
     }
+
+
+def _filtered_to_dict(f: Filtered, motion: Motion | None) -> dict[str, Any]:
+    content = {
+        "position": [_f(v, 6) for v in f.pose.position],
+        "orientation": [_f(v, 9) for v in f.pose.quaternion],
+        "covariance": [_f(v, 10) for v in f.covariance.ravel()],
+        "joints": {name: _f(q, 6) for name, q in f.joints.items()},
+        "joint_deviations": {name: _f(q, 6) for name, q in f.joint_deviations.items()},
+    }
+    if motion is not None:
+        content["twist"] = [_f(v, 6) for v in motion.twist]
+        content["joint_rates"] = {name: _f(q, 6) for name, q in motion.joints.items()}
+    return content
 
 
 def _rejection_to_dict(r: Rejection) -> dict[str, Any]:
@@ -200,7 +220,19 @@ def _detection_from_dict(o: dict[str, Any], frame_id: str) -> Detection:
         identity=_identity_from_dict(o),
         frame_id="" if own_frame == frame_id else own_frame,
         pose_from=o.get("pose_from", "fit"),
+        predicted=o.get("predicted", False),
+        motion=_motion_from_dict(o.get("filtered", {})),
+        filtered=_filtered_from_dict(o["filtered"]) if o.get("filtered") else None,
     )
+
+
+def _filtered_from_dict(f: dict[str, Any]) -> Filtered:
+    covariance = np.array(f["covariance"], float).reshape(6, 6)
+    return Filtered(_pose_from_dict(f), covariance, dict(f["joints"]), dict(f["joint_deviations"]))
+
+
+def _motion_from_dict(f: dict[str, Any]) -> Motion | None:
+    return Motion(np.array(f["twist"], float).reshape(6), dict(f["joint_rates"])) if "twist" in f else None
 
 
 def _identity_from_dict(o: dict[str, Any]) -> IdentityFit | None:

@@ -137,7 +137,7 @@ def _judge(
     run: Run,
     complete: Callable[[TrueObject], TrueObject],
 ) -> FrameOutcome:
-    detections = [d for d in record.detections if d.object == name] if record else []
+    detections = [d for d in record.detections if d.object == name and not d.predicted] if record else []
     return judge_frame([complete(o) for o in objects], detections, run.objects[name].required)
 
 

@@ -18,8 +18,8 @@ def blobs(n):
     return find_blobs(image, {3}, DEFAULTS)
 
 
-def play(n, hz, seconds, refresh_s):
-    """When each of n blobs that stay as they are is searched: a list of times for each."""
+def play(n, hz, seconds, refresh_s, explained=True):
+    """When each of n blobs that stay as they are is searched: a list of times for each; and the most in a frame."""
     seen, looks, times = blobs(n), NO_LOOKS, [[] for _ in range(n)]
     most = 0
     for k in range(int(seconds * hz)):
@@ -27,6 +27,8 @@ def play(n, hz, seconds, refresh_s):
         searched = [i for i, blob in enumerate(seen) if not turns.waits(blob)]
         for i in searched:
             turns.search(seen[i])
+            if explained:
+                turns.explain(seen[i])
             times[i].append(k / hz)
         most = max(most, len(searched) if k else 0)
         looks = turns.left()
@@ -42,17 +44,30 @@ def test_each_blob_is_searched_again_in_time(n, hz):
         assert np.diff(times).max() <= max(refresh_s, 1 / hz) + 1e-9
 
 
-def test_doubt_is_paid_once_and_turns_are_spread():
+def test_turns_are_spread():
     times, most = play(6, 30, 10, 1.0)
     assert max(map(len, times)) <= 20  # and not 300
     assert most <= 2
 
 
+def test_what_is_searched_in_vain_is_searched_again_soon_and_then_ever_later():
+    (times,), _ = play(1, 100, 10, 1.0, explained=False)
+    waits = np.diff(times)
+    assert 0.04 <= waits[0] <= RecallConfig().retry_s
+    assert (np.diff(waits[:4]) > 0).all()
+    assert waits.max() <= 1.0 and len(times) < 25
+
+
+def look_at(turns, some):
+    for blob in some:
+        turns.search(blob)
+        turns.explain(blob)
+
+
 def test_new_blobs_go_first():
     two, three = blobs(2), blobs(3)
     before = Turns(two, NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig())
-    for blob in two:
-        before.search(blob)
+    look_at(before, two)
     with_new = Turns(three, before.left(), 0.7, 1 / 30, 1.0, RecallConfig())
     assert [with_new.waits(b) for b in sorted(three, key=lambda b: b.pixels[:, 0].min())] == [True, True, False]
     assert not with_new.due
@@ -62,8 +77,7 @@ def test_new_blobs_go_first():
 def test_what_is_gone_is_searched_at_once():
     two = blobs(2)
     before = Turns(two, NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig())
-    for blob in two:
-        before.search(blob)
+    look_at(before, two)
     now = Turns(two, before.left(), 0.1, 1 / 30, 1.0, RecallConfig())
     now.hurry(np.array([[20.0, 50.0]]), np.array([15.0]))
     assert sorted(now.waits(b) for b in two) == [False, True]

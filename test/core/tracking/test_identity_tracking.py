@@ -68,11 +68,19 @@ def test_all_of_a_frame_are_named_together_by_what_was_seen_before():
 
 def test_told_names_keep_tracks_apart():
     """Two robots that jump to each other's place between two frames: names, not places, tell who is who."""
-    before = seen((100, (0, -30, -30)), (112, (-30, 0, -30)))
-    after = seen((100, (-30, 0, -30)), (112, (0, -30, -30)))
+    before = seen((100, (0, -30, -30)), (108, (-30, 0, -30)))
+    after = seen((100, (-30, 0, -30)), (108, (0, -30, -30)))
     told = followed([before] * 5 + [after])
     assert [d.id for d in told[-2]] == [0, 1] and [d.id for d in told[-1]] == [1, 0]
     assert names(told[-1]) == ["gv", "gr"]
+
+
+@pytest.mark.parametrize("wrong", [(-3, 0, -9), (-30, 0, -30)])
+def test_a_wrong_name_in_one_frame_begins_nobody_new(wrong):
+    """Told at 0.95 and more; the one that bears that name is elsewhere, and stays who it is."""
+    usual = seen((100, (0, -9, -9)), (300, (-9, 0, -9)))
+    told = followed([usual] * 6 + [seen((101, wrong), (300, (-9, -9, 0)))] + [usual] * 3)
+    assert {tuple(d.id for d in detections) for detections in told} == {(0, 1)}
 
 
 def test_names_that_occur_more_than_once_keep_nobody_apart():

@@ -6,6 +6,7 @@ from .blobs import BlobsConfig
 from .constraints import ConstraintsConfig
 from .covariance import CovarianceConfig
 from .design import DesignConfig
+from .existence import ExistenceConfig
 from .facing import FacingConfig
 from .fit import FitConfig
 from .grouping import GroupingConfig
@@ -35,6 +36,7 @@ __all__ = [
     "ConstraintsConfig",
     "CovarianceConfig",
     "DesignConfig",
+    "ExistenceConfig",
     "FacingConfig",
     "FitConfig",
     "FloorConfig",

@@ -13,6 +13,16 @@ _WHOLE = ("space",)
 class RecallConfig(Room):
     """What counts as the same blob, and as the same object, and when what is remembered is looked at anew."""
 
+    retry_s: float = param(
+        0.1,
+        "a blob that was searched in vain is searched again after this, then after twice as long each time, up to "
+        "refresh_s",
+        unit="s",
+        low=0.001,
+        high=3600,
+        paths=_WHOLE,
+        origin="what is found in most frames is missed for a tenth of a second, what never is costs four looks more",
+    )
     moved_px: float = param(
         6.0,
         "a blob that was searched is the same where it moved by no more from one frame to the next",
@@ -79,6 +89,14 @@ class RecallConfig(Room):
         high=1,
         paths=_WHOLE,
         origin="half of it may be hidden from one frame to the next; where it is not there less is left",
+    )
+    limbs: float = param(
+        2.0,
+        "blobs within so many times the size of the required component of an object that is gone are searched at once",
+        low=0,
+        high=100,
+        paths=_WHOLE,
+        origin="limbs lie there, and half hidden objects are often found from theirs",
     )
     gone_s: float = param(
         0.5,

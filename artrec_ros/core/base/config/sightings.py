@@ -18,6 +18,13 @@ class SightingsConfig(Room):
         high=0.999,
         origin="rendered quadrupeds: one in ten",
     )
+    misturned_share: float = param(
+        0.015,
+        "how far off such a one is in space, as a share of its range",
+        low=0.0001,
+        high=1,
+        origin="walking quadrupeds: 0.01 to 0.03",
+    )
     turn_rad: float = param(
         0.1,
         "least uncertainty of a turn",
@@ -28,10 +35,18 @@ class SightingsConfig(Room):
     )
     range_share: float = param(
         0.01,
-        "least uncertainty of a place in space, as a share of its range",
+        "least uncertainty of a range, as a share of it",
         low=0.0001,
         high=1,
         origin="position errors of 0.4 to 1.1 % of the range",
+    )
+    bearing_rad: float = param(
+        0.002,
+        "least uncertainty of the direction in which a place in space lies",
+        unit="rad",
+        low=0.0001,
+        high=1,
+        origin="walking quadrupeds: 0.001 to 0.003, parts of them hidden",
     )
     place_px: float = param(
         1.5,
@@ -48,12 +63,87 @@ class SightingsConfig(Room):
         high=1,
         origin="a pixel at each end of a marker of 40",
     )
-    missed_per_seen: float = param(
+    misplaced: float = param(
+        0.03,
+        "share of detections that are wrong in space altogether, and right in the image only",
+        low=0.0001,
+        high=0.999,
+        origin="walking quadrupeds: farther off than their covariance allows in 2 to 10 %",
+    )
+    off_share: float = param(
+        0.15,
+        "how far off its place in the image such a one is, as a share of the required component's size",
+        low=0,
+        high=10,
+        origin="markers that are half hidden, walking quadrupeds",
+    )
+    off_scale: float = param(
+        0.3,
+        "how far off its scale in the image such a one is, as a share",
+        low=0.001,
+        high=10,
+        origin="walking quadrupeds: half as far off again, seldom twice",
+    )
+    misnamed: float = param(
+        0.02,
+        "share of detections in which the pixels tell of another identity than the object's",
+        low=0.0001,
+        high=0.999,
+        origin="overhead robots: names told at 0.8 and more are wrong in one of fifty",
+    )
+    far: float = param(
+        40.0,
+        "squared deviations of place and turn, by the covariances, beyond which a pose is taken to be wrong",
+        low=1,
+        high=1e6,
+        origin="one in two million of six normal variables; walking quadrupeds: 2 to 7 %",
+    )
+    usual: float = param(
+        10.6,
+        "squared deviations up to which a pose counts in full, a joint up to a quarter of them; beyond, its "
+        "covariance is taken for larger by as much",
+        low=1,
+        high=1e6,
+        origin="nine in ten of six normal variables; 2.7 of one",
+    )
+    strange: float = param(
         2.0,
-        "frames in a row that an object may be missed, for each that it was seen in",
+        "frames in a row that show an object elsewhere in space than expected, or turned otherwise, before that is "
+        "believed",
         low=0,
         high=1000,
-        origin="what was seen once or twice was perhaps nothing",
+        origin="mirrored turns come and go from frame to frame",
+    )
+    calm: float = param(
+        0.2,
+        "least speed that an object is taken to have, as a share of tracking.speed and turn_rate: down to it what is "
+        "seen of the object counts",
+        low=0.001,
+        high=1,
+        origin="walking quadrupeds: change of the error from frame to frame 0.17 % of the range without, 0.12 % with",
+    )
+    joint_rad: float = param(
+        0.01,
+        "least uncertainty of a joint where the fit tells none; of a prismatic one times a length of the object",
+        unit="rad",
+        low=0.0001,
+        high=3,
+        origin="walking quadrupeds, 640x480: 0.01",
+    )
+    joint_turn: float = param(
+        0.5,
+        "uncertainty of such a joint besides, times that of the body's turn",
+        low=0,
+        high=100,
+        origin="walking quadrupeds: both grow as images are smaller",
+    )
+    joint_rate: float = param(
+        6.0,
+        "standard deviation of the rate of joints; of prismatic ones times a length of the object",
+        unit="rad/s",
+        low=0,
+        high=1000,
+        origin="legs of walking quadrupeds: 2.8, and half as long steady as bodies",
     )
     identity_memory: float = param(
         0.8,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .existence import ExistenceConfig
 from .params import param, room, validate
 from .sightings import SightingsConfig
 
@@ -34,7 +35,18 @@ class TrackingConfig:
         low=1e-6,
         high=1e6,
     )
+    predict: float = param(
+        0.0,
+        "an object that is hidden or missed is told so long where it is expected, marked as predicted; 0: never",
+        unit="s",
+        low=0,
+        high=3600,
+    )
+    smooth: bool = param(
+        False, "poses and joints on topics are those of the filter over time; false: those of each frame alone"
+    )
     sightings: SightingsConfig = room(SightingsConfig)
+    existence: ExistenceConfig = room(ExistenceConfig)
 
     def __post_init__(self) -> None:
         validate(self, "tracking.")

@@ -1,0 +1,150 @@
+"""What is known of objects once a frame has shown them, or has not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..base.config import TrackingConfig
+from ..geometry.transforms import Array
+from ..model.found import Detection
+from .existence import Existence
+from .motion import Bodies, Counts, MotionModel, MotionState, calmed
+from .names import remembered
+from .sightings import Sightings
+from .tracks import Tracks
+
+_SEEN_IF_HIDDEN = 0.2  # share of objects that are found though something stands before their middle
+
+
+def begun(
+    found: Sequence[Detection], s: Sightings, likely: Array, model: MotionModel, config: TrackingConfig
+) -> Tracks:
+    """Objects that nobody has seen before. :param likely: (D,) probabilities that they are there."""
+    if not found:
+        return Tracks.none()
+    n = len(found)
+    return Tracks(
+        tuple(d.object for d in found),
+        (None,) * n,
+        tuple(d.identity for d in found),
+        tuple(found),
+        MotionState.first_seen(s.place, s.noise, s.unit, model),
+        s.theta,
+        _bodies(s, model, config),
+        s.posed,
+        Existence.of(likely),
+        np.zeros(n),
+        np.zeros(n, np.intp),
+        s.posed.astype(np.intp),
+    )
+
+
+def followed(
+    tracks: Tracks,
+    found: Sequence[Detection],
+    sightings: Sightings,
+    row_of: Mapping[int, int],
+    goes_on: float,
+    dt_s: float,
+    size: tuple[int, int],
+    model: MotionModel,
+    config: TrackingConfig,
+) -> Tracks:
+    """:param row_of: of what was found the track that each continues.
+    :param goes_on: probability that the frame goes on from the one before. :param size: (width, height) of the image.
+    """
+    if not len(tracks):
+        return tracks
+    detections, rows = list(row_of), np.array(list(row_of.values()), int)
+    s = sightings[detections]
+    image, existence = tracks.image, _exists(tracks, found, sightings, row_of, goes_on, size, config)
+    image = image.replaced(rows, replace(image[rows].seen(s.place, s.noise), unit=s.unit))
+    theta, age_s = tracks.theta.copy(), tracks.age_s.copy()
+    theta[rows], age_s[rows] = s.theta, 0.0
+    identities, last = list(tracks.identities), list(tracks.last)
+    for n, row in row_of.items():
+        last[row] = found[n]
+        identities[row] = remembered(found[n].identity, identities[row], config.sightings.identity_memory)
+    tracks = replace(
+        tracks,
+        identities=tuple(identities),
+        last=tuple(last),
+        image=image,
+        theta=theta,
+        age_s=age_s,
+        existence=existence,
+    )
+    return _in_space(tracks, rows[s.posed], s[np.flatnonzero(s.posed).tolist()], dt_s, model, config)
+
+
+def _in_space(
+    tracks: Tracks, rows: Counts, s: Sightings, dt_s: float, model: MotionModel, config: TrackingConfig
+) -> Tracks:
+    """Those of tracks that were seen with poses. What is far off does not count, unless it lasts."""
+    if not len(rows):
+        return tracks
+    of, mine = config.sightings, tracks.bodies[rows]
+    error = mine.error(s.position, s.turn)
+    S = mine.motion.place_covariance + s.pose_noise
+    far = (error * np.linalg.solve(S, error[..., None])[..., 0]).sum(axis=1)
+    agrees = tracks.posed[rows] & (far <= of.far)
+    strange, times, posed = tracks.strange.copy(), tracks.times.copy(), tracks.posed.copy()
+    strange[rows] = np.where(agrees, 0, strange[rows] + 1)
+    anew = ~agrees & (~posed[rows] | (strange[rows] > of.strange))
+    doubt = np.maximum(far / of.usual, 1.0)[:, None, None]  # errors have longer tails than normal ones
+    seen = mine.seen(s.position, s.turn, s.pose_noise * doubt)
+    seen = replace(seen, motion=calmed(seen.motion, dt_s, _most(len(rows), config), 3, model, of.calm))
+    bodies = tracks.bodies.replaced(rows[agrees], seen[agrees])
+    if anew.any():
+        bodies = bodies.replaced(rows[anew], _bodies(s, model, config)[anew])
+    times[rows] = np.where(anew, 1, times[rows] + agrees)
+    strange[rows[anew]], posed[rows] = 0, True
+    return replace(tracks, bodies=bodies, strange=strange, times=times, posed=posed)
+
+
+def _bodies(s: Sightings, model: MotionModel, config: TrackingConfig) -> Bodies:
+    return Bodies.first_seen(s.position, s.turn, s.pose_noise, _most(len(s.posed), config), model)
+
+
+def _most(n: int, config: TrackingConfig) -> Array:
+    """(n, 6) what a unit of the speed is along x, y, z and about them."""
+    turn = config.turn_rate / max(config.speed, 1e-9)
+    return np.tile([1.0, 1.0, 1.0, turn, turn, turn], (n, 1))
+
+
+def _exists(
+    tracks: Tracks,
+    found: Sequence[Detection],
+    sightings: Sightings,
+    row_of: Mapping[int, int],
+    goes_on: float,
+    size: tuple[int, int],
+    config: TrackingConfig,
+) -> Existence:
+    here = np.zeros(len(tracks), bool)
+    scores = np.full(len(tracks), 0.5)
+    for n, row in row_of.items():
+        here[row], scores[row] = True, found[n].score
+    seen = tracks.existence.found(scores, config.existence)
+    if here.all():
+        return seen
+    missed = tracks.existence.missed(_could_be_seen(tracks, found, sightings, size), config.existence).times(goes_on)
+    return Existence(np.where(here, seen.seen, missed.seen), np.where(here, seen.hidden, missed.hidden))
+
+
+def _could_be_seen(tracks: Tracks, found: Sequence[Detection], s: Sightings, size: tuple[int, int]) -> Array:
+    """(T,) share of them that would be seen, were they where they are expected: whose middle is in the image, and not
+    behind what was found."""
+    middle = tracks.image.place[:, :2]
+    hidden = ((middle < 0) | (middle > size)).any(axis=1)
+    range_m = np.where(tracks.posed, np.linalg.norm(tracks.bodies.motion.place[:, :3], axis=1), np.inf)
+    for n, d in enumerate(found):
+        outlines = [c.contour for c in d.components if len(c.contour)]
+        if outlines:
+            points = np.concatenate(outlines)
+            inside = ((middle >= points.min(axis=0)) & (middle <= points.max(axis=0))).all(axis=1)
+            hidden |= inside & (~s.posed[n] | (s.range_m[n] < range_m))
+    return np.where(hidden, _SEEN_IF_HIDDEN, 1.0)

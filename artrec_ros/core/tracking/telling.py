@@ -1,0 +1,91 @@
+"""Detections as users get them: with what has been carried on, and those that are expected where nothing was seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..base.config import TrackingConfig
+from ..geometry.transforms import Pose
+from ..model.found import Detection, Filtered, ImagePose, Motion
+from .joints import Joints
+from .tracks import Tracks
+
+
+class Teller:
+    """Tells of tracks, as they are after a frame."""
+
+    def __init__(
+        self,
+        tracks: Tracks,
+        joints: Joints,
+        config: TrackingConfig,
+        size: tuple[int, int],
+        scores: Sequence[float] | None,
+    ) -> None:
+        """:param scores: of the tracks; None: detections keep theirs."""
+        self._tracks, self._config, self._size, self._scores = tracks, config, size, scores
+        self._joints = joints.told()
+        self._posed, self._times = tracks.posed.tolist(), tracks.times.tolist()
+
+    def seen(self, detection: Detection, row: int) -> Detection:
+        """What was found, as the track says."""
+        motion = filtered = None
+        if self._posed[row] and detection.pose is not None and detection.pose_from == "fit":
+            motion = self._motion(row, detection) if self._times[row] > 1 else None
+            filtered = self._filtered(row, detection) if self._config.smooth else None
+        number, identity = self._tracks.ids[row], self._tracks.identities[row]
+        assert number is not None  # it is told
+        score = detection.score if self._scores is None else self._scores[row]
+        return replace(detection, id=number, score=score, identity=identity, motion=motion, filtered=filtered)
+
+    def _motion(self, row: int, detection: Detection) -> Motion:
+        rates = {name: rate for name, _, _, rate in self._joints.get(row, ()) if rate == rate}
+        joints = {name: rates[name] for name in detection.joints if name in rates}
+        return Motion(self._tracks.bodies.motion.mean[row, 1], joints)
+
+    def _filtered(self, row: int, detection: Detection) -> Filtered:
+        known = [
+            (name, q, deviation) for name, q, deviation, _ in self._joints.get(row, ()) if name in detection.joints
+        ]
+        return Filtered(
+            self._pose(row),
+            self._tracks.bodies.motion.place_covariance[row],
+            {name: q for name, q, _ in known},
+            {name: deviation for name, _, deviation in known},
+        )
+
+    def _pose(self, row: int) -> Pose:
+        return Pose(self._tracks.bodies.turn[row], self._tracks.bodies.motion.place[row, :3])
+
+    def expected(self, rows: Sequence[int]) -> Iterator[Detection]:
+        """Those of these tracks, which were not seen, that are likely where they should be by now."""
+        tracks, c = self._tracks, self._config
+        likely = tracks.existence.probability
+        for row in rows:
+            told = tracks.ids[row] is not None and likely[row] >= c.existence.least
+            if told and tracks.age_s[row] <= c.predict:
+                detection = self._predicted(row, float(likely[row]))
+                if detection is not None:
+                    yield detection
+
+    def _predicted(self, row: int, score: float) -> Detection | None:
+        """None: it would be out of view."""
+        tracks, last = self._tracks, self._tracks.last[row]
+        x, y, scale = tracks.image.place[row].tolist()
+        pose = self._pose(row) if self._posed[row] and last.pose_from == "fit" else None
+        if not (0 <= x <= self._size[0] and 0 <= y <= self._size[1]) or (pose is not None and pose.position[2] <= 0):
+            return None
+        number = tracks.ids[row]
+        assert number is not None  # it has been told
+        detection = Detection(
+            last.object, number, score, ImagePose(x, y, last.image.theta, float(np.exp(scale))), (),
+            pose,
+            {name: q for name, q, _, _ in self._joints.get(row, ())} if pose is not None else {},
+            None if pose is None else tracks.bodies.motion.place_covariance[row],
+            identity=tracks.identities[row],
+            predicted=True,
+        )  # fmt: skip
+        return detection if pose is None else replace(detection, motion=self._motion(row, detection))

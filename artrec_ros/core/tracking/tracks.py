@@ -1,0 +1,91 @@
+"""What is known of all objects that are followed, as arrays with a row for each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from ..base.config import ExistenceConfig
+from ..geometry.transforms import Array
+from ..model.found import Detection, IdentityFit
+from .existence import Existence
+from .motion import Bodies, Counts, Flags, MotionModel, MotionState
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """T objects that are followed.
+
+    :param names: the object's name of each. :param ids: None: it has not been told of. :param identities: what has been
+        seen of which one of several like objects each is. :param last: as each was seen last.
+    :param image: x, y and log scale in the image. :param theta: (T,) last direction in it.
+    :param posed: (T,) whether it was seen in space; `bodies` says nothing of others.
+    :param age_s: (T,) since it was seen. :param strange: (T,) frames in a row that showed it elsewhere in space.
+    :param times: (T,) how often it was seen where it was expected in space.
+    """
+
+    names: tuple[str, ...]
+    ids: tuple[int | None, ...]
+    identities: tuple[IdentityFit | None, ...]
+    last: tuple[Detection, ...]
+    image: MotionState
+    theta: Array
+    bodies: Bodies
+    posed: Flags
+    existence: Existence
+    age_s: Array
+    strange: Counts
+    times: Counts
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, rows: Sequence[int]) -> Tracks:
+        index = np.array(rows, int)
+        if len(rows) == len(self) and (index == np.arange(len(self))).all():
+            return self
+
+        def picked(column: Any) -> Any:
+            return tuple(column[row] for row in rows) if isinstance(column, tuple) else column[index]
+
+        return Tracks(*(picked(getattr(self, f.name)) for f in fields(self)))
+
+    def joined(self, other: Tracks) -> Tracks:
+        """These, and then the others."""
+        if not len(self) or not len(other):
+            return self if len(self) else other
+
+        def both(a: Any, b: Any) -> Any:
+            if isinstance(a, tuple):
+                return a + b
+            return np.concatenate([a, b]) if isinstance(a, np.ndarray) else type(a).joined([a, b])
+
+        return Tracks(*(both(getattr(self, f.name), getattr(other, f.name)) for f in fields(self)))
+
+    @classmethod
+    def none(cls) -> Tracks:
+        nothing, turns = np.zeros(0), np.zeros((0, 3, 3))
+        flat, solid = (MotionState(np.zeros((0, 2, n)), np.zeros((0, 2, 2, n, n)), np.zeros((0, n))) for n in (3, 6))
+        counts, existence = np.zeros(0, int), Existence.of(nothing)
+        bodies, posed = Bodies(solid, turns), np.zeros(0, bool)
+        return cls((), (), (), (), flat, nothing, bodies, posed, existence, nothing, counts, counts)
+
+    @property
+    def are_told(self) -> Flags:
+        """(T,) whether each has been told of."""
+        return np.array([number is not None for number in self.ids], bool)
+
+    def after(self, dt_s: float, model: MotionModel, config: ExistenceConfig) -> Tracks:
+        """A time later."""
+        if not len(self):
+            return self
+        return replace(
+            self,
+            existence=self.existence.after(dt_s, config),
+            image=self.image.after(dt_s, model),
+            bodies=self.bodies.after(dt_s, model) if self.posed.any() else self.bodies,
+            age_s=self.age_s + dt_s,
+        )

@@ -1,0 +1,206 @@
+"""The probability that an object is there: doubt that waits, doubt that is borne, cuts, predictions."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_tracking import PERIOD, START, flat, frame, posed
+
+from artrec_ros.core.base.config import ExistenceConfig, TrackingConfig, with_values
+from artrec_ros.core.tracking.existence import Continuity, Existence, newcomers
+from artrec_ros.core.tracking.tracker import Tracker
+
+CONFIG = ExistenceConfig()
+
+
+def at(x, score=0.99, **kw):
+    return replace(posed(x, **kw), score=score)
+
+
+def told(frames, config=None, period=PERIOD, **how):
+    tracker = Tracker(config or TrackingConfig(), **how)
+    return [tracker.update(START + k * period, frame(*found)).detections for k, found in enumerate(frames)]
+
+
+def places(detections):
+    return [round(float(d.pose.position[0]), 3) for d in detections]
+
+
+def test_clutter_of_one_frame_is_not_told():
+    seen = [[at(0.0)] for _ in range(10)]
+    seen[5].append(at(0.8, 0.6))
+    assert [places(d) for d in told(seen)] == [[0.0]] * 10
+
+
+def test_clutter_of_one_frame_is_not_told_where_there_is_nothing_else():
+    seen = [[]] * 10 + [[at(0.8, 0.6)]] + [[]] * 5
+    assert not any(told(seen))
+
+
+def test_a_doubtful_newcomer_is_told_when_it_is_seen_again():
+    seen = [[at(0.0)] for _ in range(10)]
+    for found in seen[5:]:
+        found.append(at(0.8, 0.8))
+    counts = [len(d) for d in told(seen)]
+    assert counts[:6] == [1] * 6 and counts[6:] == [2] * 4
+
+
+def test_a_sure_newcomer_is_told_at_once():
+    seen = [[at(0.0)]] * 5 + [[at(0.0), at(0.8, 0.97)]]
+    assert [len(d) for d in told(seen)] == [1] * 5 + [2]
+
+
+def test_doubt_of_one_frame_does_not_end_an_object():
+    seen = [[at(0.0), at(0.8)] for _ in range(20)]
+    seen[10] = [at(0.0), at(0.8, 0.41)]
+    detections = told(seen)
+    assert {len(d) for d in detections} == {2}
+    assert detections[10][1].score > 0.9 and len({d[1].id for d in detections}) == 1
+
+
+def test_a_withheld_newcomer_takes_no_number():
+    seen = [[at(0.0), at(0.5)]] * 5 + [[at(0.0), at(0.5), at(-0.8, 0.5)]] + [[at(0.0), at(0.5), at(0.9)]]
+    assert [d.id for d in told(seen)[-1]] == [0, 1, 2]
+
+
+@pytest.mark.parametrize("score", [0.05, 0.41, 0.6, 0.9, 1.0])
+def test_the_first_frame_counts_as_a_single_one(score):
+    (first,) = told([[at(0.0, score)]])
+    assert first[0].score == score
+
+
+@pytest.mark.parametrize("score", [0.41, 0.6, 0.9])
+def test_after_a_cut_each_frame_counts_as_a_single_one(score):
+    """Three that stood still for a second, and then three others at once."""
+    before = [[at(x) for x in (-0.6, 0.0, 0.6)]] * 30
+    after = [at(x, score, y=0.4, z=2.0) for x in (-0.9, 0.3, 0.9)]
+    detections = told([*before, after])[-1]
+    assert len(detections) == 3 and [d.score for d in detections] == pytest.approx([score] * 3, abs=0.06)
+
+
+@pytest.mark.parametrize("score", [0.45, 0.7])
+def test_frames_far_apart_count_as_single_ones(score):
+    seen = [[at(0.0)], [at(0.0), at(0.8, score)]] * 5
+    assert [len(d) for d in told(seen, period=PERIOD * 8)] == [1, 2] * 5
+
+
+def test_shuffled_frames_tell_what_single_ones_do():
+    rng = np.random.default_rng(0)
+    seen = [
+        [at(x, s, y=y, z=z) for (x, y, z), s in zip(rng.uniform((-0.9, -0.6, 1.5), (0.9, 0.6, 3), (3, 3)),
+                                                    rng.choice([0.45, 0.8, 0.97], 3), strict=True)]
+        for _ in range(200)
+    ]  # fmt: skip
+    missing = sum(len(found) - len(d) for found, d in zip(seen, told(seen), strict=True))
+    assert missing <= 6  # 1 %, while it is learned that they are no sequence
+
+
+def test_an_object_put_elsewhere_is_told_at_once():
+    seen = [[at(-0.5)]] * 30 + [[at(0.5, 0.9, z=2.0)]]
+    assert places(told(seen)[-1]) == [0.5]
+
+
+def test_scores_of_others_are_left_alone():
+    """Profile paper's are no probabilities."""
+    seen = [[at(0.0, 0.7)]] * 5 + [[at(0.0, 0.2), at(0.8, 0.3)]]
+    detections = told(seen, in_doubt=False)
+    assert [d.score for d in detections[-1]] == [0.2, 0.3] and detections[0][0].id == detections[-1][0].id
+
+
+def test_scores_are_calibrated_where_frames_are_independent():
+    """Objects that come and go and clutter that does not stay, with scores as calibrated as can be."""
+    rng, said, true = np.random.default_rng(4), [], []
+    for _ in range(60):
+        tracker, spots = Tracker(TrackingConfig()), rng.uniform((-0.8, -0.5, 1.5), (0.8, 0.5, 2.5), (2, 3))
+        for k in range(20):
+            found = [(True, at(*p[:1], rng.beta(8, 2), y=p[1], z=p[2])) for p in spots]
+            if rng.random() < 0.3:
+                x, y, z = rng.uniform((-0.8, -0.5, 1.5), (0.8, 0.5, 2.5))
+                found.append((False, at(x, rng.beta(2, 8), y=y, z=z)))
+            found = [f for f in found if f[1].score >= 0.4]
+            detections = tracker.update(START + k * PERIOD, frame(*(d for _, d in found))).detections
+            real = {(d.image.x, d.image.y) for ok, d in found if ok}
+            said += [d.score for d in detections]
+            true += [(d.image.x, d.image.y) in real for d in detections]
+    assert np.mean(said) == pytest.approx(np.mean(true), abs=0.03)
+
+
+def test_missing_is_evidence_and_hiding_is_none():
+    there = Existence.of(np.array([0.9, 0.9]))
+    seen, hidden = there.missed(np.array([1.0, 0.0]), CONFIG).probability
+    assert seen < 0.7 and hidden == pytest.approx(0.9)
+    found = there.found(np.array([0.1, 0.9]), CONFIG)
+    for state in (there.after(0.1, CONFIG), there.missed(np.ones(2), CONFIG), found):
+        assert ((state.seen >= 0) & (state.hidden >= 0) & (state.probability <= 1)).all()
+
+
+def test_two_short_times_are_about_a_long_one():
+    there = Existence(np.array([0.6]), np.array([0.2]))
+    once, twice = there.after(0.1, CONFIG), there.after(0.05, CONFIG).after(0.05, CONFIG)
+    assert once.probability == pytest.approx(twice.probability)
+    assert once.seen == pytest.approx(twice.seen, rel=0.02)
+
+
+def test_newcomers_are_as_likely_as_alone_where_nothing_goes_on():
+    scores = np.array([0.1, 0.5, 0.95])
+    np.testing.assert_allclose(newcomers(scores, 0.0, 0.03, CONFIG), scores)
+    np.testing.assert_allclose(newcomers(scores, 1.0, 10.0, CONFIG), scores)
+    assert (np.diff([newcomers(scores, c, 0.03, CONFIG) for c in (0.0, 0.5, 1.0)], axis=0) < 0).all()
+
+
+def test_continuity_is_learned_from_frames():
+    known = Continuity.expected(CONFIG)
+    for _ in range(50):
+        known = known.after(0.0, CONFIG)
+    assert known.share < 0.1
+    for _ in range(50):
+        known = known.after(1.0, CONFIG)
+    assert known.share > 0.9
+
+
+# predictions
+
+
+def hidden_for(frames, predict):
+    """One that moves, beside another, and is not seen for so many frames."""
+    steps = [[at(0.0), at(0.3 + 0.01 * k)] for k in range(30)]
+    return told([*steps, *[[at(0.0)]] * frames], with_values(TrackingConfig(), {"predict": predict}))
+
+
+def test_nothing_is_predicted_unless_it_is_asked_for():
+    assert all(not d.predicted for found in hidden_for(5, 0.0) for d in found)
+    assert len(hidden_for(5, 0.0)[-1]) == 1
+
+
+def test_what_is_hidden_is_told_where_it_is_expected_for_so_long():
+    detections = hidden_for(12, 0.2)
+    expected = [next((d for d in found if d.predicted), None) for found in detections[30:]]
+    assert [d is not None for d in expected] == [True] * 6 + [False] * 6
+    before = detections[29][1]
+    first = expected[0]
+    assert (first.object, first.id, first.components) == (before.object, before.id, ())
+    assert first.pose.position[0] == pytest.approx(0.3 + 0.01 * 30, abs=0.004)
+    spread = [np.trace(d.pose_covariance) for d in expected[:6]]
+    assert (np.diff(spread) > 0).all() and (np.diff([d.score for d in expected[:6]]) < 0).all()
+
+
+def test_what_is_predicted_is_itself_when_it_comes_back():
+    steps = [[at(0.0), at(0.3 + 0.01 * k)] * (k not in (10, 11, 12)) or [at(0.0)] for k in range(20)]
+    detections = told(steps, with_values(TrackingConfig(), {"predict": 1.0}))
+    assert {tuple(sorted(d.id for d in found)) for found in detections} == {(0, 1)}
+    assert [sum(d.predicted for d in found) for found in detections[9:14]] == [0, 1, 1, 1, 0]
+
+
+def test_after_a_cut_nothing_is_predicted():
+    before = [[at(x) for x in (-0.6, 0.0, 0.6)]] * 30
+    after = [[at(x, y=0.4, z=2.0) for x in (-0.9, 0.3, 0.9)]] * 3
+    config = with_values(TrackingConfig(), {"predict": 1.0})
+    assert all(not d.predicted for found in told([*before, *after], config)[30:] for d in found)
+
+
+def test_in_the_image_it_is_predicted_too():
+    steps = [[flat(100), flat(300 + 3 * k)] for k in range(20)]
+    steps = [[replace(d, score=0.99) for d in found] for found in [*steps, [flat(100)]]]
+    detections = told(steps, with_values(TrackingConfig(), {"predict": 1.0}))
+    (expected,) = (d for d in detections[-1] if d.predicted)
+    assert expected.pose is None and expected.image.x == pytest.approx(360, abs=2)

@@ -1,0 +1,95 @@
+"""Filtered poses and joints, and speeds, as the tracker tells them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_tracking import COVARIANCE, PERIOD, START, flat, frame, posed
+
+from artrec_ros.core.base.config import TrackingConfig
+from artrec_ros.core.tracking.tracker import Tracker
+
+SMOOTH = TrackingConfig(smooth=True)
+
+
+def walked(config, frames=90, speed=0.2, rate=1.0, seed=0):
+    """Noisy detections of one that walks along x and swings a joint, and the truth: (x, joint)."""
+    rng, tracker = np.random.default_rng(seed), Tracker(config)
+    for k in range(frames):
+        x, q = speed * k / 30, rate * k / 30
+        e = rng.normal(size=6) * np.sqrt(np.diag(COVARIANCE))
+        d = posed(x + e[0], e[1], 1.0 + e[2], turn=e[4])
+        d = replace(d, score=0.99, joints={"arm": q + rng.normal(0, 0.02)}, joint_deviations={"arm": 0.02})
+        yield tracker.update(START + k * PERIOD, frame(d)).detections[0], (x, q)
+
+
+def test_raw_poses_stay_and_filtered_ones_stand_beside():
+    plain = [d for d, _ in walked(TrackingConfig())]
+    smooth = [d for d, _ in walked(SMOOTH)]
+    assert all(d.filtered is None and d.told_pose is d.pose for d in plain)
+    for one, other in zip(plain, smooth, strict=True):
+        np.testing.assert_array_equal(one.pose.position, other.pose.position)
+        assert other.told_pose is other.filtered.pose and one.joints == other.joints
+
+
+def test_filtered_poses_are_nearer_the_truth_and_steadier():
+    told = list(walked(SMOOTH))[30:]
+    truth = np.array([[x, 0, 1.0] for _, (x, _) in told])
+    raw = np.array([d.pose.position for d, _ in told]) - truth
+    filtered = np.array([d.filtered.pose.position for d, _ in told]) - truth
+    assert np.sqrt((filtered**2).sum(axis=1).mean()) < 0.8 * np.sqrt((raw**2).sum(axis=1).mean())
+    steps = [np.linalg.norm(np.diff(e, axis=0), axis=1) for e in (raw, filtered)]
+    assert np.median(steps[1]) < 0.45 * np.median(steps[0])
+
+
+def test_the_told_covariance_holds():
+    far = []
+    for seed in range(20):
+        for d, (x, _) in list(walked(SMOOTH, 60, seed=seed))[30:]:
+            error = d.filtered.pose.position - (x, 0, 1.0)
+            far.append(error @ np.linalg.solve(d.filtered.covariance[:3, :3], error))
+    assert 2.0 < np.mean(far) < 4.0  # 3
+
+
+@pytest.mark.parametrize("config", [TrackingConfig(), SMOOTH])
+def test_speeds_are_told_from_the_second_sighting_on(config):
+    told = list(walked(config))
+    assert told[0][0].motion is None and told[1][0].motion is not None
+    rates = np.mean([[*d.motion.twist[:3], d.motion.joints["arm"]] for d, _ in told[45:]], axis=0)
+    np.testing.assert_allclose(rates, [0.2, 0, 0, 1.0], atol=0.1)
+
+
+def test_a_sudden_start_is_followed():
+    """At rest for two seconds, then off at once: the filter is soon no worse than what it is fed with."""
+    rng, tracker, off = np.random.default_rng(1), Tracker(SMOOTH), []
+    for k in range(90):
+        x = max(0, k - 60) * 0.6 / 30
+        e = rng.normal(size=3) * 0.005
+        d = replace(posed(x + e[0], e[1], 1 + e[2]), score=0.99)
+        found = tracker.update(START + k * PERIOD, frame(d)).detections[0]
+        off.append(found.filtered.pose.position[0] - x)
+    assert np.abs(off[60:]).max() < 0.03 and np.sqrt(np.mean(np.square(off[70:]))) < 0.005
+
+
+def test_a_mirrored_turn_of_one_frame_moves_nothing():
+    tracker = Tracker(SMOOTH)
+    for k in range(20):
+        d = replace(posed(0.0, turn=1.2 if k == 15 else 0.0), score=0.99)
+        (found,) = tracker.update(START + k * PERIOD, frame(d)).detections
+        np.testing.assert_allclose(found.filtered.pose.rotation, np.eye(3), atol=0.02)
+
+
+def test_one_that_stays_turned_is_believed():
+    tracker = Tracker(SMOOTH)
+    for k in range(25):
+        d = replace(posed(0.0, turn=1.2 if k >= 15 else 0.0), score=0.99)
+        (found,) = tracker.update(START + k * PERIOD, frame(d)).detections
+    np.testing.assert_allclose(found.filtered.pose.rotation, found.pose.rotation, atol=0.02)
+
+
+def test_what_has_no_pose_of_its_own_has_no_motion():
+    tracker = Tracker(SMOOTH)
+    for k in range(5):
+        by_size = replace(posed(0.3), pose_from="size", score=0.99)
+        found = tracker.update(START + k * PERIOD, frame(replace(flat(100), score=0.99), by_size)).detections
+    assert all(d.motion is None and d.filtered is None for d in found)

@@ -22,6 +22,7 @@ from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.messages.marker_messages import component_frames
 from artrec_ros.io.parameters.parameter_file import Setup, load_parameters
+from artrec_ros.io.results.results import read_results
 from artrec_ros.tools.main import main
 
 OBJECT = """
@@ -212,9 +213,12 @@ def test_the_ellipsoid_holds_95_of_100_places(recording):
     assert abs(inside.mean() - 0.95) < 0.02
 
 
-def test_joints_scores_and_what_was_turned_down(recording):
+def test_joints_scores_and_what_was_turned_down(recording, tmp_path):
     assert recording.at("/plots/joints/crane_0/boom", "Scalars:scalars", 0) == pytest.approx([0.7])
-    assert recording.at("/plots/scores/crane_0", "Scalars:scalars", 3) == pytest.approx([0.8])
+    told = list(read_results(tmp_path / "seen" / "detections.jsonl"))
+    for number in (0, 3):
+        score = recording.at("/plots/scores/crane_0", "Scalars:scalars", number)
+        assert score == pytest.approx([told[number].detections[0].score], abs=1e-4)
     assert np.allclose(recording.at("/camera/rejected", "Points2D:positions", 2), [[20.5, 10.5]])
     assert recording.at("/camera/rejected", "Points2D:labels", 2) == ["crane: its boom is not confirmed"]
 

@@ -22,6 +22,7 @@ from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.messages.marker_messages import component_frames
 from artrec_ros.io.parameters.parameter_file import Setup, load_parameters
+from artrec_ros.io.results.journal import Recognised
 from artrec_ros.io.results.results import read_results
 from artrec_ros.tools.main import main
 
@@ -221,6 +222,25 @@ def test_joints_scores_and_what_was_turned_down(recording, tmp_path):
         assert score == pytest.approx([told[number].detections[0].score], abs=1e-4)
     assert np.allclose(recording.at("/camera/rejected", "Points2D:positions", 2), [[20.5, 10.5]])
     assert recording.at("/camera/rejected", "Points2D:labels", 2) == ["crane: its boom is not confirmed"]
+
+
+@pytest.mark.parametrize("pose_from", ["fit", "plane"])
+def test_an_object_that_is_expected_but_not_seen_is_shown_as_such(params, pose_from):
+    pytest.importorskip("rerun", reason="rerun-sdk is not installed")
+    from artrec_ros.tools.replaying.rerun_scene import Scene
+
+    hidden = replace(
+        FOUND, components=(), predicted=True, pose_from=pose_from, frame_id="field" * (pose_from == "plane")
+    )
+    entities = dict(
+        ("/".join(path), content)
+        for path, content in Scene(load_parameters(params).targets).entities(
+            Recognised(0, "x", FrameResult((32, 24), (hidden,))), None
+        )
+    )
+    root = "field/objects/crane_0" if pose_from == "plane" else "objects/crane_0"
+    assert root in entities and "(crane_0)" in repr(entities[f"{root}/name"][0])
+    assert (f"{root}/boom/markers" in entities) == (pose_from == "fit")
 
 
 def test_what_is_gone_is_cleared(recording):

@@ -76,13 +76,14 @@ class Scene:
     def _in_space(self, d: Detection, pose: Pose, space: list[str]) -> Iterator[Entity]:
         root, colour = [*space, "objects", d.name], self._colour(d.object)
         yield root, [_transform(pose), rr.TransformAxes3D(_AXES_M)]
-        name = rr.Points3D([[0, 0, 0]], labels=[f"{d.name} {d.score:.2f}{class_text(d)}"], radii=0, colors=colour)
+        called = f"({d.name})" if d.predicted else d.name  # as in the overlays
+        name = rr.Points3D([[0, 0, 0]], labels=[f"{called} {d.score:.2f}{class_text(d)}"], radii=0, colors=colour)
         yield [*root, "name"], [name]
         if d.pose_from == "fit":
             frames = component_frames(self._kinematics[d.object], Pose.identity(), d.joints)
             for component in in_view(self._models[d.object], d):
                 yield from _component([*root, component.name], component, frames[component.name], d, colour)
-        else:
+        elif d.components:
             to_plane, back = in_plane(d, pose, self._models[d.object]), pose.inverse()
             lines = [back.apply(to_plane(_closed(c.contour))) for c in d.components if len(c.contour)]
             yield [*root, "markers"], [rr.LineStrips3D(lines, colors=colour, radii=_LINE_M)]

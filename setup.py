@@ -11,6 +11,7 @@ REPORT = ["Jinja2>=3.0", "matplotlib>=3.5"]
 CLUSTER = ["distributed>=2023.5"]
 TUNE = ["optuna>=3.6"]
 STUDIO = ["nicegui>=3.18"]
+DOCS = ["mkdocs>=1.6,<2", "mkdocs-material>=9.5"]
 
 
 def shipped(*folders):
@@ -89,6 +90,9 @@ setup(
         "tune": TUNE,  # 39 MB, most of it SQLAlchemy: artrec tune
         "studio": STUDIO,  # 100 MB, a third of it NiceGUI, else what its web server needs: artrec studio
         "model": ["svgelements>=1.9"],  # 0.8 MB, nothing else comes with it: artrec model reads SVG drawings
+        # artrec replay --rerun: 670 MB, nearly all of it the viewer and pyarrow; Python 3.11 or newer.
+        "rerun": ["rerun-sdk>=0.41"],
+        "docs": DOCS,  # the documentation as a site: scripts/docs
         # The page of artrec evaluate: 102 MB, nearly all of it matplotlib and what comes with it.
         "report": REPORT,
         "test": [
@@ -96,6 +100,7 @@ setup(
             *CLUSTER,
             *TUNE,
             *STUDIO,
+            *DOCS,
             "hypothesis>=6",
             "mypy>=1.8",
             "playwright>=1.40",  # drives the system's chromium

@@ -183,8 +183,8 @@ def _nearest(objects, detection):
 
 def test_the_page_on_annotating_converts_an_export_and_trains_on_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    (lamp,) = [text for text in re.findall(r"```yaml\n(.*?)```", readme, re.DOTALL) if "name: lamp" in text]
+    overview = (ROOT / "docs/overview.md").read_text(encoding="utf-8")
+    (lamp,) = [text for text in re.findall(r"```yaml\n(.*?)```", overview, re.DOTALL) if "name: lamp" in text]
     Path("lamp.yaml").write_text(lamp)
     expected = _write_export(Path("export.json"), np.random.default_rng(0))
     follow("annotate.md")

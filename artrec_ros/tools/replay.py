@@ -24,6 +24,7 @@ from .replaying.folder import ReplayFolder, counted
 from .replaying.joining import Join
 from .replaying.pictures import PictureOptions, Pictures
 from .replaying.plan import plan_of
+from .replaying.rerun_file import RerunFile
 from .replaying.running import Running
 from .replaying.summary import Summary
 from .replaying.work import Order
@@ -58,6 +59,10 @@ def add_parser(subparsers: Any) -> None:
         "--output-bag", nargs="?", const="mcap", choices=sorted(STORAGES), metavar="STORAGE",
         help="write DIR/bag_0, bag_1, ..., one for each source: its images and the node's topics (mcap)",
     )  # fmt: skip
+    p.add_argument(
+        "--rerun", type=_recording_path, metavar="FILE.rrd",
+        help="write a recording for the Rerun viewer: images, classes, poses, joints, what was turned down (rerun-sdk)",
+    )  # fmt: skip
     p.add_argument("--no-timing", action="store_true", help="leave timing_ms empty")
     p.set_defaults(run=run)
 
@@ -68,7 +73,8 @@ def run(args: argparse.Namespace) -> int:
     for line in unread(setup):
         say(line)
     options = source_options(args, setup)
-    pictures = PictureOptions(args.images, not args.no_video, args.output_bag, setup.node.publish_tf)
+    pictures = PictureOptions(args.images, not args.no_video, args.output_bag)
+    recording = args.rerun and RerunFile(args.rerun, setup.image, setup.targets, len(args.sources))
     with open_sources(args.sources, options, say) as sources:
         for line in setup.lacks(all(part.calibrated for part in sources.parts)):
             say(f"warning: {line}")
@@ -79,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
             order = order_of(setup, args.sources, sources, options)
             order = dataclasses.replace(order, with_classes=args.labels)
             get_setup_ready(setup, {part.calibrated for part in sources.parts})
-            summary = _replay(args, order, sources, folder, pictures)
+            summary = _replay(args, order, sources, folder, pictures, recording)
     done = "interrupted; the same command goes on; what was done so far is" if summary.interrupted else "results"
     return _tell(summary, args.output, done)
 
@@ -89,11 +95,17 @@ def _plan_options(args: argparse.Namespace, options: SourceOptions) -> dict[str,
     given = {f.name: getattr(options, f.name) for f in dataclasses.fields(options)}
     given["camera"] = repr(options.camera)
     outputs = {"images": args.images, "video": not args.no_video, "output_bag": args.output_bag, "labels": args.labels}
+    outputs["rerun"] = args.rerun and str(args.rerun.absolute())
     return {**given, **outputs, "timing": not args.no_timing}
 
 
 def _replay(
-    args: argparse.Namespace, order: Order, sources: Sources, folder: ReplayFolder, options: PictureOptions
+    args: argparse.Namespace,
+    order: Order,
+    sources: Sources,
+    folder: ReplayFolder,
+    options: PictureOptions,
+    recording: RerunFile | None,
 ) -> Summary:
     summaries = [Summary() for _ in range(1 + len(sources.parts))]
     named = list(zip(map(str, args.sources), sources.parts, strict=True))
@@ -101,7 +113,7 @@ def _replay(
     try:
         with (
             engine_of(args) as engine,
-            Pictures(folder.path, options, sources.parts, targets) as pictures,
+            Pictures(folder.path, options, sources.parts, targets, recording) as pictures,
             tqdm(total=sources.count, unit="frame", disable=not sys.stderr.isatty()) as bar,
         ):
             take = counted(summaries, folder, not args.no_timing, bar.update)
@@ -144,6 +156,12 @@ def _tell(summary: Summary, folder: Path, what: str) -> int:
         say(f"artrec: {f'none of {summary.frames} frames could be used' if summary.frames else 'there was no frame'}")
     print(f"{what} in {folder}")
     return int(summary.interrupted or nothing)
+
+
+def _recording_path(text: str) -> Path:
+    if not text.endswith(".rrd"):
+        raise argparse.ArgumentTypeError(f"'{text}': the viewer knows its recordings by their ending: name it FILE.rrd")
+    return Path(text)
 
 
 def _image_count(text: str) -> int | None:

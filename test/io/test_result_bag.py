@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -48,11 +49,11 @@ def recognised(stamp_ns: int, found: bool) -> Recognised:
     return Recognised(stamp_ns, "x", FrameResult((8, 6), (detection,) if found else ()), "optical")
 
 
-def write(path, source_path, targets, frames, options=None, storage="mcap", publish_tf=False):
+def write(path, source_path, targets, frames, options=None, storage="mcap"):
     overlay = np.full((12, 16, 3), 90, np.uint8)
     with (
         open_sources([source_path], options) as sources,
-        ResultBag(path, storage, sources.parts[0], targets, publish_tf) as bag,
+        ResultBag(path, storage, sources.parts[0], targets) as bag,
     ):
         for frame in frames:
             bag.add(frame, overlay)
@@ -137,12 +138,11 @@ def test_encoded_images_of_a_folder_stay_as_they_are(tmp_path, targets, suffix, 
     assert np.array_equal(decode_message(packed[0]), read_image(folder / f"0{suffix}"))
 
 
-def test_the_objects_frames_go_to_tf_where_the_node_would_send_them(tmp_path, targets, ros2, write_rosbag2, pictures):
+def test_the_objects_frames_go_to_tf_for_viewers(tmp_path, targets, ros2, write_rosbag2, pictures):
     script = [("/cam/image", 10 * i + 12, ros2.image(10 * i + 10, p)) for i, p in enumerate(pictures(2))]
     source = write_rosbag2(tmp_path / "source", script)
     frames = [recognised(10, True), recognised(20, False)]
-    assert not of_topic(write(tmp_path / "without", source, targets, frames), "/tf")
-    (sent,) = of_topic(write(tmp_path / "with", source, targets, frames, publish_tf=True), "/tf")
+    (sent,) = of_topic(write(tmp_path / "out", source, targets, frames), "/tf")
     (transform,) = sent.transforms
     assert (transform.header.frame_id, transform.child_frame_id) == ("optical", "toy_4")
     assert transform.header.stamp.nanosec == 10
@@ -154,9 +154,50 @@ def test_a_bag_of_labels_is_packed_and_other_tools_read_it(tmp_path, targets, ro
     labels = np.zeros((480, 640), np.uint8)
     script = [("/cam/image", 10 * i + 12, ros2.image(10 * i + 10, labels)) for i in range(5)]
     source = write_rosbag2(tmp_path / "source", script)
-    write(tmp_path / "out", source, targets, [recognised(10 * i + 10, True) for i in range(5)], publish_tf=True)
+    write(tmp_path / "out", source, targets, [recognised(10 * i + 10, True) for i in range(5)])
     assert sum(f.stat().st_size for f in (tmp_path / "out").iterdir()) < 0.1 * 5 * labels.size
     convert = [sys.executable, "-m", "rosbags.convert", "--src", tmp_path / "out", "--dst", tmp_path / "c.bag"]
     subprocess.run([*map(str, convert)], check=True, capture_output=True, timeout=120)
     with AnyReader([tmp_path / "c.bag"]) as reader:
         assert {c.topic: c.msgcount for c in reader.connections}["/tf"] == 5
+
+
+@pytest.fixture
+def coloured(tmp_path, targets, ros2, write_rosbag2):
+    """A bag of five colour images, with calibration and results."""
+    colour = np.full((6, 8, 3), (10, 200, 90), np.uint8)
+    script = [("/cam/camera_info", 5, ros2.info(5, 100.0, (8, 6)))]
+    script += [("/cam/image", 10 * i + 12, ros2.image(10 * i + 10, colour)) for i in range(5)]
+    write(
+        tmp_path / "out",
+        write_rosbag2(tmp_path / "source", script),
+        targets,
+        [recognised(10 * i + 10, True) for i in range(5)],
+    )
+    (path,) = (tmp_path / "out").glob("*.mcap")
+    return path
+
+
+def test_foxgloves_reader_knows_every_message(coloured):
+    """With no definitions but those in the file, as viewers have them."""
+    reader = pytest.importorskip("mcap_ros2.reader", reason="mcap-ros2-support is not installed")
+    messages = {m.channel.topic: m.ros_msg for m in reader.read_ros2_messages(coloured)}
+    assert {"/cam/image", "/cam/camera_info", "/toy/poses", "/toy/joint_states", "/markers", "/tf"} <= set(messages)
+    (transform,) = messages["/tf"].transforms
+    assert (transform.child_frame_id, transform.transform.translation.z) == ("toy_4", 2.0)
+    assert [m.ns for m in messages["/markers"].markers] == ["toy/frame", "toy/name", "toy/outline"]
+    assert messages["/toy/pose"].pose.covariance[0] == 1.0
+
+
+def test_rerun_draws_images_camera_and_transforms(coloured, tmp_path):
+    chunk = pytest.importorskip("rerun.chunk", reason="rerun-sdk is not installed")
+    out = tmp_path / "bag.rrd"
+    convert = [sys.executable, "-m", "rerun", "mcap", "convert", str(coloured), "-o", str(out)]
+    environment = {**os.environ, "HOME": str(tmp_path)}
+    subprocess.run(convert, check=True, capture_output=True, timeout=120, env=environment)
+    drawn: dict[str, set[str]] = {}
+    for part in chunk.RrdReader(str(out)).stream():
+        drawn.setdefault(part.entity_path, set()).update(part.to_record_batch().schema.names)
+    assert "Image:buffer" in drawn["/cam/image"] and "EncodedImage:blob" in drawn["/debug/image/compressed"]
+    assert "Pinhole:image_from_camera" in drawn["/cam/camera_info"]
+    assert {"Transform3D:translation", "Transform3D:child_frame"} <= drawn["/tf"]

@@ -30,16 +30,14 @@ class ResultBag:
     """A bag that is being written; a context manager.
 
     A bag's images and calibrations are copied as they are, those of a folder go to the node's input topics: PNG and
-    JPEG as they are to image/compressed. Results have the node's topics, the overlay is compressed. Messages are
-    recorded when their image was: in a folder, at its stamp.
+    JPEG as they are to image/compressed. Results have the node's topics, the overlay is compressed. Objects' frames are
+    on /tf whether the node would send them or not: it is what viewers draw poses by. Messages are recorded when their
+    image was: in a folder, at its stamp.
     """
 
-    def __init__(
-        self, path: Path, storage: str, source: Source, targets: Sequence[Target], publish_tf: bool = False
-    ) -> None:
-        """:param publish_tf: objects' frames on /tf, too. :raises SourceError: `path` exists."""
+    def __init__(self, path: Path, storage: str, source: Source, targets: Sequence[Target]) -> None:
+        """:raises SourceError: `path` exists."""
         self._writer = BagWriter(path, storage, packed=storage == "mcap")
-        self._publish_tf = publish_tf
         self._copies = _copies(source)
         self._names = [t.name for t in targets]
         self._scene = MarkerScene(targets)
@@ -65,8 +63,7 @@ class ResultBag:
             for topic, make in OBJECT_MAKERS.items():
                 for message in make(own, frame_id, header_of):
                     self._writer.write(f"/{topic.of(name)}", log_ns, message)
-        frames = object_frames(detections, frame_id, header_of) if self._publish_tf else []
-        if frames:
+        if frames := object_frames(detections, frame_id, header_of):
             self._writer.write(node_topics.TF.name, log_ns, Message(node_topics.TF.type, {"transforms": frames}))
         markers = self._scene.update(detections, frame_id, header_of)
         if markers.fields["markers"]:

@@ -1,4 +1,4 @@
-"""What is made of the overlays: files, a video, and a bag for each source. In the order of the frames."""
+"""What is made of the overlays: files, a video, a bag for each source, a recording. In the order of the frames."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from ...io.results.journal import Recognised
 from ...io.results.result_bag import ResultBag
 from ...io.sources.frames import Source
 from .names import FRAMES_FOLDER, overlay_name
+from .rerun_file import RerunFile
 from .work import Drawn, Wanted
 
 VIDEO_FILE, UNFINISHED = "video.mp4", "unfinished"
@@ -29,13 +30,12 @@ class PictureOptions:
     """What is wanted.
 
     :param images: overlay files of so many frames, from the first one on; None: of all.
-    :param bag_storage: mcap or sqlite3: a bag for each source; None: no bags. :param tf: with the objects' frames.
+    :param bag_storage: mcap or sqlite3: a bag for each source; None: no bags.
     """
 
     images: int | None = None
     video: bool = True
     bag_storage: str | None = None
-    tf: bool = False
 
     @property
     def in_order(self) -> bool:
@@ -44,16 +44,25 @@ class PictureOptions:
 
 
 class Pictures:
-    """Files, video and bags in a folder. A context manager; what is closed halfway is whole as far as it goes."""
+    """Files, video and bags in a folder. A context manager; what is closed halfway is whole as far as it goes.
+
+    :param recording: gets the frames, too.
+    """
 
     def __init__(
-        self, folder: Path, options: PictureOptions, sources: Sequence[Source], targets: Sequence[Target]
+        self,
+        folder: Path,
+        options: PictureOptions,
+        sources: Sequence[Source],
+        targets: Sequence[Target],
+        recording: RerunFile | None = None,
     ) -> None:
         self._folder, self._options, self._sources, self._targets = folder, options, sources, targets
         self._unfinished = folder / UNFINISHED
         self._video: VideoWriter | None = None
         self._bag: ResultBag | None = None
         self._bag_number = -1
+        self._recording = recording
 
     def __enter__(self) -> Pictures:
         shutil.rmtree(self._unfinished, ignore_errors=True)
@@ -61,6 +70,8 @@ class Pictures:
             self._unfinished.mkdir()
         if self._options.video:
             self._video = VideoWriter(self._unfinished / VIDEO_FILE).__enter__()
+        if self._recording is not None:
+            self._recording.__enter__()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
@@ -68,6 +79,8 @@ class Pictures:
             if kind is None:
                 self._close_video()
                 self._close_bag()
+                if self._recording is not None:
+                    self._recording.__exit__(kind)
             else:
                 self._drop()
         finally:  # of what could not be finished nothing stays
@@ -88,13 +101,15 @@ class Pictures:
         """
         png = self._options.images is None or number < self._options.images
         png = png and not self._path(number, frame).exists()
-        plain = self._options.in_order
-        return Wanted(place, frame, png, plain) if png or plain else None
+        plain, raw = self._options.in_order, self._recording is not None
+        return Wanted(place, frame, png, plain, raw) if png or plain or raw else None
 
     def add(self, number: int, source: int, frame: Recognised, drawn: Drawn | None) -> None:
         """The frames in their order. :raises OSError, SourceError: something cannot be written."""
         if drawn is not None and drawn.png is not None:
             write_whole(self._path(number, frame), drawn.png)
+        if self._recording is not None:
+            self._recording.add(source, frame, None if drawn is None else drawn.raw)
         if drawn is None or drawn.picture is None:
             return
         if self._video is not None:
@@ -111,7 +126,7 @@ class Pictures:
     def _next_bag(self, source: int, storage: str) -> None:
         self._close_bag()
         path = self._unfinished / f"bag_{source}"
-        self._bag = ResultBag(path, storage, self._sources[source], self._targets, self._options.tf).__enter__()
+        self._bag = ResultBag(path, storage, self._sources[source], self._targets).__enter__()
         self._bag_number = source
 
     def _close_bag(self) -> None:

@@ -24,6 +24,7 @@ from ...io.parameters.parameter_file import Setup
 from ...io.results.journal import Recognised
 from ...io.sources.frames import Frame, Part, Source, SourceOptions
 from ...io.sources.opening import open_sources
+from .raw_frames import RawFrame
 
 _ERROR_SIZE_PX = (640, 480)
 
@@ -58,21 +59,26 @@ class Seen:
 
 @dataclass(frozen=True)
 class Drawn:
-    """An overlay. :param place: of the frame in its part. :param png: for a file. :param picture: for a video, bag."""
+    """An overlay. :param place: of the frame in its part. :param png: for a file. :param picture: for a video, bag.
+
+    :param raw: the frame without it, for a recording.
+    """
 
     place: int
     png: bytes | None
     picture: NDArray[np.uint8] | None = field(repr=False)
+    raw: RawFrame | None = None
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """A frame that is to be drawn, as a file (`png`) or as it is (`plain`)."""
+    """A frame that is to be drawn, as a file (`png`) or as it is (`plain`), or is wanted without drawing (`raw`)."""
 
     place: int
     frame: Recognised
     png: bool
     plain: bool
+    raw: bool = False
 
 
 class Worker:
@@ -119,6 +125,9 @@ class Worker:
 
     def _drawn(self, frame: Frame, wanted: Wanted) -> Drawn:
         seen = wanted.frame
+        raw = RawFrame.of(frame, self._segmenter) if wanted.raw and seen.result is not None else None
+        if not (wanted.png or wanted.plain):
+            return Drawn(wanted.place, None, None, raw)
         if frame.image is None or seen.result is None:
             picture = draw_error(_ERROR_SIZE_PX, f"{frame.name}: {seen.error}")
         else:
@@ -130,7 +139,7 @@ class Worker:
         png = None
         if wanted.png:
             png = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 3])[1].tobytes()
-        return Drawn(wanted.place, png, picture if wanted.plain else None)
+        return Drawn(wanted.place, png, picture if wanted.plain else None, raw)
 
     def _read(self, source: int, part: Part) -> Iterator[Frame]:
         if self._open is None or self._open[0] != source:

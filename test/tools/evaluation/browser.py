@@ -16,11 +16,15 @@ DRIVER = shutil.which("chromedriver")
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
-class Browser:
-    """One page in one window. A context manager."""
+NO_GL = ("--disable-gpu",)
+SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 
-    def __init__(self, profile: Path, size: tuple[int, int]) -> None:
-        self._profile, self._size = profile, size
+
+class Browser:
+    """One page in one window. A context manager. :param graphics: what draws in three dimensions, if anything."""
+
+    def __init__(self, profile: Path, size: tuple[int, int], graphics: tuple[str, ...] = NO_GL) -> None:
+        self._profile, self._size, self._graphics = profile, size, graphics
 
     def __enter__(self) -> Browser:
         assert DRIVER is not None
@@ -30,7 +34,7 @@ class Browser:
             if found := re.search(r"started successfully on port (\d+)", line):
                 break
         self._base = f"http://127.0.0.1:{found[1]}/session"
-        arguments = ["--headless=new", "--disable-gpu", "--hide-scrollbars", f"--user-data-dir={self._profile}",
+        arguments = ["--headless=new", *self._graphics, "--hide-scrollbars", f"--user-data-dir={self._profile}",
                      *(["--no-sandbox"] if os.geteuid() == 0 else []), "--disable-dev-shm-usage"]  # fmt: skip
         wanted = {"goog:chromeOptions": {"binary": BROWSER, "args": arguments}, "goog:loggingPrefs": {"browser": "ALL"}}
         try:

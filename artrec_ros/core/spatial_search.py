@@ -93,6 +93,8 @@ class SpatialSearch:
         turns = self._turns
         due = [turns[f].is_due(b) and self._over(f, b) for f, b in queue]
         again = [task for task, yes in zip(queue, due, strict=True) if yes or turns[task[0]].is_doubted(task[1])]
+        for finder, blob in (task for task, yes in zip(queue, due, strict=True) if yes):
+            turns[finder].search(blob)
         found = self._crew.each(partial(self._look_at_old, frame), again)
         for (finder, _), poses in zip(again, found, strict=True):
             if poses is not None and len(poses):
@@ -102,10 +104,8 @@ class SpatialSearch:
 
     def _look_at_old(self, frame: ImageFrame, task: _Task) -> Poses | None:
         finder, blob = task
-        if not self._turns[finder].is_due(blob):
-            return self._looks.plain(frame, finder, blob)
-        self._turns[finder].search(blob)
-        return self._looks.full(frame, finder, blob)
+        look = self._looks.full if self._turns[finder].is_due(blob) else self._looks.plain
+        return look(frame, finder, blob)
 
     def _follow(self) -> list[Followed] | None:
         """Known objects that are still there, the most votes first; blobs of others are looked at anew.
@@ -113,8 +113,8 @@ class SpatialSearch:
         None: most are gone, so this is another scene, of which what is remembered says nothing.
         """
         frame, now_s, config = self._frame, self._recall.clock_s, self._recall.config
-        known = [(finder, known) for finder in self._turns for known in self._recall.known(finder.target.name)]
-        followed = self._crew.each(lambda fk: self._looks.follow(frame, *fk, now_s, config), known)
+        known = [(finder, k) for finder in self._turns for k in self._recall.known(finder.target.name)]
+        followed = [self._looks.follow(frame, finder, k, now_s, config) for finder, k in known]
         asked = [f for f in followed if self._recall.was_there(f.known)]
         if self._is_another_scene(asked):
             for turns in self._turns.values():

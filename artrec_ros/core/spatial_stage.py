@@ -25,7 +25,7 @@ class SpatialStage:
     def __init__(self, targets: Sequence[Target], config: RecognizerConfig, codes: Codes = LABELS) -> None:
         self._config = config
         self._judge, self._crew = Judge.of(config), Crew(config.threads)
-        self._finders = [WholeObjectFinder(t, config, codes, crew=self._crew) for t in targets]
+        self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
         self._describers = [Describer(f) for f in self._finders]
 
     def recognize(

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.config import RecognizerConfig, SearchConfig
-from ..base.crew import Crew
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.range_limits import scale_limits
@@ -32,7 +31,7 @@ from .seeds import Seeds
 from .surface_model import PatchScores, Poses, SpatialModel
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
-_AT_ONCE = 32  # hypotheses of what faces the camera that climb between two looks at the clock
+_AT_ONCE = 32  # hypotheses of what faces the camera that climb between two looks at the clock; of others one
 # times a rotation: its mirror image in the marker's and in the image's plane
 _MIRRORED = np.outer((1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 
@@ -55,11 +54,9 @@ class WholeObjectFinder:
         codes: Codes = LABELS,
         *,
         facing: bool = False,
-        crew: Crew | None = None,
     ) -> None:
         """:param codes: what pixels' codes say of their labels.
         :param facing: the object faces the camera: it turns about the optical axis alone.
-        :param crew: who shares in the work on one blob.
         """
         self.facing = facing
         self.target, self.config, self._search = target, config, config.search
@@ -74,7 +71,7 @@ class WholeObjectFinder:
         self._lookalikes = Lookalikes(self.surface)
         self.regions = RegionFit(self.surface, config) if facing else None
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
-        self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes, crew)
+        self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
 
     @property
     def is_alike_throughout(self) -> bool:
@@ -200,20 +197,11 @@ class WholeObjectFinder:
         steps = np.full((len(found), 6 + kin.n_joints), climb.first_step, float)
         if self.facing:
             steps[:, 3:5] = 0.0
-        if self.facing:  # many, each of them soon done
-            for part in frame.deadline.parts(len(found), _AT_ONCE):
-                arrays = [values[part] for values in (steps, *moved.arrays)]
-                climbing.climb(
-                    surface.compiled, kin.chain, frame.view, surface.limits, self._value, moves, climb.rounds, *arrays
-                )  # fmt: skip
-            return moved
-        for _ in range(climb.rounds):
-            if frame.deadline.expired:
-                break
-            if not climbing.climb(
-                surface.compiled, kin.chain, frame.view, surface.limits, self._value, moves, 1, steps, *moved.arrays
-            ):  # fmt: skip
-                break
+        for part in frame.deadline.parts(len(found), _AT_ONCE if self.facing else 1):
+            arrays = [values[part] for values in (steps, *moved.arrays)]
+            climbing.climb(
+                surface.compiled, kin.chain, frame.view, surface.limits, self._value, moves, climb.rounds, *arrays
+            )  # fmt: skip
         return moved
 
     def judge(self, frame: ImageFrame, poses: Poses, *, occlusion: bool) -> PatchScores:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.config import RecognizerConfig
-from ..base.crew import Crew
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
@@ -19,7 +18,6 @@ from .distinct import best_distinct
 from .guesses import Guesser, Key, is_small
 from .lookalikes import Lookalikes
 from .pose_fit import fit_required
-from .ranked import Ranked
 from .surface_model import Poses, SpatialModel
 from .view_bank import ViewBank
 
@@ -28,17 +26,9 @@ class Seeds:
     """Guesses of one target's pose, from each blob of its required component's class."""
 
     def __init__(
-        self,
-        target: Target,
-        surface: SpatialModel,
-        config: RecognizerConfig,
-        lookalikes: Lookalikes | None = None,
-        crew: Crew | None = None,
+        self, target: Target, surface: SpatialModel, config: RecognizerConfig, lookalikes: Lookalikes | None = None
     ) -> None:
-        """:param lookalikes: a component whose blob these lead from to the required one need not be started from.
-        :param crew: who looks at limbs.
-        """
-        self._crew = crew or Crew(1)
+        """:param lookalikes: a component whose blob these lead from to the required one need not be started from."""
         self._surface, self._root = surface, surface.root
         self._config, self._search, self._fit = config.guesses, config.search, config.fit
         self._min_votes = config.verdict.min_votes
@@ -77,21 +67,15 @@ class Seeds:
 
     def _of_limbs(self, frame: ImageFrame, blob: Blob) -> Poses:
         """The best of which another component made the blob, by the votes for both it and the required one."""
-        limbs = [c for c in self._guessers if c != self._root]
-        found = self._crew.each(lambda c: self._of_limb(frame, blob, c), limbs)
-        poses = Poses.concatenate([self._surface.no_poses, *(f.poses for f in found)])
-        votes = np.concatenate([np.zeros(0), *(f.votes for f in found)])
-        return poses[best_distinct(poses, votes, self._config.limb_keep, self._search)]
-
-    def _of_limb(self, frame: ImageFrame, blob: Blob, component: int) -> Ranked:
-        """The best of which one component made the blob, with the votes for it and the required one."""
-        if frame.deadline.expired:
-            return Ranked(self._surface.no_poses, np.zeros(0))
-        guesser = self._guessers[component]
-        poses = guesser.guess(frame, blob)
-        votes, keep = self._votes(frame, poses, component), self._config.limb_guesses
-        poses = guesser.bent(poses[best_distinct(poses, votes, keep, self._search)])
-        return Ranked(poses, self._votes(frame, poses, component, self._root))
+        parts, votes = [self._surface.no_poses], [np.zeros(0)]
+        for c, guesser in self._guessers.items():
+            if c != self._root and not frame.deadline.expired:
+                poses = guesser.guess(frame, blob)
+                votes_of_limb, keep = self._votes(frame, poses, c), self._config.limb_guesses
+                parts.append(guesser.bent(poses[best_distinct(poses, votes_of_limb, keep, self._search)]))
+                votes.append(self._votes(frame, parts[-1], c, self._root))
+        poses = Poses.concatenate(parts)
+        return poses[best_distinct(poses, np.concatenate(votes), self._config.limb_keep, self._search)]
 
     def _votes(self, frame: ImageFrame, poses: Poses, *components: int, bodies: bool = True) -> Array:
         """(H,) votes for some components, occlusion apart, with or without their bodies."""

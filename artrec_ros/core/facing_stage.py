@@ -12,7 +12,6 @@ from .geometry.range_limits import scale_limits
 from .image.blobs import Blob
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
-from .memory.recall import Recall
 from .model.found import Detection, Rejection
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
@@ -32,9 +31,7 @@ class FacingStage:
         self._judge = Judge.of(config)
         self._placer = PlanePlacer(targets, config)
 
-    def recognize(
-        self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None
-    ) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
+    def recognize(self, frame: ImageFrame, blobs: Sequence[Blob]) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
         """Detections by target and score, and what was turned down, with reasons: worked out when looked at."""
         if not self._searches:
             return (), ()

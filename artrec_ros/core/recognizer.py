@@ -188,7 +188,11 @@ class Recognizer:
             detections, rejected, out_of_nodes = flat.group(frame, matches)
         with watch.stage("pose"):
             for stage in reversed(whole):
-                found = stage.recognize(frame, blobs, recall)
+                found: tuple[tuple[Detection, ...], Sequence[Rejection]]
+                if isinstance(stage, SpatialStage):
+                    found = stage.recognize(frame, blobs, recall)
+                else:
+                    found = stage.recognize(frame, blobs)
                 detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
             detections = self._placed(detections, frame)
         detections = self._classifier.classified(detections)

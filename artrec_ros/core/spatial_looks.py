@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,6 +46,7 @@ class SpatialLooks:
     ) -> Followed:
         """A known object as it is found now. :param now_s: of the memory's clock."""
         expected = known.at(now_s)
+        expected = replace(expected, q=finder.surface.kinematics.bound(expected.q))
         found = finder.followed(frame, expected, config.left * known.votes, self._plain_climb)
         trust = self.judge.trust_in(finder, found.poses, frame)
         strayed = finder.strayed(found.poses, expected) if trust > 0 else np.inf

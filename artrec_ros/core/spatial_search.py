@@ -49,13 +49,15 @@ class SpatialSearch:
         for finder in finders:
             self._turns[finder] = self._recall.turns(finder.target.name, [b for f, b in queue if f is finder])
         all_blobs = queue
-        queue, waiting = self._without_waiting(self._look_again(queue))
+        self._look_for_known(queue)
+        queue, waiting = self._without_waiting(queue)
         queue = self._look(self._looks.plain, queue, Crew(1))  # most are of objects, which change what is next
         self._look(self._looks.close, queue, self._crew)
+        self._hide_found()
         for finder, blob in all_blobs:
-            if self._turns[finder].is_searched(blob) and self._over(finder, blob):
+            if self._turns[finder].is_searched(blob) and self._explains(self._frame, blob):
                 self._turns[finder].explain(blob)
-        self._recall.waiting = sum(not self._over(finder, blob) for finder, blob in waiting)
+        self._recall.waiting = sum(not self._is_explained(finder, blob) for finder, blob in waiting)
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
     def _without_waiting(self, queue: list[_Task]) -> tuple[list[_Task], list[_Task]]:
@@ -67,68 +69,70 @@ class SpatialSearch:
     def _look(self, look: _Look, queue: list[_Task], crew: Crew) -> list[_Task]:
         """Look at all blobs, one after the other; those in which no sure object was found, but one may be."""
         left: list[_Task] = []
-        ahead: Ahead[_Task, Poses | None] | None = None
         frame = self._frame
+        ahead = Ahead(crew, partial(_at, look, frame), queue, self._is_wanted)
         for number, (finder, blob) in enumerate(queue):
-            if self._over(finder, blob):
+            if not self._is_wanted((finder, blob)):
                 continue
-            if ahead is None or frame is not self._frame:  # what was begun was of other pixels
+            if frame is not self._frame:  # what was begun was of other pixels
                 frame = self._frame
-                ahead = Ahead(crew, partial(_at, look, frame), queue, lambda task: not self._over(*task))
-            self._turns[finder].search(blob)
+                ahead.close()
+                ahead = Ahead(crew, partial(_at, look, frame), queue, self._is_wanted)
             found = ahead.take(number)
+            if not frame.deadline.expired:  # else it was cut short, and is looked at again
+                self._turns[finder].search(blob)
             if found is not None and not self._take(finder, found):
                 left.append((finder, blob))
+        ahead.close()
         return left
 
-    def _look_again(self, queue: list[_Task]) -> list[_Task]:
-        """Look for known objects, which take their pixels, and at the blobs that they explain whose turn it is as if
-        nothing were known: what is found may prove to be better. What is left."""
-        known, frame = self._follow(), self._frame
-        if known is None:
-            return queue
-        for k in known:
+    def _look_for_known(self, queue: list[_Task]) -> None:
+        """Known objects take their pixels. Where it is their turn, or they show less than they did, others are looked
+        for in their place as if nothing were known: what is found may prove to be better."""
+        followed, frame = self._follow(), self._frame
+        for f in followed:
             self._hide_found()
-            self._take(k.finder, k.found.poses)
-        turns = self._turns
-        due = [turns[f].is_due(b) and self._over(f, b) for f, b in queue]
-        again = [task for task, yes in zip(queue, due, strict=True) if yes or turns[task[0]].is_doubted(task[1])]
-        for finder, blob in (task for task, yes in zip(queue, due, strict=True) if yes):
-            turns[finder].search(blob)
-        found = self._crew.each(partial(self._look_at_old, frame), again)
-        for (finder, _), poses in zip(again, found, strict=True):
+            self._take(f.finder, f.found.poses)
+        due = self._recall.due([f.known for f in followed])
+        again = [(f, f.known in due) for f in followed if f.known in due or not f.well]
+        blobs = [self._turns[f.finder].largest(*f.finder.discs(frame.camera, f.found.poses[:1])) for f, _ in again]
+        tasks = [(f, blob, in_full) for (f, in_full), blob in zip(again, blobs, strict=True) if blob is not None]
+
+        def look(task: tuple[Followed, Blob, bool]) -> Poses | None:
+            f, blob, in_full = task
+            return (self._looks.full if in_full else self._looks.plain)(frame, f.finder, blob)
+
+        for (f, _, in_full), poses in zip(tasks, self._crew.each(look, tasks), strict=True):
+            if in_full and not frame.deadline.expired:
+                self._recall.challenge(f.known)
             if poses is not None and len(poses):
                 self._hide_found()
-                self._take(finder, poses)
-        return [task for task, yes in zip(queue, due, strict=True) if not yes]
+                self._take(f.finder, poses)
 
-    def _look_at_old(self, frame: ImageFrame, task: _Task) -> Poses | None:
-        finder, blob = task
-        look = self._looks.full if self._turns[finder].is_due(blob) else self._looks.plain
-        return look(frame, finder, blob)
+    def _follow(self) -> list[Followed]:
+        """Known objects that are still there, the most votes first; the blobs of others do not wait.
 
-    def _follow(self) -> list[Followed] | None:
-        """Known objects that are still there, the most votes first; blobs of others are looked at anew.
-
-        None: most are gone, so this is another scene, of which what is remembered says nothing.
+        Where most are gone this is another scene, of which what is remembered says nothing.
         """
         frame, now_s, config = self._frame, self._recall.clock_s, self._recall.config
         known = [(finder, k) for finder in self._turns for k in self._recall.known(finder.target.name)]
-        followed = [self._looks.follow(frame, finder, k, now_s, config) for finder, k in known]
-        asked = [f for f in followed if self._recall.was_there(f.known)]
-        if self._is_another_scene(asked):
+        known.sort(key=lambda fk: (not self._recall.was_there(fk[1]), -fk[1].votes))
+        followed = []
+        for finder, k in known:
+            if not frame.deadline.expired:
+                followed.append(self._looks.follow(frame, finder, k, now_s, config))
+        there = sorted((f for f in followed if f.trust > 0), key=lambda f: -f.found.votes[0])
+        if frame.deadline.expired:  # then fits are none
+            return there
+        if self._is_another_scene([f for f in followed if self._recall.was_there(f.known)]):
             for turns in self._turns.values():
                 turns.forget()
-            return None
+            return []
         for f in followed:
-            if not f.well:
-                turns = self._turns[f.finder]
+            if not f.well and f.trust <= self._config.sure:  # it may be found from its limbs, too
                 middles, radii_px = f.finder.discs(frame.camera, f.expected)
-                if f.trust > self._config.sure:
-                    turns.doubt(middles, radii_px)
-                else:  # it may be found from its limbs, too
-                    turns.hurry(middles, config.limbs * radii_px)
-        return sorted((f for f in followed if f.trust > 0), key=lambda f: -f.found.votes[0])
+                self._turns[f.finder].hurry(middles, config.limbs * radii_px)
+        return there
 
     def _is_another_scene(self, followed: Sequence[Followed]) -> bool:
         """Whether most of what was there, by its votes, is not there as it was; of a single object: is not there."""
@@ -136,12 +140,17 @@ class SpatialSearch:
             return followed[0].trust <= self._config.sure
         return 2 * sum(f.known.votes for f in followed if f.well) < sum(f.known.votes for f in followed)
 
-    def _over(self, finder: WholeObjectFinder, blob: Blob) -> bool:
-        """Whether nothing of a blob is left to explain, or no time for it."""
-        if self._frame.deadline.expired:
-            return True
+    def _is_wanted(self, task: _Task) -> bool:
+        """Whether there is something of a blob left to explain, and time for it."""
+        return not (self._frame.deadline.expired or self._is_explained(*task))
+
+    def _is_explained(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         self._hide_found()
-        return self._unexplained.get(finder, self._frame).field.owned_share(blob.contour) > self._config.explained
+        return self._explains(self._unexplained.get(finder, self._frame), blob)
+
+    def _explains(self, frame: ImageFrame, blob: Blob) -> bool:
+        """Whether somebody owns a blob's pixels in a frame."""
+        return frame.field.owned_share(blob.contour) > self._config.explained
 
     def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
         """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.

@@ -9,7 +9,9 @@ from solids import BLUE, RED, camera_of, pose, render, truck
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
 from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.memory.memory import Known
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.spatial_looks import SpatialLooks
 from artrec_ros.io.results.journal import Recognised, _packed, _unpacked
@@ -26,6 +28,7 @@ def recognizer(**options):
 
 
 ONE = recognizer()
+recognizer_of_short_memory = recognizer(refresh_s=0.3)
 
 
 @pytest.fixture
@@ -155,6 +158,63 @@ def test_another_view_is_begun_anew(change, looks):
     looks.update(plain=0)
     result, _ = ONE.follow(image, camera, stamp, memory)
     assert looks["plain"] == 1 and len(result.detections) == 1
+
+
+@pytest.mark.parametrize("nearer", [1.0, 0.985])
+def test_the_place_of_a_known_object_is_searched_again_in_time_however_it_grows(nearer, looks):
+    images = [picture(pose(0, 0, 1.3 * nearer**k, 0.3, model=TRUCK)) for k in range(32)]
+    looked = []
+    memory = None
+    for k, image in enumerate(images):
+        looks.update(plain=0)
+        result, memory = recognizer_of_short_memory.follow(image, CAMERA, k * STEP_NS, memory)
+        assert len(result.detections) == 1
+        looked.append(looks["plain"])
+    times = np.flatnonzero(looked) * STEP_NS * 1e-9
+    assert np.diff(times).max() <= 0.3 + 1e-9 and len(times) < 16
+
+
+def test_what_the_clock_cuts_short_is_searched_in_the_next_frame(monkeypatch):
+    image, over = picture(driving(0)), [True]
+    original = SpatialLooks.plain
+
+    def cut(self, frame, finder, blob):
+        if over[0]:
+            monkeypatch.setattr(type(frame.deadline), "expired", property(lambda self: over[0]))
+            return finder.surface.no_poses
+        return original(self, frame, finder, blob)
+
+    monkeypatch.setattr(SpatialLooks, "plain", cut)
+    result, memory = ONE.follow(image, CAMERA, 0, None)
+    assert not result.detections
+    over[0] = False
+    result, _ = ONE.follow(image, CAMERA, STEP_NS, memory)
+    assert len(result.detections) == 1
+
+
+def test_time_that_is_over_is_no_other_scene(monkeypatch):
+    images = [np.where(CLUTTER == RED, RED, picture(driving(k))) for k in range(3)]
+    _, memory = play(images[:2])
+    known = sum(len(looks) for looks in memory.looks.values())
+    original, over = SpatialLooks.follow, [True]
+
+    def slow(self, frame, *args):
+        monkeypatch.setattr(type(frame.deadline), "expired", property(lambda self: over[0]))
+        return original(self, frame, *args)
+
+    monkeypatch.setattr(SpatialLooks, "follow", slow)
+    _, memory = ONE.follow(images[2], CAMERA, 2 * STEP_NS, memory)
+    over[0] = False
+    assert sum(len(looks) for looks in memory.looks.values()) >= known - 1
+
+
+def test_a_joint_that_turns_without_limit_goes_the_short_way():
+    q = Poses(np.eye(3)[None], np.zeros((1, 3)), np.array([[3.1, 0.1]]))
+    seen = Known.first(q, 0.0, 1.0)
+    later = Poses(q.R, q.t, np.array([[-3.1, 0.3]]))
+    endless = np.array([True, False])
+    bend = seen.then(later, 0.1, 1.0, 0.0, endless, steadiness=0.0).bend
+    np.testing.assert_allclose(bend, [(2 * np.pi - 6.2) / 0.1, 2.0])
 
 
 def test_frames_whose_stamps_stand_still_have_a_clock_too():

@@ -61,3 +61,8 @@ class Ahead(Generic[_Item, _Result]):
             if n not in self._begun and (future := self._crew.begin(self._work, self._items[n])) is not None:
                 self._begun[n] = future
         return self._work(self._items[number])
+
+    def close(self) -> None:
+        """Nothing more is taken."""
+        for future in self._begun.values():
+            future.cancel()

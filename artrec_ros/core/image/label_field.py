@@ -39,6 +39,7 @@ class LabelField:
         self.codes, self.meaning = codes, meaning
         self._config = seams or SeamsConfig()
         self._seams: dict[int, float] = {}
+        self._whole = self
         self._seams_of: dict[tuple[tuple[int, ...], ...], Array] = {}
 
     @cached_property
@@ -72,7 +73,7 @@ class LabelField:
         Measured where another known class follows within `reach_px` of the class' border.
         """
         if label not in self._seams:
-            gap = self._gaps_px(label)
+            gap = self._whole._gaps_px(label)  # whoever owns pixels by now
             near = gap[gap < self._config.reach_px]
             enough = len(near) > self._config.border_share * len(gap)
             self._seams[label] = float(np.median(near)) / 2 if enough else 0.0

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.camera import Camera
-from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation
+from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation, wrap_angle
 from ..pose.surface_model import Poses
 from .looks import Looks
 
@@ -19,7 +20,7 @@ class Known:
 
     :param R, t, q: (3, 3), (3,), (J,) its pose and joints when it was seen last, at `seen_s` of the memory's clock.
     :param turn, shift, bend: (3,), (3,), (J,) how they changed, a second.
-    :param votes: for it then.
+    :param votes: for it then. :param challenged_s: when others were looked for in its place, as if it were not known.
     """
 
     R: Array
@@ -30,6 +31,7 @@ class Known:
     bend: Array
     seen_s: float
     votes: float
+    challenged_s: float
 
     def at(self, now_s: float) -> Poses:
         """Where it is expected: where it was, and, where it moved, where that leads."""
@@ -41,22 +43,27 @@ class Known:
         """(2, 3) where these are."""
         return np.stack([self.t, self.t + self.shift * (now_s - self.seen_s)])
 
-    def then(self, poses: Poses, now_s: float, votes: float, steadiness: float) -> Known:
-        """The same object, seen again. :param steadiness: what its speeds of before count, 0 to 1."""
-        dt = max(now_s - self.seen_s, 1e-6)
+    def then(
+        self, poses: Poses, now_s: float, votes: float, challenged_s: float, endless: NDArray, steadiness: float
+    ) -> Known:
+        """The same object, seen again.
+
+        :param endless: (J,) bool: joints that turn without limit. :param steadiness: what its speeds of before count.
+        """
+        dt, bent = max(now_s - self.seen_s, 1e-6), poses.q[0] - self.q
         rates = (
             (rotvec_from_rotation(poses.R[0] @ self.R.T), self.turn),
             (poses.t[0] - self.t, self.shift),
-            (poses.q[0] - self.q, self.bend),
+            (np.where(endless, wrap_angle(bent), bent), self.bend),
         )
         turn, shift, bend = (steadiness * before + (1 - steadiness) * d / dt for d, before in rates)
-        return Known(poses.R[0], poses.t[0], poses.q[0], turn, shift, bend, now_s, votes)
+        return Known(poses.R[0], poses.t[0], poses.q[0], turn, shift, bend, now_s, votes, challenged_s)
 
     @classmethod
     def first(cls, poses: Poses, now_s: float, votes: float) -> Known:
         """Seen for the first time: not known to move."""
         R, t, q = poses.R[0], poses.t[0], poses.q[0]
-        return cls(R, t, q, np.zeros(3), np.zeros(3), np.zeros(len(q)), now_s, votes)
+        return cls(R, t, q, np.zeros(3), np.zeros(3), np.zeros(len(q)), now_s, votes, now_s)
 
 
 @dataclass(frozen=True, eq=False)

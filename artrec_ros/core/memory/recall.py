@@ -34,15 +34,29 @@ class Recall:
         config: RecallConfig = _DEFAULTS,
     ) -> None:
         self._memory, self._stamp_ns, self._refresh_s, self.config = memory, stamp_ns, refresh_s, config
-        self._passed_s = (memory and (stamp_ns - memory.stamp_ns) * 1e-9) or _NO_CLOCK_S
+        stands_still = memory is None or stamp_ns == memory.stamp_ns
+        self._passed_s = _NO_CLOCK_S if memory is None or stands_still else (stamp_ns - memory.stamp_ns) * 1e-9
         self.clock_s = memory.clock_s + self._passed_s if memory else 0.0
         self._turns: dict[str, Turns] = {}
         self._known: dict[str, tuple[Known, ...]] = {}
+        self._challenged: list[Known] = []
         self.waiting = 0
 
     def known(self, name: str) -> tuple[Known, ...]:
         """The objects of a name that may be there, the most votes first."""
         return self._memory.known.get(name, ()) if self._memory else ()
+
+    def due(self, known: Sequence[Known]) -> list[Known]:
+        """Those in whose place others are looked for in this frame: all for which the next one would be too late, else
+        the one for which it is the longest time ago, if that is half the time."""
+        age_s = {id(k): self.clock_s - k.challenged_s for k in known}
+        late = [k for k in known if age_s[id(k)] + self._passed_s > self._refresh_s]
+        old = [k for k in known if age_s[id(k)] > self._refresh_s / 2]
+        return late or sorted(old, key=lambda k: -age_s[id(k)])[:1]
+
+    def challenge(self, known: Known) -> None:
+        """Others were looked for in the place of an object."""
+        self._challenged.append(known)
 
     def was_there(self, known: Known) -> bool:
         """Whether it was seen in the frame before, and not only earlier."""
@@ -66,14 +80,15 @@ class Recall:
                 new.append(verdict.claim.poses)
             else:
                 before.remove(old)
-                told.append(old.then(*seen, self.config.steadiness))
+                challenged_s = self.clock_s if old in self._challenged else old.challenged_s
+                told.append(old.then(*seen, challenged_s, finder.surface.kinematics.endless, self.config.steadiness))
         lost = [
             k
-            for k in before
+            for k in sorted(before, key=lambda k: -k.seen_s)
             if self.clock_s - k.seen_s <= self.config.gone_s
             and not any(finder.same_place(camera, k.at(self.clock_s), poses).any() for poses in new)
         ]
-        self._known[finder.target.name] = (*told, *lost)
+        self._known[finder.target.name] = (*told, *lost[: self.config.most_gone])
 
     def _nearest(self, poses: Poses, known: Sequence[Known], within_m: float) -> Known | None:
         """The object that is expected next to where one is; None: none is so near."""

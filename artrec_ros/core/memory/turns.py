@@ -28,25 +28,25 @@ class Turns:
         refresh_s: float,
         config: RecallConfig,
     ) -> None:
+        self._blobs = blobs
         self._number = {id(blob): n for n, blob in enumerate(blobs)}
         self._now = Looks.of(blobs, now_s)
         self._same = before.same(self._now, config)
         self._before = before
-        self._wait_s = np.full(len(blobs), min(config.retry_s, refresh_s))  # if it is searched now, and in vain
-        self._refresh_s = refresh_s
+        self._retry_s, self._refresh_s = min(config.retry_s, refresh_s), refresh_s
+        self._wait_s = np.full(len(blobs), self._retry_s)  # if it is searched now, and in vain
         age_s, wait_s = np.full(len(blobs), np.inf), np.full(len(blobs), refresh_s)
         old = np.flatnonzero(self._same >= 0)
         age_s[old], wait_s[old] = now_s - before.at_s[self._same[old]], before.wait_s[self._same[old]]
         self._wait_s[old] = np.minimum(2 * wait_s[old], refresh_s)
-        self.due = _due(age_s, wait_s, passed_s)
-        self._waiting = set(old.tolist()) - self.due
-        self._doubted: set[int] = set()
+        self._waiting = set(old.tolist()) - _due(age_s, wait_s, passed_s)
         self._searched: set[int] = set()
 
     def forget(self) -> None:
         """All blobs are new."""
         self._same[:] = -1
-        self.due, self._waiting = set(), set()
+        self._wait_s[:] = self._retry_s
+        self._waiting = set()
 
     def number(self, blob: Blob) -> int:
         return self._number[id(blob)]
@@ -54,10 +54,6 @@ class Turns:
     def waits(self, blob: Blob) -> bool:
         """Whether it was searched as it is, and its turn has not come."""
         return self.number(blob) in self._waiting
-
-    def is_due(self, blob: Blob) -> bool:
-        """Whether it was searched as it is, and its turn has come."""
-        return self.number(blob) in self.due
 
     def search(self, blob: Blob) -> None:
         """It is searched now. Where that is in vain it is searched again soon, and then ever later."""
@@ -67,20 +63,13 @@ class Turns:
         return self.number(blob) in self._searched
 
     def explain(self, blob: Blob) -> None:
-        """It is searched now, and not in vain."""
+        """What was searched now, or before, was not in vain."""
         self._wait_s[self.number(blob)] = self._refresh_s
 
-    def is_doubted(self, blob: Blob) -> bool:
-        """Whether it shows less of an object than it did: perhaps another one is in plain view."""
-        return self.number(blob) in self._doubted
-
-    def doubt(self, places: Array, radius_px: Array) -> None:
-        """The largest blob in each of some discs, of middles (n, 2) and radii (n,) pixels, shows less than it did."""
-        inside = self._inside(places, radius_px)
-        if not len(inside):
-            return
-        largest = np.where(inside, self._now.least[:, 2:], 0.0).argmax(axis=0)
-        self._doubted |= set(largest[inside.any(axis=0)].tolist())
+    def largest(self, places: Array, radius_px: Array) -> Blob | None:
+        """The largest blob in some discs, of middles (n, 2) and radii (n,) pixels."""
+        inside = np.flatnonzero(self._inside(places, radius_px).any(axis=1))
+        return self._blobs[int(inside[self._now.least[inside, 2].argmax()])] if len(inside) else None
 
     def hurry(self, places: Array, radius_px: Array) -> None:
         """Blobs within some discs do not wait any longer: what they showed is gone."""

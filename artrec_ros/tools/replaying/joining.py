@@ -82,7 +82,7 @@ class Join:
         if frame.result is None:
             return frame
         tracked = self._tracker.update(frame.stamp_ns, frame.result, frame.frame_id)
-        return dataclasses.replace(frame, result=tracked)
+        return dataclasses.replace(frame, result=tracked, memory=None)
 
 
 def with_known(piece: Piece, known: Mapping[int, Recognised]) -> Piece:

@@ -70,8 +70,8 @@ def test_new_blobs_go_first():
     look_at(before, two)
     with_new = Turns(three, before.left(), 0.7, 1 / 30, 1.0, RecallConfig())
     assert [with_new.waits(b) for b in sorted(three, key=lambda b: b.pixels[:, 0].min())] == [True, True, False]
-    assert not with_new.due
-    assert Turns(two, before.left(), 0.7, 1 / 30, 1.0, RecallConfig()).due
+    alone = Turns(two, before.left(), 0.7, 1 / 30, 1.0, RecallConfig())
+    assert not all(alone.waits(b) for b in two)
 
 
 def test_what_is_gone_is_searched_at_once():
@@ -84,3 +84,14 @@ def test_what_is_gone_is_searched_at_once():
     now.forget()
     assert not any(now.waits(b) for b in two)
     assert len(now.left()) == 0
+    for blob in two:  # searched anew, and in vain: soon once more
+        now.search(blob)
+    assert now.left().wait_s.tolist() == [RecallConfig().retry_s] * 2
+
+
+def test_the_largest_blob_in_a_disc_is_told():
+    some = blobs(3)
+    turns = Turns(some, NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig())
+    assert turns.largest(np.array([[55.0, 50.0]]), np.array([5.0])).pixels[:, 0].min() == 45
+    assert turns.largest(np.array([[300.0, 50.0]]), np.array([5.0])) is None
+    assert Turns([], NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig()).largest(np.zeros((1, 2)), np.ones(1)) is None

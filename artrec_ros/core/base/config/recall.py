@@ -98,6 +98,14 @@ class RecallConfig(Room):
         paths=_WHOLE,
         origin="limbs lie there, and half hidden objects are often found from theirs",
     )
+    most_gone: int = param(
+        8,
+        "at most so many of these of each name are remembered, those that were seen last",
+        low=0,
+        high=1000,
+        paths=_WHOLE,
+        origin="more than hide one another in a crowd; bounds the time",
+    )
     gone_s: float = param(
         0.5,
         "an object that was not seen for so long is forgotten",

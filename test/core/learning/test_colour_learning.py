@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.base.config import ClassConfig, ImageConfig
+from artrec_ros.core.base.config import ClassConfig, ImageConfig, LearningConfig
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.learning.colour_learning import choose_sharpening, learn_colours, sample_colours
+from artrec_ros.core.learning.colour_learning import _drawn, _worth, choose_sharpening, learn_colours, sample_colours
 
 RED, BLUE, GREEN, WHITE = (200, 40, 45), (40, 65, 170), (50, 140, 45), (215, 215, 215)
 
@@ -148,3 +148,16 @@ def test_sharpening_is_chosen_by_what_it_brings(blur: float, width: int, sharpen
     config = ImageConfig(kind="colour", classes=classes, background=WHITE)
     chosen = choose_sharpening(config, [(image, labels)], {0: 0, 2: 2})
     assert chosen.sharpen_px == sharpened
+
+
+def test_of_several_draws_the_one_is_kept_that_tells_best() -> None:
+    """A dull yellow near the floor's colour: some draws of few samples lose half of it, or take the floor for it."""
+    samples = {
+        "yellow": np.concatenate([shown((190, 170, 60), 3000, light=(0.5, 1.4)), shown((230, 225, 150), 500, seed=3)]),
+        "violet": shown((120, 80, 140), 3000, seed=1, light=(0.4, 1.3)),
+        "floor": np.concatenate([shown((150, 140, 90), 4000, seed=2, light=(0.5, 1.3)), shown(WHITE, 500, seed=5)]),
+    }
+    labels = {"yellow": 1, "violet": 2}
+    kept = _worth(learn_colours(samples, labels, ImageConfig()), labels)
+    draws = [_worth(_drawn(samples, labels, ImageConfig(), (), n), labels) for n in range(LearningConfig().draws)]
+    assert kept == max(draws) and min(draws) < kept

@@ -62,6 +62,13 @@ class LearningConfig(Room):
         high=100,
         origin="half as many again as references",
     )
+    draws: int = param(
+        6,
+        "draws of samples from which reference colours are learned; the best is kept",
+        low=1,
+        high=1000,
+        origin="with overhead robots two draws of six lost half of a class's pixels; a second each",
+    )
     clusters_background: int = param(
         20,
         "the same of the background",

@@ -149,6 +149,12 @@ class Detection:
     filtered: Filtered | None = field(default=None, repr=False, compare=False)
 
     @property
+    def is_in_doubt(self) -> bool:
+        """Whether its score is the probability that it is there, to which other frames add; of what was put together
+        in the image plane it is that all of it is right."""
+        return self.margin is None
+
+    @property
     def told_pose(self) -> Pose | None:
         """`pose`, or what the filter makes of it where that is asked for."""
         return self.pose if self.filtered is None else self.filtered.pose

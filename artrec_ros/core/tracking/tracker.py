@@ -153,7 +153,11 @@ class Tracker:
         """What is told, with names; tracks that have given theirs away are forgotten."""
         found, least = result.detections, self._config.existence.least
         likely = self._tracks.existence.probability.tolist()
-        told = [n for n in sorted(row_of) if not self._in_doubt or likely[row_of[n]] >= min(least, found[n].score)]
+        told = [
+            n
+            for n in sorted(row_of)
+            if not (self._in_doubt and found[n].is_in_doubt) or likely[row_of[n]] >= min(least, found[n].score)
+        ]
         self._name([row_of[n] for n in told])
         teller = Teller(
             self._tracks, self._joints, self._config, result.size, scores=likely if self._in_doubt else None

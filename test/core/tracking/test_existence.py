@@ -204,3 +204,12 @@ def test_in_the_image_it_is_predicted_too():
     detections = told(steps, with_values(TrackingConfig(), {"predict": 1.0}))
     (expected,) = (d for d in detections[-1] if d.predicted)
     assert expected.pose is None and expected.image.x == pytest.approx(360, abs=2)
+
+
+def test_what_was_put_together_in_the_image_plane_keeps_its_score_and_is_told():
+    """Its score is that all of it is right, which may be little where it is surely there."""
+    flat_one = replace(at(2.0, score=0.1), margin=0.5)
+    frames = [[at(0.0)], [at(0.0), flat_one], [at(0.0)]]
+    results = told(frames)
+    assert [len(detections) for detections in results] == [1, 2, 1]
+    assert min(d.score for d in results[1]) == 0.1

@@ -119,11 +119,10 @@ class Recognizer:
         self.get_ready(calibrated, told)
         self._flat = {c: FlatStage(self._in_plane(calibrated=c), config, segmenter.blank) for c in (True, False)}
         of = partial(of_way, targets=self._targets, config=config)
-        spatial = SpatialStage(of(SPACE, calibrated=True), config, segmenter.meaning)
-        facing = FacingStage(of(FACING, calibrated=False), config, segmenter.meaning)
-        self._whole: dict[bool, tuple[SpatialStage | FacingStage, ...]] = {True: (spatial,), False: (facing,)}
-        if of(FACING, calibrated=True):
-            self._whole[True] = spatial, facing
+        self._spatial = SpatialStage(of(SPACE, calibrated=True), config, segmenter.meaning)
+        self._facing = FacingStage(of(FACING, calibrated=False), config, segmenter.meaning)
+        self._faces = {c: bool(of(FACING, calibrated=c)) for c in (True, False)}
+        self._remembers = {c: remembers(self._targets, config, [c]) for c in (True, False)}
         self._scene = Scene.of(config.scene)
         self._scene_camera: Camera | None = None
         self._by_size, self._on_plane = SizePlacer(self._targets, config), PlanePlacer(self._targets, config)
@@ -160,7 +159,7 @@ class Recognizer:
         :param memory: that the image before left; None: there was none.
         :raises ImageError: as `recognize`; the memory stays.
         """
-        if not remembers(self._targets, self._config, {camera is not None}):
+        if not self._remembers[camera is not None]:
             return self.recognize(image, camera), None
         height, width = image.shape[:2]
         if memory is not None and not memory.holds(stamp_ns, (width, height), camera):
@@ -178,7 +177,8 @@ class Recognizer:
             labels = field.labels
         colours = image if self._segmenter.meaning is not LABELS else None
         frame = ImageFrame(field, camera, deadline, image=colours, scene=self._scene_of(camera))
-        flat, whole = self._flat[camera is not None], self._whole[camera is not None]
+        calibrated = camera is not None
+        flat = self._flat[calibrated]
         with watch.stage("blobs"):
             blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank, deadline)
             blobs = _within(frame.scene, blobs)
@@ -187,13 +187,11 @@ class Recognizer:
         with watch.stage("grouping"):
             detections, rejected, out_of_nodes = flat.group(frame, matches)
         with watch.stage("pose"):
-            for stage in reversed(whole):
-                found: tuple[tuple[Detection, ...], Sequence[Rejection]]
-                if isinstance(stage, SpatialStage):
-                    found = stage.recognize(frame, blobs, recall)
-                else:
-                    found = stage.recognize(frame, blobs)
-                detections, rejected = (*found[0], *detections), _joined(found[1], rejected)
+            whole: list[tuple[tuple[Detection, ...], Sequence[Rejection]]] = []
+            whole += [self._facing.recognize(frame, blobs)] if self._faces[calibrated] else []
+            whole += [self._spatial.recognize(frame, blobs, recall)] if calibrated else []
+            for found, turned_down in whole:
+                detections, rejected = (*found, *detections), _joined(turned_down, rejected)
             detections = self._placed(detections, frame)
         detections = self._classifier.classified(detections)
         limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}

@@ -39,6 +39,16 @@ def rotation_from_rotvec(rotvec: ArrayLike) -> Array:
     return np.eye(3) + s * K + c * (K @ K)
 
 
+def rotvec_from_rotation(R: Array) -> Array:
+    """(..., 3) rotation vectors of rotations (..., 3, 3); near half a turn, where their sense is not known, roughly."""
+    axis = (
+        np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1) / 2
+    )
+    sine = np.sqrt((axis**2).sum(axis=-1))
+    angle = np.arctan2(sine, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
+    return np.asarray(axis * (angle / np.maximum(sine, 1e-9))[..., None], np.float64)
+
+
 def skew(v: Array) -> Array:
     """Cross-product matrices: (..., 3) to (..., 3, 3)."""
     zero = np.zeros_like(v[..., 0])
@@ -73,14 +83,6 @@ def quaternion_from_rotation(R: ArrayLike) -> Array:
     )
     q = np.linalg.eigh(K)[1][:, -1]
     return -q if q[3] < 0 else q
-
-
-def rotvec_from_rotation(R: ArrayLike) -> Array:
-    """(3,) axis times angle of a (3, 3) rotation matrix, the angle up to pi."""
-    x, y, z, w = quaternion_from_rotation(R)
-    axis = np.array([x, y, z])
-    sine = float(np.linalg.norm(axis))
-    return axis * (2 * np.arctan2(sine, w) / sine if sine > 1e-12 else 2.0)
 
 
 def rotation_from_quaternion(q: ArrayLike) -> Array:

@@ -25,7 +25,6 @@ class ImageFrame:
     :param calibration: of the camera that took it; None: not known, and nothing is sought in space.
     :param deadline: when the search ends with what it has.
     :param image: (H, W, 3) uint8 the colours of which the labels were made; None: the labels came as they are.
-    :param all_pixels: the labels before anybody owned some; None: nobody does.
     :param scene: what is known of where objects are.
     """
 
@@ -33,7 +32,6 @@ class ImageFrame:
     calibration: Camera | None = None
     deadline: Deadline = of(default_factory=Deadline)
     image: NDArray[np.uint8] | None = None
-    all_pixels: LabelField | None = None
     scene: Scene = Scene()
 
     @property
@@ -61,12 +59,12 @@ class ImageFrame:
 
     def without(self, solids: Sequence[NDArray[np.float32]]) -> ImageFrame:
         """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody."""
-        return replace(self, field=self.field.without(solids), all_pixels=self.all_pixels or self.field)
+        return replace(self, field=self.field.without(solids))
 
     @cached_property
     def unowned(self) -> ImageFrame:
         """The same frame with no pixel owned by anybody."""
-        return self if self.all_pixels is None else replace(self, field=self.all_pixels, all_pixels=None)
+        return self if self.field.unowned is self.field else replace(self, field=self.field.unowned)
 
     def faced(self) -> ImageFrame:
         """The same frame to objects that face the camera, whichever took it."""

@@ -39,7 +39,7 @@ class LabelField:
         self.codes, self.meaning = codes, meaning
         self._config = seams or SeamsConfig()
         self._seams: dict[int, float] = {}
-        self._whole = self
+        self._before: LabelField | None = None
         self._seams_of: dict[tuple[tuple[int, ...], ...], Array] = {}
 
     @cached_property
@@ -73,7 +73,7 @@ class LabelField:
         Measured where another known class follows within `reach_px` of the class' border.
         """
         if label not in self._seams:
-            gap = self._whole._gaps_px(label)  # whoever owns pixels by now
+            gap = self.unowned._gaps_px(label)
             near = gap[gap < self._config.reach_px]
             enough = len(near) > self._config.border_share * len(gap)
             self._seams[label] = float(np.median(near)) / 2 if enough else 0.0
@@ -99,6 +99,11 @@ class LabelField:
         gaps, looks = np.empty(len(mine)), _around(reach)
         return gaps[: gaps_px(labels, width, height, reach, mine, label, silent, *looks, gaps)]
 
+    @property
+    def unowned(self) -> LabelField:
+        """The same image before anybody owned some of its pixels."""
+        return self._before or self
+
     def without(self, solids: Sequence[NDArray[np.float32]]) -> LabelField:
         """The same image with the pixels in convex hulls of points (n, 2) owned by somebody."""
         height, width = self.codes.shape
@@ -108,7 +113,7 @@ class LabelField:
             fine = np.rint(np.clip(corners, -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
             cv2.fillConvexPoly(codes, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
-        rest.codes, rest.padded = codes, bordered.ravel()
+        rest.codes, rest.padded, rest._before = codes, bordered.ravel(), self.unowned
         for made in ("labels", "padded_labels"):
             rest.__dict__.pop(made, None)
         return rest

@@ -35,14 +35,13 @@ class Looks:
         return Looks(self.label[index], self.box[index], self.least[index], self.at_s[index], self.wait_s[index])
 
     @classmethod
-    def of(cls, blobs: Sequence[Blob], at_s: float, wait_s: float = 0.0) -> Looks:
+    def of(cls, blobs: Sequence[Blob], at_s: float) -> Looks:
         """Blobs as they are now."""
         rects = np.array([cv2.boundingRect(b.pixels) for b in blobs], float).reshape(-1, 4)
         box = np.column_stack([rects[:, :2] + rects[:, 2:] / 2, rects[:, 2:]])
         least = np.column_stack([rects[:, 2:], [b.area_px for b in blobs]])
-        return cls(
-            np.array([b.label for b in blobs], int), box, least, *np.array([[at_s], [wait_s]]).repeat(len(blobs), 1)
-        )
+        label, at_s_each = np.array([b.label for b in blobs], int), np.full(len(blobs), at_s)
+        return cls(label, box, least, at_s_each, np.zeros(len(blobs)))
 
     @classmethod
     def joined(cls, parts: Sequence[Looks]) -> Looks:

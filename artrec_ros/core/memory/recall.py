@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..base.config import RecallConfig
+from ..base.stamps import seconds_since
 from ..geometry.camera import Camera
 from ..image.blobs import Blob
 from ..pose.finder import WholeObjectFinder
@@ -17,7 +18,6 @@ from .memory import Known, Memory, numbers_of
 from .turns import Turns
 
 _DEFAULTS = RecallConfig()
-_NO_CLOCK_S = 1 / 30  # what a frame counts as where stamps stand still
 
 
 class Recall:
@@ -34,8 +34,7 @@ class Recall:
         config: RecallConfig = _DEFAULTS,
     ) -> None:
         self._memory, self._stamp_ns, self._refresh_s, self.config = memory, stamp_ns, refresh_s, config
-        stands_still = memory is None or stamp_ns == memory.stamp_ns
-        self._passed_s = _NO_CLOCK_S if memory is None or stands_still else (stamp_ns - memory.stamp_ns) * 1e-9
+        self._passed_s = seconds_since(memory.stamp_ns if memory else None, stamp_ns)
         self.clock_s = memory.clock_s + self._passed_s if memory else 0.0
         self._turns: dict[str, Turns] = {}
         self._known: dict[str, tuple[Known, ...]] = {}

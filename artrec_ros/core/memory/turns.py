@@ -9,7 +9,7 @@ import numpy as np
 from ..base.config import RecallConfig
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
-from .looks import NO_LOOKS, Looks
+from .looks import Looks
 
 
 class Turns:
@@ -83,13 +83,8 @@ class Turns:
         """For the next frame: blobs that were searched now, and those of before that are still there."""
         new = np.array(sorted(self._searched), int)
         old = np.array([n for n in np.flatnonzero(self._same >= 0).tolist() if n not in self._searched], int)
-        return Looks.joined(
-            [
-                NO_LOOKS,
-                self._now[new].waiting(self._wait_s[new]),
-                self._before[self._same[old]].moved_to(self._now[old]),
-            ]
-        )
+        searched, waiting = self._now[new].waiting(self._wait_s[new]), self._before[self._same[old]]
+        return Looks.joined([searched, waiting.moved_to(self._now[old])])
 
 
 def _due(age_s: Array, wait_s: Array, passed_s: float) -> set[int]:

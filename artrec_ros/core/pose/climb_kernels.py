@@ -174,9 +174,9 @@ def sweep(
 def climb(
     s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, m: Moves, rounds: int, steps: Any,
     R: Any, t: Any, q: Any, votes: Any,
-) -> bool:  # fmt: skip
+) -> None:  # fmt: skip
     """So many rounds of steps of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one parameter
-    after the other; whether any step of the last round was long enough to be taken.
+    after the other, until no step is long enough to be taken.
 
     A step that helps is kept, and the parameter's next one is longer; one that does not is turned round and shortened
     (Rosenbrock 1960, along the parameters' own axes throughout).
@@ -185,7 +185,7 @@ def climb(
     """
     patches, room, body, n_joints = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1]), q.shape[1]
     tried = Tried(np.empty((3, 3)), np.empty(3), np.empty(n_joints), np.empty((3, 3, 3)))
-    step, any_taken = np.zeros(6 + n_joints), False
+    step = np.zeros(6 + n_joints)
     for h in range(len(R)):
         taken = True
         for _ in range(rounds):
@@ -206,5 +206,3 @@ def climb(
                     copy_frame(tried.R, tried.t, R[h], t[h])
                     for j in range(n_joints):
                         q[h, j] = tried.q[j]
-        any_taken = any_taken or taken
-    return any_taken

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.transforms import Array
+from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation
 
 Counts = NDArray[np.intp]
 Flags = NDArray[np.bool_]
@@ -147,7 +147,7 @@ class Bodies:
 
     def error(self, place: Array, turn: Array) -> Array:
         """(T, 6) how far measured places and turns are off."""
-        turned = rotvecs(turn @ self.turn.transpose(0, 2, 1))
+        turned = rotvec_from_rotation(turn @ self.turn.transpose(0, 2, 1))
         return np.concatenate([place - self.motion.place[:, :3], turned], axis=1)
 
 
@@ -173,22 +173,4 @@ def _settled(motion: MotionState, turn: Array) -> Bodies:
     """With the turn's error taken over into the turn."""
     mean = motion.mean.copy()
     mean[:, 0, 3:] = 0.0
-    return Bodies(MotionState(mean, motion.covariance, motion.unit), rotations(motion.mean[:, 0, 3:]) @ turn)
-
-
-def rotations(rotvec: Array) -> Array:
-    """(T, 3, 3) rotations by rotation vectors (T, 3), small ones too (Rodrigues)."""
-    angle = np.sqrt((rotvec**2).sum(axis=1))[:, None, None]
-    x, y, z = rotvec.T
-    K = np.zeros((len(rotvec), 3, 3))
-    K[:, 0, 1], K[:, 0, 2], K[:, 1, 0], K[:, 1, 2], K[:, 2, 0], K[:, 2, 1] = -z, y, z, -x, -y, x
-    half = np.sinc(angle / (2 * np.pi))
-    return np.eye(3) + np.sinc(angle / np.pi) * K + half**2 / 2 * (K @ K)
-
-
-def rotvecs(R: Array) -> Array:
-    """(T, 3) the rotation vectors of rotations (T, 3, 3); near half a turn, where their sense is not known, roughly."""
-    axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1) / 2
-    sine = np.sqrt((axis**2).sum(axis=1))
-    angle = np.arctan2(sine, (np.trace(R, axis1=1, axis2=2) - 1) / 2)
-    return axis * (angle / np.maximum(sine, 1e-9))[:, None]
+    return Bodies(MotionState(mean, motion.covariance, motion.unit), rotation_from_rotvec(motion.mean[:, 0, 3:]) @ turn)

@@ -8,10 +8,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..base.config import SightingsConfig, TrackingConfig
-from ..geometry.transforms import Array
+from ..geometry.transforms import Array, rotvec_from_rotation
 from ..model.found import Detection
 from ..model.target import Target
-from .motion import Bodies, Counts, Flags, rotvecs
+from .motion import Bodies, Counts, Flags
 from .tracks import Tracks
 
 _SCALE_PER_M = 1.0  # a step of a metre changes the logarithm of the scale by this: as a metre away
@@ -116,7 +116,7 @@ def _in_space(s: Sightings, d: Counts, bodies: Bodies, t: Counts, config: Tracki
     ray, room = s.position[d], s.range_m[d] ** 3  # what is in view at a range is about a cube of that size
     along, across = ray[:, :, None] * ray[:, None], (s.range_m[d] ** 2)[:, None, None] * np.eye(3)
     tight = P[:, :3, :3] + of.range_share**2 * along + of.bearing_rad**2 * (across - along)
-    angle = np.sqrt((rotvecs(s.turn[d] @ bodies.turn[t].transpose(0, 2, 1)) ** 2).sum(axis=1))
+    angle = np.sqrt((rotvec_from_rotation(s.turn[d] @ bodies.turn[t].transpose(0, 2, 1)) ** 2).sum(axis=1))
     variance = np.trace(P[:, 3:, 3:], axis1=1, axis2=2) / 3 + of.turn_rad**2
     right = _place_ratio(error, tight, room) * _turn_ratio(angle, variance, 3)
     wrong = _place_ratio(error, P[:, :3, :3] + of.misturned_share**2 * across, room)

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ..base.config import TrackingConfig
+from ..base.stamps import seconds_since
 from ..geometry.transforms import Array
 from ..model.found import Detection, FrameResult
 from ..model.target import Target
@@ -29,7 +30,6 @@ from .telling import Teller
 from .tracks import Tracks
 
 _NAMED = 0.5  # probability from which an object that is not seen keeps its identity from others
-_NO_CLOCK_S = 1 / 30  # what a frame counts as where stamps stand still
 
 
 class Tracker:
@@ -99,7 +99,7 @@ class Tracker:
         if other_view or (self._stamp_ns is not None and stamp_ns < self._stamp_ns):
             self.forget()
         first = self._stamp_ns is None
-        dt_s = (0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9) or _NO_CLOCK_S
+        dt_s = seconds_since(self._stamp_ns, stamp_ns)
         self._numbers.pass_time(dt_s, self._config.max_gap_s)
         self._tracks = self._tracks.after(dt_s, self._motion, self._config.existence)
         self._joints = self._joints.after(dt_s, self._motion)

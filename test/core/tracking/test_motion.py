@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from artrec_ros.core.geometry.transforms import rotation_from_rotvec
-from artrec_ros.core.tracking.motion import Bodies, MotionModel, MotionState, calmed, rotations, rotvecs
+from artrec_ros.core.geometry.transforms import rotation_from_rotvec, rotvec_from_rotation
+from artrec_ros.core.tracking.motion import Bodies, MotionModel, MotionState, calmed
 
 MODEL = MotionModel(speed=0.7, steady_s=0.5)
 UNIT = np.array([[1.0, 1.0, 200.0], [1.0, 2.0, 3.0]])
@@ -93,10 +93,10 @@ def test_rotation_vectors():
     rng = np.random.default_rng(1)
     vectors = np.concatenate([rng.normal(0, 1, (50, 3)), rng.normal(0, 1e-9, (5, 3)), np.zeros((1, 3))])
     vectors = vectors[np.linalg.norm(vectors, axis=1) < 3]
-    R = rotations(vectors)
+    R = rotation_from_rotvec(vectors)
     for v, own in zip(vectors, R, strict=True):
         np.testing.assert_allclose(own, rotation_from_rotvec(v), atol=1e-12)
-    np.testing.assert_allclose(rotvecs(R), vectors, atol=1e-9)
+    np.testing.assert_allclose(rotvec_from_rotation(R), vectors, atol=1e-9)
 
 
 BODY_UNIT = np.array([[1.0, 1.0, 1.0, 2.0, 2.0, 2.0]])
@@ -143,9 +143,9 @@ def test_the_filter_is_consistent():
         kick = rng.normal(size=(n, 6, 2)) @ S.T * unit[..., None]
         step = F[0, 1] * rate + kick[..., 0]
         rate = F[1, 1] * rate + kick[..., 1]
-        place, turn = place + step[:, :3], rotations(step[:, 3:]) @ turn
+        place, turn = place + step[:, :3], rotation_from_rotvec(step[:, 3:]) @ turn
         e = rng.normal(size=(n, 6)) @ L.T
-        measured = place + e[:, :3], rotations(e[:, 3:]) @ turn
+        measured = place + e[:, :3], rotation_from_rotvec(e[:, 3:]) @ turn
         if body is None:
             body = Bodies.first_seen(*measured, noises, unit, MODEL)
         else:

@@ -22,6 +22,7 @@ class Followed:
     """A known object.
 
     :param expected: where it may be. :param trust: 0: it is not there. :param well: it is there as it was.
+    :param behind: it is followed in what others leave.
     """
 
     known: Known
@@ -30,6 +31,7 @@ class Followed:
     found: Ranked
     trust: float
     well: bool
+    behind: bool = False
 
 
 class SpatialLooks:
@@ -88,8 +90,8 @@ class SpatialLooks:
     def _is_hopeless(self, verdict: Verdict | None, *, climbs: int) -> bool:
         """Whether no climb will make an object of the best one: what it lacks to be one it does not find on its way.
 
-        A climb may yet bring the required component to its place; the next one does not.
+        The first climb may yet bring the required component to its place; later ones do not.
         """
-        if verdict is None or not verdict.confirmed[verdict.claim.finder.root]:
-            return climbs > 0
-        return verdict.probability < self._config.hopeless
+        if verdict is None or verdict.probability < self._config.hopeless:
+            return True
+        return climbs > 0 and not verdict.confirmed[verdict.claim.finder.root]

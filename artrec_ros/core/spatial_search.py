@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache, partial
 
 from .base.config import SearchConfig
 from .base.crew import Ahead, Crew
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
+from .memory.memory import Known
 from .memory.recall import Recall
 from .memory.turns import Turns
 from .pose.finder import WholeObjectFinder
@@ -88,19 +90,19 @@ class SpatialSearch:
 
     def _look_for_known(self, queue: list[_Task]) -> None:
         """Known objects take their pixels. Where it is their turn, or they show less than they did, others are looked
-        for in their place as if nothing were known: what is found may prove to be better."""
-        followed, frame = self._follow(), self._frame
-        for f in followed:
-            self._hide_found()
-            self._take(f.finder, f.found.poses)
-        due = self._recall.due([f.known for f in followed])
+        for in what the rest of them leave, as if they were not known: what is found may prove to be better."""
+        frame, followed = self._frame, self._follow()
+        due = self._recall.due([f.known for f in followed], [f.known for f in followed if f.behind])
         again = [(f, f.known in due) for f in followed if f.known in due or not f.well]
         blobs = [self._turns[f.finder].largest(*f.finder.discs(frame.camera, f.found.poses[:1])) for f, _ in again]
         tasks = [(f, blob, in_full) for (f, in_full), blob in zip(again, blobs, strict=True) if blob is not None]
+        taken = [f for f in followed if f.trust > self._config.sure]
+        solids = {id(f): silhouette(f.finder.surface, frame.camera, f.found.poses[:1]) for f in taken if tasks}
 
         def look(task: tuple[Followed, Blob, bool]) -> Poses | None:
             f, blob, in_full = task
-            return (self._looks.full if in_full else self._looks.plain)(frame, f.finder, blob)
+            rest = frame.without([s for other in taken if other is not f for s in solids[id(other)]])
+            return (self._looks.full if in_full else self._looks.plain)(rest, f.finder, blob)
 
         for (f, _, in_full), poses in zip(tasks, self._crew.each(look, tasks), strict=True):
             if in_full and not frame.deadline.expired:
@@ -110,35 +112,51 @@ class SpatialSearch:
                 self._take(f.finder, poses)
 
     def _follow(self) -> list[Followed]:
-        """Known objects that are still there, the most votes first; the blobs of others do not wait.
+        """Known objects that are still there, and are taken; the blobs of others do not wait.
 
         Where most are gone this is another scene, of which what is remembered says nothing.
         """
-        frame, now_s, config = self._frame, self._recall.clock_s, self._recall.config
         known = [(finder, k) for finder in self._turns for k in self._recall.known(finder.target.name)]
         known.sort(key=lambda fk: (not self._recall.was_there(fk[1]), -fk[1].votes))
-        followed = []
-        for finder, k in known:
-            if not frame.deadline.expired:
-                followed.append(self._looks.follow(frame, finder, k, now_s, config))
-        there = sorted((f for f in followed if f.trust > 0), key=lambda f: -f.found.votes[0])
-        if frame.deadline.expired:  # then fits are none
-            return there
+        followed = [self._followed(finder, k) for finder, k in known]
+        if self._frame.deadline.expired:  # then fits are none
+            return self._taken(followed)
         if self._is_another_scene([f for f in followed if self._recall.was_there(f.known)]):
             for turns in self._turns.values():
                 turns.forget()
             return []
+        all_of_it, there = self._frame, self._taken([f for f in followed if f.well])
         for f in followed:
-            if not f.well and f.trust <= self._config.sure:  # it may be found from its limbs, too
-                middles, radii_px = f.finder.discs(frame.camera, f.expected)
-                self._turns[f.finder].hurry(middles, config.limbs * radii_px)
+            if not f.well:
+                there += self._taken([self._followed_behind(f, all_of_it)])
+        return there
+
+    def _followed_behind(self, f: Followed, all_of_it: ImageFrame) -> Followed:
+        """A known object that does not show in the frame what it did, in what others leave: its votes were of no more
+        before."""
+        self._hide_found()
+        if self._frame is not all_of_it:
+            f = replace(self._followed(f.finder, f.known), behind=True)
+        if not f.well and f.trust <= self._config.sure:  # it may be found from its limbs, too
+            middles, radii_px = f.finder.discs(self._frame.camera, f.expected)
+            self._turns[f.finder].hurry(middles, self._recall.config.limbs * radii_px)
+        return f
+
+    def _followed(self, finder: WholeObjectFinder, known: Known) -> Followed:
+        return self._looks.follow(self._frame, finder, known, self._recall.clock_s, self._recall.config)
+
+    def _taken(self, followed: list[Followed]) -> list[Followed]:
+        """Those that are there, the most votes first: they take their pixels."""
+        there = sorted((f for f in followed if f.trust > 0), key=lambda f: -f.found.votes[0])
+        for f in there:
+            self._hide_found()
+            self._take(f.finder, f.found.poses)
         return there
 
     def _is_another_scene(self, followed: Sequence[Followed]) -> bool:
-        """Whether most of what was there, by its votes, is not there as it was; of a single object: is not there."""
-        if len(followed) == 1:
-            return followed[0].trust <= self._config.sure
-        return 2 * sum(f.known.votes for f in followed if f.well) < sum(f.known.votes for f in followed)
+        """Whether most of what was there, by its votes, is not there."""
+        gone = [f for f in followed if not f.well and f.trust <= self._config.sure]
+        return 2 * sum(f.known.votes for f in gone) > sum(f.known.votes for f in followed)
 
     def _is_wanted(self, task: _Task) -> bool:
         """Whether there is something of a blob left to explain, and time for it."""

@@ -83,6 +83,22 @@ def test_a_known_object_is_followed_without_another_look(looks):
         assert d.joints["fore"] == pytest.approx(0.4 - 0.03 * k, abs=0.15)
 
 
+def test_what_another_hides_in_part_is_followed_in_what_that_one_leaves(looks):
+    def far(k):
+        return pose(-0.08 + 0.004 * k, 0, 1.25, 0.3, model=TRUCK, joints={"fore": 0.2})
+
+    def near(k):
+        return pose(-0.16 + 0.002 * k, 0, 0.8, 0.3, model=TRUCK)
+
+    images = [render(CAMERA, [(TRUCK, far(k), RED), (TRUCK, near(k), BLUE)]) for k in range(8)]
+    results, _ = play(images)
+    for k, result in enumerate(results):
+        red, blue = sorted(result.detections, key=lambda d: -d.pose.position[2])
+        assert (red.object, blue.object) == ("red", "blue")
+        np.testing.assert_allclose(red.pose.position, far(k).t[0], atol=0.03)
+    assert looks["plain"] <= 5 and not looks["close"]  # in the first frame, and when it is their turn again
+
+
 def test_doubt_is_paid_once_and_told_to_wait(looks):
     results, _ = play([np.where(CLUTTER == RED, RED, picture(driving(k))) for k in range(8)])
     assert looks["close"] <= 3  # soon once more, and then ever later

@@ -45,11 +45,16 @@ class Recall:
         """The objects of a name that may be there, the most votes first."""
         return self._memory.known.get(name, ()) if self._memory else ()
 
-    def due(self, known: Sequence[Known]) -> list[Known]:
+    def due(self, known: Sequence[Known], behind: Sequence[Known]) -> list[Known]:
         """Those in whose place others are looked for in this frame: all for which the next one would be too late, else
-        the one for which it is the longest time ago, if that is half the time."""
+        the one for which it is the longest time ago, if that is half the time.
+
+        :param behind: those of them that are followed in what others leave: what is taken for what is easily mistaken
+            there, and their time is that of blobs that are searched in vain.
+        """
+        wait_s = {id(k): min(self.config.retry_s, self._refresh_s) for k in behind}
         age_s = {id(k): self.clock_s - k.challenged_s for k in known}
-        late = [k for k in known if age_s[id(k)] + self._passed_s > self._refresh_s]
+        late = [k for k in known if age_s[id(k)] + self._passed_s > wait_s.get(id(k), self._refresh_s)]
         old = [k for k in known if age_s[id(k)] > self._refresh_s / 2]
         return late or sorted(old, key=lambda k: -age_s[id(k)])[:1]
 

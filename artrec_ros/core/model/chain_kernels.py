@@ -19,6 +19,7 @@ class Chain(NamedTuple):
     t: Any  # (C, 3)
     axis: Any  # (C, 3)
     revolute: Any  # (C,) bool
+    moves: Any  # (J, C) bool: components that a joint carries
 
 
 @lean

@@ -95,7 +95,7 @@ class Kinematics:
             for j in joints
         ]
         R, t, axis, revolute = (np.array(values) for values in zip(*rows, strict=True))
-        return Chain(np.array(self.parent), np.array(self.joint_of), R, t, axis, revolute)
+        return Chain(np.array(self.parent), np.array(self.joint_of), R, t, axis, revolute, self.moves.T.copy())
 
     def forward(self, R: Array, t: Array, q: Array) -> Frames:
         """Component frames for object poses R (H, 3, 3), t (H, 3) in the camera and joints q (H, J)."""

@@ -11,7 +11,7 @@ from ..base.jit import jit, lean
 from ..geometry.pixel_kernels import LabelView
 from ..model.chain_kernels import Chain, copy_frame, copy_rotation, place_all, turn_by
 from .surface_kernels import Room, Surface, SurfaceLimits, room_of
-from .vote_kernels import score_hypothesis
+from .vote_kernels import Scores, score_hypothesis
 
 
 class Value(NamedTuple):
@@ -54,11 +54,11 @@ class Body(NamedTuple):
     R: Any  # (C, 3, 3)
     t: Any  # (C, 3)
     joints: Any  # (2, J, 3) axes and origins
-    votes: Any  # (P,)
-    area_px: Any
-    agree: Any
+    scores: Scores  # as it was scored last,
+    tried: Scores  # and as if it were elsewhere
     sums: Any  # (2, C)
     scratch: Any  # (3, 3, 3)
+    everything: Any  # (C,) True: components that move with the pose
 
 
 class Tried(NamedTuple):
@@ -99,15 +99,24 @@ def totals(s: Surface, value: Value, votes: Any, area_px: Any, out: Any) -> None
 
 @lean
 def whole_votes(
-    s: Surface, patches: Any, chain: Chain, R: Any, t: Any, q: Any, view: LabelView, limits: SurfaceLimits,
+    s: Surface, patches: Any, chain: Chain, R: Any, t: Any, q: Any, moved: Any, view: LabelView, limits: SurfaceLimits,
     value: Value, body: Body, room: Room,
 ) -> float:  # fmt: skip
-    """Votes of a whole object under one hypothesis (3, 3), (3,), (J,)."""
+    """Votes of a whole object under one hypothesis (3, 3), (3,), (J,), with `body.tried` filled.
+
+    :param moved: (C,) components that are elsewhere than `body.scores` are of.
+    """
+    copy_scores(body.scores, body.tried)
     place_all(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
-    score_hypothesis(
-        s, body.R, body.t, patches, view, limits, value.occlusion, room, body.votes, body.area_px, body.agree
-    )
-    return total(s, value, body.votes, body.area_px, body.sums)
+    score_hypothesis(s, body.R, body.t, patches, moved, view, limits, value.occlusion, room, body.tried)
+    return total(s, value, body.tried.votes, body.tried.area_px, body.sums)
+
+
+@lean
+def copy_scores(scores: Scores, out: Scores) -> None:
+    """Copy what is said of P patches."""
+    for p in range(len(out.votes)):
+        out.votes[p], out.area_px[p], out.near[p] = scores.votes[p], scores.area_px[p], scores.near[p]
 
 
 @lean
@@ -134,9 +143,12 @@ def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
 def body_of(s: Surface, value: Value, n_joints: int) -> Body:
     """Room for one hypothesis of a surface."""
     n_c, n_p = value.n_components, len(s.area)
+    near = np.zeros((2, n_p), np.int64)
+    said = np.zeros((2, 3, n_p))
     return Body(
         np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, n_joints, 3)),
-        np.empty(n_p), np.empty(n_p), np.empty(n_p), np.empty((2, n_c)), np.empty((3, 3, 3)),
+        Scores(said[0, 0], said[0, 1], said[0, 2], near[0]), Scores(said[1, 0], said[1, 1], said[1, 2], near[1]),
+        np.empty((2, n_c)), np.empty((3, 3, 3)), np.ones(n_c, np.bool_),
     )  # fmt: skip
 
 
@@ -147,7 +159,9 @@ def votes_of(
     """Fill out (H,) with the votes of hypotheses R (H, 3, 3), t (H, 3), q (H, J)."""
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
     for h in range(len(R)):
-        out[h] = whole_votes(s, patches, chain, R[h], t[h], q[h], view, limits, value, body, room)
+        out[h] = whole_votes(
+            s, patches, chain, R[h], t[h], q[h], body.everything, view, limits, value, body, room
+        )  # fmt: skip
 
 
 @jit
@@ -160,11 +174,13 @@ def sweep(
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
     for h in range(len(R)):
         best = q[h, j]
+        whole_votes(s, patches, chain, R[h], t[h], q[h], body.everything, view, limits, value, body, room)
+        copy_scores(body.tried, body.scores)
         for at in grid:
             if math.isnan(at):
                 break
             q[h, j] = at
-            found = whole_votes(s, patches, chain, R[h], t[h], q[h], view, limits, value, body, room)
+            found = whole_votes(s, patches, chain, R[h], t[h], q[h], chain.moves[j], view, limits, value, body, room)
             if found > votes[h]:
                 votes[h], best = found, at
         q[h, j] = best
@@ -188,6 +204,8 @@ def climb(
     step = np.zeros(6 + n_joints)
     for h in range(len(R)):
         taken = True
+        whole_votes(s, patches, chain, R[h], t[h], q[h], body.everything, view, limits, value, body, room)
+        copy_scores(body.tried, body.scores)
         for _ in range(rounds):
             if not taken:
                 break
@@ -199,10 +217,14 @@ def climb(
                 step[k] = steps[h, k]
                 move(m, step, R[h], t[h], q[h], tried)
                 step[k] = 0.0
-                found = whole_votes(s, patches, chain, tried.R, tried.t, tried.q, view, limits, value, body, room)
+                moved = body.everything if k < 6 else chain.moves[k - 6]
+                found = whole_votes(
+                    s, patches, chain, tried.R, tried.t, tried.q, moved, view, limits, value, body, room
+                )  # fmt: skip
                 steps[h, k] *= m.steps.lengthen if found > votes[h] else m.steps.turn
                 if found > votes[h]:
                     votes[h] = found
+                    copy_scores(body.tried, body.scores)
                     copy_frame(tried.R, tried.t, R[h], t[h])
                     for j in range(n_joints):
                         q[h, j] = tried.q[j]

@@ -72,24 +72,27 @@ def boxes_in_camera(s: Surface, R: Any, t: Any, box_R: Any, eye: Any, middle: An
 
 
 @inlined
-def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room) -> int:
-    """Fill `room.near` with the boxes that may hide a patch, whose normal and centre in the camera are given."""
+def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room, which: int) -> int:
+    """Fill `room.near` with the boxes that may hide a patch, whose normal and centre in the camera are given.
+
+    :param which: bits of boxes, see `bit_of`; others are left out.
+    """
     nx, ny, nz = normal
     cx, cy, cz = centre
     inverse = 1.0 / (cx * cx + cy * cy + cz * cz)
     n = 0
     for k in range(len(s.half)):
-        if s.ignored[p, k]:
+        if s.ignored[p, k] or not which & bit_of(k):
             continue
         B, E, half, m = room.box_rotation[k], room.eye[k], s.half[k], room.middle[k]
+        # a box grown by the patch's radius reaches out at most that much times the square root of three
+        along, reach = m[0] * cx + m[1] * cy + m[2] * cz, s.box_radius[k] + 2.0 * s.radius[p]
+        if m[0] * m[0] + m[1] * m[1] + m[2] * m[2] - along * along * inverse > reach * reach:  # beside its cone
+            continue
         above = nx * (m[0] - cx) + ny * (m[1] - cy) + nz * (m[2] - cz)
         for i in range(3):
             above += half[i] * abs(nx * B[0, i] + ny * B[1, i] + nz * B[2, i])
         if not above > 0.0:  # wholly behind the patch's plane
-            continue
-        # a box grown by the patch's radius reaches out at most that much times the square root of three
-        along, reach = m[0] * cx + m[1] * cy + m[2] * cz, s.box_radius[k] + 2.0 * s.radius[p]
-        if m[0] * m[0] + m[1] * m[1] + m[2] * m[2] - along * along * inverse > reach * reach:  # beside its cone
             continue
         enter, leave = 0.0, 1.0
         for i in range(3):
@@ -103,6 +106,15 @@ def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room) -> 
             room.near[n] = k
             n += 1
     return n
+
+
+@inlined
+def bit_of(box: int) -> int:
+    """A bit for each box; of many boxes several share one."""
+    return 1 << (box % 62)
+
+
+ALL_BOXES = (1 << 62) - 1
 
 
 @jit
@@ -119,7 +131,7 @@ def shown_points(s: Surface, R: Any, t: Any, patches: Any, end: float, out: Any)
             p = patches[column]
             A, b = R[h, s.component[p]], t[h, s.component[p]]
             _, mx, my, mz = aspect(s, p, A, b)
-            n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room)
+            n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
             hide(s, A, b, points_of(s, p), room, n_near, end)
             for i in range(out.shape[2]):
                 out[h, column, i] = not room.hidden[i]

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, turned
 from ..model.chain_kernels import Chain, place_all
-from .hiding_kernels import boxes_in_camera, boxes_in_front, hide
+from .hiding_kernels import ALL_BOXES, bit_of, boxes_in_camera, boxes_in_front, hide
 from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, points_of, room_of
+
+
+class Scores(NamedTuple):
+    """What the labels say of the patches of one hypothesis, see `spatial.PatchScores`."""
+
+    votes: Any  # (P,)
+    area_px: Any  # (P,)
+    agree: Any  # (P,)
+    near: Any  # (P,) boxes that may hide it: a bit for each, several may share one
 
 
 @inlined
@@ -48,52 +57,82 @@ def score_patches(
     """Fill votes, area_px, agree (H, P) of hypotheses R (H, 3, 3), t (H, 3), q (H, J): see `spatial.PatchScores`."""
     room, scratch, n_c = room_of(s), np.empty((3, 3, 3)), len(chain.parent)
     frames_R, frames_t, joints = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, q.shape[1], 3))
+    all_moved, near = np.ones(n_c, np.bool_), np.empty(len(patches), np.int64)
     for h in range(len(R)):
         place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
-        score_hypothesis(s, frames_R, frames_t, patches, view, limits, occlusion, room, votes[h], area_px[h], agree[h])
+        scores = Scores(votes[h], area_px[h], agree[h], near)
+        score_hypothesis(s, frames_R, frames_t, patches, all_moved, view, limits, occlusion, room, scores)
 
 
 @lean
 def score_hypothesis(
-    s: Surface, R: Any, t: Any, patches: Any, view: LabelView, limits: SurfaceLimits, occlusion: bool, room: Room,
-    votes: Any, area_px: Any, agree: Any,
+    s: Surface, R: Any, t: Any, patches: Any, moved: Any, view: LabelView, limits: SurfaceLimits, occlusion: bool,
+    room: Room, scores: Scores,
 ) -> None:  # fmt: skip
-    """The same for one hypothesis: (C, 3, 3), (C, 3), and (P,) each to fill."""
-    blocked = occlusion and len(s.half) > 0
-    f2 = view.K[0, 0] * view.K[1, 1]
+    """Fill the scores of patches under one hypothesis: (C, 3, 3), (C, 3).
+
+    :param moved: (C,) components that are elsewhere than the scores are of: patches of others, of which these hide
+        nothing and hid nothing, keep theirs.
+    """
+    blocked, moved_boxes = occlusion and len(s.half) > 0, 0
     if blocked:
         boxes_in_camera(s, R, t, room.box_rotation, room.eye, room.middle)
+        for k in range(len(s.half)):
+            if moved[s.box_component[k]]:
+                moved_boxes |= bit_of(k)
     for column in range(len(patches)):
         p = patches[column]
+        stays = not moved[s.component[p]]
+        if stays and not moved_boxes:
+            continue
         A, b = R[s.component[p]], t[s.component[p]]
         cosine, mx, my, mz = aspect(s, p, A, b)
-        votes[column] = area_px[column] = agree[column] = 0.0
-        if not (cosine > limits.least_cosine and mz > LEAST_DEPTH_M):
+        in_view = cosine > limits.least_cosine and mz > LEAST_DEPTH_M
+        normal, centre, n_near, near = turned(A, s.normal[p]), (mx, my, mz), 0, 0
+        if stays and in_view:
+            stays = scores.near[column] & moved_boxes == 0
+            stays = stays and boxes_in_front(s, p, normal, centre, room, moved_boxes) == 0
+        if stays:
             continue
-        n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room) if blocked else 0
-        total, seen, same, role, own = 0.0, 0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
-        on, count = points_of(s, p), s.count[p]
-        locate(A, b, on, view, room.at[0])
-        if n_near:
-            hide(s, A, b, on, room, n_near, limits.behind)
-        for i in range(count):
-            if n_near and room.hidden[i]:
-                continue
-            found = view.padded[room.at[0, i]]
-            if found == limits.owned:
-                continue
-            seen += 1
-            total += role[found]
-            same += own[found]
-        size, visible = s.area[p] * f2 / mz**2 * cosine, seen / count
-        value, k = total / count * size, s.marker_of[p]
-        if k >= 0 and visible > limits.ring_visible:
-            ring, parted = ring_votes(s, k, own, A, b, view, limits, room)
-            value = value * parted if value > 0.0 else value  # amid its class there is nothing to tell a marker by
-            value += ring * ring_px2(s, k, cosine, mz, f2, limits)
-        votes[column] = value
-        area_px[column] = size * visible
-        agree[column] = same / max(visible * count, 1.0)
+        if in_view and blocked:
+            n_near = boxes_in_front(s, p, normal, centre, room, ALL_BOXES)
+            for n in range(n_near):
+                near |= bit_of(room.near[n])
+        scores.near[column] = near
+        scores.votes[column] = scores.area_px[column] = scores.agree[column] = 0.0
+        if in_view:
+            said = said_of(s, p, A, b, cosine, mz, n_near, view, limits, room)
+            scores.votes[column], scores.area_px[column], scores.agree[column] = said
+
+
+@inlined
+def said_of(
+    s: Surface, p: int, A: Any, b: Any, cosine: float, depth: float, n_near: int, view: LabelView,
+    limits: SurfaceLimits, room: Room,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Votes, visible pixels and agreement of a patch in view; the first `n_near` boxes of `room.near` may hide it."""
+    f2 = view.K[0, 0] * view.K[1, 1]
+    total, seen, same, role, own = 0.0, 0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
+    on, count = points_of(s, p), s.count[p]
+    locate(A, b, on, view, room.at[0])
+    if n_near:
+        hide(s, A, b, on, room, n_near, limits.behind)
+    for i in range(count):
+        if n_near and room.hidden[i]:
+            continue
+        found = view.padded[room.at[0, i]]
+        if found == limits.owned:
+            continue
+        seen += 1
+        total += role[found]
+        same += own[found]
+    size, visible = s.area[p] * f2 / depth**2 * cosine, seen / count
+    value, k = total / count * size, s.marker_of[p]
+    if k >= 0 and visible > limits.ring_visible:
+        ring, parted = ring_votes(s, k, own, A, b, view, limits, room)
+        value = value * parted if value > 0.0 else value  # amid its class there is nothing to tell a marker by
+        value += ring * ring_px2(s, k, cosine, depth, f2, limits)
+    return value, size * visible, same / max(visible * count, 1.0)
 
 
 @inlined

@@ -118,7 +118,7 @@ class SpatialSearch:
         """
         known = [(finder, k) for finder in self._turns for k in self._recall.known(finder.target.name)]
         known.sort(key=lambda fk: (not self._recall.was_there(fk[1]), -fk[1].votes))
-        followed = [self._followed(finder, k) for finder, k in known]
+        followed = self._crew.each(lambda one: self._followed(*one), known)
         if self._frame.deadline.expired:  # then fits are none
             return self._taken(followed)
         if self._is_another_scene([f for f in followed if self._recall.was_there(f.known)]):

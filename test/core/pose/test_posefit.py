@@ -105,7 +105,8 @@ def test_the_normal_equations_are_sums_over_the_contours_points():
         joints = Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves)
         placed = Placed(truth.t[0], truth.q[0], frames.R[0], frames.t[0], frames.axis[0], frames.origin[0], joints)
         edges = edge_terms(surface, frame.field, (4,), FIT)
-        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, surface.limits.least_cosine)
+        shown, least = surface.shown_contour(truth, use), surface.limits.least_cosine
+        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, least, shown)
         add_contours(term, 0, 0, placed, to, np.empty(n, np.int64), room)
         J, w = fit.jacobian.reshape(-1, n), fit.weight.ravel()
         assert (w > 0).sum() > 20

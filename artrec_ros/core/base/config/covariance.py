@@ -31,6 +31,14 @@ class CovarianceConfig(Room):
         paths=_WHOLE,
         origin="by hand, held against true poses by benchmarks/covariance.py",
     )
+    spread_share: float = param(
+        1.0,
+        "what of the residuals' own spread counts of each point by itself",
+        low=0,
+        high=10,
+        paths=_WHOLE,
+        origin="x",
+    )
     seam_share: float = param(
         0.6,
         "deviation of an edge's place in a seam, the same all around, as a share of half the seam",
@@ -63,6 +71,30 @@ class CovarianceConfig(Room):
         high=10,
         paths=_WHOLE,
         origin="the rest is the other terms' already: by hand, held against true poses by benchmarks/covariance.py",
+    )
+    restart_sigma: float = param(
+        3.0,
+        "deviations from its rest at which a fit is begun again, to see where it comes to rest then",
+        low=0,
+        high=10,
+        paths=_WHOLE,
+        origin="near the border of the region that holds nine in ten of six normal variables, 3.3",
+    )
+    restart_directions: int = param(
+        2,
+        "of how many directions, those of which the image tells least",
+        low=1,
+        high=6,
+        paths=_WHOLE,
+        origin="x",
+    )
+    restart_share: float = param(
+        1.0,
+        "what of the scatter of these rests counts",
+        low=0,
+        high=10,
+        paths=_WHOLE,
+        origin="x",
     )
     least_freedom: float = param(
         0.25,

@@ -8,9 +8,8 @@ Worlds and scenes are those of `benchmarks/acceptance.py`: random objects, crowd
 (`core/pose/covariance.py`), and how far off it is. Objects off by more than 20 degrees or a tenth of their range are
 mirrored turns or other objects' parts: they are counted apart.
 
-The numbers make the errors in even-numbered worlds most likely, under Student's distribution, for its tails are those
-of fits that came to rest elsewhere; tables are of odd-numbered ones. Restarts begin a few of the present deviations
-off: after a change of the method, save and fit twice.
+The numbers make the errors in even-numbered worlds most likely under the normal distribution; tables are of
+odd-numbered ones. Restarts begin a few of the present deviations off: after a change of the method, save and fit twice.
 """
 
 from __future__ import annotations
@@ -38,18 +37,14 @@ from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict import descriptions
 from artrec_ros.simulation.simulator import SimulatedFrame
 
-SHARES = ("floor_px", "spread_share", "seam_share", "shift_px", "stretch_share", "restart_share")  # what is fitted
-FIELDS = ("floor", "spread", "seam", "shift", "stretch")  # of `Sources`, in the same order; then the restarts
-# Choices that were compared: how far edges are looked for, stretches, directions of restarts
-CHOICES = tuple((r, s, d) for r in (2, 3, 4) for s in (4, 8) for d in (1, 2))
-FREEDOM = 8.0  # of Student's distribution
+SHARES = ("spread_share", "seam_share", "stretch_share", "restart_share", "seam_gain")  # what is fitted
+CHOICES = tuple((r, s) for r in (2, 3, 4) for s in (4, 8))  # compared: how far edges are looked for, stretches
 MOST_RAD, MOST_SHARE = np.radians(20), 0.1  # what is farther off is something else
 LIMITS = np.sqrt(chi2.ppf((0.5, 0.9), 1))
 
 
-def choice(config: RecognizerConfig, reach_px: int, stretches: int, directions: int) -> RecognizerConfig:
-    c = replace(config.covariance, reach_px=reach_px, stretches=stretches, restart_directions=directions)
-    return replace(config, covariance=c)
+def choice(config: RecognizerConfig, reach_px: int, stretches: int) -> RecognizerConfig:
+    return replace(config, covariance=replace(config.covariance, reach_px=reach_px, stretches=stretches))
 
 
 class Recorder:
@@ -81,21 +76,19 @@ class Recorder:
     def _parts(
         model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, known: Array, config: RecognizerConfig
     ) -> Array:
-        """(H, 1 + sources, 6+J, 6+J) the prior's, then of each source per unit of its share."""
+        """(H, 1 + sources, 6+J, 6+J) the known part, then of each source per unit of its share."""
         found = sources(model, frame, poses, use, known, config)
-        first = found.covariance(config.covariance)
-        again = scatter(model, frame, poses, use, first, known, config)
-        made = [found.gain @ getattr(found, name) @ found.gain for name in ("known", *FIELDS)]
-        return np.stack([*made, again], axis=1)
+        again = scatter(model, frame, poses, use, found.covariance(config.covariance), known, config)
+        return np.stack([found.known, found.spread, found.seam, found.stretch, again], axis=1)
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Of n objects and k joints; C `CHOICES`, S sources and the prior before them.
+    """Of n objects and k joints; C `CHOICES`, S sources, what is known without an image before them.
 
     :param world, seam_px: (n,) seam_px: half the seam about their class. :param error: (n, 6) as of
         `Detection.pose_covariance`. :param parts: (n, C, S, 6, 6) what makes up the covariance.
-    :param joint_world: (k,). :param joint_error: (k,). :param joint_parts: (k, C, S) of the squared deviation.
+    :param joint_world, joint_seam_px, joint_error: (k,). :param joint_parts: (k, C, S) of the squared deviation.
     :param off: (1,) how many more were off by far.
     """
 
@@ -105,6 +98,7 @@ class Errors:
     error: Array
     parts: Array
     joint_world: Array
+    joint_seam_px: Array
     joint_error: Array
     joint_parts: Array
     off: Array
@@ -121,7 +115,7 @@ class Errors:
 def record(first: int, worlds: int, scenes: int) -> Errors:
     recorder, off = Recorder(), 0
     rows: list[tuple[float, float, float, Array, Array]] = []
-    joints: list[tuple[float, float, Array]] = []
+    joints: list[tuple[float, float, float, Array]] = []
     for world in tqdm(range(first, first + worlds), disable=None):
         for detection, frame in found_in(world, scenes):
             names, q, parts, seam_px = recorder.kept[detection.pose.position.tobytes()]
@@ -133,7 +127,7 @@ def record(first: int, worlds: int, scenes: int) -> Errors:
             range_m = float(np.linalg.norm(truth[0].position))
             rows.append((world, seam_px, range_m, error, parts[:, :, :6, :6].astype(np.float32)))
             told = [j for j, name in enumerate(names) if name in detection.joints]
-            joints += [(world, q[j] - truth[1][names[j]], parts[:, :, 6 + j, 6 + j]) for j in told]
+            joints += [(world, seam_px, q[j] - truth[1][names[j]], parts[:, :, 6 + j, 6 + j]) for j in told]
     columns = [np.array(c, np.float64) for c in zip(*rows, strict=True)]
     of_joints = [np.array(c, np.float64) for c in zip(*joints, strict=True)]
     return Errors(*columns, *of_joints, np.array([off]))
@@ -165,9 +159,15 @@ def error_of(pose: Pose, truth: Pose) -> Array | None:
     return None if far else np.concatenate([shift, turn])
 
 
+def counted(shares: Array, seam_px: Array) -> Array:
+    """(n, S) how much of each part counts. :param seam_px: (n,)."""
+    gain = 1 + shares[-1] * seam_px
+    return np.column_stack([np.ones(len(gain)), gain[:, None] * shares[:-1] ** 2])
+
+
 def covariances(shares: Array, errors: Errors, number: int) -> Array:
     """(n, 6, 6) under some shares. :param number: of `CHOICES`."""
-    return np.einsum("s,nsij->nij", np.append(1.0, shares**2), errors.parts[:, number])
+    return np.einsum("ns,nsij->nij", counted(shares, errors.seam_px), errors.parts[:, number])
 
 
 def squared(error: Array, C: Array) -> Array:
@@ -178,8 +178,7 @@ def misfit(shares: Array, errors: Errors, number: int) -> float:
     """Mean negative log-likelihood, but for a constant."""
     scale = np.array([1e3] * 3 + [1e2] * 3)  # millimetres and hundredths: numbers near one
     C, e = covariances(shares, errors, number) * np.outer(scale, scale), errors.error * scale
-    tails = (FREEDOM + 6) / 2 * np.log1p(squared(e, C) / (FREEDOM - 2))
-    return float(np.mean(np.linalg.slogdet(C)[1] / 2 + tails))
+    return float(np.mean(np.linalg.slogdet(C)[1] + squared(e, C)) / 2)
 
 
 def fitted(errors: Errors, number: int) -> Array:
@@ -188,7 +187,7 @@ def fitted(errors: Errors, number: int) -> Array:
         lambda x: misfit(np.exp(x), errors, number),
         np.log(np.full(len(SHARES), 0.3)),
         method="L-BFGS-B",
-        bounds=[(-5, 2)] * len(SHARES),
+        bounds=[(-4, 2)] * len(SHARES),
     )
     return np.exp(found.x)
 
@@ -200,7 +199,8 @@ def report(title: str, shares: Array, errors: Errors, number: int) -> None:
     print(f"{title}: {len(C)} poses, {int(errors.off[0])} in all off by more")
     within = {n: squared(errors.error[:, s], C[:, s, s])[:, None] for n, s in part.items()}
     inside = {n: d < chi2.ppf((0.5, 0.9), part[n].stop - part[n].start) for n, d in within.items()}
-    deviation = np.sqrt(errors.joint_parts[:, number] @ np.append(1.0, shares**2))
+    parts = counted(shares, errors.joint_seam_px) * errors.joint_parts[:, number]
+    deviation = np.sqrt(parts.sum(axis=1))
     inside["joints"] = np.abs(errors.joint_error / deviation)[:, None] < LIMITS
     seams = errors.seam_px > np.median(errors.seam_px)
     turn, range_m = np.sqrt(np.trace(C[:, 3:, 3:], axis1=1, axis2=2)), np.sqrt(np.trace(C[:, :3, :3], axis1=1, axis2=2))
@@ -233,10 +233,10 @@ def main() -> None:
         np.savez_compressed(args.save, **vars(errors))
     even, odd = (errors.of(errors.world % 2 == k, errors.joint_world % 2 == k) for k in (0, 1))
     now = CovarianceConfig()
-    used = CHOICES.index((now.reach_px, now.stretches, now.restart_directions))
-    for number, (reach_px, stretches, directions) in enumerate(CHOICES):
+    used = CHOICES.index((now.reach_px, now.stretches))
+    for number, (reach_px, stretches) in enumerate(CHOICES):
         shares = fitted(even, number)
-        print(f"reach {reach_px} px, {stretches} stretches, {directions} directions: ", end="")
+        print(f"reach {reach_px} px, {stretches} stretches: ", end="")
         print(", ".join(f"{n} {v:.3f}" for n, v in zip(SHARES, shares, strict=True)), end="; misfit fitted ")
         print(f"{misfit(shares, even, number):.3f}, held out {misfit(shares, odd, number):.3f}")
     present = np.array([getattr(now, name) for name in SHARES])

@@ -7,11 +7,11 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
   points nearer than a pixel see the same labels and count as one;
 * all points together, outwards or inwards: where in the seam that a segmenter leaves between two classes the edge
   lies is not known, and is the same all around;
-* each marker as a whole, sideways: pixels' borders, and what a flat rigid model leaves out;
 * each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
   estimate of Liang and Zeger, 1986).
 
-To this comes what no derivative tells: where the same fit comes to rest when it begins elsewhere (`restarts.py`).
+To this comes what no derivative tells: where the same fit comes to rest when it begins elsewhere (`restarts.py`). And
+where a segmenter leaves wide seams all of it counts for more: its shade and blur move edges in ways of their own.
 """
 
 from __future__ import annotations
@@ -32,26 +32,25 @@ _LEAST_DEPTH_M = 0.05  # of a share that is to be more than nothing
 
 @dataclass(frozen=True)
 class Sources:
-    """What makes H fitted hypotheses err, each (H, 6+J, 6+J) and per unit of its number in `CovarianceConfig`.
+    """What makes H fitted hypotheses err, each (H, 6+J, 6+J) and per unit of its share in `CovarianceConfig`.
 
-    :param gain: A^-1, from weighted residuals to parameters. :param known: the prior P.
-    :param floor, spread, seam, shift, stretch: J' W cov(e) W J of each sort of error.
+    :param known: what is known without any image, as far as the image tells no more.
+    :param spread, seam, stretch: of each sort of error of the contours. :param seams_px: (H,) half the seam.
     """
 
-    gain: Array
     known: Array
-    floor: Array
     spread: Array
     seam: Array
-    shift: Array
     stretch: Array
+    seams_px: Array
 
-    def covariance(self, config: CovarianceConfig) -> Array:
-        """(H, 6+J, 6+J) of all of them together, to first order."""
-        noise = self.known + config.floor_px**2 * self.floor + config.spread_share**2 * self.spread
-        noise += config.seam_share**2 * self.seam + config.shift_px**2 * self.shift
-        noise += config.stretch_share**2 * self.stretch
-        return np.asarray(self.gain @ noise @ self.gain, np.float64)
+    def covariance(self, config: CovarianceConfig, restart: Array | None = None) -> Array:
+        """(H, 6+J, 6+J) of all of them together. :param restart: the same of restarts; None: to first order."""
+        made = config.spread_share**2 * self.spread + config.seam_share**2 * self.seam
+        made += config.stretch_share**2 * self.stretch
+        if restart is not None:
+            made += config.restart_share**2 * restart
+        return np.asarray(self.known + (1 + config.seam_gain * self.seams_px)[:, None, None] * made, np.float64)
 
 
 def pose_covariances(
@@ -69,9 +68,11 @@ def pose_covariances(
     :param facing: poses turn about the optical axis alone.
     """
     known = deviations_without_image(model, poses, config)
-    first = sources(model, frame, poses, use, known, config).covariance(config.covariance)
-    again = scatter(model, frame, poses, use, first, known, config, facing=facing)
-    covariance = first + config.covariance.restart_share**2 * again
+    found = sources(model, frame, poses, use, known, config)
+    first = found.covariance(config.covariance)
+    covariance = found.covariance(
+        config.covariance, scatter(model, frame, poses, use, first, known, config, facing=facing)
+    )
     return np.asarray((covariance + _transposed(covariance)) / 2, np.float64)
 
 
@@ -89,20 +90,18 @@ def sources(
     n = (independent * (w > 0)).sum(axis=(1, 2))
     freedom = n / np.maximum(np.maximum(n - n_par, c.least_freedom * n), 1e-9)
     spread = (w * fit.residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9) * freedom
-    each = _squared(_stacked(Jw / np.sqrt(np.maximum(independent, 1e-3))[..., None]))
     seams_px = model.seams_px(frame.field)[use.argmax(axis=1)]
-    outwards = seams_px[:, None, None] * Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J)
-    sideways = _stacked(_transposed(fit.normal) @ Jw)  # (H, 2 M, 6+J)
     starts = n_points * np.arange(c.stretches) // c.stretches
-    pull = _stacked(np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2))
+    each = Jw * np.sqrt(spread[:, None, None] / np.maximum(independent, 1e-3))[..., None]
+    outwards = seams_px[:, None, None] * Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J)
+    pull = np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
+    gain = np.linalg.inv(A)
     return Sources(
-        gain=np.asarray(np.linalg.inv(A), np.float64),
-        known=prior,
-        floor=each,
-        spread=spread[:, None, None] * each,
-        seam=_squared(outwards),
-        shift=_squared(sideways),
-        stretch=freedom[:, None, None] * _squared(pull),
+        known=gain @ prior @ gain,
+        spread=_squared(_stacked(each) @ gain),
+        seam=_squared(outwards @ gain),
+        stretch=_squared(_stacked(pull) @ gain),
+        seams_px=seams_px,
     )
 
 

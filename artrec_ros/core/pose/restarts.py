@@ -27,7 +27,7 @@ def scatter(
     facing: bool = False,
 ) -> Array:
     """(H, 6+J, 6+J) mean squares of how far from fitted hypotheses those come to rest that begin a few deviations off,
-    there and back along the directions of which the image tells least, but something.
+    to either side along the direction of which the image tells least, but something.
 
     :param use: (H, M) as of `fit_poses`. :param covariances: (H, 6+J, 6+J) how sure each is to first order.
     :param known: (H, 6+J) deviations without any image. :param facing: poses turn about the optical axis alone.
@@ -36,33 +36,20 @@ def scatter(
     if facing:
         away[..., 3:5] = 0.0
     away /= np.maximum(1.0, (np.abs(away) / _farthest(model, poses, config)[:, None]).max(axis=-1, keepdims=True))
-    n = away.shape[1]
-    begun = _moved(model, poses, away)
-    fit = config.fit
-    rests = fit_poses(
-        model,
-        frame.unhurried(),
-        begun,
-        np.repeat(use, n, axis=0),
-        fit.fine_reach_px,
-        fit,
-        facing=facing,
-        occlusion=True,
-    )
-    off = _between(model, rests, poses, n)
-    return np.asarray(off.swapaxes(1, 2) @ off / n, np.float64)
+    begun, twice, fit = _moved(model, poses, away), np.repeat(use, 2, axis=0), config.fit
+    rests = fit_poses(model, frame.unhurried(), begun, twice, fit.fine_reach_px, fit, facing=facing, occlusion=True)
+    off = _between(model, rests, poses)
+    return np.asarray(off.swapaxes(1, 2) @ off / 2, np.float64)
 
 
 def _away(covariances: Array, known: Array, config: RecognizerConfig) -> Array:
-    """(H, n, 6+J) displacements."""
-    reach, directions = config.covariance.restart_sigma, config.covariance.restart_directions
+    """(H, 2, 6+J) displacements."""
     squares, axes = np.linalg.eigh(covariances / (known[:, :, None] * known[:, None]))
     shares = np.sqrt(np.clip(squares, 0.0, 1.0))  # 1: of that direction the image says nothing
-    sizes = reach * shares * (1 - shares)
-    most = np.argsort(-sizes, axis=1, kind="stable")[:, :directions]
-    along = np.take_along_axis(axes, most[:, None], axis=2) * np.take_along_axis(sizes, most, axis=1)[:, None]
-    away = along.swapaxes(1, 2) * known[:, None]
-    return np.concatenate([away, -away], axis=1)
+    sizes = shares * (1 - shares)
+    least, each = sizes.argmax(axis=1), np.arange(len(sizes))
+    along = axes[each, :, least] * (config.covariance.restart_sigma * sizes[each, least])[:, None] * known
+    return np.stack([along, -along], axis=1)
 
 
 def _farthest(model: SpatialModel, poses: Poses, config: RecognizerConfig) -> Array:
@@ -75,15 +62,16 @@ def _farthest(model: SpatialModel, poses: Poses, config: RecognizerConfig) -> Ar
 
 
 def _moved(model: SpatialModel, poses: Poses, away: Array) -> Poses:
-    """(H n) each of H hypotheses at each of its n displacements."""
+    """(2 H) each of H hypotheses at both of its displacements (H, 2, 6+J)."""
     R = rotation_from_rotvec(away[..., 3:6]) @ poses.R[:, None]
     t, q = poses.t[:, None] + away[..., :3], model.kinematics.bound(poses.q[:, None] + away[..., 6:])
-    return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), q.reshape(len(R) * away.shape[1], q.shape[-1]))
+    return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), q.reshape(2 * len(R), q.shape[-1]))
 
 
-def _between(model: SpatialModel, there: Poses, here: Poses, n: int) -> Array:
-    """(H, n, 6+J) from each of H hypotheses to its n."""
-    R, t, q = there.R.reshape(-1, n, 3, 3), there.t.reshape(-1, n, 3), there.q.reshape(len(here), n, here.q.shape[1])
+def _between(model: SpatialModel, there: Poses, here: Poses) -> Array:
+    """(H, 2, 6+J) from each of H hypotheses to its two."""
+    H, J = here.q.shape
+    R, t, q = there.R.reshape(H, 2, 3, 3), there.t.reshape(H, 2, 3), there.q.reshape(H, 2, J)
     bent = q - here.q[:, None]
     bent = np.where(model.kinematics.endless, wrap_angle(bent), bent)
     turned = rotvec_from_rotation(R @ here.R[:, None].swapaxes(-1, -2))

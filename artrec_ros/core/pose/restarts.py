@@ -34,22 +34,22 @@ def scatter(
     """
     away = _away(covariances, known, config)
     if facing:
-        away[..., 3:5] = 0.0
-    away /= np.maximum(1.0, (np.abs(away) / _farthest(model, poses, config)[:, None]).max(axis=-1, keepdims=True))
-    begun, twice, fit = _moved(model, poses, away), np.repeat(use, 2, axis=0), config.fit
+        away[:, 3:5] = 0.0
+    away /= np.maximum(1.0, (np.abs(away) / _farthest(model, poses, config)).max(axis=1, keepdims=True))
+    begun, twice, fit = _to_both_sides(model, poses, away), np.repeat(use, 2, axis=0), config.fit
     rests = fit_poses(model, frame.unhurried(), begun, twice, fit.fine_reach_px, fit, facing=facing, occlusion=True)
     off = _between(model, rests, poses)
     return np.asarray(off.swapaxes(1, 2) @ off / 2, np.float64)
 
 
 def _away(covariances: Array, known: Array, config: RecognizerConfig) -> Array:
-    """(H, 2, 6+J) displacements."""
+    """(H, 6+J) displacements along the direction of which the image tells least."""
     squares, axes = np.linalg.eigh(covariances / (known[:, :, None] * known[:, None]))
     shares = np.sqrt(np.clip(squares, 0.0, 1.0))  # 1: of that direction the image says nothing
     sizes = shares * (1 - shares)
     least, each = sizes.argmax(axis=1), np.arange(len(sizes))
-    along = axes[each, :, least] * (config.covariance.restart_sigma * sizes[each, least])[:, None] * known
-    return np.stack([along, -along], axis=1)
+    size = config.covariance.restart_sigma * sizes[each, least]
+    return np.asarray(axes[each, :, least] * size[:, None] * known, np.float64)
 
 
 def _farthest(model: SpatialModel, poses: Poses, config: RecognizerConfig) -> Array:
@@ -61,11 +61,13 @@ def _farthest(model: SpatialModel, poses: Poses, config: RecognizerConfig) -> Ar
     return out
 
 
-def _moved(model: SpatialModel, poses: Poses, away: Array) -> Poses:
-    """(2 H) each of H hypotheses at both of its displacements (H, 2, 6+J)."""
-    R = rotation_from_rotvec(away[..., 3:6]) @ poses.R[:, None]
-    t, q = poses.t[:, None] + away[..., :3], model.kinematics.bound(poses.q[:, None] + away[..., 6:])
-    return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), q.reshape(2 * len(R), q.shape[-1]))
+def _to_both_sides(model: SpatialModel, poses: Poses, away: Array) -> Poses:
+    """(2 H) each of H hypotheses there and back by its displacement (H, 6+J)."""
+    turn = rotation_from_rotvec(away[:, 3:6])
+    R = np.stack([turn, turn.swapaxes(1, 2)], axis=1) @ poses.R[:, None]
+    both = np.stack([away, -away], axis=1)
+    t, q = poses.t[:, None] + both[..., :3], model.kinematics.bound(poses.q[:, None] + both[..., 6:])
+    return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), q.reshape(2 * len(away), q.shape[-1]))
 
 
 def _between(model: SpatialModel, there: Poses, here: Poses) -> Array:

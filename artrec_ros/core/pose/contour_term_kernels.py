@@ -1,7 +1,8 @@
 """The term of a fit that pulls markers' contours to the edges of their classes.
 
 A contour point's residual is its distance along its normal to the edge of its class there (point to line); a point with
-no edge in reach, hidden or merged, has no say.
+no edge in reach, hidden or merged, has no say. Nor has one that the object itself hides, where that is asked for: the
+edge beside it is that of what hides it, and lies inwards.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ class ContourTerm(NamedTuple):
     edges: EdgeTerms
     seen: LabelView
     least_cosine: float  # a marker seen flatter has no say
+    shown: Any  # (H, M, m) bool: points that the object does not hide; m is 0 where none is asked about
 
 
 @inlined
@@ -69,6 +71,13 @@ def fill_rows(
                 row[i] = gxs[i] * dx + gys[i] * dy + gzs[i] * dz
 
 
+@inlined
+def leave_out_hidden(shown: Any, h: int, k: int, weight: Any) -> None:
+    """Take their say from the points of marker `k` of hypothesis `h` that the object hides."""
+    for i in range(shown.shape[2]):
+        weight[i] = weight[i] if shown[h, k, i] else 0.0
+
+
 @lean
 def add_contours(
     term: ContourTerm, h: int, step: int, placed: Placed, to: Equations, columns: Any, room: EdgeRoom
@@ -90,6 +99,7 @@ def add_contours(
         n = moving(s.component[p], placed, columns)
         outline_pixels(P, q, s.contour[k], s.contour_along[k], view, room.outline)
         find_edges(k, e, step, view, room)
+        leave_out_hidden(term.shown, h, k, weight)
         fill_rows(s, k, P, q, placed, columns, n, view, room.outline, room.rows)
         for a in range(n):
             row, into, pull = room.rows[a], columns[a], 0.0
@@ -120,6 +130,7 @@ def contour_rows(
         cosine, _, _, _ = aspect(s, p, P, q)
         outline_pixels(P, q, s.contour[k], s.contour_along[k], term.seen, outline)
         find_edges(k, term.edges, 0, term.seen, room)
+        leave_out_hidden(term.shown, h, k, room.weight)
         fill_rows(s, k, P, q, placed, columns, n, term.seen, outline, room.rows)
         spacing_px[k] = 0.0
         for i in range(m):

@@ -7,69 +7,110 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
   points nearer than a pixel see the same labels and count as one;
 * all points together, outwards or inwards: where in the seam that a segmenter leaves between two classes the edge
   lies is not known, and is the same all around;
-* each marker as a whole, sideways: pixels' borders, and what a flat rigid model leaves out;
 * each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
   estimate of Liang and Zeger, 1986).
+
+To this comes what no derivative tells: where the same fit comes to rest when it begins elsewhere (`restarts.py`). And
+where a segmenter leaves wide seams all of it counts for more: its shade and blur move edges in ways of their own.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..base.config import CovarianceConfig, RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from .pose_fit import ContourFit, contour_fit
+from .pose_fit import contour_fit
+from .restarts import scatter
 from .surface_model import Poses, SpatialModel
 
 _LEAST_DEPTH_M = 0.05  # of a share that is to be more than nothing
 
 
+@dataclass(frozen=True)
+class Sources:
+    """What makes H fitted hypotheses err, each (H, 6+J, 6+J) and per unit of its share in `CovarianceConfig`.
+
+    :param known: what is known without any image, as far as the image tells no more.
+    :param spread, seam, stretch: of each sort of error of the contours. :param seams_px: (H,) half the seam.
+    """
+
+    known: Array
+    spread: Array
+    seam: Array
+    stretch: Array
+    seams_px: Array
+
+    def covariance(self, config: CovarianceConfig, restart: Array | None = None) -> Array:
+        """(H, 6+J, 6+J) of all of them together. :param restart: the same of restarts; None: to first order."""
+        made = config.spread_share**2 * self.spread + config.seam_share**2 * self.seam
+        made += config.stretch_share**2 * self.stretch
+        if restart is not None:
+            made += config.restart_share**2 * restart
+        return np.asarray(self.known + (1 + config.seam_gain * self.seams_px)[:, None, None] * made, np.float64)
+
+
 def pose_covariances(
-    model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, config: RecognizerConfig
+    model: SpatialModel,
+    frame: ImageFrame,
+    poses: Poses,
+    use: np.ndarray,
+    config: RecognizerConfig,
+    *,
+    facing: bool = False,
 ) -> Array:
     """(H, 6+J, 6+J) covariances of fitted hypotheses: x, y, z, rotations about them, along the camera's axes; joints.
 
     :param use: (H, M) bool: the markers of `model.markers` that each was fitted to.
+    :param facing: poses turn about the optical axis alone.
     """
-    prior, sigma_px = _prior(model, poses, config), config.fit.point_sigma_px
-    fit = contour_fit(model, frame, poses, use, config.covariance.reach_px, config.fit)
-    seams_px = model.seams_px(frame.field)[use.argmax(axis=1)]
-    Jw = fit.jacobian * fit.weight[..., None]
-    A = _transposed(_stacked(Jw)) @ _stacked(fit.jacobian) / sigma_px**2 + prior
-    noise = _noise(fit, Jw, seams_px, config.covariance) / sigma_px**4 + prior
-    inverse = np.linalg.inv(A)
-    covariance = inverse @ noise @ inverse
+    known = deviations_without_image(model, poses, config)
+    found = sources(model, frame, poses, use, known, config)
+    first = found.covariance(config.covariance)
+    covariance = found.covariance(
+        config.covariance, scatter(model, frame, poses, use, first, known, config, facing=facing)
+    )
     return np.asarray((covariance + _transposed(covariance)) / 2, np.float64)
 
 
-def _noise(fit: ContourFit, Jw: Array, seams_px: Array, config: CovarianceConfig) -> Array:
-    """(H, 6+J, 6+J) J' W cov(e) W J.
-
-    :param Jw: (H, M, m, 6+J) rows of W J.
-    """
-    w, (_, _, n_points, n_par) = fit.weight, Jw.shape
+def sources(
+    model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, known: Array, config: RecognizerConfig
+) -> Sources:
+    """As of `pose_covariances`. :param known: (H, 6+J) deviations without any image."""
+    c, sigma_px = config.covariance, config.fit.point_sigma_px
+    prior = np.eye(known.shape[1]) * (known**-2.0)[:, None]
+    fit = contour_fit(model, frame, poses, use, c.reach_px, config.fit)
+    w, (_, _, n_points, n_par) = fit.weight, fit.jacobian.shape
+    Jw = fit.jacobian * w[..., None] / sigma_px**2
+    A = _transposed(_stacked(Jw)) @ _stacked(fit.jacobian) + prior
     independent = np.minimum(1.0, fit.spacing_px)[..., None]  # (H, M, 1) of each point, a share
     n = (independent * (w > 0)).sum(axis=(1, 2))
-    freedom = n / np.maximum(np.maximum(n - n_par, config.least_freedom * n), 1e-9)
+    freedom = n / np.maximum(np.maximum(n - n_par, c.least_freedom * n), 1e-9)
     spread = (w * fit.residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9) * freedom
-    deviation = np.sqrt((config.floor_px**2 + spread)[:, None, None] / np.maximum(independent, 1e-3))
-    each = _stacked(Jw * deviation[..., None])
+    seams_px = model.seams_px(frame.field)[use.argmax(axis=1)]
+    starts = n_points * np.arange(c.stretches) // c.stretches
+    each = Jw * np.sqrt(spread[:, None, None] / np.maximum(independent, 1e-3))[..., None]
     outwards = seams_px[:, None, None] * Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J)
-    sideways = _stacked(_transposed(fit.normal) @ Jw)  # (H, 2 M, 6+J)
-    starts = n_points * np.arange(config.stretches) // config.stretches
-    pull = _stacked(np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2))
-    robust = config.stretch_share * freedom[:, None, None] * _squared(pull)
-    seam, shift = config.seam_share**2 * _squared(outwards), config.shift_px**2 * _squared(sideways)
-    return _squared(each) + seam + shift + robust
+    pull = np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
+    gain = np.linalg.inv(A)
+    return Sources(
+        known=gain @ prior @ gain,
+        spread=_squared(_stacked(each) @ gain),
+        seam=_squared(outwards @ gain),
+        stretch=_squared(_stacked(pull) @ gain),
+        seams_px=seams_px,
+    )
 
 
-def _prior(model: SpatialModel, poses: Poses, config: RecognizerConfig) -> Array:
-    """(H, 6+J, 6+J) information on the parameters that needs no image."""
-    sigma, kin = np.empty((len(poses), 6 + model.kinematics.n_joints)), model.kinematics
-    sigma[:, :3] = config.covariance.most_range_share * np.maximum(poses.t[:, 2:], _LEAST_DEPTH_M)
-    sigma[:, 3:6], sigma[:, 6:] = config.covariance.most_turn_rad, config.fit.joint_sigma * kin.unit
-    return np.asarray(np.eye(sigma.shape[1]) * (sigma**-2.0)[:, None], np.float64)
+def deviations_without_image(model: SpatialModel, poses: Poses, config: RecognizerConfig) -> Array:
+    """(H, 6+J) standard deviations of pose and joints before labels are looked at."""
+    known, kin = np.empty((len(poses), 6 + model.kinematics.n_joints)), model.kinematics
+    known[:, :3] = config.covariance.most_range_share * np.maximum(poses.t[:, 2:], _LEAST_DEPTH_M)
+    known[:, 3:6], known[:, 6:] = config.covariance.most_turn_rad, config.fit.joint_sigma * kin.unit
+    return known
 
 
 def _stacked(rows: Array) -> Array:

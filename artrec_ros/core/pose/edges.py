@@ -20,8 +20,7 @@ from .surface_model import SpatialModel
 def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...], config: FitConfig) -> EdgeTerms:
     """What compiled code needs to find edges, in each of the steps of a fit."""
     seams = model.seams_px(field)
-    # one order in memory, whatever numpy's indexing gives: another one is compiled for anew
-    kinds = np.ascontiguousarray(_kinds(model.marker_labels)[:, model.codes.label])
+    kinds = _kinds(model.marker_labels, model.codes.label.tobytes())
     priors = _priors(reach_px, config.edge_prior_width)
     inside, seam, outside = (math.exp(2 * vote) for vote in (config.edge_vote, config.seam_vote, -config.edge_vote))
     limits = float(config.edge_beyond), float(config.border_px)
@@ -29,13 +28,14 @@ def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]
 
 
 @cache
-def _kinds(marker_labels: tuple[tuple[int, ...], ...]) -> NDArray[np.int32]:
-    """(M, 256) what each label is along the normals of each marker."""
+def _kinds(marker_labels: tuple[tuple[int, ...], ...], label_of: bytes) -> NDArray[np.int32]:
+    """(M, 256) what each code is along the normals of each marker. :param label_of: codes' labels."""
     kinds = np.full((len(marker_labels), 256), compiled.KNOWN, np.int32)
     kinds[:, [UNKNOWN, OUTSIDE, OWNED]] = compiled.SILENT
     for row, labels in zip(kinds, marker_labels, strict=True):
         row[list(labels)] = compiled.OWN
-    return kinds
+    # one order in memory, whatever numpy's indexing gives: another one is compiled for anew
+    return np.ascontiguousarray(kinds[:, np.frombuffer(label_of, np.uint8)])
 
 
 @cache

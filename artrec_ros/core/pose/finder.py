@@ -285,15 +285,17 @@ class WholeObjectFinder:
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
         whose votes fall far."""
-        fitted = self._fitted(frame, poses, used)
+        fitted = self._fitted(frame, poses, used, occlusion=True)
         both = Poses.concatenate([poses, fitted])
         before, after = self.votes(frame, both, occlusion=True).reshape(2, -1)
         return both[np.arange(len(poses)) + len(poses) * (after > self._search.settled_votes * before)]
 
-    def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray) -> Poses:
+    def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, occlusion: bool = False) -> Poses:
         """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""
         fit = self.config.fit
-        fitted = fit_poses(self.surface, frame, poses, use, fit.fine_reach_px, fit, facing=self.facing)
+        fitted = fit_poses(
+            self.surface, frame, poses, use, fit.fine_reach_px, fit, facing=self.facing, occlusion=occlusion
+        )
         if not self.facing:
             return fitted
         depth = fitted.t[:, 2]

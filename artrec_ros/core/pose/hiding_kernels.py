@@ -135,3 +135,21 @@ def shown_points(s: Surface, R: Any, t: Any, patches: Any, end: float, out: Any)
             hide(s, A, b, points_of(s, p), room, n_near, end)
             for i in range(out.shape[2]):
                 out[h, column, i] = not room.hidden[i]
+
+
+@jit
+def shown_contours(s: Surface, R: Any, t: Any, markers: Any, use: Any, end: float, out: Any) -> None:
+    """Fill out (H, M, m) with which points of markers' contours no box hides, as `shown_points`; of those in use."""
+    room = room_of(s)
+    for h in range(len(R)):
+        boxes_in_camera(s, R[h], t[h], room.box_rotation, room.eye, room.middle)
+        for k in range(len(markers)):
+            if not use[h, k]:
+                continue
+            p, on = markers[k], s.contour[k]
+            A, b = R[h, s.component[p]], t[h, s.component[p]]
+            _, mx, my, mz = aspect(s, p, A, b)
+            n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room)
+            hide(s, A, b, (on[0], on[1], on[2]), room, n_near, end)
+            for i in range(out.shape[2]):
+                out[h, k, i] = not room.hidden[i]

@@ -23,6 +23,7 @@ from .surface_model import Poses, SpatialModel
 
 _PIN = 1e9  # weight that holds a parameter: beyond all others, and no overflow
 _AT_ONCE = 64  # hypotheses between two looks at the clock
+_ALL_SHOWN = np.empty((0, 0, 0), bool)  # nobody asks what of a contour is hidden
 
 
 def fit_poses(
@@ -35,20 +36,24 @@ def fit_poses(
     free_joints: np.ndarray | None = None,
     *,
     facing: bool = False,
+    occlusion: bool = False,
 ) -> Poses:
     """Fit poses to the labels' boundaries; a hypothesis that uses no marker stays, as do those left at the deadline.
 
     :param use: (H, M) bool: which markers of `model.markers` to use under each hypothesis.
     :param reach_px: how far each step looks for edges.
     :param free_joints: (H, J) bool; None: all. :param facing: poses turn about the optical axis alone.
+    :param occlusion: leave out what the object hides of its own contours where the fit begins.
     """
     kin = model.kinematics
     free = np.ones(poses.q.shape, bool) if free_joints is None else free_joints
     R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
-    contours, joints = _contour_term(model, frame, use, reach_px, config), _joints(kin)
+    shown = model.shown_contour(poses, use) if occlusion else _ALL_SHOWN
+    contours, joints = _contour_term(model, frame, use, shown, reach_px, config), _joints(kin)
     prior, damping = _joint_prior(kin, free, config), _damping(config, facing=facing)
     for part in frame.deadline.parts(len(poses), _AT_ONCE):
-        terms = Terms(contours._replace(use=contours.use[part]), prior._replace(free=free[part]), damping)
+        seen = contours._replace(use=contours.use[part], shown=contours.shown[part])
+        terms = Terms(seen, prior._replace(free=free[part]), damping)
         fit_each(terms, kin.chain, joints, R[part], t[part], q[part])
     return Poses(R, t, q)
 
@@ -68,7 +73,7 @@ class ContourFit:
 
     :param normal: (H, M, m, 2) outward unit normals in the image. :param spacing_px: (H, M) of neighbouring points.
     :param residual: (H, M, m) signed distance of each point from its edge along its normal, pixels.
-    :param weight: (H, M, m), 0 where there is no edge, and the residual says nothing.
+    :param weight: (H, M, m), 0 where the residual says nothing: there is no edge, or the object hides the point.
     :param jacobian: (H, M, m, 6+J) of the residuals.
     """
 
@@ -87,7 +92,8 @@ def contour_fit(
     chain, which = kin.forward(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
     normal, spacing_px, residual = np.empty((*size, 2)), np.empty(size[:2]), np.empty(size)
     weight, jacobian = np.empty(size), np.empty((*size, 6 + kin.n_joints))
-    term, joints = _contour_term(model, frame, use, (reach,), config), _joints(kin)
+    shown, joints = model.shown_contour(poses, use), _joints(kin)
+    term = _contour_term(model, frame, use, shown, (reach,), config)
     for h in range(len(poses)):
         placed = Placed(poses.t[h], poses.q[h], chain.R[h], chain.t[h], chain.axis[h], chain.origin[h], joints)
         contour_rows(term, h, placed, normal[h], spacing_px[h], residual[h], weight[h], jacobian[h])
@@ -96,10 +102,15 @@ def contour_fit(
 
 
 def _contour_term(
-    model: SpatialModel, frame: ImageFrame, use: np.ndarray, reach_px: tuple[int, ...], config: FitConfig
+    model: SpatialModel,
+    frame: ImageFrame,
+    use: np.ndarray,
+    shown: np.ndarray,
+    reach_px: tuple[int, ...],
+    config: FitConfig,
 ) -> ContourTerm:
     edges, used = edge_terms(model, frame.field, reach_px, config), np.ascontiguousarray(use)
-    return ContourTerm(model.compiled, model.markers, used, edges, frame.view, model.limits.least_cosine)
+    return ContourTerm(model.compiled, model.markers, used, edges, frame.view, model.limits.least_cosine, shown)
 
 
 def _joint_prior(kin: Kinematics, free: np.ndarray, config: FitConfig) -> JointPrior:

@@ -82,11 +82,12 @@ class Room(NamedTuple):
 @jit
 def room_of(s: Surface) -> Room:
     """Scratch arrays that fit a surface."""
-    n, m, most = len(s.half), s.contour.shape[2], 0
+    n, m = len(s.half), s.contour.shape[2]
+    most = m
     for p in range(len(s.starts) - 1):  # numpy's own functions take longer to compile
         most = max(most, s.starts[p + 1] - s.starts[p])
     return Room(
-        np.empty((2, max(m, most)), np.int32), np.empty((4, m)), np.empty(most, np.bool_), np.empty(n, np.int64),
+        np.empty((2, most), np.int32), np.empty((4, m)), np.empty(most, np.bool_), np.empty(n, np.int64),
         np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
     )  # fmt: skip
 

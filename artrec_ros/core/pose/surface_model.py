@@ -18,7 +18,7 @@ from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
 from ..model.surface import Patch, free_contour, patches_of
-from .hiding_kernels import shown_points
+from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
 from .occlusion import BEHIND, BodyBoxes, hulls_of
 from .surface_kernels import Surface, SurfaceLimits
@@ -142,7 +142,10 @@ class SpatialModel:
             centre=self.centre,
             area=self.area,
             radius=np.array(
-                [np.linalg.norm(p.inside - m, axis=1).max() for p, m in zip(self.patches, self.centre, strict=True)]
+                [
+                    np.linalg.norm(np.concatenate([p.inside, p.contour]) - middle, axis=1).max()
+                    for p, middle in zip(self.patches, self.centre, strict=True)
+                ]
             ),
             marker_of=marker_of,
             ignored=self.ignored,
@@ -202,6 +205,14 @@ class SpatialModel:
         that face it."""
         out = np.empty((len(frames.R), len(patches), points), bool)
         shown_points(self.compiled, frames.R, frames.t, patches, BEHIND, out)
+        return out
+
+    def shown_contour(self, poses: Poses, use: np.ndarray) -> NDArray[np.bool_]:
+        """(H, M, m) which points of the contours of the markers in use (H, M) no box hides from the camera."""
+        frames = self.kinematics.forward(poses.R, poses.t, poses.q)
+        out = np.zeros((len(poses), len(self.markers), self.contour.shape[1]), bool)
+        used = np.ascontiguousarray(use)
+        shown_contours(self.compiled, frames.R, frames.t, self.markers, used, BEHIND, out)
         return out
 
     def score(self, frame: ImageFrame, poses: Poses, patches: np.ndarray, *, occlusion: bool) -> PatchScores:

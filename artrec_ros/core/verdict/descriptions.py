@@ -52,7 +52,11 @@ class Describer:
         identities = self._identifier.identify(frame, poses)
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
-        covariances = pose_covariances(surface, frame, poses, used, finder.config) if asked else [None] * len(poses)
+        covariances = (
+            pose_covariances(surface, frame, poses, used, finder.config, facing=finder.facing)
+            if asked
+            else [None] * len(poses)
+        )
         told = self._told(verdicts)
         parts = self._instances(verdicts, told, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [

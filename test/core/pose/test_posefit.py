@@ -8,12 +8,16 @@ from settings import DEFAULTS
 from solids import (
     BENT,
     BODY,
+    CAB,
     RED,
+    RIGHT_SIDE,
     camera_of,
     chain,
     contour_pixels,
+    facing,
     frames_of,
     jolted,
+    marker,
     pose,
     render,
     sign,
@@ -23,10 +27,11 @@ from solids import (
 )
 
 from artrec_ros.core.base.deadline import Deadline
-from artrec_ros.core.geometry.transforms import rotation_from_rotvec
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.codes import OWNED, UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.pose.contour_term_kernels import ContourTerm, add_contours
 from artrec_ros.core.pose.edge_kernels import edge_room
 from artrec_ros.core.pose.edges import edge_terms
@@ -105,7 +110,8 @@ def test_the_normal_equations_are_sums_over_the_contours_points():
         joints = Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves)
         placed = Placed(truth.t[0], truth.q[0], frames.R[0], frames.t[0], frames.axis[0], frames.origin[0], joints)
         edges = edge_terms(surface, frame.field, (4,), FIT)
-        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, surface.limits.least_cosine)
+        shown, least = surface.shown_contour(truth, use), surface.limits.least_cosine
+        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, least, shown)
         add_contours(term, 0, 0, placed, to, np.empty(n, np.int64), room)
         J, w = fit.jacobian.reshape(-1, n), fit.weight.ravel()
         assert (w > 0).sum() > 20
@@ -198,3 +204,46 @@ def test_noise_and_poses_behind_the_camera_stay_finite():
     fit = fit_poses(surface, frame, starts, np.tile(np.ones_like(use), (8, 1)), REACH, FIT)
     assert np.isfinite(fit.t).all() and np.isfinite(fit.q).all()
     np.testing.assert_allclose(fit.R @ fit.R.transpose(0, 2, 1), np.tile(np.eye(3), (8, 1, 1)), atol=1e-6)
+
+
+def visor():
+    """A plate whose upper edge a peak of its own hides from above, and whose rear edge a fin does from ahead."""
+    peak = Box(Pose.from_xyz_rpy((0, -0.03, 0.045)), np.array([0.24, 0.06, 0.01]))
+    fin = Box(Pose.from_xyz_rpy((-0.105, -0.03, 0)), np.array([0.01, 0.06, 0.1]))
+    plate = marker("face", CAB, RIGHT_SIDE, (0, -0.001, 0))
+    return ObjectModel("visor", (Component("plate", (plate,), True, None, None, (peak, fin), BODY),))
+
+
+def test_what_is_shown_of_a_contour_is_what_the_image_shows():
+    """A little inside of a shown point there is the marker; a little inside of a hidden one there is not."""
+    model = visor()
+    surface, rng = SpatialModel(model, RED, DEFAULTS.votes), np.random.default_rng(0)
+    seen: dict[bool, list[bool]] = {True: [], False: []}
+    for _ in range(12):
+        truth = pose(*rng.uniform(-0.1, 0.1, 2), 0.9, rng.uniform(-0.7, 0.7), 0, model)
+        truth = replace(truth, R=rotation_from_rotvec([rng.uniform(-0.1, 0.6), 0, 0]) @ truth.R)
+        labels, use = render(CAMERA, [(model, truth, RED)]), np.ones((1, len(surface.markers)), bool)
+        fit = contour_fit(surface, ImageFrame(LabelField(labels), CAMERA), truth, use, 3, FIT)
+        towards = np.rint(contour_pixels(surface, CAMERA, truth) - 1.5 * fit.normal)[0].astype(int)
+        frames = frames_of(surface, truth)
+        shown, towards_camera = surface.shown_contour(truth, use)[0], facing(surface, frames, surface.markers)[0] > 0.3
+        for k in np.flatnonzero(towards_camera):
+            for i in range(towards.shape[1]):
+                seen[bool(shown[k, i])].append(bool(labels[towards[k, i, 1], towards[k, i, 0]] == RED))
+    assert len(seen[False]) > 50
+    assert np.mean(seen[True]) > 0.9 and np.mean(seen[False]) < 0.25
+
+
+def test_what_the_object_hides_of_its_own_contours_does_not_pull():
+    """The edge beside a hidden point is that of what hides it, and lies inwards."""
+    model, rng = visor(), np.random.default_rng(1)
+    off: dict[bool, list[float]] = {True: [], False: []}
+    for _ in range(25):
+        truth = pose(*rng.uniform(-0.1, 0.1, 2), rng.uniform(0.9, 1.3), rng.uniform(0.2, 0.5), 0, model)
+        truth = replace(truth, R=rotation_from_rotvec([rng.uniform(0.1, 0.2), 0, 0]) @ truth.R)
+        surface, frame, _ = scene(model, truth)
+        use, start = np.ones((1, 1), bool), jolted(rng, truth, 1, 0.003, 0.03, 0.0)
+        for occlusion in off:
+            fit = fit_poses(surface, frame, start, use, (4, 3, 3, 2, 2), FIT, occlusion=occlusion)
+            off[occlusion].append(float(np.linalg.norm(fit.t - truth.t)))
+    assert np.median(off[True]) < 0.8 * np.median(off[False])

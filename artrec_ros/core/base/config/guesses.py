@@ -30,7 +30,7 @@ class GuessesConfig(Room):
         low=1,
         high=72,
         paths=_SPACE,
-        origin="by hand: 30 degrees apart, a climb makes the rest good",
+        origin="30 degrees apart, a climb makes the rest good: with 4 right +3 of 244, with 8 +3",
     )
     score_points: int = param(
         24,
@@ -54,7 +54,7 @@ class GuessesConfig(Room):
         low=1,
         high=100,
         paths=_WHOLE,
-        origin="by hand: shade, or what hides it, may take a third of a blob",
+        origin="shade, or what hides it, may take a third of a blob; 2/3: right -3 of 244, 4/3: -3",
     )
     most_area_more_px: float = param(
         12.0,
@@ -81,7 +81,7 @@ class GuessesConfig(Room):
         low=0,
         high=1,
         paths=_SPACE,
-        origin="by hand: one with fewer decides nothing",
+        origin="bounds the time: 2/3 changes none of 160 frames, 4/3 nine, and right +0 of 244",
     )
     view_keep: int = param(
         12,
@@ -97,7 +97,7 @@ class GuessesConfig(Room):
         low=1,
         high=10000,
         paths=_SPACE,
-        origin="by hand, on rendered and recorded scenes",
+        origin="2/3: right +3 of 244, 4/3: +1; bounds the time",
     )
     small_px: float = param(
         200.0,
@@ -113,7 +113,8 @@ class GuessesConfig(Room):
         low=0.1,
         high=10,
         paths=_SPACE,
-        origin="by hand: what is left of 14 px when a segmenter takes two on each side is 10",
+        origin="what is left of 14 px when a segmenter takes two on each side is 10; 2/3: right +5 of 244, 4/3: -3, "
+        "found -5",
     )
     joint_draws: int = param(
         10,
@@ -121,7 +122,7 @@ class GuessesConfig(Room):
         low=1,
         high=1000,
         paths=_SPACE,
-        origin="by hand, on rendered and recorded scenes",
+        origin="2/3: right -2 of 244, 4/3: -1",
     )
     few_guesses: int = param(
         24,
@@ -129,7 +130,7 @@ class GuessesConfig(Room):
         low=1,
         high=10000,
         paths=_SPACE,
-        origin="by hand: enough for most objects in plain view",
+        origin="enough for most objects in plain view; 2/3: right +0 of 244, 4/3: +0",
     )
     few_keep: int = param(
         10,
@@ -137,7 +138,7 @@ class GuessesConfig(Room):
         low=1,
         high=10000,
         paths=_SPACE,
-        origin="by hand: enough for most objects in plain view",
+        origin="enough for most objects in plain view; 2/3: right -1 of 244, 4/3: +1",
     )
     root_keep: int = param(
         40,
@@ -145,7 +146,7 @@ class GuessesConfig(Room):
         low=1,
         high=10000,
         paths=_SPACE,
-        origin="by hand, on rendered and recorded scenes",
+        origin="2/3: right -1 of 244, 4/3: +1; bounds the time",
     )
     limb_guesses: int = param(
         32,
@@ -153,7 +154,7 @@ class GuessesConfig(Room):
         low=1,
         high=10000,
         paths=_SPACE,
-        origin="by hand, on rendered and recorded scenes",
+        origin="2/3: right +0 of 244, 4/3: +0; bounds the time",
     )
     limb_keep: int = param(
         64,
@@ -161,7 +162,7 @@ class GuessesConfig(Room):
         low=1,
         high=10000,
         paths=_SPACE,
-        origin="by hand, on rendered and recorded scenes",
+        origin="2/3: right +0 of 244, 4/3: +0; bounds the time",
     )
     range_slack: float = param(
         0.25,

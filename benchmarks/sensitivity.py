@@ -3,10 +3,11 @@
     python benchmarks/sensitivity.py --set config/vss.yaml FRAMES - --set config/aibo.yaml BAG TRUTH.jsonl [--flat]
 
 A set is a parameter file, a bag or folder of images, and its truth ('-': none). Frames are decoded once, and recognised
-in this process with each value; whole numbers change by one at least. Told is what changes against the sets' own
-values, over all of them: in how many frames anything is found otherwise, objects recognised, right and false (of sets
-with truth), and the time a frame. 'nothing' marks a number whose change changes nothing: one too many, unless it bounds
-the time of frames that are worse than these.
+in this process with each value; whole numbers change by one at least. Of a list of a fixed length each number changes
+by itself, any other list changes as a whole. Told is what changes against the sets' own values, over all of them: in
+how many frames anything is found otherwise, objects recognised, right and false, the medians of the errors of places,
+turns and joints in per cent (of sets with truth), and the time a frame. 'nothing' marks a number whose change changes
+nothing: one too many, unless it bounds the time of frames that are worse than these.
 """
 
 from __future__ import annotations
@@ -53,6 +54,7 @@ class Outcome:
     right: int
     false: int
     ms: float
+    errors: tuple[tuple[float, ...], ...] = ()  # of places, turns and joints; of places and directions in the image
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,10 @@ class Material:
             return Outcome(found, 0, 0, 0, ms)
         (evaluation,) = evaluate_runs([self._run(setup, seen)], self.truth, Options())
         counts = evaluation.counts()
-        return Outcome(found, counts.recognised, counts.right, counts.false, ms)
+        places = counts.position_errors or counts.image_errors_px
+        turns = counts.rotation_errors_rad or counts.direction_errors_rad
+        errors = places, turns, counts.joint_errors_rad
+        return Outcome(found, counts.recognised, counts.right, counts.false, ms, errors)
 
 
 def _told(d: Any) -> tuple[Any, ...]:
@@ -107,17 +112,24 @@ def _told(d: Any) -> tuple[Any, ...]:
 
 
 def values_of(spec: Spec, default: Any) -> Iterator[tuple[str, Any]]:
-    """A name (of an element, where it is a list) and a value, for each factor."""
-    items = list(default) if spec.is_list else [default]
-    for n, item in enumerate(items):
+    """A name (of an element, where it is a list of a fixed length) and a value, for each factor."""
+    if not spec.length:
         for factor in FACTORS:
-            value = factor * item
-            if spec.type is int:
-                value = min(round(value), item - 1) if factor < 1 else max(round(value), item + 1)
-            low, high = (-np.inf if spec.low is None else spec.low), (np.inf if spec.high is None else spec.high)
-            value = spec.type(min(max(value, low), high))
-            name = f"{spec.name}[{n}]" if spec.is_list else spec.name
-            yield name, [*items[:n], value, *items[n + 1 :]] if spec.is_list else value
+            every = [_scaled(spec, v, factor) for v in (default if spec.is_list else [default])]
+            yield spec.name, every if spec.is_list else every[0]
+        return
+    items = list(default)
+    for n, item in enumerate(items):
+        for factor in FACTORS if item else ():
+            yield f"{spec.name}[{n}]", [*items[:n], _scaled(spec, item, factor), *items[n + 1 :]]
+
+
+def _scaled(spec: Spec, item: Any, factor: float) -> Any:
+    value = factor * item
+    if spec.type is int:
+        value = min(round(value), item - 1) if factor < 1 else max(round(value), item + 1)
+    low, high = (-np.inf if spec.low is None else spec.low), (np.inf if spec.high is None else spec.high)
+    return spec.type(min(max(value, low), high))
 
 
 def searched(sets: Sequence[Material]) -> list[Spec]:
@@ -143,6 +155,7 @@ class Row:
     recognised: int
     right: int
     false: int
+    errors: tuple[float, ...]  # factors on their medians
     ms: float
 
     @property
@@ -152,7 +165,7 @@ class Row:
     def text(self) -> str:
         return (
             f"{self.name:44} {self.shown:>18} {self.changed:7d} {self.recognised:+11d} {self.right:+6d} "
-            f"{self.false:+6d} {self.ms:+8.2f}"
+            f"{self.false:+6d} {' '.join(f'{100 * (e - 1):+6.1f}' for e in self.errors)} {self.ms:+8.2f}"
         )
 
 
@@ -160,7 +173,20 @@ def row_of(name: str, value: Any, pairs: Sequence[tuple[Outcome, Outcome]]) -> R
     """:param pairs: per set, with the default and with the value."""
     changed = sum(a != b for before, after in pairs for a, b in zip(before.found, after.found, strict=True))
     sums = [sum(getattr(b, f) - getattr(a, f) for a, b in pairs) for f in ("recognised", "right", "false")]
-    return Row(name, value, changed, *sums, float(np.mean([b.ms - a.ms for a, b in pairs])))
+    errors = tuple(_factor([(a.errors[n], b.errors[n]) for a, b in pairs if a.errors]) for n in range(3))
+    return Row(name, value, changed, *sums, errors, float(np.mean([b.ms - a.ms for a, b in pairs])))
+
+
+def _factor(pairs: Sequence[tuple[Sequence[float], Sequence[float]]]) -> float:
+    """By what the medians of errors grow: the geometric mean over the sets, each by its number of errors."""
+    told = [(before, after) for before, after in pairs if before and after]
+    logs = [np.log((np.median(after) + 1e-12) / (np.median(before) + 1e-12)) for before, after in told]
+    return float(np.exp(np.average(logs, weights=[len(before) for before, _ in told]))) if told else 1.0
+
+
+def _summary(outcome: Outcome) -> str:
+    counts = f"{outcome.recognised} recognised, {outcome.right} right, {outcome.false} false, {outcome.ms:.1f} ms"
+    return f"{sum(map(len, outcome.found))} objects told, {counts}"
 
 
 def rows(sets: Sequence[Material], specs: Sequence[Spec]) -> Iterator[list[Row]]:
@@ -169,8 +195,9 @@ def rows(sets: Sequence[Material], specs: Sequence[Spec]) -> Iterator[list[Row]]
         s.measured(s.setup)  # compiles
     before = [s.measured(s.setup) for s in sets]
     for s, outcome in zip(sets, before, strict=True):
-        print(f"{s.name}: {len(s.frames)} frames, {sum(map(len, outcome.found))} objects found, {outcome.ms:.1f} ms")
-    print(f"\n{'parameter':44} {'value':>18} {'frames':>7} {'recognised':>11} {'right':>6} {'false':>6} {'ms':>8}")
+        print(f"{s.name}: {len(s.frames)} frames, {_summary(outcome)}")
+    heads = f"{'frames':>7} {'recognised':>11} {'right':>6} {'false':>6}  place   turn  joint {'ms':>8}"
+    print(f"\n{'parameter':44} {'value':>18} {heads}")
     for spec in tqdm(specs, disable=not sys.stderr.isatty()):
         mine: dict[str, list[Row]] = {}
         for same in zip(*(values_of(spec, s.setup.value(spec.name)) for s in sets), strict=True):
@@ -191,11 +218,11 @@ def main() -> None:
     p.add_argument("--frames", type=int, default=20, help="of each set (20)")
     p.add_argument("--flat", action="store_true", help="without calibration: in the image plane")
     p.add_argument("--topic", help="the image topic of bags that have several")
-    p.add_argument("--only", help="parameters whose names contain this")
+    p.add_argument("--only", nargs="+", default=[""], help="parameters whose names contain one of these")
     args = p.parse_args()
     sets = [Material.load(*given, args.frames, args.flat, args.topic) for given in args.set]
     idle = []
-    for both in rows(sets, [s for s in searched(sets) if not args.only or args.only in s.name]):
+    for both in rows(sets, [s for s in searched(sets) if any(part in s.name for part in args.only)]):
         nothing = not any(row.changed for row in both)
         for row in both:
             print(row.text() + ("  nothing" if nothing else ""), flush=True)

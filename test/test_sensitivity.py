@@ -34,6 +34,8 @@ def test_numbers_change_by_a_third_and_stay_within_their_range(sensitivity):
     assert values["expert.grouping.min_group_match"] == pytest.approx([0.7 * 2 / 3, 0.7 * 4 / 3])
     assert values["expert.grouping.min_satisfied"][1] == 1.0
     assert values["expert.alignment.gates_px"][2:] == [[8.0, 1.0], [8.0, 2.0]]
+    assert values["expert.search.climb_rounds"] == [[7, 9, 16], [15, 17, 32]]  # a schedule changes as a whole
+    assert len(values["expert.votes.ring"]) == 4  # of three numbers one is 0, which no factor changes
 
 
 def test_a_number_that_matters_and_one_that_does_not_are_told(sensitivity, tmp_path, monkeypatch, capsys):
@@ -49,7 +51,7 @@ def test_a_number_that_matters_and_one_that_does_not_are_told(sensitivity, tmp_p
     monkeypatch.setattr(sys, "argv", [*sys.argv, "--only", "alone_match"])
     sensitivity.main()
     told = capsys.readouterr().out
-    assert "1 objects found" in told and "grouping.min_alone_match" in told
+    assert "1 objects told" in told and "grouping.min_alone_match" in told
     monkeypatch.setattr(sys, "argv", [*sys.argv[:-1], "max_blobs"])
     sensitivity.main()
     assert "change nothing by a third either way: expert.blobs.max_blobs" in capsys.readouterr().out

@@ -41,7 +41,7 @@ class SpatialLooks:
         self.judge, self._config = judge, config
         climbs = zip(config.climb_hypotheses, config.climb_rounds, config.climb_first_steps, strict=True)
         self._climbs = [Climb(*climb) for climb in climbs]
-        self._plain_climb = self._climbs[-1]._replace(rounds=config.plain_climb_rounds)
+        self._plain_climb = self._climbs[-1]._replace(rounds=self._climbs[-2:][0].rounds)
 
     def follow(
         self, frame: ImageFrame, finder: WholeObjectFinder, known: Known, now_s: float, config: RecallConfig

@@ -312,5 +312,5 @@ class WholeObjectFinder:
 
 def _steps(search: SearchConfig) -> Steps:
     """Steps of a climb for compiled code; a whole number would be compiled for anew."""
-    units = search.step_px, search.step_depth, search.step_rad, search.step_joint
+    units = search.step_px, search.step_depth, search.step_rad, search.joint_step
     return Steps(*map(float, (*units, search.lengthen, search.turn, search.least_step)))

@@ -81,7 +81,7 @@ class Guesser:
         found, votes = Poses(R, t, np.tile(self._q[0], (len(R), 1))), np.tile(votes, 2 * len(grown))
         near_m, far_m = range_limits(self._all, frame.camera)
         if near_m > 0 or far_m < np.inf:  # else those behind the camera stay, too
-            off = 1 + self._config.range_slack
+            off = max(self._config.growth)  # a guess's depth is off by as much as its scale
             within = (t[:, 2] * off >= near_m) & (t[:, 2] <= far_m * off)
             found, votes = found[within], votes[within]
         floor = frame.scene.floor

@@ -86,15 +86,14 @@ class ViewBank:
         return last[3]
 
     def align(self, frame: ImageFrame, shape: BlobShape, most: int) -> tuple[Array, Array, np.ndarray]:
-        """Of the best few similarities of each view the best, at most so many: (H, 4), their votes (H,), and each
-        one's view (H,), best first."""
+        """The best similarities of all views, at most so many: (H, 4), their votes (H,), and each one's view (H,), best
+        first."""
         scale = scale_range(self._arrays[-1], shape.area_px, self._config)
         bank = self.arrays._replace(scale=scale)
         (x, y), turn = shape.moments
         moments = guessing.Moments(x, y, turn, shape.area_px)
-        n_views, keep = len(self._perimeter), self._config.view_keep
-        most = min(most, n_views * keep)
-        each = guessing.Kept(np.empty((n_views, keep, 4)), np.empty((n_views, keep)), np.empty(n_views, np.int64))
+        n_views = len(self._perimeter)
+        each = guessing.Kept(np.empty((n_views, most, 4)), np.empty((n_views, most)), np.empty(n_views, np.int64))
         T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
         at, view = np.empty(max(bank.contour.shape[2], LANES), np.int32), frame.view
         least_share = float(self._config.least_share)

@@ -82,7 +82,7 @@ def shape_of(contour, couples=True, area_px=None):
     return BlobShape(contour, area, blob_couples(contour, (1.0, 2.0)) if couples else none, moments_of(contour))
 
 
-def aligned(views, labels, shape, most=10_000):
+def aligned(views, labels, shape, most=1_000):
     roles = VoteRoles(DEFAULTS.votes, LABELS)
     inside, ring = roles.inside((RED,)), roles.ring((RED,), ())
     limits = SpatialModel(sign(), RED, DEFAULTS.votes).limits

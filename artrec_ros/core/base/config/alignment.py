@@ -158,6 +158,7 @@ class AlignmentConfig(Room):
         unit="px",
         low=0.5,
         high=50,
+        length=2,
         paths=_PLANE,
         origin="how far hypotheses may be off, and three times a contour's noise",
     )
@@ -239,5 +240,5 @@ class AlignmentConfig(Room):
         super().__post_init__()
         if not self.couple_spans:
             raise ConfigError("expert.alignment.couple_spans: none is given; one or more are needed")
-        if len(self.gates_px) != 2 or self.gates_px[1] > self.gates_px[0]:
+        if self.gates_px[1] > self.gates_px[0]:
             raise ConfigError(f"expert.alignment.gates_px: {list(self.gates_px)} must be the first and a smaller last")

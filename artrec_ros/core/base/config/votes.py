@@ -24,7 +24,8 @@ class VotesConfig(Room):
         high=20,
         length=3,
         paths=_WHOLE,
-        origin="by hand; unknown says little: shade and seams make a third to a half of a real surface unknown",
+        origin="unknown says little: shade and seams make a third to a half of a real surface unknown; each by a "
+        "third: right between -1 and +4 of 244",
     )
     rim: tuple[float, ...] = param(
         (2.0, -1.2, -1.5),
@@ -33,7 +34,7 @@ class VotesConfig(Room):
         high=20,
         length=3,
         paths=_WHOLE,
-        origin="by hand, on rendered and recorded scenes",
+        origin="each by a third: right between +0 and +5 of 244; own label at 2/3: found -6",
     )
     ring: tuple[float, ...] = param(
         (-4.0, 0.0, 0.3),
@@ -42,7 +43,8 @@ class VotesConfig(Room):
         high=20,
         length=3,
         paths=_WHOLE,
-        origin="by hand: its own label outside speaks as strongly as another inside",
+        origin="its own label outside speaks as strongly as another inside; each by a third: right between -2 and +0 "
+        "of 244",
     )
     ring_on_body: tuple[float, ...] = param(
         (-4.0, 0.0, -1.5),
@@ -51,7 +53,7 @@ class VotesConfig(Room):
         high=20,
         length=3,
         paths=_WHOLE,
-        origin="by hand, on rendered and recorded scenes",
+        origin="each by a third: right between -1 and +2 of 244",
     )
     ring_body_label: float = param(
         0.6,
@@ -59,7 +61,7 @@ class VotesConfig(Room):
         low=-20,
         high=20,
         paths=_WHOLE,
-        origin="by hand: a little less than on the body's face",
+        origin="a little less than on the body's face; 2/3: right +0 of 244, 4/3: +1",
     )
     body: tuple[float, ...] = param(
         (0.7, -0.2, -2.0),
@@ -76,7 +78,7 @@ class VotesConfig(Room):
         low=-20,
         high=20,
         paths=_WHOLE,
-        origin="by hand: half of what another label says",
+        origin="half of what another label says; 2/3: right +1 of 244, 4/3: +0",
     )
     hidden_cost: float = param(
         0.5,
@@ -84,7 +86,7 @@ class VotesConfig(Room):
         low=0,
         high=20,
         paths=_WHOLE,
-        origin="by hand: low, for what hides it need not be modelled",
+        origin="low, for what hides it need not be modelled; 2/3: right +0 of 244, 4/3: +0",
     )
     ring_px: float = param(
         1.25,
@@ -102,7 +104,7 @@ class VotesConfig(Room):
         low=0.1,
         high=20,
         paths=_WHOLE,
-        origin="by hand: from the outline to a little beyond ring_px",
+        origin="from the outline to a little beyond ring_px; 2/3: right +1 of 244, 4/3: +3",
     )
     ring_visible: float = param(
         0.5,
@@ -136,5 +138,5 @@ class VotesConfig(Room):
         low=0,
         high=1,
         paths=_WHOLE,
-        origin="by hand: half of a shaded marker is unknown",
+        origin="half of a shaded marker is unknown; 2/3: right -2 of 244, 4/3: -2, found -3",
     )

@@ -55,9 +55,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "obliquely to be found by their shape (default %(default)s: 60 degrees)",
     )  # fmt: skip
     parser.add_argument(
-        "--params-file", type=Path, metavar="NODE.yaml",
+        "--params-file", type=Path, action="append", metavar="NODE.yaml",
         help="run the recogniser over the annotated images as this parameter file says, and learn how annotated axes "
-        "differ from fitted outlines",
+        "differ from fitted outlines; may be given again: later ones go before",
     )  # fmt: skip
     parser.add_argument("--images", type=Path, metavar="DIR", help="where the images lie (default: beside each file)")
     parser.add_argument(
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     model = load_object(args.object)
     if args.from_joints:
         return run_from_joints(args, model)
-    setup = load_setup(args.params_file) if args.params_file else None
+    setup = load_setup(*args.params_file) if args.params_file else None
     camera = load_camera(args.camera_info) if args.camera_info else None
     annotations = load_coco(args.annotations, args.images).of(args.category)
     training = train(model, annotations, args.coverage, args.max_scale_ratio)

@@ -181,7 +181,10 @@ def test_axes_that_are_annotated_askew_are_learned_from_the_images(
     coco = _askew_images(folder, 24, askew_rad=0.08)
     parameters = {"objects": ["it"], "it": {"object_file": "toy.yaml", "constraint_file": "out.yaml", "label": 2}}
     (folder / "node.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
-    more = ("--params-file", str(folder / "node.yaml"), "--images", str(folder / "pictures"))
+    more_parameters = {"image": {"kind": "labels"}, "recognizer": {"min_match": 0.5}}  # as learned colours are given
+    (folder / "more.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": more_parameters}}))
+    given = [str(folder / name) for name in ("node.yaml", "more.yaml")]
+    more = ("--params-file", given[0], "--params-file", given[1], "--images", str(folder / "pictures"))
     assert _train(folder, coco, *more) == 0
     printed = capsys.readouterr().out
     assert "24 of 24 annotated objects" in printed and "axis of arm/flag" in printed

@@ -37,12 +37,14 @@ class Measured:
     annotated: int
 
 
-def load_setup(path: Path) -> Setup:
-    """A parameter file's set-up without the constraint files, which training is about to write."""
-    flat = {key: value.raw for key, value in read_flat(path).items() if not key.endswith(".constraint_file")}
+def load_setup(path: Path, *more: Path) -> Setup:
+    """The set-up of a parameter file, or several, without the constraint files, which training is about to write."""
+    flat = {key: value.raw for file in (path, *more) for key, value in read_flat(file).items()}
+    flat = {key: value for key, value in flat.items() if not key.endswith(".constraint_file")}
     folder = path.absolute().parent
     config_dir = flat.get("config_dir")
-    return setup_from_flat(flat, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, path)
+    folder, source = resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, (path, *more)
+    return setup_from_flat(flat, folder, ", ".join(map(str, source)))
 
 
 def measure_axes(setup: Setup, model: ObjectModel, constraints: ConstraintSet, annotations: Annotations) -> Measured:

@@ -66,7 +66,7 @@ class FacingConfig(Room):
     )
     sizes: int = param(
         2,
-        "ranges of the component's size, one below the other, in which large blobs that no object explains are searched; "
+        "ranges of the component's size, one below the other, in which large blobs that nothing explains are searched; "
         "each reaches down to least_area_share of the one before",
         low=1,
         high=6,

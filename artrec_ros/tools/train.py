@@ -19,7 +19,7 @@ from ..io.learned.annotations import Annotations, load_coco
 from ..io.learned.constraints import save_constraints
 from ..io.objects.object_reader import load_object
 from .training.annotated_joints import JointFitter
-from .training.measured import load_setup, measure_axes
+from .training.measured import load_setup, measure_axes, way_out
 from .training.train_from_joints import add_from_joints, constraints_from, examples_from_joints
 from .training.train_report import report
 
@@ -90,7 +90,8 @@ def run(args: argparse.Namespace) -> int:
     if setup is not None:
         measured = measure_axes(setup, model, constraints, annotations)
         constraints = replace(constraints, axes=measured.axes)
-        lines.append(f"The recogniser found {measured.found} of {measured.annotated} annotated objects.")
+        lines.append(f"The recogniser found {measured}.")
+        lines += filter(None, [way_out(setup, model, constraints, annotations, measured)])
     save_constraints(args.output, constraints)
     print("\n".join([*report(model, training.examples, constraints), *lines]))
     if half := annotations.half_labelled():

@@ -34,7 +34,7 @@ _LARGEST_RAD = np.pi / 4  # beyond it an axis was taken for another of the marke
 
 @dataclass(frozen=True)
 class Measured:
-    """Offsets of axes; how many of the annotated objects the recogniser found, and so measured, and of their markers."""
+    """Offsets of axes; how many of the annotated objects the recogniser found, and so measured; how many markers."""
 
     axes: tuple[AxisOffset, ...]
     found: int
@@ -109,8 +109,8 @@ def way_out(
     if not noise:
         return "What it sees, and why it turns candidates down, shows artrec replay --labels over these images."
     return (
-        f"With expert.constraints.contour_noise_px: {noise:g} it finds {more}: outlines in these images are farther off "
-        f"than the {now:g} px that are reckoned with. Set it in the parameter file."
+        f"With expert.constraints.contour_noise_px: {noise:g} it finds {more}: outlines in these images are farther "
+        f"off than the {now:g} px that are reckoned with. Set it in the parameter file."
     )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,29 +36,51 @@ class FacingSearch:
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
 
-    def run(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Poses:
-        """Candidates of all blobs. :param limits: of the scale."""
+    def merged(self, blobs: Sequence[Blob]) -> list[Blob]:
+        """Blobs of the required component's class that may be several merged ones: one that fills its convex hull as
+        well as the component's marker does is one piece."""
+        config, outlines = self._config, [m.outline for m in self.finder.target.model.required.markers]
+        least_px = config.guesses.small_px / config.facing.least_area_share
+        large = [b for b in blobs if b.label in self.finder.root_labels and b.area_px >= least_px]
+        compact = config.facing.compact * max(map(_solidity, outlines))
+        return [b for b in large if _solidity(b.contour) < compact]
+
+    def unexplained(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
+        """Those of which nobody owns most."""
+        return [b for b in blobs if frame.field.owned_share(b.contour) <= self._config.search.explained]
+
+    def run(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, sizes: int = 1) -> Poses:
+        """Candidates of all blobs.
+
+        :param limits: of the scale. :param sizes: of the required component in its blob, see `FacingGuesser.guess`.
+        """
         mine = [b for b in blobs if b.label in self.finder.root_labels]
         if frame.scene:
             seen = frame.scene.scale_limits(centres(mine))[:, 1] > 0  # else behind the horizon
             mine = [b for b, yes in zip(mine, seen, strict=True) if yes]
         if not mine:
             return self.finder.surface.no_poses
-        poses, _, blob = self._guesser.guess(frame.hurried(self._config.facing.guess_share), mine, limits)
-        most = self._config.facing.per_patch * -(-np.bincount(blob, minlength=len(mine)) // self._config.facing.turns)
-        if poses.q.shape[1]:
-            poses = self.finder.surface.search_joints(frame, poses, self._config.search.first_joint_step)
+        poses, _, blob = self._guesser.guess(frame.hurried(self._config.facing.guess_share), mine, limits, sizes)
+        most = self._config.facing.per_patch * -(-np.bincount(blob) // self._config.facing.turns)
+        poses = self._with_joints(frame, poses)
         found = Ranked(poses, self.finder.votes(frame, poses, occlusion=True))
         near = self._near_best(found.votes, blob)
         found, blob = found[near], blob[near]
         # fits of the contours where they are long enough: a grid is coarse there
-        large = np.flatnonzero(np.array([not is_small(b, self._config.guesses) for b in mine])[blob])
+        large = np.flatnonzero(np.array([not is_small(b, self._config.guesses) for b in mine])[blob % len(mine)])
         fitted = fit_required(self.finder.surface, frame, found.poses[large], self._config.fit, facing=True)
+        fitted = self._with_joints(frame, fitted)
         found += Ranked(fitted, self.finder.votes(frame, fitted, occlusion=True))
         found = found[self._best_of_each(frame, found, np.concatenate([blob, blob[large]]), most)]
         found = self.finder.moved(frame, found, self._climbs[0])
         found = self.finder.polished(frame, self._few_of_each_place(frame, found), self._climbs[1])
         return self._few_of_each_place(frame, found).poses
+
+    def _with_joints(self, frame: ImageFrame, poses: Poses) -> Poses:
+        """The same with joints at which the labels like the other components best."""
+        if not poses.q.shape[1]:
+            return poses
+        return self.finder.surface.search_joints(frame, poses, self._config.search.first_joint_step)
 
     def _near_best(self, votes: Array, blob: NDArray[np.int64]) -> NDArray[np.int64]:
         """Indices of hypotheses that come near to the best one of their blob."""
@@ -91,3 +114,10 @@ class FacingSearch:
         rows = rows[np.sort(np.unique(cell, return_index=True)[1])]
         rank = np.arange(len(rows)) - np.searchsorted(blob[rows], blob[rows])
         return np.asarray(rows[rank < most[blob[rows]]])
+
+
+def _solidity(outline: Array) -> float:
+    """The share of its convex hull that a polygon (n, 2) fills."""
+    points = np.asarray(outline, np.float32)
+    hull = cv2.contourArea(cv2.convexHull(points))
+    return cv2.contourArea(points) / hull if hull > 0 else 1.0

@@ -16,6 +16,9 @@ from .model.found import Detection, Rejection
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .pose.on_plane import PlanePlacer
+from .pose.surface_model import Poses
+from .verdict.acceptance import Verdict
+from .verdict.claims import silhouette
 from .verdict.descriptions import Describer, rejection_of
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
@@ -35,14 +38,41 @@ class FacingStage:
         """Detections by target and score, and what was turned down, with reasons: worked out when looked at."""
         if not self._searches:
             return (), ()
-        limits, faced = scale_limits(self._config, frame.calibration), frame.faced()
-        share, n = self._config.facing.search_share, len(self._searches)
-        hurried = faced.hurried(share)
-        found = [(s.finder, s.run(hurried.hurried(1 / (n - i)), blobs, limits)) for i, s in enumerate(self._searches)]
-        accepted, others = share_out(found, faced.hurried(self._config.facing.judge_share), self._judge)
+        faced = frame.faced()
+        found = self._found(faced, [(s, blobs) for s in self._searches])
+        accepted, others = self._shared_out(found, faced)
+        if more := self._of_merged(faced, blobs, accepted):
+            accepted, others = self._shared_out(found + more, faced)
         detections = [
             self._placer.faced(detection, faced)
             for describer in self._describers
             for detection in describer.describe([v for v in accepted if v.claim.finder is describer.finder], faced)
         ]
         return tuple(detections), Deferred(lambda: tuple(rejection_of(v, faced, self._judge) for v in others))
+
+    def _of_merged(
+        self, frame: ImageFrame, blobs: Sequence[Blob], accepted: Sequence[Verdict]
+    ) -> list[tuple[WholeObjectFinder, Poses]]:
+        """Candidates of large blobs that no accepted object explains, among them much smaller ones."""
+        merged = [(s, mine) for s in self._searches if (mine := s.merged(blobs))]
+        if not merged or frame.deadline.hit:  # there was not even time for the first look
+            return []
+        claims = [v.claim for v in accepted]
+        rest = frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
+        left = [(s, free) for s, mine in merged if (free := s.unexplained(rest, mine))]
+        return self._found(rest, left, self._config.facing.sizes)
+
+    def _found(
+        self, frame: ImageFrame, tasks: Sequence[tuple[FacingSearch, Sequence[Blob]]], sizes: int = 1
+    ) -> list[tuple[WholeObjectFinder, Poses]]:
+        """Candidates of each search in its blobs, all in a share of the time that is left."""
+        hurried, n = frame.hurried(self._config.facing.search_share), len(tasks)
+        limits = scale_limits(self._config, None)
+        return [
+            (s.finder, s.run(hurried.hurried(1 / (n - i)), blobs, limits, sizes)) for i, (s, blobs) in enumerate(tasks)
+        ]
+
+    def _shared_out(
+        self, found: Sequence[tuple[WholeObjectFinder, Poses]], frame: ImageFrame
+    ) -> tuple[list[Verdict], Sequence[Verdict]]:
+        return share_out(found, frame.hurried(self._config.facing.judge_share), self._judge)

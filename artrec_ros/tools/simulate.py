@@ -34,7 +34,10 @@ def add_parser(subparsers: Any) -> None:
         "bag bears the true poses and joints, too. The same seed and options give the same bytes.",
     )
     parser.add_argument("object_files", nargs="*", type=Path, metavar="OBJECT.yaml", help="objects to show")
-    parser.add_argument("--params-file", type=Path, help="show the objects of this parameter file, with its labels")
+    parser.add_argument(
+        "--params-file", type=Path, action="append",
+        help="show the objects of this parameter file, with its labels; may be given again: later ones go before",
+    )  # fmt: skip
     parser.add_argument("--label", type=int, nargs="+", help=f"class labels of the object files ({_FIRST_LABEL}, ...)")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="a new folder")
     parser.add_argument("-s", "--storage", choices=("mcap", "sqlite3"), default="mcap", help="kind of bag (mcap)")
@@ -82,7 +85,7 @@ def _targets(args: argparse.Namespace) -> tuple[Target, ...]:
     if bool(args.object_files) == bool(args.params_file):
         raise ConfigError("simulate: name object files or --params-file, one of the two")
     if args.params_file:
-        return load_parameters(args.params_file).targets
+        return load_parameters(*args.params_file).targets
     count = len(args.object_files)
     labels = args.label or range(_FIRST_LABEL, _FIRST_LABEL + count)
     if len(labels) != count:

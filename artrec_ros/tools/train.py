@@ -19,7 +19,7 @@ from ..io.learned.annotations import Annotations, load_coco
 from ..io.learned.constraints import save_constraints
 from ..io.objects.object_reader import load_object
 from .training.annotated_joints import JointFitter
-from .training.measured import load_setup, measure_axes
+from .training.measured import load_setup, measure_axes, way_out
 from .training.train_from_joints import add_from_joints, constraints_from, examples_from_joints
 from .training.train_report import report
 
@@ -55,9 +55,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "obliquely to be found by their shape (default %(default)s: 60 degrees)",
     )  # fmt: skip
     parser.add_argument(
-        "--params-file", type=Path, metavar="NODE.yaml",
+        "--params-file", type=Path, action="append", metavar="NODE.yaml",
         help="run the recogniser over the annotated images as this parameter file says, and learn how annotated axes "
-        "differ from fitted outlines",
+        "differ from fitted outlines; may be given again: later ones go before",
     )  # fmt: skip
     parser.add_argument("--images", type=Path, metavar="DIR", help="where the images lie (default: beside each file)")
     parser.add_argument(
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     model = load_object(args.object)
     if args.from_joints:
         return run_from_joints(args, model)
-    setup = load_setup(args.params_file) if args.params_file else None
+    setup = load_setup(*args.params_file) if args.params_file else None
     camera = load_camera(args.camera_info) if args.camera_info else None
     annotations = load_coco(args.annotations, args.images).of(args.category)
     training = train(model, annotations, args.coverage, args.max_scale_ratio)
@@ -90,7 +90,8 @@ def run(args: argparse.Namespace) -> int:
     if setup is not None:
         measured = measure_axes(setup, model, constraints, annotations)
         constraints = replace(constraints, axes=measured.axes)
-        lines.append(f"The recogniser found {measured.found} of {measured.annotated} annotated objects.")
+        lines.append(f"The recogniser found {measured}.")
+        lines += filter(None, [way_out(setup, model, constraints, annotations, measured)])
     save_constraints(args.output, constraints)
     print("\n".join([*report(model, training.examples, constraints), *lines]))
     if half := annotations.half_labelled():

@@ -94,6 +94,17 @@ def test_two_that_touch_are_told_apart_though_they_are_one_blob(turns):
     assert sorted(d.name for d in result.detections) == ["robot_gr", "robot_vr"]
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.8, 2.2])
+def test_what_is_a_small_part_of_a_large_blob_is_found(turn):
+    """A line of the team's class runs into the robot: its patch is a tenth of their blob."""
+    at, size = Placing(150.3, 60.2, turn, 420.0, "gr"), (300, 200)
+    picture, line = rendered(at, size=size), np.zeros(size[::-1], np.uint8)
+    way = [at.at([(-0.0375, 0.0)])[0], (150, 130), (30, 130), (30, 180), (270, 180), (270, 130)]
+    cv2.polylines(line, [np.rint(way).astype(np.int32)], False, 1, 8)
+    picture[(line > 0) & (picture == 0)] = TEAM
+    assert_found(recognizer(robot()).recognize(picture), at, scale=0.03)
+
+
 def test_a_full_field_is_named_together(robots):
     placed = [
         Placing(25.2, 25.3, 0.4, 300.0, "gr"), Placing(75.4, 28.1, 2.0, 300.0, "gv"),

@@ -312,3 +312,14 @@ def test_a_scene_that_cannot_be_is_refused_at_the_start_and_while_it_runs(
     assert part in str(error.value) and "\n" not in str(error.value)
     with pytest.raises(ConfigError):
         setup_from_flat(FLAT, folder).changed(values)
+
+
+def test_classes_without_a_colour_are_told(folder: Path) -> None:
+    def told(**changes: Any) -> list[str]:
+        return setup_from_flat({**FLAT, **COLOUR, **changes}, folder).lacks()
+
+    assert not told()  # one by saturation, one by hue
+    (line,) = told(**{"image.red.hue": []})
+    assert line.startswith("image.classes: no colour is given for red") and "artrec learn-colours" in line
+    assert not told(**{"image.red.hue": [], "image.red.rgb": [200, 10, 10]})
+    assert not setup_from_flat(FLAT, folder).lacks()

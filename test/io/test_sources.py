@@ -103,6 +103,19 @@ def test_an_unfit_calibration_is_told_once_and_not_used(tmp_path, ros2, pictures
     assert len(warnings) == 1 and said in warnings[0]
 
 
+def test_a_calibration_file_for_another_size_is_told_once_and_not_used(tmp_path, pictures):
+    for i, picture in enumerate(pictures(3)):
+        cv2.imwrite(str(tmp_path / f"{i}.png"), picture)
+    height, width = picture.shape[:2]
+    K, warnings = np.diag((100.0, 100.0, 1.0)), []
+    other = Camera(K, np.zeros(0), (2 * width, 2 * height))
+    frames, _ = read([tmp_path], warnings, camera=other)
+    assert [f.camera for f in frames] == [None] * 3
+    assert len(warnings) == 1 and "--camera-info: calibrated for" in warnings[0] and f"{width}x{height}" in warnings[0]
+    frames, _ = read([tmp_path], warnings, camera=Camera(K, np.zeros(0), (width, height)))
+    assert all(f.camera.size == (width, height) for f in frames) and len(warnings) == 1
+
+
 def test_a_missing_calibration_is_told_once(tmp_path, ros2, pictures, write_rosbag2):
     script = [("/cam/image", t, ros2.image(t, p)) for t, p in enumerate(pictures(2), 1)]
     warnings = []

@@ -214,7 +214,7 @@ def test_an_empty_folder_is_told(tmp_path, capsys):
 
 def test_parameters_without_objects_go_with_those_that_have_some(tmp_path, config, capsys):
     (tmp_path / "more.yaml").write_text(
-        "/**: {ros__parameters: {image: {kind: colour, classes: [red], red: {label: 2}}}}"
+        "/**: {ros__parameters: {image: {kind: colour, classes: [red], red: {label: 2, hue: [345, 15]}}}}"
     )
     code, printed, problems = inspect(capsys, config / "excavator.yaml", tmp_path / "more.yaml")
     assert (code, problems) == (0, []), printed

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -181,7 +182,10 @@ def test_axes_that_are_annotated_askew_are_learned_from_the_images(
     coco = _askew_images(folder, 24, askew_rad=0.08)
     parameters = {"objects": ["it"], "it": {"object_file": "toy.yaml", "constraint_file": "out.yaml", "label": 2}}
     (folder / "node.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
-    more = ("--params-file", str(folder / "node.yaml"), "--images", str(folder / "pictures"))
+    more_parameters = {"image": {"kind": "labels"}, "recognizer": {"min_match": 0.5}}  # as learned colours are given
+    (folder / "more.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": more_parameters}}))
+    given = [str(folder / name) for name in ("node.yaml", "more.yaml")]
+    more = ("--params-file", given[0], "--params-file", given[1], "--images", str(folder / "pictures"))
     assert _train(folder, coco, *more) == 0
     printed = capsys.readouterr().out
     assert "24 of 24 annotated objects" in printed and "axis of arm/flag" in printed
@@ -189,6 +193,29 @@ def test_axes_that_are_annotated_askew_are_learned_from_the_images(
     (axis,) = learned.axes
     assert axis.key == ("arm", "flag") and axis.after_deg < 0.5 < axis.before_deg
     assert axis.turn_rad == pytest.approx(0.08, abs=0.01)
+
+
+def test_few_found_for_outlines_that_are_off_is_told_with_the_way_out(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A segmenter gives each marker a pixel more all around."""
+    coco = _askew_images(folder, 20, askew_rad=0.0)
+    for path in (folder / "pictures").glob("*.png"):
+        cv2.imwrite(str(path), cv2.dilate(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), np.ones((3, 3), np.uint8)))
+    parameters = {"objects": ["it"], "it": {"object_file": "toy.yaml", "label": 2}}
+    params = folder / "node.yaml"
+    params.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
+    more = ("--params-file", str(params), "--images", str(folder / "pictures"))
+    assert _train(folder, coco, *more) == 0
+    printed = capsys.readouterr().out
+    found = re.search(r"found (\d+) of 20 annotated objects, with (\d+) of 40 markers", printed)
+    told = re.search(r"expert.constraints.contour_noise_px: ([\d.]+) it finds (\d+) of 20", printed)
+    assert found and told and int(found[2]) < 20 and int(told[2]) >= 19, printed
+    parameters |= {"expert": {"constraints": {"contour_noise_px": float(told[1])}}}
+    params.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
+    assert _train(folder, coco, *more) == 0
+    printed = capsys.readouterr().out
+    assert f"found {told[2]} of 20" in printed and "contour_noise_px" not in printed
 
 
 def test_images_that_are_not_there_are_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +23,8 @@ _AT_ONCE = 16  # blobs between two looks at the clock
 
 
 class Guesses(NamedTuple):
-    """Hypotheses with the votes for their required component (H,), and of which blob each is (H,)."""
+    """Hypotheses with the votes for their required component (H,), and of which blob and size each is (H,): of B blobs
+    and the n-th smaller size n * B and more."""
 
     poses: Poses
     votes: Array
@@ -53,34 +55,39 @@ class FacingGuesser:
         # the object's frame in a marker's about its centroid, as a camera that it faces sees it: a turn, an origin
         self._frames = [(FACING @ R_m.T, -FACING @ R_m.T @ centre) for R_m, centre in in_object]
 
-    def guess(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Guesses:
+    def guess(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, sizes: int = 1) -> Guesses:
         """The best of every direction about each blob; none of those that the deadline leaves.
 
         :param limits: of the scale.
+        :param sizes: so many ranges of the component's size, one below the other, are looked through, each by itself: a
+            large alignment that covers several merged components has more votes than a right one.
         """
         found = [Guesses(self._none, np.zeros(0), np.zeros(0, np.int64))]
         for part in frame.deadline.parts(len(blobs), _AT_ONCE):
             within = np.tile((limits.least, limits.greatest), (len(blobs[part]), 1))
             if frame.scene:
                 within = np.clip(frame.scene.scale_limits(centres(blobs[part])), limits.least, limits.greatest)
-            for marker, bank, place in zip(self._markers, self._banks, self._frames, strict=True):
-                grid = self._grid(frame, blobs[part], within, marker)
+            marked = zip(self._markers, self._banks, self._frames, strict=True)
+            for (marker, bank, place), size in product(marked, range(sizes)):
+                grid = self._grid(frame, blobs[part], within, marker, size)
                 most = int(grid.keep.sum()) * grid.turns
                 T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
                 n = best_on_grid(grid, bank.arrays, bank.look, frame.view, T, votes, of)
-                found.append(Guesses(self._lifted(T[:n], frame, *place), votes[:n], of[:n] + part.start))
+                blob = of[:n] + part.start + size * len(blobs)
+                found.append(Guesses(self._lifted(T[:n], frame, *place), votes[:n], blob))
         poses, votes, of = zip(*found, strict=True)
         return Guesses(Poses.concatenate(list(poses)), np.concatenate(votes), np.concatenate(of))
 
-    def _grid(self, frame: ImageFrame, blobs: Sequence[Blob], within: Array, marker: Marker) -> Grid:
-        """:param within: (B, 2) least and greatest scales."""
-        config, area = self._config.facing, np.array([b.area_px for b in blobs])
+    def _grid(self, frame: ImageFrame, blobs: Sequence[Blob], within: Array, marker: Marker, size: int) -> Grid:
+        """:param within: (B, 2) least and greatest scales. :param size: the n-th smaller one."""
+        config, blob_px = self._config.facing, np.array([b.area_px for b in blobs])
         ratio, more = self._config.guesses.most_area_ratio, self._config.guesses.most_area_more_px
         lowest, highest = within.T
-        most = np.minimum(np.sqrt((ratio * area + more) / marker.area), highest)
+        area = config.least_area_share**size * blob_px
+        most = np.minimum(np.sqrt((area if size else ratio * area + more) / marker.area), highest)
         least = np.minimum(np.sqrt(config.least_area_share * area / marker.area), most)  # a larger one: several merged
         least = np.maximum(least, lowest)
-        keep = np.ceil(area / (marker.area * np.maximum(least, 1e-9) ** 2)).astype(np.int64)
+        keep = np.ceil(blob_px / (marker.area * np.maximum(least, 1e-9) ** 2)).astype(np.int64)
         return Grid(
             frame.field.padded_labels,
             np.array([b.label for b in blobs]),

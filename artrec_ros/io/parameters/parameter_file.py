@@ -33,7 +33,7 @@ from ..base.kinds import PARAMETERS, mistaken
 from ..base.shared_files import resolve_path
 from ..base.yaml_files import Value, load_value, nearest
 from .specs import EXPERT, Spec, all_specs, moved, specs_of
-from .targets import lacking, load_target, same_labels, with_absolute_paths
+from .targets import colourless, lacking, load_target, same_labels, with_absolute_paths
 
 _SECTION = "ros__parameters"
 _WILDCARDS = ("/**", "/*", "**", "*")
@@ -70,8 +70,9 @@ class Setup:
         return self.recognizer.profile == "default" and self.recognizer.memory
 
     def lacks(self, calibrated: bool = True) -> list[str]:
-        """A line for each object that cannot be found with what the files tell; `calibrated`: the images are."""
-        return list(lacking(self.targets, self.recognizer, calibrated))
+        """A line for each object that cannot be found with what the files tell, and for classes without a colour;
+        `calibrated`: the images are."""
+        return [*colourless(self.image), *lacking(self.targets, self.recognizer, calibrated)]
 
     def value(self, name: str) -> Any:
         """A parameter's value, also where it was not given; lists as such."""

@@ -74,6 +74,18 @@ def lacking(targets: Sequence[Target], config: RecognizerConfig, calibrated: boo
         yield f"{target.name}: will not be found: it has no constraint_file, and {where}; {way_out}"
 
 
+def colourless(image: ImageConfig) -> Iterator[str]:
+    """A line for the classes of colour images that have no colour, if there are any: the first one takes every pixel
+    that none before it has."""
+    bare = [name for name, c in image.classes.items() if image.kind == "colour" and c.is_bare]
+    if bare:
+        yield (
+            f"image.classes: no colour is given for {', '.join(bare)}, so '{bare[0]}' takes all pixels that no class "
+            f"before it has; let artrec learn-colours learn them and give its file as a further parameter file, or set "
+            f"image.{bare[0]}.rgb or hue, saturation, value"
+        )
+
+
 def same_labels(a: ImageConfig, b: ImageConfig) -> bool:
     """Whether targets read with one are as if read with the other."""
     return a.kind == b.kind and _labels(a) == _labels(b)

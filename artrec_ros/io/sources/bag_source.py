@@ -11,8 +11,7 @@ from ...core.geometry.camera import Camera
 from ..bags.reader import Bag
 from ..bags.recovery import RawMessage
 from ..bags.topics import Report, camera_info_topic, camera_of, choose_topic, decode_message, listed, stamp_of
-from ..images.decoding import Image
-from .frames import Frame, Part, Source, SourceOptions
+from .frames import Frame, Part, Source, SourceOptions, fitting, once
 
 
 class BagSource(Source):
@@ -23,7 +22,7 @@ class BagSource(Source):
 
     def __init__(self, bag: Bag, options: SourceOptions, report: Report) -> None:
         self.bag, self._options = bag, options
-        self._report = _once(report)
+        self._report = once(report)
         self.topic = choose_topic(bag, options.topic, options.image_kind, report)
         self.info_topic = options.camera_info_topic or camera_info_topic(self.topic)
         self.count = bag.topics[self.topic].count
@@ -100,18 +99,9 @@ class BagSource(Source):
             image = decode_message(content)
         except ImageError as error:
             return Frame(stamp_ns, self.topic, error=str(error))
-        return Frame(stamp_ns, self.topic, image, self._fitting(camera, image, content.header.frame_id))
-
-    def _fitting(self, camera: Camera | None, image: Image, frame_id: str) -> Camera | None:
-        """The camera if it is one for such images, with the image's frame."""
-        height, width = image.shape[:2]
-        if camera is None or camera.size == (width, height):
-            return camera and dataclasses.replace(camera, frame_id=frame_id or camera.frame_id)
-        self._report(
-            f"{self.info_topic}: calibrated for {camera.size[0]}x{camera.size[1]} pixels, but images have "
-            f"{width}x{height}: no metric poses"
-        )
-        return None
+        whence = "--camera-info" if self._options.camera is not None else self.info_topic
+        camera = fitting(camera, image, self._report, whence, content.header.frame_id)
+        return Frame(stamp_ns, self.topic, image, camera)
 
     def _camera(self, message: RawMessage) -> Camera | None:
         try:
@@ -119,15 +109,3 @@ class BagSource(Source):
         except (ImageError, ConfigError) as error:
             self._report(f"{self.info_topic}: {error}: no metric poses")
             return None
-
-
-def _once(report: Report) -> Report:
-    """`report` for lines that would repeat with every frame."""
-    said: set[str] = set()
-
-    def report_once(line: str) -> None:
-        if line not in said:
-            said.add(line)
-            report(line)
-
-    return report_once

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ...core.geometry.camera import Camera
+from ..bags.topics import Report
 from ..images.decoding import Image
 
 
@@ -93,3 +95,30 @@ class Source(ABC):
     def problems(self) -> list[str]:
         """One line for everything of the source that could not be read, complete after an iteration of all."""
         return []
+
+
+def fitting(camera: Camera | None, image: Image, report: Report, whence: str, frame_id: str = "") -> Camera | None:
+    """The camera if it is one for images of this size, with the image's frame; else none, which is told.
+
+    :param whence: where the calibration is from.
+    """
+    height, width = image.shape[:2]
+    if camera is None or camera.size == (width, height):
+        return camera and dataclasses.replace(camera, frame_id=frame_id or camera.frame_id)
+    report(
+        f"{whence}: calibrated for {camera.size[0]}x{camera.size[1]} pixels, but images have "
+        f"{width}x{height}: no metric poses"
+    )
+    return None
+
+
+def once(report: Report) -> Report:
+    """`report` for lines that would repeat with every frame."""
+    said: set[str] = set()
+
+    def report_once(line: str) -> None:
+        if line not in said:
+            said.add(line)
+            report(line)
+
+    return report_once

@@ -13,7 +13,7 @@ from ..bags.reader import Bag
 from ..bags.topics import Report
 from ..images.decoding import IMAGE_SUFFIXES, read_image
 from .bag_source import BagSource
-from .frames import Frame, Part, Source, SourceOptions
+from .frames import Frame, Part, Source, SourceOptions, fitting, once
 
 __all__ = ["STAMP_DIGITS", "FolderSource", "Frame", "SourceOptions", "Sources", "holds_bag", "open_sources"]
 
@@ -26,7 +26,7 @@ class FolderSource(Source):
     :ivar files: stamp (ns) and path of each.
     """
 
-    def __init__(self, folder: Path, options: SourceOptions) -> None:
+    def __init__(self, folder: Path, options: SourceOptions, report: Report = lambda _: None) -> None:
         files = sorted((p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES), key=_natural)
         if not files:
             bags, images = ", ".join(BAG_SUFFIXES), ", ".join(IMAGE_SUFFIXES)
@@ -37,7 +37,7 @@ class FolderSource(Source):
         self.files = [
             (t, p) for t, p in zip(stamps, files, strict=True) if start_ns <= t and (stop_ns is None or t < stop_ns)
         ]
-        self._camera = options.camera
+        self._camera, self._report = options.camera, once(report)
         self.count, self.calibrated = len(self.files), options.camera is not None
 
     def __iter__(self) -> Iterator[Frame]:
@@ -49,9 +49,12 @@ class FolderSource(Source):
     def read(self, part: Part) -> Iterator[Frame]:
         for stamp_ns, path in self.files[part.first : part.first + part.count]:
             try:
-                yield Frame(stamp_ns, path.name, read_image(path), self._camera)
+                image = read_image(path)
             except ImageError as error:
                 yield Frame(stamp_ns, path.name, error=str(error))
+                continue
+            camera = fitting(self._camera, image, self._report, f"{path.parent}, --camera-info")
+            yield Frame(stamp_ns, path.name, image, camera)
 
 
 def _below(folder: Path) -> str:
@@ -92,7 +95,7 @@ class Sources:
 
     def _open(self, path: Path, options: SourceOptions, report: Report) -> Source:
         if path.is_dir() and not holds_bag(path):
-            return FolderSource(path, options)
+            return FolderSource(path, options, report)
         return BagSource(self._stack.enter_context(Bag(path, options.storage)), options, report)
 
 

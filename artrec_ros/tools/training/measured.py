@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -25,24 +26,36 @@ from ...io.parameters.parameter_file import Setup, read_flat, setup_from_flat
 from ..getting_ready import progress
 
 _NEAR = 0.5  # farthest detection of an annotated object, in lengths of its required marker's axis
+_ENOUGH = 0.9  # share of the annotated markers
+_CLEARLY_MORE = 1.02  # times the markers that are found with less noise
+_NOISES_PX = (0.75, 1.0, 1.5, 2.0)
 _LARGEST_RAD = np.pi / 4  # beyond it an axis was taken for another of the marker's symmetry
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Offsets of axes, and how many of the annotated objects the recogniser found, and so measured."""
+    """Offsets of axes; how many of the annotated objects the recogniser found, and so measured; how many markers."""
 
     axes: tuple[AxisOffset, ...]
     found: int
     annotated: int
+    markers_found: int
+    markers: int
+
+    def __str__(self) -> str:
+        return (
+            f"{self.found} of {self.annotated} annotated objects, with {self.markers_found} of {self.markers} markers"
+        )
 
 
-def load_setup(path: Path) -> Setup:
-    """A parameter file's set-up without the constraint files, which training is about to write."""
-    flat = {key: value.raw for key, value in read_flat(path).items() if not key.endswith(".constraint_file")}
+def load_setup(path: Path, *more: Path) -> Setup:
+    """The set-up of a parameter file, or several, without the constraint files, which training is about to write."""
+    flat = {key: value.raw for file in (path, *more) for key, value in read_flat(file).items()}
+    flat = {key: value for key, value in flat.items() if not key.endswith(".constraint_file")}
     folder = path.absolute().parent
     config_dir = flat.get("config_dir")
-    return setup_from_flat(flat, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, path)
+    folder, source = resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, (path, *more)
+    return setup_from_flat(flat, folder, ", ".join(map(str, source)))
 
 
 def measure_axes(setup: Setup, model: ObjectModel, constraints: ConstraintSet, annotations: Annotations) -> Measured:
@@ -62,15 +75,43 @@ def measure_axes(setup: Setup, model: ObjectModel, constraints: ConstraintSet, a
     for annotated, example in zip(annotations.objects, examples, strict=True):
         by_image[annotated.image].append((annotated, example))
     directions: dict[Key, list[tuple[float, float]]] = defaultdict(list)
-    found = 0
+    found = markers = 0
     for path, objects in by_image.items():
         detections = _recognized(recognizer, path, objects[0][0])
         for _, example in objects:
             hit = _nearest(detections, example, model)
             found += hit is not None
+            markers += sum((c.component, c.marker) in example for c in hit.components) if hit else 0
             for key, pair in _directions(hit, example) if hit else ():
                 directions[key].append(pair)
-    return Measured(tuple(_learned(model, directions)), found, len(examples))
+    return Measured(tuple(_learned(model, directions)), found, len(examples), markers, sum(map(len, examples)))
+
+
+def way_out(
+    setup: Setup, model: ObjectModel, constraints: ConstraintSet, annotations: Annotations, measured: Measured
+) -> str | None:
+    """How most annotated objects would be found where few were, by trying: with how much more noise of contours.
+
+    Annotations may be exact while outlines are not: those of small markers are found too large or too small where lens
+    and segmenter blur their edges. None: enough were found.
+    """
+    if measured.markers_found >= _ENOUGH * measured.markers:
+        return None
+    print("The recogniser finds few of what is annotated; looking why ...", file=sys.stderr, flush=True)
+    now, best = setup.recognizer.constraints.contour_noise_px, (measured, 0.0)
+    for noise in (n for n in _NOISES_PX if n > now):
+        room = replace(setup.recognizer.constraints, contour_noise_px=noise)
+        tried = replace(setup, recognizer=replace(setup.recognizer, constraints=room))
+        with_it = measure_axes(tried, model, constraints, annotations)
+        if with_it.markers_found > _CLEARLY_MORE * best[0].markers_found:
+            best = with_it, noise
+    more, noise = best
+    if not noise:
+        return "What it sees, and why it turns candidates down, shows artrec replay --labels over these images."
+    return (
+        f"With expert.constraints.contour_noise_px: {noise:g} it finds {more}: outlines in these images are farther "
+        f"off than the {now:g} px that are reckoned with. Set it in the parameter file."
+    )
 
 
 def _recognized(recognizer: Recognizer, path: Path, annotated: AnnotatedObject) -> Sequence[Detection]:

@@ -64,6 +64,25 @@ class FacingConfig(Room):
         paths=_FACING,
         origin="two alike that touch are one blob",
     )
+    sizes: int = param(
+        2,
+        "ranges of the component's size, one below the other, in which large blobs that nothing explains are searched; "
+        "each reaches down to least_area_share of the one before",
+        low=1,
+        high=6,
+        paths=_FACING,
+        origin="near and far objects merge, and limbs of their class: of 154 rendered hands of eleven parts "
+        "that overlap, two to four in a frame, one finds 64, two 86",
+    )
+    compact: float = param(
+        0.9,
+        "a blob is one piece where it fills its convex hull by more than this times what the component's marker does; "
+        "others may be several merged ones",
+        low=0,
+        high=1,
+        paths=_FACING,
+        origin="rendered hands and chains: 0.95 finds one hand in fifty more, and half as many false ones again",
+    )
     least_share: float = param(
         0.4,
         "least votes of a hypothesis that is fitted and climbs, as a share of the best one's of its blob",

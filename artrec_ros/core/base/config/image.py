@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..errors import ConfigError
 from .params import param, validate
@@ -37,11 +37,16 @@ class ClassConfig:
     saturation: tuple[float, ...] = param((0.0, 1.0), "colour images: least and greatest saturation", low=0, high=1)
     value: tuple[float, ...] = param((0.0, 1.0), "colour images: least and greatest value (brightness)", low=0, high=1)
 
+    @property
+    def is_bare(self) -> bool:
+        """Whether no colour is given."""
+        return not (self.rgb or self.hue) and (self.saturation, self.value) == ((0.0, 1.0), (0.0, 1.0))
+
     def check(self, kind: str, prefix: str) -> None:
         """Raise `ConfigError` where the values make no class for images of `kind`."""
         if len(self.rgb) % 3 or (kind == "palette" and not self.rgb):
             raise ConfigError(f"{prefix}rgb: {list(self.rgb)} must be one or more colours r,g,b,r,g,b,...")
-        if kind == "colour" and self.rgb and (self.hue or (self.saturation, self.value) != ((0.0, 1.0), (0.0, 1.0))):
+        if kind == "colour" and self.rgb and not replace(self, rgb=()).is_bare:
             raise ConfigError(f"{prefix}rgb: give a class either rgb or ranges of hue, saturation and value")
         if len(self.hue) % 2:
             raise ConfigError(f"{prefix}hue: {list(self.hue)} must be pairs from,to,from,to,... in degrees")

@@ -226,7 +226,7 @@ class SearchConfig(Room):
         "share of a blob's contour that must be a sure or a likely object's, for the blob to be done with",
         low=0,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="more than half, for a blob may be two that merged; 0.12 loses one object in 80, 0.9 takes longer",
     )
 

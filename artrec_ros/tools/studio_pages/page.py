@@ -13,6 +13,7 @@ from typing import Any
 from ...core.base.errors import ArtrecError, ConfigError
 from ..studio_state.colour_marks import ColourMarks
 from ..studio_state.examples import Examples
+from ..studio_state.retraining import Retraining
 from ..studio_state.session import Session
 from .board import Board
 from .colours_page import ColoursPage
@@ -37,6 +38,11 @@ class Opened:
     def colours(self) -> ColourMarks:
         """:raises ArtrecError: there are no colours to learn, or what was marked before cannot be read."""
         return ColourMarks(self.session)
+
+    @cached_property
+    def retraining(self) -> Retraining:
+        """What learns while examples are marked."""
+        return Retraining(self.session, self.examples)
 
 
 def serve(opened: Opened, host: str, port: int, show: bool, ready: Callable[[], None]) -> None:
@@ -71,7 +77,7 @@ def _page(opened: Opened) -> None:
             ui.tab(name).props(f"data-name=tab-{name.lower()}")
     makers: dict[str, Callable[[], Any]] = {
         "Colours": lambda: ColoursPage(board, opened.colours),
-        "Examples": lambda: ExamplesPage(board, opened.examples),
+        "Examples": lambda: ExamplesPage(board, opened.examples, opened.retraining),
         "Parameters": lambda: ParametersPage(board),
         "Object": lambda: ObjectPage(board, opened.examples),
         "Failures": lambda: FailuresPage(board, opened.results, lambda: tabs.set_value("Parameters")),

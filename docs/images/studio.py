@@ -19,7 +19,7 @@ import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "test" / "tools"), str(ROOT / "benchmarks")]
+sys.path[:0] = [str(ROOT / "test" / "tools" / "studio"), str(ROOT / "benchmarks")]
 from annotate_mirosot import TEAMS  # noqa: E402  (lies beside the measurements)
 from overhead import Robot, Room, write_pictures  # noqa: E402  (lies beside the measurements)
 from studio_person import BROWSER, Person, studio  # noqa: E402  (lies beside the tests)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from ...core.constraints.pairs import Key, PairConstraint, configuration
+from ...core.constraints.pairs import ANGLES, Key, PairConstraint, configuration
 from ...core.learning.pair_learning import Example, learn
 from ...core.model.found import Detection, FrameResult, Instance
 from ...core.model.target import Target
@@ -15,7 +15,8 @@ from .examples import Examples
 
 _ENOUGH = 3  # examples of a pair: fewer are seldom
 _NEVER = 0.8  # what a pair is worth that was never seen
-_ANOTHER, _OFF = 0.6, 2.0  # what another configuration is worth, the farther off the more: widths of what was seen
+_ANOTHER = 0.6  # what another configuration is worth, the farther off the more
+_NOISE = 0.1  # radians, or share of the pair's reach: what is off by less may be how exactly somebody drew
 _SCALE = ("scale_ratio",)  # tells how markers are seen, not how they stand
 
 
@@ -70,11 +71,14 @@ def _another(pair: PairConstraint, places: Mapping[Key, Instance]) -> Iterator[t
     """Where the two stand to each other as no example has them."""
     values = configuration(places[pair.first], places[pair.second])
     for name, allowed in pair.allowed.items():
-        off = float(allowed.excess(values[name]))
-        if off > 0 and name not in _SCALE:
-            widths = off / max(allowed.width, pair.least_width(name), 1e-9)
-            reach = f"{allowed.low:.3g}..{allowed.high:.3g} by {pair.examples} examples"
-            yield _ANOTHER * min(1.0, widths / _OFF), f"{name} {float(values[name]):.3g}, {reach}"
+        if name in _SCALE:
+            continue
+        noise = _NOISE * (1.0 if name in ANGLES else pair.reach_m)
+        beyond = float(allowed.excess(values[name])) - noise
+        if beyond > 0:
+            known = f"{allowed.low:.2g}..{allowed.high:.2g} by {pair.examples} examples"
+            worth = _ANOTHER * beyond / (beyond + max(allowed.width, noise))
+            yield worth, f"{name} {float(values[name]):.2g}, {known}"
 
 
 def _pairs(places: Mapping[Key, object]) -> Iterator[tuple[Key, Key]]:

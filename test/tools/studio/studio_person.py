@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 _LONG_S = 300  # a first start compiles
 _SOON_S = 30  # what a click does at once, on a machine that has much else to do
@@ -75,7 +75,7 @@ class Person:
 
     def press_button(self, name: str) -> None:
         self.did["buttons"] += 1
-        self.page.locator(f"[data-name={name}]").first.click()
+        self.page.locator(f"[data-name='{name}']").first.click()
         self.settle()
 
     def type(self, name: str, text: str) -> None:

@@ -21,6 +21,7 @@ from ...core.warm_up import Told
 from ...io.base.shared_files import resolve_path
 from ...io.base.whole_files import write_whole
 from ...io.parameters.parameter_file import Setup, load_parameters, read_flat, setup_from_flat
+from ...io.sources.frames import Frame
 from ..tuning.parameter_text import tuned_text
 from .stills import Stills
 
@@ -93,6 +94,18 @@ class Session:
                     self._results.pop(next(iter(self._results)))
                 self._results[key, number] = result
             return self._results[key, number]
+
+    def take(self, frame: Frame) -> int:
+        """One more frame of a live topic; its number. The first one with a calibration lends it to all.
+
+        :raises ArtrecError: it cannot be used, or not be written.
+        """
+        with self._lock:
+            before = self.stills.camera
+            number = self.stills.add(frame)
+            if self.stills.camera is not before:
+                self.forget()
+            return number
 
     def known(self, numbers: Iterable[int]) -> dict[int, FrameResult]:
         """What was found in these frames with the parameters as they are, where that is known already."""

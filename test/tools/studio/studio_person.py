@@ -65,9 +65,10 @@ class Person:
     def __init__(self, page: Any, image_width: int) -> None:
         self.page, self.did, self._width = page, Counter[str](), image_width
 
-    def open(self, port: int) -> None:
+    def open(self, port: int, first: str = "colours") -> None:
+        """:param first: the tab that is seen at the beginning."""
         self.page.goto(f"http://127.0.0.1:{port}/")
-        self.page.wait_for_selector("[data-name=colours-picture] img")
+        self.page.wait_for_selector(f"[data-name={first}-picture] img")
         self.settle()
 
     def tab(self, name: str) -> None:

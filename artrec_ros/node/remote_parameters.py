@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import ParameterType
-from rcl_interfaces.srv import GetParameters, SetParameters
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.parameter import parameter_value_to_python
 
 from ..core.base.errors import SourceError
@@ -15,7 +15,7 @@ from .graph import Graph
 from .parameters import to_parameter
 
 _KNOWN_BY = ("objects", "image.kind", "recognizer.profile")  # what no other node has
-_GET, _SET = "/get_parameters", "/set_parameters"
+_GET, _LIST, _SET = "/get_parameters", "/list_parameters", "/set_parameters"
 _GET_TYPE = "rcl_interfaces/srv/GetParameters"
 _PATIENCE_S = 5.0
 
@@ -35,13 +35,16 @@ class RemoteParameters:
         return sorted(
             name
             for name, answer in zip(names, answers, strict=True)
-            if answer is not None and all(v.type != ParameterType.PARAMETER_NOT_SET for v in answer.values)
+            if answer is not None
+            and len(answer.values) == len(_KNOWN_BY)  # of names that it lacks rclpy tells none
+            and all(v.type != ParameterType.PARAMETER_NOT_SET for v in answer.values)
         )
 
     def values(self, node: str, names: Sequence[str]) -> dict[str, Any]:
         """What a node has of these; a parameter that it does not have is left out. :raises SourceError: no answer."""
-        request = GetParameters.Request(names=list(names))
-        answer = self._one(GetParameters, node, _GET, request)
+        there = set(self._one(ListParameters, node, _LIST, ListParameters.Request()).result.names)
+        names = [name for name in names if name in there]
+        answer = self._one(GetParameters, node, _GET, GetParameters.Request(names=names))
         values = {name: parameter_value_to_python(v) for name, v in zip(names, answer.values, strict=False)}
         return {name: _plain(value) for name, value in values.items() if value is not None}
 

@@ -107,7 +107,7 @@ class Person:
             if told.split()[-1] == name:
                 return
             self.key("ArrowRight" if told.split()[0].partition("/")[0] != told.split()[0].partition("/")[2] else "Home")
-            self._until(lambda before=told: self.text("frame") != before)
+            self.until(lambda before=told: self.text("frame") != before)
         raise AssertionError(f"no frame {name}")
 
     def click(self, viewer: str, place: Sequence[float]) -> None:
@@ -130,8 +130,9 @@ class Person:
         scale = box["width"] / self._width
         return box["x"] + (place[0] + 0.5) * scale, box["y"] + (place[1] + 0.5) * scale
 
-    def _until(self, happened: Callable[[], bool]) -> None:
-        end = time.monotonic() + _LONG_S
+    def until(self, happened: Callable[[], bool]) -> None:
+        """Waits for it: a busy machine takes its time. :raises AssertionError: it does not happen."""
+        end = time.monotonic() + _SOON_S
         while not happened():
             self.page.wait_for_timeout(50)
             assert time.monotonic() < end

@@ -120,7 +120,7 @@ def browser():
 
 @pytest.mark.parametrize(("scheme", "named"), [("light", "default"), ("dark", "slate")])
 @pytest.mark.parametrize("width", [1300, 500])
-@pytest.mark.parametrize("name", ["index", "parameters", "replay"])
+@pytest.mark.parametrize("name", ["index", "parameters", "replay", "tune"])
 def test_pages_can_be_read_by_everybody(site, browser, name, width, scheme, named):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
     page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)

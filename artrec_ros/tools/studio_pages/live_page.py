@@ -29,7 +29,7 @@ class LivePage:
         with ui.row().classes("w-full items-center gap-2"):
             self._freeze_button = ui.button("Freeze", on_click=guarded(self._freeze)).props("data-name=freeze")
             self._back = ui.slider(min=0, max=1, value=0, on_change=guarded(lambda _: self._show_frozen()))
-            self._back.props("data-name=back reverse").classes("w-64")
+            self._back.props("data-name=back reverse").classes("w-64 mx-2")
             self._back.tooltip("how many images back")
             ui.button("Take", on_click=guarded(self._take)).props("data-name=take")
             self._state = ui.label().classes("text-sm").props("data-name=live-state")

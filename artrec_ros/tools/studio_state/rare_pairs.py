@@ -76,7 +76,7 @@ def _another(pair: PairConstraint, places: Mapping[Key, Instance]) -> Iterator[t
         noise = _NOISE * (1.0 if name in ANGLES else pair.reach_m)
         beyond = float(allowed.excess(values[name])) - noise
         if beyond > 0:
-            known = f"{allowed.low:.2g}..{allowed.high:.2g} by {pair.examples} examples"
+            known = f"{allowed.low:.2g}..{allowed.high:.2g} in {pair.examples} examples"
             worth = _ANOTHER * beyond / (beyond + max(allowed.width, noise))
             yield worth, f"{name} {float(values[name]):.2g}, {known}"
 

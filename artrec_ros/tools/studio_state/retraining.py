@@ -51,6 +51,7 @@ class Retraining:
         self.queue: list[Doubt] = []
         self.told = Told()
         self._before: LearnedColours | None = None
+        self._found: dict[int, FrameResult] = {}  # what was found last in each frame, by which changes are told
         self._due_s: float | None = None
         self._open = True
         self._stop = threading.Event()
@@ -92,8 +93,8 @@ class Retraining:
         while (stop := self._wait()) is not None:
             try:
                 self._learn(stop)
-            except ArtrecError as error:
-                self._tell(line=f"nothing learned: {error}")
+            except ArtrecError as error:  # such as of a file that cannot be written
+                self._tell(line=str(error))
             except Exception as error:  # a fault of this package: it costs this time, not those to come
                 self._tell(line=f"internal error: {type(error).__name__}: {error}")
             finally:
@@ -116,32 +117,45 @@ class Retraining:
             self.told = replace(self.told, **what)  # type: ignore[arg-type]
 
     def _learn(self, stop: threading.Event) -> None:
-        known = self._session.known(d.number for d in self._waiting()[:_COMPARED])
+        waiting = [d.number for d in self._waiting()[:_COMPARED]]
+        self._found |= self._session.known(waiting)
         lines, learned = self._learn_what_is_on(lambda: not stop.is_set())
         if learned or not stop.is_set():
             self._tell(line="; ".join(lines), learned=self.told.learned + learned)
         if self.queue and not stop.is_set():
+            known = {n: self._found[n] for n in waiting if learned and n in self._found}
             self._sort_queue(lambda: stop.wait(_TURN_S), known, lines)
 
     def _learn_what_is_on(self, wanted: Callable[[], bool]) -> tuple[list[str], bool]:
         """What changed, in lines, and whether anything was learned."""
-        lines: list[str] = []
-        learned = False
         whole = [line for t in self._session.setup.targets if (line := unread(self._session, t))]
-        if self.constraints and len(whole) == len(self._session.setup.targets):
-            lines += [] if self.colours else [whole[0]]
-        elif self.constraints and wanted():
-            self._tell(at_work="learning constraints")
-            trained = train_examples(self._session, self._examples, wanted)
-            lines += [trained.headline] if trained else []
-            learned = trained is not None
-        if self.colours and wanted():
-            self._tell(at_work="learning colours")
-            colours = learn_colours(self._session, self._examples, wanted)
-            if colours is not None:
-                lines.append(colours.headline(self._before))
-                self._before, learned = colours, True
+        reads = len(whole) < len(self._session.setup.targets)
+        lines = [] if reads or self.colours or not self.constraints else [whole[0]]
+        learned = False
+        for on, step in ((self.constraints and reads, self._learn_constraints), (self.colours, self._learn_colours)):
+            if not (on and wanted()):
+                continue
+            try:
+                line = step(wanted)
+            except ArtrecError as error:
+                lines.append(f"nothing learned: {error}")
+            else:
+                lines += [line] if line else []
+                learned |= bool(line)
         return lines, learned
+
+    def _learn_constraints(self, wanted: Callable[[], bool]) -> str:
+        self._tell(at_work="learning constraints")
+        trained = train_examples(self._session, self._examples, wanted)
+        return trained.headline if trained else ""
+
+    def _learn_colours(self, wanted: Callable[[], bool]) -> str:
+        self._tell(at_work="learning colours")
+        colours = learn_colours(self._session, self._examples, wanted)
+        if colours is None:
+            return ""
+        line, self._before = colours.headline(self._before), colours
+        return line
 
     def _waiting(self) -> list[Doubt]:
         return [d for d in self.queue if not self._examples.is_marked(d.number)]

@@ -18,7 +18,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[3]
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 _LONG_S = 300  # a first start compiles
-_SOON_S = 30  # what a click does at once, on a machine that has much else to do
+_SOON_S = 60  # what a click does at once, on a machine that has much else to do
 
 
 def free_port() -> int:

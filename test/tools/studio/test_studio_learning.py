@@ -158,22 +158,23 @@ def test_a_mark_ends_the_sorting_for_the_one_before(
 ) -> None:
     examples = Examples(grouped)
     looked_at: list[int] = []
-    recognise = grouped.recognise
+    begun, go_on, recognise = threading.Event(), threading.Event(), grouped.recognise
 
     def slow(number: int, *more: Any) -> Any:
         looked_at.append(number)
-        time.sleep(0.2)
+        begun.set()
+        assert go_on.wait(60)
         return recognise(number, *more)
 
     with learning(grouped, examples) as retraining:
         retraining.queue = ranked(grouped, examples, recognised(grouped, range(6), lambda share: None))
         monkeypatch.setattr(grouped, "recognise", slow)
         mark(pictures, examples, grouped, 0)
-        while not looked_at:
-            time.sleep(0.01)
+        assert begun.wait(60)
         mark(pictures, examples, grouped, 1)
-        wait_for(retraining)
-        assert retraining.told.learned == 2 and len(looked_at) < 22, "the first round was ended"
+        go_on.set()
+        assert "proposals in the 4 frames that wait first" in wait_for(retraining)
+        assert retraining.told.learned == 2 and len(looked_at) == 1 + 4 + 6, "the first round was ended"
         assert {d.number for d in retraining.queue} == {2, 3, 4, 5}
 
 
@@ -183,6 +184,18 @@ def test_what_cannot_be_learned_is_told_in_a_line(pictures: Pictures, grouped: S
         examples.new(0, grouped.setup.targets[0], ("team", "team"), *pictures.axes(0)[0]["team"])
         assert wait_for(retraining).startswith("nothing learned: of 1 annotations, 1 show a marker of object 'robot'")
         assert not (grouped.folder / "robot_constraints.yaml").exists() and retraining.told.learned == 0
+
+
+def test_what_cannot_be_learned_keeps_nothing_else_from_it(pictures: Pictures, grouped: Session) -> None:
+    examples = Examples(grouped)
+    with learning(grouped, examples) as retraining:
+        retraining.colours = True
+        mark(pictures, examples, grouped, 0)
+        (grouped.folder / "colours.yaml").unlink(missing_ok=True)
+        (grouped.folder / "colours.yaml").mkdir()  # it cannot be written
+        told = wait_for(retraining)
+        assert told.startswith("robot: 1 pairs, the first constraints; nothing learned: ") and "colours.yaml" in told
+        assert retraining.told.learned == 1
 
 
 def test_objects_found_as_a_whole_learn_colours(pictures: Pictures, taught: Session, tmp_path: Path) -> None:

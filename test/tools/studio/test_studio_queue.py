@@ -136,7 +136,7 @@ def test_pairs_that_examples_hardly_show_are_rare(pictures: Pictures, taught: Se
     assert never[0] > told[0][0][0] > told[1][0][0] and told[2] == []
     turned = dataclasses.replace(both[0].components[0], theta=both[0].components[0].theta + 0.8)
     both[0] = dataclasses.replace(both[0], components=(turned, both[0].components[1]))
-    assert "turn_rad" in worth()[-1][1] and "by 3 examples" in worth()[-1][1]
+    assert "turn_rad" in worth()[-1][1] and "in 3 examples" in worth()[-1][1]
 
 
 def test_the_queue_says_which_frame_jumps(pictures: Pictures, taught: Session, tmp_path: Path) -> None:

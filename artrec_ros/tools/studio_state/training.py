@@ -174,7 +174,8 @@ def _sides(before: PairConstraint, after: PairConstraint) -> Iterator[Change]:
         if old is None:
             yield Change(f"{name} is checked now", np.inf)
             continue
-        share = max(abs(new.low - old.low), abs(new.high - old.high)) / max(old.width, new.width, 1e-9)
+        width = max(old.width, new.width, after.least_width(name))
+        share = max(abs(new.low - old.low), abs(new.high - old.high)) / width
         if share > _TOLD_SHARE:
             counted = f"{before.examples} -> {after.examples} examples"
             ends = f"{old.low:.3g}..{old.high:.3g} -> {new.low:.3g}..{new.high:.3g}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 import threading
 import time
@@ -16,6 +17,9 @@ from studio_pictures import Pictures
 from studio_sitting import again
 
 from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.constraints.constraint_set import ConstraintSet
+from artrec_ros.core.constraints.intervals import Interval
+from artrec_ros.core.constraints.pairs import PairConstraint
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.tools.main import main
 from artrec_ros.tools.studio_state.doubts import ranked, recognised
@@ -23,7 +27,7 @@ from artrec_ros.tools.studio_state.examples import Examples
 from artrec_ros.tools.studio_state.retraining import Retraining
 from artrec_ros.tools.studio_state.session import Session
 from artrec_ros.tools.studio_state.settings import Settings
-from artrec_ros.tools.studio_state.training import keep_scale_limits, learn_colours, train_examples
+from artrec_ros.tools.studio_state.training import changes_of, keep_scale_limits, learn_colours, train_examples
 from artrec_ros.tools.train import train
 
 
@@ -47,6 +51,19 @@ def test_training_is_that_of_the_command(pictures: Pictures, taught: Session, tm
     trained = train_examples(session, examples)
     assert trained is not None and any("accent/accent: distance_m" in c.line for c in trained.changes)
     assert "more ranges changed" in trained.headline and max(c.moved for c in trained.changes) > 0.5
+
+
+@pytest.mark.parametrize(("by", "line"), [(1e-6, "no range changed"), (2e-3, "distance_m 0.0353..0.0353 -> 0.0373")])
+def test_what_no_image_resolves_is_no_change(pictures: Pictures, by: float, line: str) -> None:
+    (target,) = load_parameters(pictures.parameters).targets
+
+    def learned(distance: float) -> ConstraintSet:
+        box = {"distance_m": Interval(distance, distance + 1e-7)}
+        return ConstraintSet("robot", 0.95, (PairConstraint(("team", "team"), ("accent", "accent"), 9, box, box),))
+
+    before = dataclasses.replace(target, constraints=learned(0.0353))
+    (change,) = changes_of(before, learned(0.0353 + by))
+    assert line in change.line
 
 
 def test_examples_give_colours_and_limits_of_the_scale(pictures: Pictures, taught: Session, tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     with held(args.output), contextlib.closing(Ros()) as ros:
         session = Session(_stills(args, setup, ros), args.output, given, setup)
         opened = Opened(session, Examples(session, args.annotations), ros, args.results)
-        with contextlib.suppress(KeyboardInterrupt):
+        with contextlib.closing(opened), contextlib.suppress(KeyboardInterrupt):
             serve(opened, args.host, args.port, not args.no_open, lambda: _tell(args))
     say(f"ended; all that was made is in {args.output}")
     return 0

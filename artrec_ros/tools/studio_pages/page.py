@@ -51,6 +51,11 @@ class Opened:
         """What learns while examples are marked."""
         return Retraining(self.session, self.examples)
 
+    def close(self) -> None:
+        """Ends what is being learned."""
+        if "retraining" in vars(self):
+            self.retraining.close()
+
 
 def serve(opened: Opened, host: str, port: int, show: bool, ready: Callable[[], None]) -> None:
     """Shows the page until it is interrupted. :param show: in the user's browser. :raises ConfigError: no such port."""

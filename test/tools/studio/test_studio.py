@@ -198,7 +198,7 @@ def test_without_nicegui_it_says_what_to_install(
     assert "nicegui" in line and "pip install artrec_ros[studio]" in line
 
 
-@pytest.mark.parametrize(("option", "value"), [("--port", "0"), ("--port", "http"), ("--frames", "0")])
+@pytest.mark.parametrize(("option", "value"), [("--port", "0"), ("--port", "http"), ("--frames", "0"), ("--keep", "0")])
 def test_options_that_make_no_sense_are_wrong_usage(
     option: str, value: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -12,12 +12,13 @@ import pytest
 from studio_pictures import Pictures
 from studio_sitting import again
 
-from artrec_ros.core.base.errors import ImageError, SourceError
+from artrec_ros.core.base.errors import ArtrecError, ImageError, SourceError
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.io.images.decoding import read_image
 from artrec_ros.io.sources.frames import Frame
 from artrec_ros.io.sources.opening import SourceOptions
 from artrec_ros.tools.main import main
+from artrec_ros.tools.studio_state.ros import Ros
 from artrec_ros.tools.studio_state.session import Session
 from artrec_ros.tools.studio_state.stills import live_stills, open_stills
 
@@ -64,6 +65,8 @@ def test_without_ros_a_live_topic_is_refused_in_one_line(
     assert main(["studio", "--topic", "/camera/image_raw", *arguments]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "ROS 2 is missing" in line and "source one, or install artrec_ros" in line
+    with pytest.raises(ArtrecError, match="ROS 2 is missing"):
+        Ros().parameters()
     assert main(["studio", *arguments]) == 1
     assert "SOURCE is missing: name a folder, bag or video, or with --topic a live one" in capsys.readouterr().err
 

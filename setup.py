@@ -101,6 +101,7 @@ setup(
             *TUNE,
             *STUDIO,
             *DOCS,
+            "axe-playwright-python>=0.1.4",  # what is hard to read or to reach on a page
             "hypothesis>=6",
             "mypy>=1.8",
             "playwright>=1.40",  # drives the system's chromium

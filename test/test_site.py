@@ -1,4 +1,5 @@
-"""The documentation as a site: built without a warning; every page in it, reached and found; no link leads nowhere."""
+"""The documentation as a site: built without a warning; every page in it, reached and found; no link leads nowhere; in
+a real browser, axe finds nothing serious, as on the report page."""
 
 from __future__ import annotations
 
@@ -6,6 +7,7 @@ import html.parser
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +19,7 @@ pytest.importorskip("mkdocs", reason="the extra `docs` is not installed")
 pytest.importorskip("material", reason="the extra `docs` is not installed")
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted((ROOT / "docs").glob("*.md"))
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 @pytest.fixture(scope="module")
@@ -102,3 +105,29 @@ def test_readme_and_changelog_are_pages_of_it(site):
     home, changes = ((site / f"{name}.html").read_text(encoding="utf-8") for name in ("index", "changes"))
     assert 'src="images/film.webp"' in home and "scripts/test" in home
     assert "<code>artrec inspect</code>" in changes and "``" not in changes
+
+
+@pytest.fixture(scope="module")
+def browser():
+    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    if BROWSER is None:
+        pytest.skip("no chromium here")
+    with sync_api.sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield launched
+        launched.close()
+
+
+@pytest.mark.parametrize(("scheme", "named"), [("light", "default"), ("dark", "slate")])
+@pytest.mark.parametrize("width", [1300, 500])
+@pytest.mark.parametrize("name", ["index", "parameters", "replay", "tune"])
+def test_pages_can_be_read_by_everybody(site, browser, name, width, scheme, named):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
+    page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+    page.goto((site / f"{name}.html").as_uri())
+    page.wait_for_selector(f"body[data-md-color-scheme={named}]")
+    page.wait_for_timeout(500)  # the theme's script, and ours
+    found = axe.Axe().run(page).response
+    page.close()
+    serious = [v for v in found["violations"] if v["impact"] in ("serious", "critical")]
+    assert len(found["passes"]) > 20 and not serious, [f"{v['id']}: {v['nodes'][0]['html'][:120]}" for v in serious]

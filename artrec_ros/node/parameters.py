@@ -159,6 +159,13 @@ def coerce(spec: Spec, parameter: Parameter) -> Parameter:
     return parameter
 
 
+def to_parameter(spec: Spec, value: Any) -> Parameter:
+    """A value as the parameter that it is declared as."""
+    if spec.is_list:
+        return Parameter(spec.name, _ARRAYS[spec.type], [spec.type(v) for v in value])
+    return Parameter(spec.name, value=spec.type(value))
+
+
 def describe(spec: Spec) -> ParameterDescriptor:
     """What tools show of a parameter."""
     unit = f" [{spec.unit}]" if spec.unit else ""

@@ -8,12 +8,17 @@ import getpass
 import socket
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..core.base.errors import ConfigError
 from ..io.base.whole_files import held
 from .interrupting import say
 from .options.work_options import add_source_options, source_options
+
+if TYPE_CHECKING:  # the rest is imported when it is needed: Ctrl-C is answered from the first moment on
+    from ..io.parameters.parameter_file import Setup
+    from .studio_state.ros import Ros
+    from .studio_state.stills import Stills
 
 _EPILOG = """\
 Needs NiceGUI: pip install artrec_ros[studio]. The page is for this machine alone, unless --host says otherwise; from
@@ -23,7 +28,10 @@ another one, `ssh -L 8080:127.0.0.1:8080 THIS_MACHINE` brings it there.
 
 def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser("studio", help="look, mark and tune in the browser", description=__doc__, epilog=_EPILOG)
-    p.add_argument("source", metavar="SOURCE", type=Path, help="folder of images, bag, or video file")
+    p.add_argument(
+        "source", metavar="SOURCE", type=Path, nargs="?",
+        help="folder of images, bag, or video file; left out: the live topic that --topic names",
+    )  # fmt: skip
     p.add_argument(
         "--params-file", required=True, type=Path, action="append", metavar="NODE.yaml",
         help="the objects to look for; colours and constraints may yet be missing. May be given again",
@@ -37,6 +45,7 @@ def add_parser(subparsers: Any) -> None:
     )
     p.add_argument("--results", type=Path, metavar="DIR", help="folder of artrec replay, to see where it failed")
     p.add_argument("--frames", type=_count, default=200, metavar="N", help="of a bag or video N frames at most (200)")
+    p.add_argument("--keep", type=_count, default=60, metavar="N", help="of a live topic the last N images (60)")
     add_source_options(p)
     p.add_argument("--host", default="127.0.0.1", help="address to listen at (default: 127.0.0.1: this machine alone)")
     p.add_argument("--port", type=_port, default=8080, metavar="N", help="port to listen at (default: 8080)")
@@ -48,9 +57,11 @@ def run(args: argparse.Namespace) -> int:
     """Serves the page until Ctrl-C."""
     from .studio_pages.page import Opened, serve  # without NiceGUI, the reason and the way out
     from .studio_state.examples import Examples
+    from .studio_state.ros import Ros
     from .studio_state.session import Session, load_setup
-    from .studio_state.stills import open_stills
 
+    if args.source is None and args.topic is None:
+        raise ConfigError("SOURCE is missing: name a folder, bag or video, or with --topic a live one")
     given = tuple(args.params_file)
     setup = load_setup(given, args.output)
     try:
@@ -58,14 +69,24 @@ def run(args: argparse.Namespace) -> int:
     except OSError as error:
         raise ConfigError(f"{args.output}: cannot be written: {error.strerror}") from None
     _tell_what_is_there(args)
-    with held(args.output):
-        stills = open_stills(args.source, source_options(args, setup), args.frames, args.output / "frames", say)
-        session = Session(stills, args.output, given, setup)
-        opened = Opened(session, Examples(session, args.annotations), args.results)
-        with contextlib.suppress(KeyboardInterrupt):
+    with held(args.output), contextlib.closing(Ros()) as ros:
+        session = Session(_stills(args, setup, ros), args.output, given, setup)
+        opened = Opened(session, Examples(session, args.annotations), ros, args.results)
+        with contextlib.closing(opened), contextlib.suppress(KeyboardInterrupt):
             serve(opened, args.host, args.port, not args.no_open, lambda: _tell(args))
     say(f"ended; all that was made is in {args.output}")
     return 0
+
+
+def _stills(args: argparse.Namespace, setup: Setup, ros: Ros) -> Stills:
+    """Of the source, or of the live topic."""
+    from .studio_state.stills import live_stills, open_stills
+
+    options, folder = source_options(args, setup), args.output / "frames"
+    if args.source is not None:
+        return open_stills(args.source, options, args.frames, folder, say)
+    live = ros.listen(args.topic, args.camera_info_topic, setup.image.rectified, args.keep)
+    return live_stills(live, options, folder, say)
 
 
 def _tell_what_is_there(args: argparse.Namespace) -> None:

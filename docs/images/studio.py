@@ -8,6 +8,7 @@ chromium. What was clicked is counted at the end.
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -16,19 +17,21 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "test" / "tools"), str(ROOT / "benchmarks")]
+sys.path[:0] = [str(ROOT / "test" / "tools" / "studio"), str(ROOT / "benchmarks")]
 from annotate_mirosot import TEAMS  # noqa: E402  (lies beside the measurements)
 from overhead import Robot, Room, write_pictures  # noqa: E402  (lies beside the measurements)
+from studio_live import OWN, TOPIC, filming, running  # noqa: E402  (lies beside this file)
 from studio_person import BROWSER, Person, studio  # noqa: E402  (lies beside the tests)
 
 IMAGES = Path(__file__).resolve().parent
 WINDOW, WIDTH, QUALITY = (1500, 1060), 1100, 86
 IMAGE_SIZE, BOX = (640, 480), (100, 70)  # pixels; of background that is marked
-STRICT = 0.985  # min_probability that turns some down: something to see
+STRICT = 0.99  # min_probability that turns some down: something to see
 SIZE_PX, BLUR_PX, SEED = 26.0, 1.2, 8  # of the robots' squares, of the lens
+IDENTITIES = ["gr", "gv", "rg", "rv", "vg", "vr"]  # by their keys, 1 to 6
 LETTERS = {"g": "green", "r": "red", "v": "violet"}
 
 
@@ -108,20 +111,25 @@ def examples(me: Person, robots: Robots) -> None:
     for team in TEAMS.values():
         for robot in robots.of(3, team):
             me.drag("examples-picture", *robots.axis(robot))
+            me.key(str(IDENTITIES.index(robot.pair) + 1))
         me.key("o")
     me.press_button("rank")
+    me.press_button("learn-colours")
     me.frame("0004.png")
     me.key("p")
     me.settle()
     me.key("a", 4)
+    me.sees("learned", "proposals in the")
     photograph(me.page, "examples", 860)
     me.key("A")
+    me.page.wait_for_timeout(2000)
+    me.until(lambda: not me.text("learning"))
 
 
 def parameters(me: Person) -> None:
     me.tab("parameters")
     me.key("Home")
-    me.frame("0001.png")
+    me.frame("0000.png")
     me.type("field-recognizer.min_probability", str(STRICT))
     me.press_button("score")
     photograph(me.page, "parameters")
@@ -139,7 +147,29 @@ def failures(me: Person, folder: Path) -> None:
     photograph(me.page, "failures", 640)
 
 
+def live(browser: Browser, folder: Path) -> None:
+    """On a live topic, beside a node with the parameters that were made."""
+    arguments = ["--topic", TOPIC, "--params-file", "studio/params.yaml", "-o", "live"]
+    with filming(folder / "pictures"), running(folder / "studio/params.yaml"), studio(arguments, folder) as port:
+        me = Person(browser.new_page(viewport={"width": WINDOW[0], "height": WINDOW[1]}), IMAGE_SIZE[0])
+        me.open(port, "live")
+        me.page.wait_for_timeout(3000)
+        me.key("f")
+        me.press_button("take")
+        photograph(me.page, "live", 860)
+        me.tab("parameters")
+        me.type("field-recognizer.min_probability", "0.8")
+        for _ in range(20):
+            me.press_button("find-nodes")
+            if "differ" in me.text("node-told"):
+                break
+        me.page.locator("[data-name=node-differences]").scroll_into_view_if_needed()
+        photograph(me.page, "node")
+        print(dict(me.did), me.complaint())
+
+
 def main() -> None:
+    os.environ.update(OWN)
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else tempfile.mkdtemp())
     rng = np.random.default_rng(SEED)
     room = Room.random(SIZE_PX, BLUR_PX, rng)
@@ -159,6 +189,7 @@ def main() -> None:
         photograph(page, "object")
         failures(me, folder)
         print(dict(me.did), me.complaint())
+        live(browser, folder)
         browser.close()
 
 

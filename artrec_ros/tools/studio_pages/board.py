@@ -51,6 +51,11 @@ class Board:
             return self.refresh()
         return None
 
+    def grown(self) -> None:
+        """There are more frames than before."""
+        self._slider.props(f"max={max(len(self.session.stills) - 1, 1)}")
+        self._tell()
+
     def show(self, tab: str) -> Any:
         self.shown = tab
         return self.refresh()

@@ -10,14 +10,16 @@ import numpy as np
 from ...core.drawing import object_colour
 from ...core.model.found import FrameResult
 from ...io.learned.annotations import AnnotatedObject
-from ..studio_state.doubts import Doubt, ranked
+from ..studio_state.doubts import Doubt, ranked, recognised
 from ..studio_state.examples import IDENTITY, Examples, axes_of, identities
 from ..studio_state.marking import Marking
-from ..studio_state.training import Trained, keep_scale_limits, learn_colours, train_examples
+from ..studio_state.retraining import Retraining, Told
+from ..studio_state.training import LearnedColours, Trained, keep_scale_limits, learn_colours, train_examples
 from .board import Board
 from .kit import Point, Viewer, arrow, css, guarded, text, ui
 
 _LISTED = 10  # frames of the queue that are shown
+_FOLLOWED_S = 0.3  # between looks at what was learned meanwhile
 _HELP = (
     "Drag from tail to head: the marker that is named. Click an object to choose it, drag one of its ends to mend it. "
     "Keys: p propose, a accept, A accept all, x reject or remove, s skip a marker, Enter object done, n next frame of "
@@ -28,13 +30,15 @@ _HELP = (
 class ExamplesPage:
     """One page's part. Every change is written at once."""
 
-    def __init__(self, board: Board, examples: Examples) -> None:
+    def __init__(self, board: Board, examples: Examples, retraining: Retraining) -> None:
+        """:param retraining: what learns of the examples, for all windows together."""
         self._board, self._session = board, board.session
-        self._examples = examples
+        self._examples, self._retraining = examples, retraining
         self._marking = Marking(board.session, self._examples)
-        self._queue: list[Doubt] = []
-        self._waiting: list[Doubt] = []  # what is shown of it
+        self._waiting: list[Doubt] = []  # what is shown of the queue
+        self._seen = Told()
         self._build()
+        ui.timer(_FOLLOWED_S, self._follow)
         board.follow("Examples", guarded(self._show))
 
     def _build(self) -> None:
@@ -54,6 +58,7 @@ class ExamplesPage:
                 "keep out what is smaller or larger than what is marked, by more than a quarter"
             )
         ui.label(_HELP).classes("text-xs opacity-70")
+        self._build_learning()
         self._hint = ui.label().classes("text-sm").props("data-name=hint")
         with ui.row().classes("w-full no-wrap items-start"):
             with ui.column().classes("w-7/12"):
@@ -66,6 +71,31 @@ class ExamplesPage:
                 self._list = ui.column().classes("gap-0").props("data-name=objects")
                 self._queue_list = ui.column().classes("gap-0").props("data-name=queue")
                 self._told = ui.label().classes("mono").props("data-name=trained")
+
+    def _build_learning(self) -> None:
+        """What is learned after each mark, what goes on at the moment, and what it changed."""
+        r = self._retraining
+        with ui.row().classes("w-full items-center no-wrap gap-2"):
+            ui.label("After each mark learn").classes("text-sm shrink-0")
+            ui.switch("constraints").bind_value(r, "constraints").props("dense data-name=learn-constraints")
+            ui.switch("colours").bind_value(r, "colours").props("dense data-name=learn-colours").tooltip(
+                "as Learn colours does; this takes some seconds"
+            )
+            self._learning = ui.label().classes("text-sm opacity-70 shrink-0").props("data-name=learning")
+            self._stop = ui.button("Stop", on_click=r.stop).props("flat dense data-name=stop-learning")
+            self._changed = ui.label().classes("text-sm").props("data-name=learned role=status")
+        self._stop.set_visibility(False)
+
+    def _follow(self) -> None:
+        """What was learned meanwhile."""
+        told, self._seen, before = self._retraining.told, self._retraining.told, self._seen
+        if told != before:
+            self._learning.set_text(f"{told.at_work} …" if told.at_work else "")
+            self._stop.set_visibility(bool(told.at_work))
+            self._changed.set_text(told.line)
+        if told.learned != before.learned:
+            self._marking.forget_proposals(here=False)
+        self._show_queue()
 
     def key(self, name: str) -> Any:
         m = self._marking
@@ -103,34 +133,38 @@ class ExamplesPage:
     async def _rank(self) -> None:
         found = await self._board.busy.work("looking at all frames", self._ranked)
         if found is not None:
-            self._queue = found
+            self._retraining.queue = found
             self._show_queue()
 
     def _ranked(self) -> list[Doubt]:
-        return ranked(self._session, self._examples, self._board.busy.told)
+        results = recognised(self._session, range(len(self._session.stills)), self._board.busy.told)
+        return ranked(self._session, self._examples, results)
 
     def _next(self) -> None:
-        waiting = [d for d in self._queue if not self._examples.is_marked(d.number) and d.number != self._board.number]
+        waiting = [d for d in self._retraining.queue if not self._examples.is_marked(d.number)]
+        waiting = [d for d in waiting if d.number != self._board.number]
         if waiting:
             self._board.go(waiting[0].number)
         else:
             ui.notify("no frame waits; Queue sorts them anew")
 
     async def _train(self) -> None:
+        self._retraining.stop()
         trained: Trained | None = await self._board.busy.work(
             "learning constraints", train_examples, self._session, self._examples
         )
         if trained is not None:
-            self._told.set_text("\n".join([*trained.changes, "", *trained.lines]))
+            self._told.set_text("\n".join([*(c.line for c in trained.changes), "", *trained.lines]))
             self._learned(f"wrote {', '.join(p.name for p in trained.written)}")
             await self._rank()
 
     async def _learn_colours(self) -> None:
-        lines: list[str] | None = await self._board.busy.work(
+        self._retraining.stop()
+        learned: LearnedColours | None = await self._board.busy.work(
             "learning colours", learn_colours, self._session, self._examples
         )
-        if lines is not None:
-            self._told.set_text("\n".join(lines))
+        if learned is not None:
+            self._told.set_text("\n".join(learned.lines))
             self._learned(f"wrote {self._session.parameters}")
 
     async def _scale_limits(self) -> None:
@@ -189,7 +223,7 @@ class ExamplesPage:
                     button.props("flat dense no-caps size=sm")
 
     def _show_queue(self) -> None:
-        waiting = [d for d in self._queue if not self._examples.is_marked(d.number)]
+        waiting = [d for d in self._retraining.queue if not self._examples.is_marked(d.number)]
         if waiting == self._waiting:
             return
         self._waiting = waiting

@@ -80,10 +80,11 @@ HEAD = """
 """
 
 
-def data_url(picture: NDArray[np.uint8]) -> str:
-    """A BGR picture as the browser takes it, without loss."""
-    _, data = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 1])
-    return "data:image/png;base64," + base64.b64encode(data.tobytes()).decode()
+def data_url(picture: NDArray[np.uint8], lossy: bool = False) -> str:
+    """A BGR picture as the browser takes it; as PNG, or JPEG where it may lose something."""
+    kind, how = ("jpeg", [cv2.IMWRITE_JPEG_QUALITY, 80]) if lossy else ("png", [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    _, data = cv2.imencode(f".{kind}", picture, how)
+    return f"data:image/{kind};base64," + base64.b64encode(data.tobytes()).decode()
 
 
 class Viewer:
@@ -111,8 +112,9 @@ class Viewer:
         self.box.props(f"data-name={name}")
         return self
 
-    def show(self, picture: NDArray[np.uint8]) -> None:
-        self._image.set_source(data_url(picture))
+    def show(self, picture: NDArray[np.uint8], lossy: bool = False) -> None:
+        """:param lossy: as JPEG, a tenth of the bytes: of what is looked at for a moment."""
+        self._image.set_source(data_url(picture, lossy))
 
     def draw(self, shapes: Sequence[str]) -> None:
         """SVG over the picture, in its pixels; a pixel's centre is drawn where it is."""

@@ -13,30 +13,48 @@ from typing import Any
 from ...core.base.errors import ArtrecError, ConfigError
 from ..studio_state.colour_marks import ColourMarks
 from ..studio_state.examples import Examples
+from ..studio_state.retraining import Retraining
+from ..studio_state.ros import Ros
 from ..studio_state.session import Session
 from .board import Board
 from .colours_page import ColoursPage
 from .examples_page import ExamplesPage
 from .failures_page import FailuresPage
 from .kit import HEAD, Busy, ui
+from .live_page import LivePage
 from .object_page import ObjectPage
 from .parameters_page import ParametersPage
 
-_TABS = ("Colours", "Examples", "Parameters", "Object", "Failures")
+_TABS = ("Live", "Colours", "Examples", "Parameters", "Object", "Failures")
 
 
 @dataclass(frozen=True)
 class Opened:
-    """What all windows that show the page share. :param results: a folder of artrec replay to begin with."""
+    """What all windows that show the page share.
+
+    :param ros: where a live topic comes from, and nodes are asked. :param results: a folder of artrec replay to begin
+        with.
+    """
 
     session: Session
     examples: Examples
+    ros: Ros
     results: Path | None = None
 
     @cached_property
     def colours(self) -> ColourMarks:
         """:raises ArtrecError: there are no colours to learn, or what was marked before cannot be read."""
         return ColourMarks(self.session)
+
+    @cached_property
+    def retraining(self) -> Retraining:
+        """What learns while examples are marked."""
+        return Retraining(self.session, self.examples)
+
+    def close(self) -> None:
+        """Ends what is being learned."""
+        if "retraining" in vars(self):
+            self.retraining.close()
 
 
 def serve(opened: Opened, host: str, port: int, show: bool, ready: Callable[[], None]) -> None:
@@ -59,7 +77,7 @@ def _check_free(host: str, port: int) -> None:
 
 
 def _page(opened: Opened) -> None:
-    session = opened.session
+    session, shown = opened.session, [name for name in _TABS if name != "Live" or opened.ros.live is not None]
     ui.add_head_html(HEAD)
     with ui.header().classes("items-center py-1 gap-4"):
         ui.label("artrec studio").classes("font-bold")
@@ -67,18 +85,20 @@ def _page(opened: Opened) -> None:
         board.bar()
         ui.label(str(session.folder)).classes("text-xs opacity-80").tooltip("what is made here is written there")
     with ui.tabs(on_change=lambda e: board.show(str(e.value))).props("dense align=left no-caps") as tabs:
-        for name in _TABS:
+        for name in shown:
             ui.tab(name).props(f"data-name=tab-{name.lower()}")
+    live = opened.ros.live
     makers: dict[str, Callable[[], Any]] = {
+        **({"Live": lambda: LivePage(board, live)} if live is not None else {}),
         "Colours": lambda: ColoursPage(board, opened.colours),
-        "Examples": lambda: ExamplesPage(board, opened.examples),
-        "Parameters": lambda: ParametersPage(board),
+        "Examples": lambda: ExamplesPage(board, opened.examples, opened.retraining),
+        "Parameters": lambda: ParametersPage(board, opened.ros),
         "Object": lambda: ObjectPage(board, opened.examples),
         "Failures": lambda: FailuresPage(board, opened.results, lambda: tabs.set_value("Parameters")),
     }
     pages: dict[str, Any] = {}
     with ui.tab_panels(tabs, animated=False, keep_alive=True).classes("w-full"):
-        for name in _TABS:
+        for name in shown:
             with ui.tab_panel(name).classes("p-2 gap-2"):
                 try:
                     pages[name] = makers[name]()

@@ -8,10 +8,13 @@ from typing import Any
 
 from ...core.base.errors import ArtrecError
 from ...core.model.found import FrameResult
+from ...io.parameters.parameter_file import Setup
 from ...io.parameters.specs import EXPERT, Spec
+from ..studio_state.ros import Ros
 from ..studio_state.settings import Settings, read_list
 from .board import Board
-from .kit import Viewer, complain, guarded, ui
+from .kit import Viewer, complain, ui
+from .nodes_part import NodesPart
 
 _STEPS = 200  # of a slider
 _WIDEST = 1e5  # ranges beyond have no slider: a step would be too coarse
@@ -21,14 +24,16 @@ _MOST_REASONS = 40
 class ParametersPage:
     """One page's part. Nothing is written until `Save`."""
 
-    def __init__(self, board: Board) -> None:
+    def __init__(self, board: Board, ros: Ros) -> None:
+        """:param ros: through which nodes are asked that run."""
         self._board, self._settings = board, Settings(board.session)
+        self._listed: Setup | None = None  # the saved parameters that the list shows
         self._fields: dict[str, Any] = {}
         self._sliders: dict[str, Any] = {}
-        self._build()
+        self._build(ros)
         board.follow("Parameters", self._show)
 
-    def _build(self) -> None:
+    def _build(self, ros: Ros) -> None:
         with ui.row().classes("w-full items-center gap-2"):
             self._find = ui.input(placeholder="find a parameter", on_change=lambda _: self._list())
             self._find.props("dense clearable data-name=find").classes("w-56")
@@ -46,6 +51,7 @@ class ParametersPage:
                 with ui.row().classes("w-full no-wrap"):
                     self._sides = [self._side("before"), self._side("after")]
                 self._scores = ui.label().classes("mono").props("data-name=scores")
+                NodesPart(self._board.busy, self._settings, ros)
         self._list()
 
     def _side(self, name: str) -> tuple[Any, Viewer, Any]:
@@ -59,6 +65,7 @@ class ParametersPage:
 
     def _list(self) -> None:
         """Groups of those that are looked for."""
+        self._listed = self._board.session.setup
         self._rows.clear()
         self._fields.clear()
         self._sliders.clear()
@@ -143,6 +150,8 @@ class ParametersPage:
     # results
 
     async def _show(self) -> None:
+        if self._listed is not self._board.session.setup:  # something was learned meanwhile
+            self._list()
         changes = self._settings.changes
         told = ", ".join(f"{name}: {value}" for name, value in changes.items())
         self._changed.set_text(f"tried: {told}" if told else "nothing is changed")
@@ -167,10 +176,14 @@ class ParametersPage:
             self._scores.set_text("\n".join(lines))
 
     async def _save(self) -> None:
-        guarded(self._settings.save)()
-        ui.notify(f"wrote {self._board.session.parameters}", type="positive")
+        if await self._board.busy.work("writing", self._saved):
+            ui.notify(f"wrote {self._board.session.parameters}", type="positive")
         self._list()
         await self._show()
+
+    def _saved(self) -> bool:
+        self._settings.save()
+        return True
 
     async def _reset(self) -> None:
         self._settings.reset()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,12 +41,14 @@ class Examples:
     """The examples of a sitting, written to a file after each change.
 
     :ivar objects: in the order in which they were made. :ivar empty: frames in which somebody saw no object.
+    :ivar on_change: called after each change.
     """
 
     def __init__(self, session: Session, more: Sequence[Path] = ()) -> None:
         """:param more: files with examples to begin with, where this sitting's folder has none yet.
         :raises ArtrecError: a file that is none, or whose categories are not those of the parameter file."""
         self._session = session
+        self.on_change: Callable[[], None] = lambda: None
         self.categories = {t.name: tuple(keypoint_names(t.model)) for t in session.setup.targets}
         self.objects: list[AnnotatedObject] = []
         self.empty: list[Path] = []
@@ -79,6 +81,7 @@ class Examples:
     def save(self) -> None:
         """:raises ConfigError: it cannot be written."""
         save_coco(self.path, self.categories, self.objects, self.empty)
+        self.on_change()
 
     def of(self, number: int) -> list[AnnotatedObject]:
         """The examples in a frame."""
@@ -163,7 +166,7 @@ class Examples:
                 told[IDENTITY] = d.identity.name
             found.append(self._annotated(number, targets[d.object], dict(_points(targets[d.object].model, d)), told))
         marked = self.of(number)
-        return [p for p in found if not any(_is_same(p, o, self.target(p), self.target(o)) for o in marked)]
+        return [p for p in found if not any(is_same(p, o, self.target(p), self.target(o)) for o in marked)]
 
 
 def identities(target: Target) -> list[str]:
@@ -232,7 +235,7 @@ def _points(model: ObjectModel, detection: Detection) -> Iterator[tuple[str, Arr
             yield f"{instance.component}/{instance.marker}.{end}", place
 
 
-def _is_same(a: AnnotatedObject, b: AnnotatedObject, of_a: Target, of_b: Target) -> bool:
+def is_same(a: AnnotatedObject, b: AnnotatedObject, of_a: Target, of_b: Target) -> bool:
     """Whether two objects' required markers lie on each other."""
     first = [axis for key, axis in axes_of(a, of_a.model) if key[0] == of_a.model.required.name]
     second = [axis for key, axis in axes_of(b, of_b.model) if key[0] == of_b.model.required.name]

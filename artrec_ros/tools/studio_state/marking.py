@@ -132,9 +132,10 @@ class Marking:
         self.chosen = next(iter(self.proposals), None)
         return len(self.proposals)
 
-    def forget_proposals(self) -> None:
-        """The recogniser has learned: it would propose something else."""
-        self._proposed.clear()
+    def forget_proposals(self, here: bool = True) -> None:
+        """The recogniser has learned: it would propose something else. :param here: in the frame, too, that somebody
+        is at work on."""
+        self._proposed = {} if here else {self.number: self.proposals}
         self.chosen = self.chosen if any(o is self.chosen for o in self.shown) else None
 
     def _withdraw(self, proposal: AnnotatedObject) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from ...core.warm_up import Told
 from ...io.base.shared_files import resolve_path
 from ...io.base.whole_files import write_whole
 from ...io.parameters.parameter_file import Setup, load_parameters, read_flat, setup_from_flat
+from ...io.sources.frames import Frame
 from ..tuning.parameter_text import tuned_text
 from .stills import Stills
 
@@ -60,6 +61,10 @@ class Session:
 
         :param changes: names of files as from `folder`. :raises ConfigError: they are not valid, or it is not writable.
         """
+        with self._lock:  # what is learned in a thread and what is saved by hand come one after the other
+            self._keep(changes)
+
+    def _keep(self, changes: Mapping[str, Any]) -> None:
         absolute = {k: str(self.folder / v) if k.endswith("_file") else v for k, v in changes.items()}
         setup = self.setup.changed(absolute)
         first = not self.parameters.exists()
@@ -89,6 +94,24 @@ class Session:
                     self._results.pop(next(iter(self._results)))
                 self._results[key, number] = result
             return self._results[key, number]
+
+    def take(self, frame: Frame) -> int:
+        """One more frame of a live topic; its number. The first one with a calibration lends it to all.
+
+        :raises ArtrecError: it cannot be used, or not be written.
+        """
+        with self._lock:
+            before = self.stills.camera
+            number = self.stills.add(frame)
+            if self.stills.camera is not before:
+                self.forget()
+            return number
+
+    def known(self, numbers: Iterable[int]) -> dict[int, FrameResult]:
+        """What was found in these frames with the parameters as they are, where that is known already."""
+        key = self.setup.to_yaml()
+        with self._lock:
+            return {n: self._results[key, n] for n in numbers if (key, n) in self._results}
 
     def _recognizer(self, key: str, setup: Setup, told: Told) -> Recognizer:
         if key not in self._recognizers:

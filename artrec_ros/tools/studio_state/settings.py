@@ -23,12 +23,22 @@ from .session import Session
 
 
 class Settings:
-    """What differs from the session's parameters. :ivar tried: the set-up with it."""
+    """What differs from the session's parameters, whichever these are by now."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._changes: dict[str, Any] = {}
-        self.tried: Setup = session.setup
+        self._tried = (session.setup, session.setup)
+
+    @property
+    def tried(self) -> Setup:
+        """The set-up with what is tried."""
+        base, tried = self._tried
+        if base is not self._session.setup:  # something was learned meanwhile
+            base = self._session.setup
+            tried = base.changed(self._changes) if self._changes else base
+            self._tried = base, tried
+        return tried
 
     @property
     def changes(self) -> Mapping[str, Any]:
@@ -52,12 +62,13 @@ class Settings:
         changes = {k: v for k, v in self._changes.items() if k != name}
         if value != self._session.setup.value(name):
             changes[name] = value
-        self.tried = self._session.setup.changed(changes) if changes else self._session.setup
+        base = self._session.setup
+        self._tried = base, base.changed(changes) if changes else base
         self._changes = changes
 
     def reset(self) -> None:
         """Nothing is tried: of the session's parameters as they are now."""
-        self._changes, self.tried = {}, self._session.setup
+        self._changes, self._tried = {}, (self._session.setup, self._session.setup)
 
     def save(self) -> None:
         """What is tried becomes the session's, and is written."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -14,11 +15,14 @@ from ...io.images.cameras import camera_yaml, load_camera
 from ...io.images.decoding import Image, read_image
 from ...io.sources.frames import Frame, SourceOptions
 from ...io.sources.opening import FolderSource, holds_bag, open_sources
+from .ros import Live
 
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm")
 CAMERA_FILE = "camera.yaml"
 _NAME_DIGITS = 19  # of a stamp in nanoseconds: names of so many digits are read as stamps again
 _KEPT = 24  # frames that are kept decoded
+_PATIENCE_S = 20.0  # for a live topic's first image
+_CALIBRATION_S = 1.5  # for the calibration beside it
 
 Told = Callable[[str], None]
 
@@ -32,6 +36,7 @@ class Stills:
     def __init__(self, folder: Path, options: SourceOptions, camera: Camera | None = None) -> None:
         """:raises SourceError: the folder holds no images."""
         source = FolderSource(folder, options)
+        self._folder, self._camera_is_given = folder, options.camera is not None
         self.stamps_ns, self.files = [t for t, _ in source.files], [p for _, p in source.files]
         self.camera = options.camera or camera
         self._kept: dict[int, Image] = {}
@@ -60,10 +65,59 @@ class Stills:
             self._kept[number] = image
         return self._kept[number]
 
+    def add(self, frame: Frame) -> int:
+        """One more frame, as a file; returns its number, or that of the frame of the same stamp.
+
+        :raises ImageError: it has no pixels, or another calibration than the frames before.
+        :raises SourceError: it cannot be written.
+        """
+        if frame.image is None:
+            raise ImageError(frame.error or "no image")
+        if frame.stamp_ns in self.stamps_ns:
+            return self.stamps_ns.index(frame.stamp_ns)
+        if frame.camera is not None and not self._camera_is_given:
+            if self.camera is not None and not self.camera.sees_as(frame.camera):
+                kept = self._folder / CAMERA_FILE
+                raise ImageError(f"the calibration is another one than in {kept}: begin a new sitting (-o)")
+            self.camera = self.camera or frame.camera
+        try:
+            path = _write_frame(frame, self._folder)
+        except OSError as error:
+            raise SourceError(f"{self._folder}: cannot be written: {error.strerror or error}") from error
+        self.stamps_ns.append(frame.stamp_ns)
+        self.files.append(path)
+        return len(self.files) - 1
+
     def spread(self, count: int) -> list[int]:
         """So many frames, evenly over all of them."""
         most = min(count, len(self))
         return [round(i * (len(self) - 1) / max(most - 1, 1)) for i in range(most)]
+
+
+def live_stills(live: Live, options: SourceOptions, folder: Path, told: Told) -> Stills:
+    """What was taken of a live topic before, as files in `folder`; where there is none yet, its next image.
+
+    :raises SourceError: no image comes, it cannot be used, or not be written.
+    """
+    if not any(folder.glob("*.png")):
+        told(f"waiting for an image on {live.topic}")
+        live.wait(_PATIENCE_S)
+        end_s = time.monotonic() + _CALIBRATION_S
+        while (frame := live.frame(live.held()[-1])).camera is None and time.monotonic() < end_s:
+            time.sleep(0.1)
+        if frame.image is None:
+            raise SourceError(f"--topic {live.topic}: {frame.error}")
+        try:
+            _write_frame(frame, folder)
+        except OSError as error:
+            raise SourceError(f"{folder}: cannot be written: {error.strerror or error}") from error
+    return _of_files(folder, options)
+
+
+def _of_files(folder: Path, options: SourceOptions) -> Stills:
+    """Those written before."""
+    kept = folder / CAMERA_FILE
+    return Stills(folder, SourceOptions(camera=options.camera), load_camera(kept) if kept.is_file() else None)
 
 
 def open_stills(source: Path, options: SourceOptions, most: int, folder: Path, told: Told) -> Stills:
@@ -81,8 +135,7 @@ def open_stills(source: Path, options: SourceOptions, most: int, folder: Path, t
             _write(source, options, most, folder)
         except OSError as error:
             raise SourceError(f"{folder}: cannot be written: {error.strerror or error}") from error
-    kept = folder / CAMERA_FILE
-    return Stills(folder, SourceOptions(camera=options.camera), load_camera(kept) if kept.is_file() else None)
+    return _of_files(folder, options)
 
 
 def _write(source: Path, options: SourceOptions, most: int, folder: Path) -> None:
@@ -97,12 +150,14 @@ def _write(source: Path, options: SourceOptions, most: int, folder: Path) -> Non
         raise SourceError(f"{source}: no frame of it can be used")
 
 
-def _write_frame(frame: Frame, folder: Path) -> None:
+def _write_frame(frame: Frame, folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     _, data = cv2.imencode(".png", frame.image)
-    write_whole(folder / f"{max(frame.stamp_ns, 0):0{_NAME_DIGITS}d}.png", data.tobytes())
+    path = folder / f"{max(frame.stamp_ns, 0):0{_NAME_DIGITS}d}.png"
+    write_whole(path, data.tobytes())
     if frame.camera is not None and not (folder / CAMERA_FILE).exists():
         write_whole(folder / CAMERA_FILE, camera_yaml(frame.camera))
+    return path
 
 
 class _Video:

@@ -15,10 +15,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 _LONG_S = 300  # a first start compiles
-_SOON_S = 30  # what a click does at once, on a machine that has much else to do
+_SOON_S = 60  # what a click does at once, on a machine that has much else to do
 
 
 def free_port() -> int:
@@ -65,9 +65,10 @@ class Person:
     def __init__(self, page: Any, image_width: int) -> None:
         self.page, self.did, self._width = page, Counter[str](), image_width
 
-    def open(self, port: int) -> None:
+    def open(self, port: int, first: str = "colours") -> None:
+        """:param first: the tab that is seen at the beginning."""
         self.page.goto(f"http://127.0.0.1:{port}/")
-        self.page.wait_for_selector("[data-name=colours-picture] img")
+        self.page.wait_for_selector(f"[data-name={first}-picture] img")
         self.settle()
 
     def tab(self, name: str) -> None:
@@ -75,7 +76,7 @@ class Person:
 
     def press_button(self, name: str) -> None:
         self.did["buttons"] += 1
-        self.page.locator(f"[data-name={name}]").first.click()
+        self.page.locator(f"[data-name='{name}']").first.click()
         self.settle()
 
     def type(self, name: str, text: str) -> None:
@@ -106,7 +107,7 @@ class Person:
             if told.split()[-1] == name:
                 return
             self.key("ArrowRight" if told.split()[0].partition("/")[0] != told.split()[0].partition("/")[2] else "Home")
-            self._until(lambda before=told: self.text("frame") != before)
+            self.until(lambda before=told: self.text("frame") != before)
         raise AssertionError(f"no frame {name}")
 
     def click(self, viewer: str, place: Sequence[float]) -> None:
@@ -129,8 +130,9 @@ class Person:
         scale = box["width"] / self._width
         return box["x"] + (place[0] + 0.5) * scale, box["y"] + (place[1] + 0.5) * scale
 
-    def _until(self, happened: Callable[[], bool]) -> None:
-        end = time.monotonic() + _LONG_S
+    def until(self, happened: Callable[[], bool]) -> None:
+        """Waits for it: a busy machine takes its time. :raises AssertionError: it does not happen."""
+        end = time.monotonic() + _SOON_S
         while not happened():
             self.page.wait_for_timeout(50)
             assert time.monotonic() < end

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from studio_person import BROWSER, Person, studio
-from studio_pictures import SIZE, Pictures, write_pictures
+from studio_pictures import SIZE, Pictures
 
 from artrec_ros.io.learned.annotations import load_coco
 from artrec_ros.io.parameters.parameter_file import load_parameters
@@ -33,11 +33,6 @@ in_browser = pytest.mark.skipif(
 )
 ASKED: set[str] = set()  # hosts of what the page loaded
 TAUGHT, DRAWN = (0, 1), (4, 5)  # frames whose colours are clicked on; frames whose objects are drawn by hand
-
-
-@pytest.fixture(scope="module")
-def pictures(tmp_path_factory: pytest.TempPathFactory) -> Pictures:
-    return write_pictures(tmp_path_factory.mktemp("robots"), 6)
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +65,7 @@ def test_from_pictures_alone_to_scored_poses(pictures: Pictures, person: Person)
     person.sees("count", "3 proposed")
     person.key("a", 3)
     person.sees("count", "3 marked, 0 of them by hand")
+    person.sees("learned", "robot is found as a whole here, from its file's geometry: constraints change nothing")
     person.press_button("rank")
     person.sees("queue", "03.png")
     assert "02.png" not in person.text("queue"), "what is marked waits no more"
@@ -150,6 +146,32 @@ def test_pages_at_true_scale_are_written(pictures: Pictures, person: Person) -> 
 
 
 @in_browser
+def test_each_mark_is_learned_from_while_the_page_goes_on(pictures: Pictures, person: Person) -> None:
+    before = person.complaint()
+    person.tab("parameters")
+    person.press_button("field-recognizer.whole_object")
+    person.sees("changed", "whole_object: False")
+    person.press_button("save-parameters")
+    person.tab("examples")
+    person.frame("03.png")
+    person.press_button("rank")
+    person.drag("examples-picture", *pictures.axes(3)[0]["team"])
+    person.key("Home")
+    assert "00.png" in person.text("frame"), "learning is no reason to wait"
+    person.sees("learned", "proposals in the 2 frames that wait first, ")
+    assert "(9 -> 10 examples); " in person.text("learned"), "from the constraints that were trained by button"
+    assert "03.png" not in person.text("queue")
+    person.press_button("learn-constraints")
+    told = person.text("learned")
+    person.frame("03.png")
+    person.drag("examples-picture", *pictures.axes(3)[1]["team"])
+    person.sees("count", "2 marked")
+    person.page.wait_for_timeout(2500)
+    assert person.text("learned") == told, "switched off"
+    assert person.complaint() == before
+
+
+@in_browser
 def test_nothing_is_loaded_from_elsewhere(person: Person) -> None:
     assert {host.partition(":")[0] for host in ASKED} <= {"127.0.0.1", ""} and len(ASKED) >= 1
 
@@ -176,7 +198,7 @@ def test_without_nicegui_it_says_what_to_install(
     assert "nicegui" in line and "pip install artrec_ros[studio]" in line
 
 
-@pytest.mark.parametrize(("option", "value"), [("--port", "0"), ("--port", "http"), ("--frames", "0")])
+@pytest.mark.parametrize(("option", "value"), [("--port", "0"), ("--port", "http"), ("--frames", "0"), ("--keep", "0")])
 def test_options_that_make_no_sense_are_wrong_usage(
     option: str, value: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

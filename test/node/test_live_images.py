@@ -1,0 +1,128 @@
+"""The last images of a topic, by the node's own subscriptions and conversions."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy")
+import cv2
+import toy
+from peer import Peer, wait_until
+from sensor_msgs.msg import CompressedImage
+from std_msgs.msg import Header
+
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.node import conversions
+from artrec_ros.node.live_images import LiveImages
+
+TOPIC = "/camera/image_raw"
+
+
+@contextmanager
+def listening(topic: str = TOPIC, kept: int = 5, info: str | None = None) -> Iterator[LiveImages]:
+    live = LiveImages(topic, info, rectified=False, kept=kept)
+    try:
+        yield live
+    finally:
+        live.close()
+
+
+def gradient(level: int) -> np.ndarray:
+    """A colour picture that differs from all others."""
+    picture = np.zeros((48, 64, 3), np.uint8)
+    picture[:, :, 0], picture[:, :, 2] = np.arange(64), level
+    return picture
+
+
+def send_until(peer: Peer, live: LiveImages, msg: Any) -> None:
+    """Sends an image again and again, with another stamp each, until one has come."""
+    first = peer.send(msg)
+
+    def come() -> bool:
+        peer.send(msg)
+        return any(m.header.stamp.sec >= first for m, _ in live.held())
+
+    assert wait_until(come, lambda: time.sleep(0.1)), live.state()
+
+
+@pytest.mark.parametrize("reliable", [True, False])
+def test_the_last_images_are_kept_with_their_stamps_and_pixels(reliable: bool) -> None:
+    with Peer(TOPIC, reliable=reliable) as peer, listening() as live:
+        send_until(peer, live, conversions.image_to_msg(gradient(0), Header()))
+        first = live.held()[-1]
+        for level in range(1, 12):
+            send_until(peer, live, conversions.image_to_msg(gradient(level), Header()))
+        held = live.held()
+        assert len(held) == 5 and first not in held
+        stamps = [live.frame(h).stamp_ns for h in held]
+        assert stamps == sorted(set(stamps))
+        newest = live.frame(held[-1])
+        assert newest.image is not None and newest.camera is None
+        np.testing.assert_array_equal(newest.image, gradient(11))
+        assert newest.stamp_ns % 10**9 == 250 and newest.stamp_ns <= (1_700_000_000 + peer.sent) * 10**9 + 250
+        assert "without calibration (no camera_info received)" in live.state()
+
+
+def test_compressed_images_come_too() -> None:
+    data = cv2.imencode(".png", gradient(9))[1].tobytes()
+    with Peer(f"{TOPIC}/compressed", image_type=CompressedImage) as peer, listening(f"{TOPIC}/compressed") as live:
+        send_until(peer, live, CompressedImage(format="png", data=data))
+        frame = live.frame(live.held()[-1])
+        np.testing.assert_array_equal(frame.image, gradient(9))
+        send_until(peer, live, CompressedImage(format="png", data=data[:100]))
+        assert "PNG" in (live.frame(live.held()[-1]).error or "")
+
+
+def test_the_calibration_beside_the_topic_holds() -> None:
+    picture = np.zeros(toy.SIZE[::-1], np.uint8)
+    with Peer("image_raw", namespace="camera") as peer, listening() as live:
+        send_until(peer, live, _mono(picture))
+        peer.send_camera(toy.CAMERA.matrix)
+        assert wait_until(lambda: live.frame(live.held()[-1]).camera is not None)
+        camera = live.frame(live.held()[-1]).camera
+        assert camera is not None and camera.sees_as(toy.CAMERA) and live.frame(live.held()[-1]).image.ndim == 2
+        send_until(peer, live, _mono(picture))
+        assert live.state().endswith("calibrated")
+    with Peer("image_raw", namespace="camera") as peer, listening(info="/other/camera_info") as live:
+        assert wait_until(lambda: peer.node.count_subscribers("/other/camera_info"))
+        assert peer.node.count_subscribers("/camera/camera_info") == 0
+
+
+def _mono(picture: np.ndarray) -> Any:
+    from sensor_msgs.msg import Image
+
+    height, width = picture.shape
+    return Image(height=height, width=width, encoding="mono8", step=width, data=picture.tobytes())
+
+
+def test_images_without_a_stamp_are_told_apart_by_when_they_came() -> None:
+    with Peer(TOPIC) as peer, listening() as live:
+        peer.spin_until(lambda: peer.node.count_subscribers(TOPIC))
+        before = time.time_ns()
+
+        def come() -> bool:
+            peer._images.publish(conversions.image_to_msg(gradient(1), Header()))
+            return len(live.held()) >= 2
+
+        assert wait_until(come, lambda: time.sleep(0.1))
+        stamps = [live.frame(h).stamp_ns for h in live.held()]
+        assert before < stamps[0] < stamps[1] < time.time_ns()
+
+
+def test_where_no_image_comes_the_reason_is_told() -> None:
+    with listening("/nothing") as live, Peer(TOPIC) as peer:
+        assert wait_until(lambda: TOPIC in live.state(), lambda: time.sleep(0.1))
+        with pytest.raises(
+            SourceError, match=r"--topic /nothing: no image within 0.2 s: nobody publishes it; .*image_raw"
+        ):
+            live.wait(0.2)
+        with listening() as silent:
+            assert wait_until(lambda: "sends nothing" in silent.state(), lambda: time.sleep(0.1)), peer
+    with pytest.raises(SourceError, match="is no topic"):
+        LiveImages("no topic", None, rectified=False, kept=3)

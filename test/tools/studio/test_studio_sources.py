@@ -1,0 +1,143 @@
+"""What `artrec studio` begins with: frames of bags, videos and folders as files."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from studio_pictures import Pictures
+from studio_sitting import again
+
+from artrec_ros.core.base.errors import ArtrecError, ImageError, SourceError
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.io.images.decoding import read_image
+from artrec_ros.io.sources.frames import Frame
+from artrec_ros.io.sources.opening import SourceOptions
+from artrec_ros.tools.main import main
+from artrec_ros.tools.studio_state.ros import Ros
+from artrec_ros.tools.studio_state.session import Session
+from artrec_ros.tools.studio_state.stills import live_stills, open_stills
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def test_a_bag_becomes_files_that_are_taken_again(tmp_path: Path) -> None:
+    simulated = ["simulate", str(ROOT / "config/objects/excavator.yaml"), "--frames", "5", "-o", str(tmp_path / "sim")]
+    assert main(simulated) == 0
+    said: list[str] = []
+    options = SourceOptions(image_kind="labels")
+    stills = open_stills(tmp_path / "sim/bag", options, 3, tmp_path / "frames", said.append)
+    assert len(stills) == 3 and stills.camera is not None and len(said) == 1
+    assert stills.stamps_ns[0] >= 1_700_000_000_000_000_000, "files are named by their stamps"
+    np.testing.assert_array_equal(stills.image(0), read_image(tmp_path / "sim/images/0000.png"))
+    taken = open_stills(tmp_path / "sim/bag", options, 3, tmp_path / "frames", said.append)
+    assert len(said) == 1 and taken.files == stills.files and taken.camera is not None
+
+
+def test_a_video_is_a_source(tmp_path: Path) -> None:
+    writer = cv2.VideoWriter(str(tmp_path / "film.mp4"), cv2.VideoWriter.fourcc(*"mp4v"), 10.0, (64, 48))
+    for level in range(6):
+        writer.write(np.full((48, 64, 3), 40 * level, np.uint8))
+    writer.release()
+    stills = open_stills(tmp_path / "film.mp4", SourceOptions(), 3, tmp_path / "frames", print)
+    assert stills.stamps_ns == [0, 200_000_000, 400_000_000]
+    assert abs(float(stills.image(2).mean()) - 160) < 6
+
+
+@pytest.mark.parametrize("name", ["none", "none.mp4"])
+def test_a_source_that_is_not_there_is_named(name: str, tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match=name):
+        open_stills(tmp_path / name, SourceOptions(), 3, tmp_path / "frames", print)
+
+
+def test_without_ros_a_live_topic_is_refused_in_one_line(
+    pictures: Pictures, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("nicegui", reason="NiceGUI is not installed (extra studio)")
+    for name in [n for n in sys.modules if n.startswith("artrec_ros.node.")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "rclpy", None)
+    arguments = ["--params-file", str(pictures.parameters), "-o", str(tmp_path / "studio")]
+    assert main(["studio", "--topic", "/camera/image_raw", *arguments]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "ROS 2 is missing" in line and "source one, or install artrec_ros" in line
+    with pytest.raises(ArtrecError, match="ROS 2 is missing"):
+        Ros().parameters()
+    assert main(["studio", *arguments]) == 1
+    assert "SOURCE is missing: name a folder, bag or video, or with --topic a live one" in capsys.readouterr().err
+
+
+CAMERA = Camera(np.array([[90.0, 0, 32], [0, 90, 24], [0, 0, 1]]), np.zeros(5), (64, 48))
+GREY = np.full((48, 64, 3), 90, np.uint8)
+
+
+def taken(stamp_ns: int, camera: Camera | None = None) -> Frame:
+    return Frame(stamp_ns, "/camera/image_raw", GREY, camera)
+
+
+def test_frames_that_are_taken_are_files_and_there_again(tmp_path: Path) -> None:
+    folder = tmp_path / "frames"
+    live = Topic([taken(1_700_000_000_000_000_005)])
+    said: list[str] = []
+    stills = live_stills(live, SourceOptions(), folder, said.append)
+    assert said == ["waiting for an image on /camera/image_raw"] and stills.camera is None
+    assert stills.add(taken(1_700_000_000_000_000_009, CAMERA)) == 1
+    assert stills.add(taken(1_700_000_000_000_000_005)) == 0, "it was taken before"
+    assert len(stills) == 2 and stills.camera is CAMERA and (folder / "camera.yaml").is_file()
+    with pytest.raises(ImageError, match="damaged"):
+        stills.add(Frame(7, "x", error="damaged"))
+    other = dataclasses.replace(CAMERA, matrix=CAMERA.matrix * [[1.5, 1, 1], [1, 1.5, 1], [1, 1, 1]])
+    with pytest.raises(ImageError, match=r"another one than in .*camera.yaml: begin a new sitting"):
+        stills.add(taken(1_700_000_000_000_000_011, other))
+    once_more = live_stills(Topic([]), SourceOptions(), folder, said.append)
+    assert len(said) == 1 and once_more.files == stills.files and once_more.stamps_ns == stills.stamps_ns
+    assert once_more.camera is not None and once_more.camera.sees_as(CAMERA)
+    np.testing.assert_array_equal(once_more.image(1), GREY)
+    given = live_stills(Topic([]), SourceOptions(camera=other), folder, print)
+    given.add(taken(1_700_000_000_000_000_011, CAMERA))
+    assert given.camera is other, "what --camera-info names goes before"
+
+
+def test_a_first_image_that_cannot_be_used_is_told(tmp_path: Path) -> None:
+    live = Topic([Frame(5, "/camera/image_raw", error="encoding 'yuv' is none of mono8")])
+    with pytest.raises(SourceError, match="--topic /camera/image_raw: encoding 'yuv'"):
+        live_stills(live, SourceOptions(), tmp_path / "frames", print)
+
+
+def test_a_calibration_that_comes_later_is_used_from_then_on(
+    pictures: Pictures, taught: Session, tmp_path: Path
+) -> None:
+    session = again(taught, tmp_path, pictures)
+    session.stills = live_stills(Topic([taken(1_700_000_000_000_000_005)]), SourceOptions(), tmp_path / "f", print)
+    session.recognise(0)
+    assert session.known([0])
+    assert session.take(taken(1_700_000_000_000_000_006, CAMERA)) == 1
+    assert not session.known([0]) and session.stills.camera is CAMERA
+
+
+class Topic:
+    """A topic whose images are frames already."""
+
+    topic, graph = "/camera/image_raw", None
+
+    def __init__(self, frames: list[Frame]) -> None:
+        self._frames = frames
+
+    def held(self) -> tuple[Frame, ...]:
+        return tuple(self._frames)
+
+    def frame(self, held: Frame) -> Frame:
+        return held
+
+    def state(self) -> str:
+        return self.topic
+
+    def wait(self, patience_s: float) -> None:
+        assert self._frames, "what was taken before is enough"
+
+    def close(self) -> None:
+        pass

@@ -149,7 +149,7 @@ def shown_contours(s: Surface, R: Any, t: Any, markers: Any, use: Any, end: floa
             p, on = markers[k], s.contour[k]
             A, b = R[h, s.component[p]], t[h, s.component[p]]
             _, mx, my, mz = aspect(s, p, A, b)
-            n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room)
+            n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
             hide(s, A, b, (on[0], on[1], on[2]), room, n_near, end)
             for i in range(out.shape[2]):
                 out[h, k, i] = not room.hidden[i]

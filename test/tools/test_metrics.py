@@ -9,7 +9,9 @@ import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.io.truth.records import Told, TrueComponent, TrueObject
+from artrec_ros.tools.evaluation.completion import with_own_names
 from artrec_ros.tools.evaluation.metrics import Counts, judge_frame, score, shows
 
 POSE = Pose.from_xyz_rpy([0.0, 0.0, 2.0])
@@ -104,6 +106,19 @@ def test_nothing_found_and_nothing_there():
 def test_names_of_the_truth():
     assert shows("torso", "torso") and shows("torso_left", "torso") and shows("leg@front", "leg")
     assert not shows("torsos", "torso") and not shows("leg@front", "front")
+
+
+def test_a_component_whose_name_begins_as_anothers_is_no_side_of_it():
+    square = np.array([(0, 0), (0.1, 0), (0.1, 0.1), (0, 0.1)])
+    marker = Marker("square", square, square[0], square[1])
+    model = ObjectModel("toy", (Component("torso", (marker,), required=True), Component("torso_left", (marker,))))
+    truth = with_own_names(true_object(100), model)
+    assert [name for name in truth.components if shows(name, "torso_left")] == ["torso_left@"]
+    assert not any(shows(name, "torso") for name in truth.components)
+    parts = {"torso": ((400, 400), (100.0, 50.0)), "torso_left": ((100, 100), (150.0, 50.0))}
+    components = {n: TrueComponent(*px, np.array(at)) for n, (px, at) in parts.items()}
+    truth = with_own_names(replace(true_object(100), components=components), model)
+    assert score_frame([truth], [detection(100)], "torso").components_missed == 1
 
 
 def test_only_the_name_and_label_asked_for_are_scored_and_missing_frames_are_told():

@@ -35,6 +35,13 @@ def with_components(o: TrueObject, model: ObjectModel, camera: Camera | None) ->
     return replace(o, components=_from_pose(o.pose, model.required, camera), centre_px=centre)
 
 
+def with_own_names(o: TrueObject, model: ObjectModel) -> TrueObject:
+    """A true object whose names of components are not taken for sides of others: 'arm_tip' is no side of 'arm' where
+    the model has an 'arm_tip'."""
+    mine = {c.name for c in model.components}
+    return replace(o, components={f"{name}@" if name in mine else name: c for name, c in o.components.items()})
+
+
 def slant_rad(T_camera_object: Pose, required: Component) -> float | None:
     """The least angle between a line of sight and the normal of a marker of the required component.
 

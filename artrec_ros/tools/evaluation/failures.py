@@ -69,7 +69,7 @@ def _why_not_right(outcome: Outcome, root: str) -> str:
 
 
 def _where(instance: Instance, outcome: Outcome) -> str:
-    on = [name for name, c in outcome.truth.components.items() if is_on(instance, c)]
+    on = [name.removesuffix("@") for name, c in outcome.truth.components.items() if is_on(instance, c)]
     return f"{instance.component} lies on {on[0]}" if on else f"{instance.component} lies on none of its markers"
 
 

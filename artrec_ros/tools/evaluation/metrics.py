@@ -147,7 +147,8 @@ def is_in_view(o: TrueObject, root: str) -> bool:
 
 def shows(truth_name: str, component: str) -> bool:
     """Whether a name of the truth ('front_left@front', 'torso_left') is one of this component's markers."""
-    return truth_name.split("@")[0] == component or truth_name.startswith(component + "_")
+    name = truth_name.split("@")[0]
+    return name == component or (name == truth_name and name.startswith(component + "_"))
 
 
 def places_of(o: TrueObject, root: str) -> list[Array]:

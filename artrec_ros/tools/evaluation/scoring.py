@@ -13,7 +13,7 @@ from ...core.model.objects import ObjectModel
 from ...io.results.results import FrameRecord
 from ...io.truth.records import FrameKey, Told, TrueObject, Truth
 from .assignment import Choice, choose_objects, match_frames, repeated_frames, strangers
-from .completion import with_components
+from .completion import with_components, with_own_names
 from .metrics import Counts, judge_frame
 from .outcomes import FrameOutcome, Outcome
 from .runs import Run
@@ -143,10 +143,9 @@ def _judge(
 
 def _completer(run: Run, name: str, truth: Truth, camera: Camera | None) -> Callable[[TrueObject], TrueObject]:
     """What adds components to the true objects of a name, where the truth does not bring them."""
-    kinds = {o.told for o in truth.objects()}
+    kinds, model = {o.told for o in truth.objects()}, run.models.get(name)
     if kinds <= {Told.ALL}:
-        return lambda o: o
-    model = run.models.get(name)
+        return (lambda o: with_own_names(o, model)) if model is not None else (lambda o: o)
     if model is None:
         reason = run.problem or "the run's parameters name none"
         raise SourceError(f"{run.folder}: this truth needs the object file of '{name}': {reason}")

@@ -80,9 +80,9 @@ def run(args: argparse.Namespace) -> int:
 
 def _stills(args: argparse.Namespace, setup: Setup, ros: Ros) -> Stills:
     """Of the source, or of the live topic."""
-    from .studio_state.stills import live_stills, open_stills
+    from .studio_state.stills import FRAMES, live_stills, open_stills
 
-    options, folder = source_options(args, setup), args.output / "frames"
+    options, folder = source_options(args, setup), args.output / FRAMES
     if args.source is not None:
         return open_stills(args.source, options, args.frames, folder, say)
     live = ros.listen(args.topic, args.camera_info_topic, setup.image.rectified, args.keep)
@@ -93,11 +93,17 @@ def _tell_what_is_there(args: argparse.Namespace) -> None:
     """Files of an earlier sitting go before what was named."""
     from .studio_state.examples import ANNOTATIONS_FILE
     from .studio_state.session import PARAMETERS_FILE
+    from .studio_state.stills import FRAMES, is_folder_of_images
 
     if (args.output / PARAMETERS_FILE).is_file():
         say(f"going on with {args.output / PARAMETERS_FILE}, not with {', '.join(map(str, args.params_file))}")
     if args.annotations and (args.output / ANNOTATIONS_FILE).is_file():
         say(f"going on with {args.output / ANNOTATIONS_FILE}, not with {', '.join(map(str, args.annotations))}")
+    frames = len([*(args.output / FRAMES).glob("*.png")])
+    if frames and args.source is None:
+        say(f"going on with what is in {args.output / FRAMES} ({frames})")
+    elif frames and not is_folder_of_images(args.source):
+        say(f"going on with what is in {args.output / FRAMES} ({frames}), not with {args.source}")
 
 
 def _tell(args: argparse.Namespace) -> None:

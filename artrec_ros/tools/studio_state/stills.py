@@ -18,7 +18,7 @@ from ...io.sources.opening import FolderSource, holds_bag, open_sources
 from .ros import Live
 
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm")
-CAMERA_FILE = "camera.yaml"
+FRAMES, CAMERA_FILE = "frames", "camera.yaml"
 _NAME_DIGITS = 19  # of a stamp in nanoseconds: names of so many digits are read as stamps again
 _KEPT = 24  # frames that are kept decoded
 _PATIENCE_S = 20.0  # for a live topic's first image
@@ -120,6 +120,11 @@ def _of_files(folder: Path, options: SourceOptions) -> Stills:
     return Stills(folder, SourceOptions(camera=options.camera), load_camera(kept) if kept.is_file() else None)
 
 
+def is_folder_of_images(source: Path) -> bool:
+    """Whether frames are looked at where they lie."""
+    return source.is_dir() and not holds_bag(source)
+
+
 def open_stills(source: Path, options: SourceOptions, most: int, folder: Path, told: Told) -> Stills:
     """The frames of a folder of images as they are; those of a bag or a video as files in `folder`.
 
@@ -127,7 +132,7 @@ def open_stills(source: Path, options: SourceOptions, most: int, folder: Path, t
         `folder` holds images already, these are taken.
     :raises SourceError: no such source, no frames in it, or the files cannot be written.
     """
-    if source.is_dir() and not holds_bag(source):
+    if is_folder_of_images(source):
         return Stills(source, options)
     if not folder.is_dir() or not any(folder.glob("*.png")):
         told(f"writing up to {most} frames of {source} to {folder}")

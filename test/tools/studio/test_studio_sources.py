@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import socket
 import sys
 from pathlib import Path
 
@@ -100,6 +101,23 @@ def test_frames_that_are_taken_are_files_and_there_again(tmp_path: Path) -> None
     given = live_stills(Topic([]), SourceOptions(camera=other), folder, print)
     given.add(taken(1_700_000_000_000_000_011, CAMERA))
     assert given.camera is other, "what --camera-info names goes before"
+
+
+def test_frames_of_an_earlier_sitting_go_before_and_are_told(
+    pictures: Pictures, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("nicegui", reason="NiceGUI is not installed (extra studio)")
+    output = tmp_path / "studio"
+    live_stills(Topic([taken(1_700_000_000_000_000_005)]), SourceOptions(), output / "frames", print)
+    with socket.socket() as other:  # a port in use ends it before the page is served
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        where = ["--params-file", str(pictures.parameters), "-o", str(output), "--port", str(other.getsockname()[1])]
+        assert main(["studio", str(tmp_path / "film.mp4"), *where]) == 1
+        told = f"going on with what is in {output / 'frames'} (1), not with {tmp_path / 'film.mp4'}"
+        assert told in capsys.readouterr().err
+        assert main(["studio", str(pictures.source), *where]) == 1
+        assert "going on" not in capsys.readouterr().err, "a folder of images is looked at where it lies"
 
 
 def test_a_first_image_that_cannot_be_used_is_told(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from .base.config import RecognizerConfig
 from .base.deferred import Deferred
 from .facing_search import FacingSearch
-from .geometry.range_limits import scale_limits
+from .geometry.range_limits import ScaleLimits, scale_limits
 from .image.blobs import Blob
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
@@ -38,10 +38,10 @@ class FacingStage:
         """Detections by target and score, and what was turned down, with reasons: worked out when looked at."""
         if not self._searches:
             return (), ()
-        faced = frame.faced()
-        found = self._found(faced, [(s, blobs) for s in self._searches])
+        limits, faced = scale_limits(self._config, frame.calibration), frame.faced()
+        found = self._found(faced, [(s, blobs) for s in self._searches], limits)
         accepted, others = self._shared_out(found, faced)
-        if more := self._of_merged(faced, blobs, accepted):
+        if more := self._of_merged(faced, blobs, limits, accepted):
             accepted, others = self._shared_out(found + more, faced)
         detections = [
             self._placer.faced(detection, faced)
@@ -51,7 +51,7 @@ class FacingStage:
         return tuple(detections), Deferred(lambda: tuple(rejection_of(v, faced, self._judge) for v in others))
 
     def _of_merged(
-        self, frame: ImageFrame, blobs: Sequence[Blob], accepted: Sequence[Verdict]
+        self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, accepted: Sequence[Verdict]
     ) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of large blobs that no accepted object explains, among them much smaller ones."""
         merged = [(s, mine) for s in self._searches if (mine := s.merged(blobs))]
@@ -60,14 +60,17 @@ class FacingStage:
         claims = [v.claim for v in accepted]
         rest = frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
         left = [(s, free) for s, mine in merged if (free := s.unexplained(rest, mine))]
-        return self._found(rest, left, self._config.facing.sizes)
+        return self._found(rest, left, limits, self._config.facing.sizes)
 
     def _found(
-        self, frame: ImageFrame, tasks: Sequence[tuple[FacingSearch, Sequence[Blob]]], sizes: int = 1
+        self,
+        frame: ImageFrame,
+        tasks: Sequence[tuple[FacingSearch, Sequence[Blob]]],
+        limits: ScaleLimits,
+        sizes: int = 1,
     ) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of each search in its blobs, all in a share of the time that is left."""
         hurried, n = frame.hurried(self._config.facing.search_share), len(tasks)
-        limits = scale_limits(self._config, None)
         return [
             (s.finder, s.run(hurried.hurried(1 / (n - i)), blobs, limits, sizes)) for i, (s, blobs) in enumerate(tasks)
         ]

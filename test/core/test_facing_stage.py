@@ -11,6 +11,7 @@ from squares import ARM, BACK, COLOURS, PAIRS, SIZE, TEAM, Placing, gate, patch,
 
 from artrec_ros.core.base import deadline
 from artrec_ros.core.base.config import ClassConfig, ImageConfig
+from artrec_ros.core.facing_search import FacingSearch
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.segmentation import Segmenter
@@ -60,6 +61,22 @@ def test_place_turn_and_scale_are_found_all_over_the_image(robots, x, y, turn):
     assert_found(result, at)
     (d,) = result.detections
     assert d.name == "robot_gv" and {c.component for c in d.components} == {"team", "left", "right"}
+
+
+def test_with_a_calibration_limits_of_the_range_are_limits_of_the_search(monkeypatch):
+    camera, searched = (
+        Camera(np.array([[660.0, 0, SIZE[0] / 2], [0, 660.0, SIZE[1] / 2], [0, 0, 1]]), np.zeros(5), SIZE),
+        [],
+    )
+    run = FacingSearch.run
+
+    def noted(self, frame, blobs, limits, *rest):
+        searched.append(limits)
+        return run(self, frame, blobs, limits, *rest)
+
+    monkeypatch.setattr(FacingSearch, "run", noted)
+    recognizer(robot(), min_range_m=1.5, max_range_m=2.5).recognize(rendered(Placing(75.2, 60.4, 0.3, 330.0)), camera)
+    assert [tuple(limits) for limits in searched] == [pytest.approx((660 / 2.5, 660 / 1.5))]
 
 
 @pytest.mark.parametrize("scale", [210.0, 330.0, 500.0, 760.0])

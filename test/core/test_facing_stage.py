@@ -10,7 +10,7 @@ from settings import settings
 from squares import ARM, BACK, COLOURS, PAIRS, SIZE, TEAM, Placing, gate, patch, rendered, robot
 
 from artrec_ros.core.base import deadline
-from artrec_ros.core.base.config import ClassConfig, ImageConfig
+from artrec_ros.core.base.config import ClassConfig, ImageConfig, PlaneConfig, SceneConfig
 from artrec_ros.core.facing_search import FacingSearch
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
@@ -75,8 +75,10 @@ def test_with_a_calibration_limits_of_the_range_are_limits_of_the_search(monkeyp
         return run(self, frame, blobs, limits, *rest)
 
     monkeypatch.setattr(FacingSearch, "run", noted)
-    recognizer(robot(), min_range_m=1.5, max_range_m=2.5).recognize(rendered(Placing(75.2, 60.4, 0.3, 330.0)), camera)
-    assert [tuple(limits) for limits in searched] == [pytest.approx((660 / 2.5, 660 / 1.5))]
+    plane = PlaneConfig((0.0, 0.0, 100.0, 0.0, 100.0, 100.0, 0.0, 100.0), (0.0, 0.3, 0.3, 0.3, 0.3, 0.0, 0.0, 0.0))
+    engine = recognizer(robot(), min_range_m=1.5, max_range_m=2.5, scene=SceneConfig(plane=plane))
+    engine.recognize(rendered(Placing(75.2, 60.4, 0.3, 330.0)), camera)
+    assert tuple(searched[-1]) == pytest.approx((660 / 2.5, 660 / 1.5))
 
 
 @pytest.mark.parametrize("scale", [210.0, 330.0, 500.0, 760.0])

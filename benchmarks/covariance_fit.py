@@ -1,6 +1,6 @@
 """Fits the numbers of `core/base/config/covariance.py` to how fitted poses of random objects err.
 
-    python benchmarks/covariance_fit.py --save found.npz [--first 0] [--worlds 60] [--scenes 6]    # ten minutes
+    python benchmarks/covariance_fit.py --save found.npz [--first 0] [--worlds 320] [--scenes 2]    # half an hour
     python benchmarks/covariance_fit.py --load found.npz [more.npz ...]                            # at once
 
 Worlds and scenes are those of `benchmarks/acceptance.py`: random objects, crowds, clutter, good and bad segmentation
@@ -223,8 +223,8 @@ def load(files: Sequence[Path]) -> Errors:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=0, help="number of the first world")
-    parser.add_argument("--worlds", type=int, default=60)
-    parser.add_argument("--scenes", type=int, default=6, help="of each world")
+    parser.add_argument("--worlds", type=int, default=320)
+    parser.add_argument("--scenes", type=int, default=2, help="of each world")
     parser.add_argument("--save", type=Path, metavar="FILE.npz")
     parser.add_argument("--load", type=Path, nargs="+", metavar="FILE.npz")
     args = parser.parse_args()

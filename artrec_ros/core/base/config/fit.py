@@ -64,7 +64,7 @@ class FitConfig(Room):
         low=0,
         high=1,
         paths=_WHOLE,
-        origin="2/3: right -1 of 244, found -1; 4/3: -2, found -3",
+        origin="2/3: right -1 of 244; 4/3: -2, found -3",
     )
     border_px: float = param(
         1.2,

@@ -87,7 +87,7 @@ class SearchConfig(Room):
         low=1,
         high=10000,
         paths=_SPACE,
-        origin="2/3: right +1 of 244, found -2; 4/3: right +0",
+        origin="2/3: right +1 of 244, 4/3: +0",
     )
     fit_keep: int = param(
         8,
@@ -128,7 +128,7 @@ class SearchConfig(Room):
         low=1,
         high=1000,
         paths=_SPACE,
-        origin="2/3: right -1 of 244, found -2; 4/3: right +0",
+        origin="2/3: right -1 of 244, 4/3: +0",
     )
     climb_rounds: tuple[int, ...] = param(
         (11, 13, 24),
@@ -153,7 +153,7 @@ class SearchConfig(Room):
         low=0.01,
         high=100,
         paths=_WHOLE,
-        origin="as far as votes about outlines tell; 2/3: right +2 of 244, 4/3: -1",
+        origin="as far as votes about outlines tell; 2/3: right +2 of 244, facing: -4 of 197; 4/3: -1 and -1",
     )
     step_depth: float = param(
         0.03,

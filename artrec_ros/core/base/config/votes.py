@@ -25,7 +25,7 @@ class VotesConfig(Room):
         length=3,
         paths=_WHOLE,
         origin="unknown says little: shade and seams make a third to a half of a real surface unknown; each by a "
-        "third: right between -1 and +4 of 244",
+        "third: right between -1 and +4 of 244, unknown at 4/3: found -3; its own label at 2/3 facing: -5 of 197",
     )
     rim: tuple[float, ...] = param(
         (2.0, -1.2, -1.5),
@@ -34,7 +34,8 @@ class VotesConfig(Room):
         high=20,
         length=3,
         paths=_WHOLE,
-        origin="each by a third: right between +0 and +5 of 244; own label at 2/3: found -6",
+        origin="each by a third: right between +0 and +5 of 244; its own label at 2/3: found -6, facing: right -15 "
+        "of 197",
     )
     ring: tuple[float, ...] = param(
         (-4.0, 0.0, 0.3),
@@ -95,7 +96,7 @@ class VotesConfig(Room):
         low=0.1,
         high=20,
         paths=_WHOLE,
-        origin="outside of the seam that a segmenter leaves between two colours",
+        origin="outside of the seam that a segmenter leaves between two colours; 2/3 facing: right -9 of 197, 4/3: -1",
     )
     ring_width_px: float = param(
         1.5,
@@ -104,7 +105,7 @@ class VotesConfig(Room):
         low=0.1,
         high=20,
         paths=_WHOLE,
-        origin="from the outline to a little beyond ring_px; 2/3: right +1 of 244, 4/3: +3",
+        origin="from the outline to a little beyond ring_px; 2/3: right +1 of 244, facing: -7 of 197; 4/3: +3 and +1",
     )
     ring_visible: float = param(
         0.5,

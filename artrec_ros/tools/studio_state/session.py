@@ -89,7 +89,7 @@ class Session:
         with self._lock:
             if (key, number) not in self._results:
                 recognizer = self._recognizer(key, setup, told)
-                result = recognizer.recognize(self.stills.image(number), self.stills.camera)
+                result = recognizer.recognize(self.stills.image(number), self.stills.camera_of(number))
                 while len(self._results) >= _KEPT:
                     self._results.pop(next(iter(self._results)))
                 self._results[key, number] = result
@@ -129,7 +129,7 @@ class Session:
 
     def overlay(self, number: int, result: FrameResult) -> NDArray[np.uint8]:
         """(H, W, 3) BGR a result drawn over its frame, as a replay draws it."""
-        return draw_result(self.stills.image(number), result, self.names, self.stills.camera)
+        return draw_result(self.stills.image(number), result, self.names, self.stills.camera_of(number))
 
     def picture(self, number: int) -> NDArray[np.uint8]:
         """(H, W, 3) BGR a frame as it is looked at: class numbers as colours."""

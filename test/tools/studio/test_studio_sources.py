@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import socket
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import cv2
@@ -101,6 +102,37 @@ def test_frames_that_are_taken_are_files_and_there_again(tmp_path: Path) -> None
     given = live_stills(Topic([]), SourceOptions(camera=other), folder, print)
     given.add(taken(1_700_000_000_000_000_011, CAMERA))
     assert given.camera is other, "what --camera-info names goes before"
+
+
+def test_a_calibration_for_images_of_another_size_is_told_and_not_used(tmp_path: Path) -> None:
+    said: list[str] = []
+    for number, size in enumerate([(48, 64), (24, 32)]):
+        cv2.imwrite(str(tmp_path / f"{number}.png"), np.zeros(size, np.uint8))
+    fits = open_stills(tmp_path, SourceOptions(camera=CAMERA), 9, tmp_path / "frames", said.append)
+    assert fits.camera is CAMERA and not said
+    assert fits.camera_of(0) is CAMERA and fits.camera_of(1) is None
+    (tmp_path / "0.png").write_bytes(b"damaged")
+    unfit = open_stills(tmp_path, SourceOptions(camera=CAMERA), 9, tmp_path / "frames", said.append)
+    assert unfit.camera is None
+    assert said == ["--camera-info: calibrated for 64x48 pixels, but images have 32x24: no metric poses"]
+
+
+def test_images_are_looked_at_by_several_threads(tmp_path: Path) -> None:
+    for number in range(40):
+        cv2.imwrite(str(tmp_path / f"{number:02d}.png"), np.full((4, 4), number, np.uint8))
+    stills = open_stills(tmp_path, SourceOptions(), 99, tmp_path / "frames", print)
+
+    def look(seed: int) -> bool:
+        numbers = np.random.default_rng(seed).integers(0, 40, 2000).tolist()
+        return all(int(stills.image(n)[0, 0]) == n for n in numbers)
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-7)
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            assert all(pool.map(look, range(8)))
+    finally:
+        sys.setswitchinterval(before)
 
 
 def test_frames_of_an_earlier_sitting_go_before_and_are_told(

@@ -100,12 +100,11 @@ class Session:
 
         :raises ArtrecError: it cannot be used, or not be written.
         """
-        with self._lock:
-            before = self.stills.camera
-            number = self.stills.add(frame)
-            if self.stills.camera is not before:
-                self.forget()
-            return number
+        before = self.stills.camera
+        number = self.stills.add(frame)  # the page does not wait for what is being recognised
+        if self.stills.camera is not before:
+            self.forget()
+        return number
 
     def known(self, numbers: Iterable[int]) -> dict[int, FrameResult]:
         """What was found in these frames with the parameters as they are, where that is known already."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 import dataclasses
 import socket
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -79,6 +81,27 @@ GREY = np.full((48, 64, 3), 90, np.uint8)
 
 def taken(stamp_ns: int, camera: Camera | None = None) -> Frame:
     return Frame(stamp_ns, "/camera/image_raw", GREY, camera)
+
+
+def test_windows_that_ask_at_once_share_one_part_in_the_graph(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+
+    class Slow:
+        def __init__(self, name: str) -> None:
+            time.sleep(0.1)
+            made.append(name)
+
+        def close(self) -> None:
+            made.pop()
+
+    modules = SimpleNamespace(Graph=Slow, RemoteParameters=lambda graph: graph)
+    monkeypatch.setattr("artrec_ros.tools.studio_state.ros._module", lambda name: modules)
+    ros = Ros()
+    with ThreadPoolExecutor(4) as pool:
+        asked = [pool.submit(ros.parameters) for _ in range(4)]
+        assert len({id(a.result()) for a in asked}) == 1 == len(made)
+    ros.close()
+    assert not made
 
 
 def test_frames_that_are_taken_are_files_and_there_again(tmp_path: Path) -> None:

@@ -195,10 +195,9 @@ def test_a_calibration_that_comes_later_is_used_from_then_on(
 def test_a_frame_is_taken_while_another_is_recognised(pictures: Pictures, taught: Session, tmp_path: Path) -> None:
     session = again(taught, tmp_path, pictures)
     session.stills = live_stills(Topic([taken(1_700_000_000_000_000_005)]), SourceOptions(), tmp_path / "f", print)
-    with ThreadPoolExecutor(1) as pool:
-        with session._lock:  # as of a thread that recognises, or has code compiled first
-            number = pool.submit(session.take, taken(1_700_000_000_000_000_006))
-            assert number.result(timeout=20) == 1
+    with ThreadPoolExecutor(1) as pool, session._lock:  # as of a thread that recognises, or has code compiled first
+        number = pool.submit(session.take, taken(1_700_000_000_000_000_006))
+        assert number.result(timeout=20) == 1
 
 
 class Topic:

@@ -40,9 +40,10 @@ class FacingStage:
             return (), ()
         limits, faced = scale_limits(self._config, frame.calibration), frame.faced()
         found = self._found(faced, [(s, blobs) for s in self._searches], limits)
-        accepted, others = self._shared_out(found, faced)
+        (accepted, others), _ = self._shared_out(found, faced)
         if more := self._of_merged(faced, blobs, limits, accepted):
-            accepted, others = self._shared_out(found + more, faced)
+            together, in_time = self._shared_out(found + more, faced)
+            accepted, others = together if in_time else (accepted, others)  # else some of these are not judged again
         detections = [
             self._placer.faced(detection, faced)
             for describer in self._describers
@@ -77,5 +78,7 @@ class FacingStage:
 
     def _shared_out(
         self, found: Sequence[tuple[WholeObjectFinder, Poses]], frame: ImageFrame
-    ) -> tuple[list[Verdict], Sequence[Verdict]]:
-        return share_out(found, frame.hurried(self._config.facing.judge_share), self._judge)
+    ) -> tuple[tuple[list[Verdict], Sequence[Verdict]], bool]:
+        """`share_out` of them, and whether a share of the time that is left was enough to judge them all."""
+        hurried = frame.hurried(self._config.facing.judge_share)
+        return share_out(found, hurried, self._judge), not hurried.deadline.hit

@@ -118,7 +118,7 @@ class SpatialSearch:
         """
         known = [(finder, k) for finder in self._turns for k in self._recall.known(finder.target.name)]
         known.sort(key=lambda fk: (not self._recall.was_there(fk[1]), -fk[1].votes))
-        followed = self._crew.each(lambda one: self._followed(*one), known)
+        followed = [f for f in self._crew.each(lambda one: self._followed_in_time(*one), known) if f is not None]
         if self._frame.deadline.expired:  # then fits are none
             return self._taken(followed)
         if self._is_another_scene([f for f in followed if self._recall.was_there(f.known)]):
@@ -141,6 +141,9 @@ class SpatialSearch:
             middles, radii_px = f.finder.discs(self._frame.camera, f.expected)
             self._turns[f.finder].hurry(middles, self._recall.config.limbs * radii_px)
         return f
+
+    def _followed_in_time(self, finder: WholeObjectFinder, known: Known) -> Followed | None:
+        return None if self._frame.deadline.expired else self._followed(finder, known)
 
     def _followed(self, finder: WholeObjectFinder, known: Known) -> Followed:
         return self._looks.follow(self._frame, finder, known, self._recall.clock_s, self._recall.config)

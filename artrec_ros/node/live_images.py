@@ -8,6 +8,8 @@ from collections import deque
 from typing import Any
 
 from rclpy.exceptions import InvalidTopicNameException
+from rclpy.expand_topic_name import expand_topic_name
+from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_topic_name import validate_topic_name
 
 from ..core.base.config import NodeConfig
@@ -19,6 +21,7 @@ from .calibration import Calibrations
 from .graph import Graph
 from .inputs import Inputs
 
+_NODE = "artrec_studio"
 _FOLLOW_PERIOD_S = 0.25
 _RATED = 30  # images that the rate is told by
 _STALE_S = 2.0
@@ -41,9 +44,10 @@ class LiveImages:
         for name in (base, info):
             try:
                 validate_topic_name(name)
-            except InvalidTopicNameException as error:
+                validate_full_topic_name(expand_topic_name(name, _NODE, "/"))
+            except (InvalidTopicNameException, ValueError) as error:
                 raise SourceError(f"--topic {topic}: '{name}' is no topic: {' '.join(str(error).split())}") from None
-        self._graph = Graph("artrec_studio", [f"{topics.IMAGE.name}:={base}", f"{topics.CAMERA_INFO.name}:={info}"])
+        self._graph = Graph(_NODE, [f"{topics.IMAGE.name}:={base}", f"{topics.CAMERA_INFO.name}:={info}"])
         self._kept: deque[tuple[Any, int]] = deque(maxlen=kept)
         self._lock = threading.Lock()
         self._rectified, self._calibrations = rectified, Calibrations()

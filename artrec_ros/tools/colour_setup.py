@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,12 +22,12 @@ class ColourSetup:
     blank: tuple[int, ...]
 
 
-def load_colour_setup(path: Path, more: Mapping[str, int]) -> ColourSetup:
-    """From a node's parameter file; of its `image` only names and labels of classes, and `blank`, are read.
+def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourSetup:
+    """From a node's parameter files; of their `image` only names and labels of classes, and `blank`, are read.
 
     A class is named by `more` (name -> label), by `image.classes`, or by the object or component whose label it is.
     """
-    flat = {key: value.raw for key, value in read_flat(path).items()}
+    flat = {key: value.raw for path in paths for key, value in read_flat(path).items()}
     classes = [
         *(flat.get("image.classes") or []),
         *(name for name in more if name not in flat.get("image.classes", [])),
@@ -36,14 +36,16 @@ def load_colour_setup(path: Path, more: Mapping[str, int]) -> ColourSetup:
     kept |= {k: flat[k] for k in ("image.blank", *(f"image.{name}.label" for name in classes)) if k in flat}
     kept |= {f"image.{name}.label": label for name, label in more.items()}
     kept |= {"image.classes": classes} if classes else {}
-    folder, config_dir = path.absolute().parent, flat.get("config_dir")
-    setup = setup_from_flat(kept, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, path)
+    folder, config_dir, source = paths[0].absolute().parent, flat.get("config_dir"), ", ".join(map(str, paths))
+    setup = setup_from_flat(kept, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, source)
     named = {cls.label: name for name, cls in reversed(setup.image.classes.items())} | {n: k for k, n in more.items()}
     labels: dict[str, int] = {}
     for name, label in _shown(setup.targets):
         name = named.setdefault(label, name)
         if labels.setdefault(name, label) != label or name in vars(ImageConfig()):
-            raise ConfigError(f"{path}: label {label} has no name for its class; give one with --classes NAME={label}")
+            raise ConfigError(
+                f"{source}: label {label} has no name for its class; give one with --classes NAME={label}"
+            )
     return ColourSetup(setup.targets, labels, setup.image.blank)
 
 

@@ -55,8 +55,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         ".head, whose category is the object",
     )  # fmt: skip
     p.add_argument(
-        "--params-file", type=Path, metavar="NODE.yaml", help="the objects that are annotated, and their classes"
-    )
+        "--params-file", type=Path, action="append", metavar="NODE.yaml",
+        help="the objects that are annotated, and their classes; may be given again: later ones go before",
+    )  # fmt: skip
     p.add_argument("--images", type=Path, metavar="DIR", help="where annotated images lie (default: beside each file)")
     p.add_argument(
         "--around", type=float, default=math.inf, metavar="PX",

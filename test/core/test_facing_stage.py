@@ -12,6 +12,7 @@ from squares import ARM, BACK, COLOURS, PAIRS, SIZE, TEAM, Placing, gate, patch,
 from artrec_ros.core.base import deadline
 from artrec_ros.core.base.config import ClassConfig, ImageConfig, PlaneConfig, SceneConfig
 from artrec_ros.core.facing_search import FacingSearch
+from artrec_ros.core.facing_stage import FacingStage
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.segmentation import Segmenter
@@ -212,6 +213,25 @@ def _processor_ms(engine, picture):
     start = time.process_time()
     engine.recognize(picture)
     return 1e3 * (time.process_time() - start)
+
+
+def test_what_was_found_stays_where_time_ends_while_merged_ones_are_looked_for(monkeypatch):
+    placed = [Placing(30.0 + 48 * i, 30.0 + 48 * j, 0.4 + i + j, 300.0) for i in range(12) for j in range(6)]
+    picture = rendered(*placed, size=(600, 400), fine=4)
+    picture[365:395, 50:250] = picture[320:395, 50:70] = TEAM  # no marker's shape, and no object explains it
+    engine, over, original = recognizer(robot(unique=False)), [], FacingStage._of_merged
+
+    def late(self, *args):
+        found = original(self, *args)
+        assert found
+        over.append(True)
+        monkeypatch.setattr(deadline.time, "perf_counter", lambda: np.inf)
+        return found
+
+    monkeypatch.setattr(FacingStage, "_of_merged", late)
+    result = engine.recognize(picture)
+    assert over and result.ended_by == ("recognizer.time_budget_ms",)
+    assert len(result.detections) >= len(placed)
 
 
 def test_any_label_image_gives_a_result(robots):

@@ -224,6 +224,23 @@ def test_time_that_is_over_is_no_other_scene(monkeypatch):
     assert sum(len(looks) for looks in memory.looks.values()) >= known - 1
 
 
+def test_no_known_object_is_begun_with_when_time_is_over(monkeypatch):
+    images = [picture(driving(k)) for k in range(3)]
+    _, memory = play(images[:2])
+    (one,) = memory.known["red"]
+    crowd = dataclasses.replace(memory, known={"red": tuple(dataclasses.replace(one) for _ in range(9)), "blue": ()})
+    original, begun = SpatialLooks.follow, []
+
+    def slow(self, frame, *args):
+        begun.append(frame)
+        monkeypatch.setattr(type(frame.deadline), "expired", property(lambda self: len(begun) > 2))
+        return original(self, frame, *args)
+
+    monkeypatch.setattr(SpatialLooks, "follow", slow)
+    _, memory = ONE.follow(images[2], CAMERA, 2 * STEP_NS, crowd)
+    assert len(begun) == 3 and memory.known["red"]
+
+
 def test_a_joint_that_turns_without_limit_goes_the_short_way():
     q = Poses(np.eye(3)[None], np.zeros((1, 3)), np.array([[3.1, 0.1]]))
     seen = Known.first(q, 0.0, 1.0)

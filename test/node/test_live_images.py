@@ -124,5 +124,9 @@ def test_where_no_image_comes_the_reason_is_told() -> None:
             live.wait(0.2)
         with listening() as silent:
             assert wait_until(lambda: "sends nothing" in silent.state(), lambda: time.sleep(0.1)), peer
-    with pytest.raises(SourceError, match="is no topic"):
-        LiveImages("no topic", None, rectified=False, kept=3)
+
+
+@pytest.mark.parametrize("topic", ["no topic", "a//b", "{camera}/image", "", "/compressed"])
+def test_what_is_no_topic_is_refused_in_one_line(topic: str) -> None:
+    with pytest.raises(SourceError, match=r"^--topic .* is no topic: .*$"):
+        LiveImages(topic, None, rectified=False, kept=3)

@@ -92,7 +92,7 @@ class ColourMarks:
                 f"image.kind is '{session.setup.image.kind}': the images tell each pixel's class, and there are no "
                 "colours to learn"
             )
-        self._setup = load_colour_setup(session.parameters if session.parameters.exists() else session.given[0], {})
+        self._setup = load_colour_setup([session.parameters] if session.parameters.exists() else session.given, {})
         self.labels = dict(self._setup.labels)
         self.patches: list[Patch] = []
         if self.path.is_file():

@@ -4,6 +4,7 @@ called for, so that all else works without."""
 from __future__ import annotations
 
 import importlib
+import threading
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
@@ -41,6 +42,7 @@ class Ros:
     def __init__(self) -> None:
         self._live: Live | None = None
         self._graph: Any = None
+        self._lock = threading.Lock()  # several windows may ask first
 
     @property
     def live(self) -> Live | None:
@@ -57,8 +59,9 @@ class Ros:
         module = _module("remote_parameters")
         if self._live is not None:
             return module.RemoteParameters(self._live.graph)
-        if self._graph is None:
-            self._graph = _module("graph").Graph("artrec_studio")
+        with self._lock:
+            if self._graph is None:
+                self._graph = _module("graph").Graph("artrec_studio")
         return module.RemoteParameters(self._graph)
 
     def close(self) -> None:

@@ -89,7 +89,7 @@ class Session:
         with self._lock:
             if (key, number) not in self._results:
                 recognizer = self._recognizer(key, setup, told)
-                result = recognizer.recognize(self.stills.image(number), self.stills.camera)
+                result = recognizer.recognize(self.stills.image(number), self.stills.camera_of(number))
                 while len(self._results) >= _KEPT:
                     self._results.pop(next(iter(self._results)))
                 self._results[key, number] = result
@@ -100,12 +100,11 @@ class Session:
 
         :raises ArtrecError: it cannot be used, or not be written.
         """
-        with self._lock:
-            before = self.stills.camera
-            number = self.stills.add(frame)
-            if self.stills.camera is not before:
-                self.forget()
-            return number
+        before = self.stills.camera
+        number = self.stills.add(frame)  # the page does not wait for what is being recognised
+        if self.stills.camera is not before:
+            self.forget()
+        return number
 
     def known(self, numbers: Iterable[int]) -> dict[int, FrameResult]:
         """What was found in these frames with the parameters as they are, where that is known already."""
@@ -129,7 +128,7 @@ class Session:
 
     def overlay(self, number: int, result: FrameResult) -> NDArray[np.uint8]:
         """(H, W, 3) BGR a result drawn over its frame, as a replay draws it."""
-        return draw_result(self.stills.image(number), result, self.names, self.stills.camera)
+        return draw_result(self.stills.image(number), result, self.names, self.stills.camera_of(number))
 
     def picture(self, number: int) -> NDArray[np.uint8]:
         """(H, W, 3) BGR a frame as it is looked at: class numbers as colours."""

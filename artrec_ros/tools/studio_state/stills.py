@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ from ...core.geometry.camera import Camera
 from ...io.base.whole_files import write_whole
 from ...io.images.cameras import camera_yaml, load_camera
 from ...io.images.decoding import Image, read_image
-from ...io.sources.frames import Frame, SourceOptions
+from ...io.sources.frames import Frame, SourceOptions, fitting
 from ...io.sources.opening import FolderSource, holds_bag, open_sources
 from .ros import Live
 
@@ -40,6 +41,7 @@ class Stills:
         self.stamps_ns, self.files = [t for t, _ in source.files], [p for _, p in source.files]
         self.camera = options.camera or camera
         self._kept: dict[int, Image] = {}
+        self._lock = threading.Lock()  # the page looks at frames while they are recognised in a thread
 
     def __len__(self) -> int:
         return len(self.files)
@@ -55,15 +57,33 @@ class Stills:
 
     def image(self, number: int) -> Image:
         """:raises ImageError: the file is damaged."""
-        if number not in self._kept:
+        with self._lock:
+            if number not in self._kept:
+                try:
+                    image = read_image(self.files[number])
+                except ImageError as error:
+                    raise ImageError(f"{self.files[number]}: {error}") from None
+                while len(self._kept) >= _KEPT:
+                    self._kept.pop(next(iter(self._kept)))
+                self._kept[number] = image
+            return self._kept[number]
+
+    def camera_of(self, number: int) -> Camera | None:
+        """The calibration, where it is one for images of this frame's size. :raises ImageError: the file is damaged."""
+        height, width = self.image(number).shape[:2]
+        return self.camera if self.camera is not None and self.camera.size == (width, height) else None
+
+    def drop_unfit_camera(self, told: Told) -> None:
+        """Go without a calibration that is not for images of the first one's size, which is told."""
+        for number in range(len(self)):
             try:
-                image = read_image(self.files[number])
-            except ImageError as error:
-                raise ImageError(f"{self.files[number]}: {error}") from None
-            while len(self._kept) >= _KEPT:
-                self._kept.pop(next(iter(self._kept)))
-            self._kept[number] = image
-        return self._kept[number]
+                image = self.image(number)
+            except ImageError:  # told when it is looked at
+                continue
+            whence = "--camera-info" if self._camera_is_given else str(self._folder / CAMERA_FILE)
+            if fitting(self.camera, image, told, whence) is None:
+                self.camera = None
+            return
 
     def add(self, frame: Frame) -> int:
         """One more frame, as a file; returns its number, or that of the frame of the same stamp.
@@ -111,13 +131,16 @@ def live_stills(live: Live, options: SourceOptions, folder: Path, told: Told) ->
             _write_frame(frame, folder)
         except OSError as error:
             raise SourceError(f"{folder}: cannot be written: {error.strerror or error}") from error
-    return _of_files(folder, options)
+    return _of_files(folder, options, told)
 
 
-def _of_files(folder: Path, options: SourceOptions) -> Stills:
+def _of_files(folder: Path, options: SourceOptions, told: Told) -> Stills:
     """Those written before."""
     kept = folder / CAMERA_FILE
-    return Stills(folder, SourceOptions(camera=options.camera), load_camera(kept) if kept.is_file() else None)
+    camera = load_camera(kept) if kept.is_file() else None
+    stills = Stills(folder, SourceOptions(camera=options.camera), camera)
+    stills.drop_unfit_camera(told)
+    return stills
 
 
 def is_folder_of_images(source: Path) -> bool:
@@ -133,14 +156,16 @@ def open_stills(source: Path, options: SourceOptions, most: int, folder: Path, t
     :raises SourceError: no such source, no frames in it, or the files cannot be written.
     """
     if is_folder_of_images(source):
-        return Stills(source, options)
+        stills = Stills(source, options)
+        stills.drop_unfit_camera(told)
+        return stills
     if not folder.is_dir() or not any(folder.glob("*.png")):
         told(f"writing up to {most} frames of {source} to {folder}")
         try:
             _write(source, options, most, folder)
         except OSError as error:
             raise SourceError(f"{folder}: cannot be written: {error.strerror or error}") from error
-    return _of_files(folder, options)
+    return _of_files(folder, options, told)
 
 
 def _write(source: Path, options: SourceOptions, most: int, folder: Path) -> None:

@@ -2,14 +2,17 @@
 
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import RED, camera_of, chain, jolted, pose, render, sign
+from solids import BODY, RED, camera_of, chain, jolted, pose, render, sign, slide
 
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Box, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import climb_kernels as climbing
 from artrec_ros.core.pose.finder import Climb, WholeObjectFinder
@@ -95,6 +98,34 @@ def test_the_clock_ends_a_climb_between_two_hypotheses(finder, frame):
         ended, votes = climbed(finder, replace(frame, deadline=Looks(done)), poses, 9)
         assert same(ended[:done], whole[:done]) and same(ended[done:], poses[done:])
         np.testing.assert_allclose(votes_of(finder, frame, ended), votes, rtol=1e-9)
+
+
+def curtain(boxes):
+    """A plate, and before it a bar of so many boxes in a row that slides aside."""
+    base, bar = slide().components
+    row = np.linspace(-0.06, 0.06, boxes) if boxes > 1 else [0.0]
+    bodies = tuple(Box(Pose.from_xyz_rpy((x, 0.02, 0.0)), np.array([0.13 / boxes, 0.02, 0.07])) for x in row)
+    joint = Joint("plate", Pose.from_xyz_rpy((0, -0.05, 0)), np.array([1.0, 0, 0]), -0.4, 0.4, "prismatic")
+    return ObjectModel("curtain", (base, replace(bar, joint=joint, bodies=bodies, body_label=BODY)))
+
+
+COMPILED = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="so many boxes take long as plain Python")
+MANY = pytest.param(66, 0.36, 0.02, marks=COMPILED)
+
+
+@pytest.mark.parametrize(("boxes", "begun", "truth"), [(1, 0.0, 0.36), (1, 0.36, 0.02), MANY])
+def test_votes_that_are_counted_anew_in_part_are_those_of_the_whole(boxes, begun, truth):
+    """Of what a joint's move shows, and of what it hides; of 66 boxes some share a bit."""
+    model, camera = curtain(boxes), camera_of((110, 36), 40.0)
+    finder, at = WholeObjectFinder(Target("curtain", model, RED), DEFAULTS), pose(0, 0, 0.4, 0.2, model=model)
+    frame = ImageFrame(LabelField(render(camera, [(model, replace(at, q=np.array([[truth]])), RED)])), camera)
+    start = ranked(finder, frame, replace(at, q=np.array([[begun]])))
+    swept = finder._sweep(frame, start)
+    assert abs(swept.poses.q[0, 0] - truth) < 0.06
+    np.testing.assert_allclose(votes_of(finder, frame, swept.poses), swept.votes, rtol=1e-9)
+    found, votes = climbed(finder, frame, start.poses, 1, 2.0)
+    assert not same(found, start.poses)
+    np.testing.assert_allclose(votes_of(finder, frame, found), votes, rtol=1e-9)
 
 
 def test_where_nothing_is_better_nothing_moves(finder):

@@ -14,8 +14,10 @@ from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.io.sources.opening import SourceOptions
 from artrec_ros.tools.main import main
 from artrec_ros.tools.studio_state.colour_marks import BACKGROUND, ColourMarks, box_between, patch_around
+from artrec_ros.tools.studio_state.examples import Examples
 from artrec_ros.tools.studio_state.session import Session, load_setup
 from artrec_ros.tools.studio_state.stills import open_stills
+from artrec_ros.tools.studio_state.training import learn_colours
 
 
 def test_a_click_takes_what_is_of_one_colour_and_hangs_together() -> None:
@@ -73,6 +75,27 @@ def test_marks_are_there_again_in_the_next_sitting(pictures: Pictures, tmp_path:
     assert found is not None and found.name == "team"
     after.remove(found)
     assert len(ColourMarks(begun(pictures, tmp_path / "studio")).patches) == len(before.patches) - 1
+
+
+def test_classes_may_stand_in_another_parameter_file_than_objects(pictures: Pictures, tmp_path: Path) -> None:
+    text = pictures.parameters.read_text()
+    objects, rest = text.split("    image:\n")
+    given = (pictures.folder / "objects.yaml", pictures.folder / "classes.yaml")
+    given[0].write_text(objects)
+    given[1].write_text(f"/**:\n  ros__parameters:\n    image:\n{rest}")
+    stills = open_stills(pictures.source, SourceOptions(), 9, tmp_path / "frames", print)
+    session = Session(stills, tmp_path, given, load_setup(given, tmp_path))
+    assert ColourMarks(session).labels == {"team": 2, "accent": 3}
+    examples = Examples(session)
+    for number in (0, 1):
+        for robot in pictures.axes(number):
+            examples.new(number, session.setup.targets[0], ("team", "team"), *robot["team"])
+    several = [word for path in given for word in ("--params-file", str(path))]
+    written = tmp_path / "by_command.yaml"
+    assert main(["learn-colours", "--annotations", str(examples.path), *several, "-o", str(written)]) == 0
+    learned = learn_colours(session, examples)
+    assert learned is not None and "accent" in learned.right
+    assert (tmp_path / "colours.yaml").read_text() == written.read_text()
 
 
 def test_label_images_have_no_colours_to_learn(pictures: Pictures, tmp_path: Path) -> None:

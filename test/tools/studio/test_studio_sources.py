@@ -5,7 +5,10 @@ from __future__ import annotations
 import dataclasses
 import socket
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -80,6 +83,27 @@ def taken(stamp_ns: int, camera: Camera | None = None) -> Frame:
     return Frame(stamp_ns, "/camera/image_raw", GREY, camera)
 
 
+def test_windows_that_ask_at_once_share_one_part_in_the_graph(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+
+    class Slow:
+        def __init__(self, name: str) -> None:
+            time.sleep(0.1)
+            made.append(name)
+
+        def close(self) -> None:
+            made.pop()
+
+    modules = SimpleNamespace(Graph=Slow, RemoteParameters=lambda graph: graph)
+    monkeypatch.setattr("artrec_ros.tools.studio_state.ros._module", lambda name: modules)
+    ros = Ros()
+    with ThreadPoolExecutor(4) as pool:
+        asked = [pool.submit(ros.parameters) for _ in range(4)]
+        assert len({id(a.result()) for a in asked}) == 1 == len(made)
+    ros.close()
+    assert not made
+
+
 def test_frames_that_are_taken_are_files_and_there_again(tmp_path: Path) -> None:
     folder = tmp_path / "frames"
     live = Topic([taken(1_700_000_000_000_000_005)])
@@ -101,6 +125,37 @@ def test_frames_that_are_taken_are_files_and_there_again(tmp_path: Path) -> None
     given = live_stills(Topic([]), SourceOptions(camera=other), folder, print)
     given.add(taken(1_700_000_000_000_000_011, CAMERA))
     assert given.camera is other, "what --camera-info names goes before"
+
+
+def test_a_calibration_for_images_of_another_size_is_told_and_not_used(tmp_path: Path) -> None:
+    said: list[str] = []
+    for number, size in enumerate([(48, 64), (24, 32)]):
+        cv2.imwrite(str(tmp_path / f"{number}.png"), np.zeros(size, np.uint8))
+    fits = open_stills(tmp_path, SourceOptions(camera=CAMERA), 9, tmp_path / "frames", said.append)
+    assert fits.camera is CAMERA and not said
+    assert fits.camera_of(0) is CAMERA and fits.camera_of(1) is None
+    (tmp_path / "0.png").write_bytes(b"damaged")
+    unfit = open_stills(tmp_path, SourceOptions(camera=CAMERA), 9, tmp_path / "frames", said.append)
+    assert unfit.camera is None
+    assert said == ["--camera-info: calibrated for 64x48 pixels, but images have 32x24: no metric poses"]
+
+
+def test_images_are_looked_at_by_several_threads(tmp_path: Path) -> None:
+    for number in range(40):
+        cv2.imwrite(str(tmp_path / f"{number:02d}.png"), np.full((4, 4), number, np.uint8))
+    stills = open_stills(tmp_path, SourceOptions(), 99, tmp_path / "frames", print)
+
+    def look(seed: int) -> bool:
+        numbers = np.random.default_rng(seed).integers(0, 40, 2000).tolist()
+        return all(int(stills.image(n)[0, 0]) == n for n in numbers)
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-7)
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            assert all(pool.map(look, range(8)))
+    finally:
+        sys.setswitchinterval(before)
 
 
 def test_frames_of_an_earlier_sitting_go_before_and_are_told(
@@ -135,6 +190,14 @@ def test_a_calibration_that_comes_later_is_used_from_then_on(
     assert session.known([0])
     assert session.take(taken(1_700_000_000_000_000_006, CAMERA)) == 1
     assert not session.known([0]) and session.stills.camera is CAMERA
+
+
+def test_a_frame_is_taken_while_another_is_recognised(pictures: Pictures, taught: Session, tmp_path: Path) -> None:
+    session = again(taught, tmp_path, pictures)
+    session.stills = live_stills(Topic([taken(1_700_000_000_000_000_005)]), SourceOptions(), tmp_path / "f", print)
+    with ThreadPoolExecutor(1) as pool, session._lock:  # as of a thread that recognises, or has code compiled first
+        number = pool.submit(session.take, taken(1_700_000_000_000_000_006))
+        assert number.result(timeout=20) == 1
 
 
 class Topic:

@@ -122,8 +122,8 @@ class CovarianceConfig(Room):
         high=20,
         paths=_PLANE,
         calibrated=True,
-        origin="benchmarks/covariance_flat.py, markers of 8 to 80 px: 0.15 to 0.6 are the likeliest of some objects; at "
-        "0.5, 90 % regions of others hold 93 %, 50 % regions 81 %",
+        origin="benchmarks/covariance_flat.py, markers of 8 to 80 px: 0.15 to 0.6 are the likeliest of some objects; "
+        "at 0.5, 90 % regions of others hold 93 %, 50 % regions 81 %",
     )
     plane_z_m: float = param(
         0.002,

@@ -36,13 +36,21 @@ class FacingSearch:
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
 
-    def merged(self, blobs: Sequence[Blob]) -> list[Blob]:
-        """Blobs of the required component's class that may be several merged ones: one that fills its convex hull as
-        well as the component's marker does is one piece."""
-        config, outlines = self._config, [m.outline for m in self.finder.target.model.required.markers]
-        least_px = config.guesses.small_px / config.facing.least_area_share
-        large = [b for b in blobs if b.label in self.finder.root_labels and b.area_px >= least_px]
-        compact = config.facing.compact * max(map(_solidity, outlines))
+    def merged(self, blobs: Sequence[Blob], limits: ScaleLimits) -> list[Blob]:
+        """Blobs of the required component's class that may be several merged ones, smaller than `run` looks for in a
+        blob: one that fills its convex hull as well as the component's marker does is one piece.
+
+        :param limits: of the scale. Where a smaller part of a blob is still larger than the component can be, its
+            greatest scale was looked through.
+        """
+        config, markers = self._config, self.finder.target.model.required.markers
+        share, most_px = config.facing.least_area_share, max(m.area for m in markers) * limits.greatest**2
+        large = [
+            b
+            for b in blobs
+            if b.label in self.finder.root_labels and config.guesses.small_px / share <= b.area_px < most_px / share
+        ]
+        compact = config.facing.compact * max(_solidity(m.outline) for m in markers)
         return [b for b in large if _solidity(b.contour) < compact]
 
     def unexplained(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:

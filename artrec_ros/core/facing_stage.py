@@ -55,7 +55,7 @@ class FacingStage:
         self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, accepted: Sequence[Verdict]
     ) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of large blobs that no accepted object explains, among them much smaller ones."""
-        merged = [(s, mine) for s in self._searches if (mine := s.merged(blobs))]
+        merged = [(s, mine) for s in self._searches if (mine := s.merged(blobs, limits))]
         if not merged or frame.deadline.hit:  # there was not even time for the first look
             return []
         claims = [v.claim for v in accepted]

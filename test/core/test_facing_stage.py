@@ -234,6 +234,22 @@ def test_what_was_found_stays_where_time_ends_while_merged_ones_are_looked_for(m
     assert len(result.detections) >= len(placed)
 
 
+@pytest.mark.parametrize(("greatest", "again"), [(0.0, True), (2000.0, True), (330.0, False)])
+def test_what_has_no_smaller_scale_to_try_is_not_looked_through_twice(monkeypatch, greatest, again):
+    picture, tasks, original = rendered(size=(300, 200)), [], FacingStage._found
+    picture[165:195, 50:250] = picture[20:195, 50:70] = TEAM  # no marker's shape
+
+    def noted(self, frame, searches, *rest):
+        tasks.append(len(searches))
+        return original(self, frame, searches, *rest)
+
+    monkeypatch.setattr(FacingStage, "_found", noted)
+    engine = recognizer(robot(), max_scale=greatest)
+    tasks.clear()  # of getting ready
+    engine.recognize(picture)
+    assert tasks == ([1, 1] if again else [1])
+
+
 def test_any_label_image_gives_a_result(robots):
     rng = np.random.default_rng(0)
     rows, columns = np.indices((90, 120))

@@ -35,6 +35,8 @@ class FacingSearch:
         self._guesser = FacingGuesser(finder.target.model, finder.surface, config)
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
+        markers = finder.target.model.required.markers
+        self._largest, self._compact = max(m.area for m in markers), max(_solidity(m.outline) for m in markers)
 
     def merged(self, blobs: Sequence[Blob], limits: ScaleLimits) -> list[Blob]:
         """Blobs of the required component's class that may be several merged ones, smaller than `run` looks for in a
@@ -43,15 +45,14 @@ class FacingSearch:
         :param limits: of the scale. Where a smaller part of a blob is still larger than the component can be, its
             greatest scale was looked through.
         """
-        config, markers = self._config, self.finder.target.model.required.markers
-        share, most_px = config.facing.least_area_share, max(m.area for m in markers) * limits.greatest**2
+        config = self._config
+        share, most_px = config.facing.least_area_share, self._largest * limits.greatest**2
         large = [
             b
             for b in blobs
             if b.label in self.finder.root_labels and config.guesses.small_px / share <= b.area_px < most_px / share
         ]
-        compact = config.facing.compact * max(_solidity(m.outline) for m in markers)
-        return [b for b in large if _solidity(b.contour) < compact]
+        return [b for b in large if _solidity(b.contour) < config.facing.compact * self._compact]
 
     def unexplained(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
         """Those of which nobody owns most."""

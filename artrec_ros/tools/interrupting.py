@@ -1,4 +1,4 @@
-"""Signals that end long work softly, and lines that are said once."""
+"""Signals that end long work softly, and lines beside a progress bar."""
 
 from __future__ import annotations
 
@@ -13,18 +13,6 @@ from tqdm import tqdm
 def say(line: str) -> None:
     """A line for the user, beside a progress bar."""
     tqdm.write(line, file=sys.stderr)
-
-
-def once(tell: Callable[[str], None]) -> Callable[[str], None]:
-    """Workers each say the same; the user is told once."""
-    said: set[str] = set()
-
-    def say_once(line: str) -> None:
-        if line not in said:
-            said.add(line)
-            tell(line)
-
-    return say_once
 
 
 @contextmanager

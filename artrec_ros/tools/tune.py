@@ -15,11 +15,12 @@ from tqdm import tqdm
 from ..core.base.errors import ArtrecError, ConfigError, SourceError
 from ..io.base.whole_files import held
 from ..io.parameters.parameter_file import Setup, load_parameters
+from ..io.sources.frames import once
 from ..io.sources.opening import open_sources
 from ..io.truth.reading import read_truth
 from .evaluation.scoring import Options
 from .getting_ready import get_setup_ready
-from .interrupting import interruptible, once, say
+from .interrupting import interruptible, say
 from .options.work_options import (
     add_source_options,
     add_worker_options,

@@ -20,6 +20,11 @@ def wrap_angle(angle: ArrayLike, period: float = 2 * np.pi) -> Array:
     return (np.asarray(angle, float) + period / 2) % period - period / 2
 
 
+def short_way(bent: Array, endless: NDArray[np.bool_]) -> Array:
+    """Differences (..., J) of joints' values; of those that turn without limit (J,) the short way round."""
+    return np.where(endless, wrap_angle(bent), bent)
+
+
 def readonly(values: ArrayLike) -> Array:
     """A float64 copy of `values` that cannot be written to."""
     array = np.array(values, dtype=np.float64)

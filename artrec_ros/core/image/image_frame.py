@@ -59,7 +59,7 @@ class ImageFrame:
 
     def without(self, solids: Sequence[NDArray[np.float32]]) -> ImageFrame:
         """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody."""
-        return replace(self, field=self.field.without(solids))
+        return replace(self, field=self.field.without(solids)) if solids else self
 
     @cached_property
     def unowned(self) -> ImageFrame:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import Camera
-from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation, wrap_angle
+from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation, short_way
 from ..pose.surface_model import Poses
 from .looks import Looks
 
@@ -50,11 +50,11 @@ class Known:
 
         :param endless: (J,) bool: joints that turn without limit. :param steadiness: what its speeds of before count.
         """
-        dt, bent = max(now_s - self.seen_s, 1e-6), poses.q[0] - self.q
+        dt = max(now_s - self.seen_s, 1e-6)
         rates = (
             (rotvec_from_rotation(poses.R[0] @ self.R.T), self.turn),
             (poses.t[0] - self.t, self.shift),
-            (np.where(endless, wrap_angle(bent), bent), self.bend),
+            (short_way(poses.q[0] - self.q, endless), self.bend),
         )
         turn, shift, bend = (steadiness * before + (1 - steadiness) * d / dt for d, before in rates)
         return Known(poses.R[0], poses.t[0], poses.q[0], turn, shift, bend, now_s, votes, challenged_s)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.config import RecognizerConfig
-from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation, wrap_angle
+from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation, short_way
 from ..image.image_frame import ImageFrame
 from .pose_fit import fit_poses
 from .surface_model import Poses, SpatialModel
@@ -74,7 +74,6 @@ def _between(model: SpatialModel, there: Poses, here: Poses) -> Array:
     """(H, 2, 6+J) from each of H hypotheses to its two."""
     H, J = here.q.shape
     R, t, q = there.R.reshape(H, 2, 3, 3), there.t.reshape(H, 2, 3), there.q.reshape(H, 2, J)
-    bent = q - here.q[:, None]
-    bent = np.where(model.kinematics.endless, wrap_angle(bent), bent)
+    bent = short_way(q - here.q[:, None], model.kinematics.endless)
     turned = rotvec_from_rotation(R @ here.R[:, None].swapaxes(-1, -2))
     return np.concatenate([t - here.t[:, None], turned, bent], axis=-1)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.config import TrackingConfig
-from ..geometry.transforms import Array
+from ..geometry.transforms import Array, short_way
 from ..model.found import Detection
 from ..model.kinematics import Kinematics
 from ..model.target import Target
@@ -89,9 +89,7 @@ class Joints:
         values, noise = _measured(self.keys, found, self.unit, c)
         rows = np.flatnonzero(np.isfinite(values))
         state = self.state[rows]
-        error = values[rows] - state.place[:, 0]
-        turned = np.mod(error + np.pi, 2 * np.pi) - np.pi
-        error = np.where(self.endless[rows], turned, error)
+        error = short_way(values[rows] - state.place[:, 0], self.endless[rows])
         noise = noise[rows] * np.maximum(
             error**2 / (state.place_covariance[:, 0, 0] + noise[rows]) / (c.sightings.usual / 4), 1.0
         )

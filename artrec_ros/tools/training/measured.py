@@ -19,6 +19,7 @@ from ...core.image.segmentation import Segmenter
 from ...core.model.found import Detection, Instance
 from ...core.model.objects import ObjectModel
 from ...core.recognizer import Recognizer
+from ...core.ways import PAPER, PLANE, way_of
 from ...io.base.shared_files import resolve_path
 from ...io.images.decoding import read_image
 from ...io.learned.annotations import AnnotatedObject, Annotations
@@ -99,7 +100,8 @@ def way_out(
         return None
     print("The recogniser finds few of what is annotated; looking why ...", file=sys.stderr, flush=True)
     now, best = setup.recognizer.constraints.contour_noise_px, (measured, 0.0)
-    for noise in (n for n in _NOISES_PX if n > now):
+    ways = {way_of(t, setup.recognizer, calibrated=False) for t in setup.targets if t.model.name == model.name}
+    for noise in (n for n in _NOISES_PX if n > now and ways & {PAPER, PLANE}):  # others read no constraints
         room = replace(setup.recognizer.constraints, contour_noise_px=noise)
         tried = replace(setup, recognizer=replace(setup.recognizer, constraints=room))
         with_it = measure_axes(tried, model, constraints, annotations)

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from .base.config import RecognizerConfig
 from .geometry.range_limits import ScaleLimits
 from .geometry.transforms import Array
-from .image.blobs import Blob, centres
+from .image.blobs import Blob, centres, solidity
 from .image.image_frame import ImageFrame
 from .pose.distinct_kernels import few_of_places
 from .pose.facing_guesses import FacingGuesser
@@ -36,7 +35,7 @@ class FacingSearch:
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
         markers = finder.target.model.required.markers
-        self._largest, self._compact = max(m.area for m in markers), max(_solidity(m.outline) for m in markers)
+        self._largest, self._compact = max(m.area for m in markers), max(solidity(m.outline) for m in markers)
 
     def merged(self, blobs: Sequence[Blob], limits: ScaleLimits) -> list[Blob]:
         """Blobs of the required component's class that may be several merged ones, smaller than `run` looks for in a
@@ -52,7 +51,7 @@ class FacingSearch:
             for b in blobs
             if b.label in self.finder.root_labels and config.guesses.small_px / share <= b.area_px < most_px / share
         ]
-        return [b for b in large if _solidity(b.contour) < config.facing.compact * self._compact]
+        return [b for b in large if solidity(b.contour) < config.facing.compact * self._compact]
 
     def unexplained(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
         """Those of which nobody owns most."""
@@ -123,10 +122,3 @@ class FacingSearch:
         rows = rows[np.sort(np.unique(cell, return_index=True)[1])]
         rank = np.arange(len(rows)) - np.searchsorted(blob[rows], blob[rows])
         return np.asarray(rows[rank < most[blob[rows]]])
-
-
-def _solidity(outline: Array) -> float:
-    """The share of its convex hull that a polygon (n, 2) fills."""
-    points = np.asarray(outline, np.float32)
-    hull = cv2.contourArea(cv2.convexHull(points))
-    return cv2.contourArea(points) / hull if hull > 0 else 1.0

@@ -173,7 +173,8 @@ class Recognizer:
         watch = Stopwatch()
         deadline = Deadline(self._config.time_budget_ms / 1e3)
         with watch.stage("segmentation"):
-            field = LabelField(self._segmenter.codes(image), self._config.seams, self._segmenter.meaning)
+            segmenter = self._segmenter
+            field = LabelField(segmenter.codes(image), self._config.seams, segmenter.meaning, segmenter.blank)
             labels = field.labels
         colours = image if self._segmenter.meaning is not LABELS else None
         frame = ImageFrame(field, camera, deadline, image=colours, scene=self._scene_of(camera))

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.base.config import ImageConfig
+from ..core.base.config import GREATEST_LABEL, ImageConfig
 from ..core.base.errors import ConfigError
 from ..core.learning.colour_learning import (
     Learned,
@@ -230,8 +230,8 @@ def _checked(pairs: Iterable[tuple[Frame, Frame]]) -> Iterator[Pair]:
 
 def _named_label(text: str) -> tuple[str, int]:
     name, _, label = text.partition("=")
-    if not name.isidentifier() or not label.isdecimal() or not 1 <= int(label) <= 253:
-        raise argparse.ArgumentTypeError(f"'{text}' is no NAME=LABEL with a label of 1 to 253")
+    if not name.isidentifier() or not label.isdecimal() or not 1 <= int(label) <= GREATEST_LABEL:
+        raise argparse.ArgumentTypeError(f"'{text}' is no NAME=LABEL with a label of 1 to {GREATEST_LABEL}")
     if name in vars(ImageConfig()):
         raise argparse.ArgumentTypeError(f"'{name}' is the name of a parameter; choose another")
     return name, int(label)

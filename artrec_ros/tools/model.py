@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.base.config import GREATEST_LABEL
 from ..core.base.errors import ConfigError
 from ..core.design.ambiguity import Ambiguities, find_ambiguities
 from ..core.geometry.camera import Camera
@@ -120,8 +121,8 @@ def _check(args: argparse.Namespace) -> None:
         ("--marker-label", args.marker_label),
         ("--body-label", args.body_label),
     ):
-        if value is not None and not 0 <= value <= 253:
-            raise ConfigError(f"{flag}: {value} is not within 0 .. 253")
+        if value is not None and not 0 <= value <= GREATEST_LABEL:
+            raise ConfigError(f"{flag}: {value} is not within 0 .. {GREATEST_LABEL}")
     if args.distance is not None and not args.distance > 0:
         raise ConfigError(f"--distance: {args.distance} must be greater than 0 m")
     for flag, lengths in (("--width", args.width), ("--height", args.height), ("--rectangle", args.rectangle)):

@@ -79,7 +79,7 @@ def test_names_of_classes_may_stay_open_where_labels_do_not_matter(tmp_path: Pat
         ("components/left/classes", {}, ("components.left.classes", "two classes or more")),
         ("components/left/classes", ["green", "pink"], ("components.left.classes",)),
         ("components/left/classes/g", "gren", ("components.left.classes.g", "'gren' is not known", "'green'")),
-        ("components/left/classes/g", 254, ("components.left.classes.g", "greatest value 253")),
+        ("components/left/classes/g", 253, ("components.left.classes.g", "greatest value 252")),
         ("components/left/classes/g", 0, ("components.left.classes.g", "least value 1")),
         ("components/left/classes/g", 7, ("components.left", "component 'left'", "the same label")),
         ("components/left/classes/a b", 9, ("components.left", "class 'a b'", "a name has")),

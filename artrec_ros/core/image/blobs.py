@@ -52,6 +52,13 @@ def centres(blobs: Sequence[Blob]) -> Array:
     return np.array([b.contour.mean(axis=0) for b in blobs]).reshape(-1, 2)
 
 
+def solidity(outline: Array) -> float:
+    """The share of its convex hull that a polygon (n, 2) fills."""
+    points = np.asarray(outline, np.float32)
+    hull = cv2.contourArea(cv2.convexHull(points))
+    return cv2.contourArea(points) / hull if hull > 0 else 1.0
+
+
 def find_blobs(
     labels: NDArray[np.uint8],
     wanted: Iterable[int],

@@ -15,6 +15,7 @@ from ..geometry.transforms import Array, readonly
 
 OUTSIDE = 255  # the code and label of what lies beyond the image: says nothing
 OWNED = 254  # of pixels that an accepted object explains: says next to nothing
+EMPTY = 253  # of unknown pixels with nothing known around: no seam between colours, no speckled shade
 UNKNOWN = 0
 
 
@@ -31,7 +32,7 @@ class Codes:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "share", readonly(self.share))
-        own = np.arange(OWNED, OUTSIDE + 1)
+        own = np.arange(EMPTY, OUTSIDE + 1)
         assert (self.label[own] == own).all() and (self.share[own, own] == 1).all()
 
     def votes(self, of_labels: Array) -> Array:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..base.config import SeamsConfig
 from ..geometry.transforms import Array
-from .codes import LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
+from .codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from .seam_kernels import gaps_px
 
 _SUBPIXEL_BITS = 4
@@ -33,10 +33,17 @@ class LabelField:
 
     :param codes: (H, W) what pixels show. :param seams: how seams are measured; None: by the defaults.
     :param meaning: of the codes; a label image's are its labels.
+    :param ignored: x, y, width, height, ... of rectangles of which nothing is known.
     """
 
-    def __init__(self, codes: NDArray[np.uint8], seams: SeamsConfig | None = None, meaning: Codes = LABELS) -> None:
-        self.codes, self.meaning = codes, meaning
+    def __init__(
+        self,
+        codes: NDArray[np.uint8],
+        seams: SeamsConfig | None = None,
+        meaning: Codes = LABELS,
+        ignored: Sequence[int] = (),
+    ) -> None:
+        self.codes, self.meaning, self._ignored = codes, meaning, ignored
         self._config = seams or SeamsConfig()
         self._seams: dict[int, float] = {}
         self._before: LabelField | None = None
@@ -44,8 +51,19 @@ class LabelField:
 
     @cached_property
     def padded(self) -> NDArray[np.uint8]:
-        """The codes with a border of one pixel, row by row."""
-        return cv2.copyMakeBorder(self.codes, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
+        """The codes with a border of one pixel, row by row; of unknown pixels with nothing known around EMPTY."""
+        bordered = cv2.copyMakeBorder(self.codes, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE)
+        cv2.copyTo(np.full_like(self.codes, EMPTY), self._empty(), bordered[1:-1, 1:-1])
+        return bordered.ravel()
+
+    def _empty(self) -> NDArray[np.uint8]:
+        """(H, W) 1 where a pixel is unknown for sure, and all others are that are no farther than a seam is wide."""
+        known = cv2.LUT(self.codes, np.where(self.meaning.label == UNKNOWN, 0, 1).astype(np.uint8))
+        for x, y, width, height in np.reshape(self._ignored, (-1, 4)).astype(int).tolist():
+            known[max(y, 0) : max(y + height, 0), max(x, 0) : max(x + width, 0)] = 1
+        around = 2 * int(np.ceil(self._config.reach_px)) + 1
+        near = cv2.dilate(known, np.ones((around, around), np.uint8))
+        return cv2.LUT(self.codes, (self.meaning.share[:, UNKNOWN] == 1).astype(np.uint8)) & (1 - near)
 
     @cached_property
     def labels(self) -> NDArray[np.uint8]:
@@ -90,7 +108,7 @@ class LabelField:
         """From border pixels of a class, but for those within `reach_px` of the image's border, to the next pixel
         of another known class, itself not counted; inf: far."""
         silent = np.zeros(256, bool)
-        silent[[UNKNOWN, OWNED, OUTSIDE, label]] = True
+        silent[[UNKNOWN, EMPTY, OWNED, OUTSIDE, label]] = True
         (height, width), labels = self.codes.shape, self.padded_labels
         mine = np.flatnonzero(labels.reshape(height + 2, width + 2)[1:-1, 1:-1] == label)
         if len(mine) > _SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side

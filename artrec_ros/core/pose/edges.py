@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..base.config import FitConfig
 from ..geometry.transforms import Array
-from ..image.codes import OUTSIDE, OWNED, UNKNOWN
+from ..image.codes import EMPTY, OUTSIDE, OWNED, UNKNOWN
 from ..image.label_field import LabelField
 from . import edge_kernels as compiled
 from .edge_kernels import EdgeTerms
@@ -31,7 +31,7 @@ def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]
 def _kinds(marker_labels: tuple[tuple[int, ...], ...], label_of: bytes) -> NDArray[np.int32]:
     """(M, 256) what each code is along the normals of each marker. :param label_of: codes' labels."""
     kinds = np.full((len(marker_labels), 256), compiled.KNOWN, np.int32)
-    kinds[:, [UNKNOWN, OUTSIDE, OWNED]] = compiled.SILENT
+    kinds[:, [UNKNOWN, EMPTY, OUTSIDE, OWNED]] = compiled.SILENT
     for row, labels in zip(kinds, marker_labels, strict=True):
         row[list(labels)] = compiled.OWN
     # one order in memory, whatever numpy's indexing gives: another one is compiled for anew

@@ -3,9 +3,10 @@
 import cv2
 import numpy as np
 import pytest
+from settings import DEFAULTS
 from solids import BACKGROUND, RED
 
-from artrec_ros.core.image.codes import OUTSIDE, OWNED, UNKNOWN
+from artrec_ros.core.image.codes import EMPTY, OUTSIDE, OWNED, UNKNOWN
 from artrec_ros.core.image.label_field import LabelField
 
 
@@ -44,6 +45,25 @@ def test_where_nothing_known_follows_there_is_no_seam():
     assert LabelField(disc_image(outer=UNKNOWN)).seam_px(RED) == 0.0
     assert LabelField(np.full((9, 9), RED, np.uint8)).seam_px(RED) == 0.0
     assert LabelField(disc_image()).seam_px(7) == 0.0  # a class that is not there
+
+
+def test_amid_unknown_pixels_it_is_empty_but_not_in_seams_and_speckles():
+    labels = disc_image(outer=UNKNOWN)
+    labels[40:48, 45:53] = UNKNOWN  # a hole that is no wider than two seams
+    field, reach = LabelField(labels), DEFAULTS.seams.reach_px
+    y, x = np.mgrid[:90, :100]
+    codes = field.at(np.stack([x, y], axis=-1))
+    far = np.hypot(x - 50.3, y - 44.6) > 25 + 1.5 * reach
+    assert (codes[far] == EMPTY).all()
+    np.testing.assert_array_equal(codes[~far & (codes != EMPTY)], labels[~far & (codes != EMPTY)])
+    assert (codes[40:48, 45:53] == UNKNOWN).all()
+    assert not np.any(field.labels == EMPTY)
+
+
+def test_of_an_ignored_rectangle_nothing_is_known():
+    labels = np.zeros((60, 80), np.uint8)
+    codes = LabelField(labels, ignored=(0, 0, 40, 60)).at(np.array([[10, 30], [42, 30], [70, 30]]))
+    assert codes.tolist() == [UNKNOWN, UNKNOWN, EMPTY]
 
 
 def test_pixels_of_another_object_leave_the_image_but_not_the_seam():

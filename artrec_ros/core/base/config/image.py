@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from ..errors import ConfigError
 from .params import param, validate
 
-GREATEST_LABEL = 253  # of a class: 254 and 255 have meanings of their own inside (core/pose/votes.py)
+GREATEST_LABEL = 252  # of a class: higher ones have meanings of their own inside (core/image/codes.py)
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,15 @@ class VotesConfig(Room):
         origin="unknown says little: shade and seams make a third to a half of a real surface unknown; each by a "
         "third: right between -1 and +4 of 244, unknown at 4/3: found -3; its own label at 2/3 facing: -5 of 197",
     )
+    inside_empty: float = param(
+        -2.0,
+        "on a marker, unknown pixels that are farther from all known ones than a seam is wide",
+        low=-20,
+        high=20,
+        paths=_WHOLE,
+        origin="of markers in label images 0.001 of the pixels are such, of the images a third: ln 0.003, clipped, for "
+        "a highlight or a shadow may blot out half of a marker",
+    )
     rim: tuple[float, ...] = param(
         (2.0, -1.2, -1.5),
         "just inside of a marker's outline: what keeps a model from outgrowing its blob",

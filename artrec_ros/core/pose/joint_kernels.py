@@ -10,7 +10,19 @@ import numpy as np
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate
 from ..model.chain_kernels import Chain, copy_frame, place
-from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, points_of, room_of
+from .surface_kernels import (
+    LEAST_DEPTH_M,
+    MOST_LENGTH,
+    MOST_WEIGHT,
+    NEAR,
+    Room,
+    Surface,
+    SurfaceLimits,
+    aspect,
+    points_of,
+    room_of,
+    weigh_points,
+)
 from .vote_kernels import ring_px2, ring_votes
 
 
@@ -26,17 +38,20 @@ def patch_bound(
     size, total, k = s.area[p] * f2 / mz**2 * cosine, 0.0, s.marker_of[p]
     on, count = points_of(s, p), s.count[p]
     ring = ring_px2(s, k, cosine, mz, f2, limits) if k >= 0 else 0.0
-    most = ring * (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) if k >= 0 else 0.0
-    share = size / count
-    role, best = s.table[s.role[p]], s.best[s.role[p]]
+    share, near = size / count, s.radius[p] > NEAR * mz
+    up = (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) * (MOST_LENGTH if near else 1.0) if k >= 0 else 0.0
+    most = ring * up
+    role, best = s.table[s.role[p]], s.best[s.role[p]] * (MOST_WEIGHT if near else 1.0)
     if size * best + most < wanted:
         return size * best + most
     locate(A, b, on, view, room.at[0])
+    if near:
+        weigh_points(A, b, on, mz, room.weight)
     for i in range(count):
-        total += role[view.padded[room.at[0, i]]]
+        total += (room.weight[i] if near else 1.0) * role[view.padded[room.at[0, i]]]
     if total * share + most < wanted or k < 0:
         return total * share + most
-    mean, parted = ring_votes(s, k, s.own[s.role[p]], A, b, view, limits, room)
+    mean, parted = ring_votes(s, k, s.own[s.role[p]], A, b, mz, near, view, limits, room)
     return (total * share * parted if total > 0.0 else total * share) + mean * ring
 
 
@@ -62,9 +77,11 @@ def best_joint(
             cosine, _, _, mz = aspect(s, p, R[c], t[c])
             most[p], k = 0.0, s.marker_of[p]
             if cosine > limits.least_cosine and mz > LEAST_DEPTH_M:
-                most[p] = max(s.area[p] * f2 / mz**2 * cosine * s.best[s.role[p]], 0.0)
+                near = s.radius[p] > NEAR * mz
+                weight = MOST_WEIGHT if near else 1.0
+                most[p] = max(s.area[p] * f2 / mz**2 * cosine * weight * s.best[s.role[p]], 0.0)
                 if k >= 0:
-                    up = s.best[s.ring_role[k]] + s.best[s.rim_role[k]]
+                    up = (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) * (MOST_LENGTH if near else 1.0)
                     most[p] += ring_px2(s, k, cosine, mz, f2, limits) * up
             rest += most[p]
         total = 0.0

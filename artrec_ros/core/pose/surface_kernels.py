@@ -10,6 +10,8 @@ import numpy as np
 from ..base.jit import inlined, jit
 from ..geometry.pixel_kernels import turned
 
+NEAR = 0.2  # a patch's radius, as a share of its depth, from which on its far points stand for less than its near ones
+MOST_LENGTH, MOST_WEIGHT = 2.0, 8.0  # at half the depth of a patch's middle: what is nearer lies outside the image
 LEAST_DEPTH_M = 0.02  # what is nearer, or behind the camera, has no place in the image to speak of
 
 
@@ -71,6 +73,7 @@ class Room(NamedTuple):
     """Scratch arrays of one hypothesis."""
 
     at: Any  # (2, n) pixels of a patch
+    weight: Any  # (n,) what its points stand for
     outline: Any  # (4, m), see `outline_pixels`
     hidden: Any  # (n,)
     near: Any  # (B,)
@@ -87,9 +90,20 @@ def room_of(s: Surface) -> Room:
     for p in range(len(s.starts) - 1):  # numpy's own functions take longer to compile
         most = max(most, s.starts[p + 1] - s.starts[p])
     return Room(
-        np.empty((2, most), np.int32), np.empty((4, m)), np.empty(most, np.bool_), np.empty(n, np.int64),
-        np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
+        np.empty((2, most), np.int32), np.empty(most), np.empty((4, m)), np.empty(most, np.bool_),
+        np.empty(n, np.int64), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
     )  # fmt: skip
+
+
+@inlined
+def weigh_points(A: Any, b: Any, on: Any, depth: float, weight: Any) -> None:
+    """How many times the pixels that a patch's mean point stands for its points x, y, z stand for: areas in a plane
+    shrink with the cube of their depth. :param depth: of its middle."""
+    xs, ys, zs = on
+    z0, z1, z2, z3 = A[2, 0], A[2, 1], A[2, 2], b[2]
+    for i in range(len(xs)):
+        nearer = depth / max(z0 * xs[i] + z1 * ys[i] + z2 * zs[i] + z3, LEAST_DEPTH_M)
+        weight[i] = min(nearer * nearer * nearer, MOST_WEIGHT)
 
 
 @inlined

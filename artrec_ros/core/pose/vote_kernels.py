@@ -11,7 +11,18 @@ from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, turned
 from ..model.chain_kernels import Chain, place_all
 from .hiding_kernels import ALL_BOXES, bit_of, boxes_in_camera, boxes_in_front, hide
-from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, points_of, room_of
+from .surface_kernels import (
+    LEAST_DEPTH_M,
+    MOST_LENGTH,
+    NEAR,
+    Room,
+    Surface,
+    SurfaceLimits,
+    aspect,
+    points_of,
+    room_of,
+    weigh_points,
+)
 
 
 class Scores(NamedTuple):
@@ -25,25 +36,30 @@ class Scores(NamedTuple):
 
 @inlined
 def ring_votes(
-    s: Surface, k: int, own: Any, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
-) -> tuple[float, float]:
+    s: Surface, k: int, own: Any, A: Any, b: Any, depth: float, near: bool, view: LabelView, limits: SurfaceLimits,
+    room: Room,
+) -> tuple[float, float]:  # fmt: skip
     """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour
     within the image that does not lie amid its class; 0 where none is.
 
-    :param own: (256,) how far each code is of its class.
+    :param own: (256,) how far each code is of its class. :param depth: of its middle. :param near: see `NEAR`.
     """
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
     outer, inner, ring_px = room.at[0], room.at[1], limits.ring_px
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
-    m, ring, seen, amid, is_open = len(u), 0.0, 0, 0.0, s.open_ring[k]
+    m, ring, seen, amid, is_open, on = len(u), 0.0, 0, 0.0, s.open_ring[k], s.contour[k]
     for i in range(m):
         outer[i] = padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)
         inner[i] = padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)
     for i in range(m):
         beyond = view.padded[outer[i]]
         if beyond != limits.outside:  # else not the marker ends there but the image
-            ring += is_open[i] * out[beyond] + into[view.padded[inner[i]]]
+            vote = is_open[i] * out[beyond] + into[view.padded[inner[i]]]
+            if near:  # lengths shrink with their depth
+                z = A[2, 0] * on[0, i] + A[2, 1] * on[1, i] + A[2, 2] * on[2, i] + b[2]
+                vote *= min(depth / max(z, LEAST_DEPTH_M), MOST_LENGTH)
+            ring += vote
             seen += 1
             amid += is_open[i] * own[beyond]
     return ring / m, (seen - amid) / max(seen, 1)
@@ -112,27 +128,31 @@ def said_of(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Votes, visible pixels and agreement of a patch in view; the first `n_near` boxes of `room.near` may hide it."""
     f2 = view.K[0, 0] * view.K[1, 1]
-    total, seen, same, role, own = 0.0, 0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
-    on, count = points_of(s, p), s.count[p]
+    total, all_of_it, seen, same, role, own = 0.0, 0.0, 0.0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
+    on, count, near = points_of(s, p), s.count[p], s.radius[p] > NEAR * depth
     locate(A, b, on, view, room.at[0])
+    if near:
+        weigh_points(A, b, on, depth, room.weight)
     if n_near:
         hide(s, A, b, on, room, n_near, limits.behind)
     for i in range(count):
+        weight = room.weight[i] if near else 1.0
+        all_of_it += weight
         if n_near and room.hidden[i]:
             continue
         found = view.padded[room.at[0, i]]
         if found == limits.owned:
             continue
-        seen += 1
-        total += role[found]
-        same += own[found]
-    size, visible = s.area[p] * f2 / depth**2 * cosine, seen / count
+        seen += weight
+        total += weight * role[found]
+        same += weight * own[found]
+    size, visible = s.area[p] * f2 / depth**2 * cosine, seen / all_of_it
     value, k = total / count * size, s.marker_of[p]
     if k >= 0 and visible > limits.ring_visible:
-        ring, parted = ring_votes(s, k, own, A, b, view, limits, room)
+        ring, parted = ring_votes(s, k, own, A, b, depth, near, view, limits, room)
         value = value * parted if value > 0.0 else value  # amid its class there is nothing to tell a marker by
         value += ring * ring_px2(s, k, cosine, depth, f2, limits)
-    return value, size * visible, same / max(visible * count, 1.0)
+    return value, size * seen / count, same / max(seen, 1e-9)
 
 
 @inlined

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from settings import DEFAULTS
 from solids import (
+    BACKGROUND,
     BENT,
     BODY,
     RED,
@@ -25,7 +26,7 @@ from solids import (
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.pixel_kernels import outline_pixels
 from artrec_ros.core.geometry.projection import project
-from artrec_ros.core.image.codes import OWNED
+from artrec_ros.core.image.codes import OWNED, UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, ObjectModel
@@ -34,6 +35,7 @@ from artrec_ros.core.pose.pose_fit import contour_fit
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 
 CAMERA = camera_of((160, 120), 150.0)
+FAR = 1.2  # where all of a marker is seen in one size
 INSIDE, RIM, RING = DEFAULTS.votes.inside, DEFAULTS.votes.rim, DEFAULTS.votes.ring
 
 
@@ -48,6 +50,31 @@ def test_hypotheses_are_picked_and_joined():
     again = Poses.concatenate([poses[[0]], poses[[1, 2]], poses[np.arange(3, 5)]])
     for name in ("R", "t", "q"):
         np.testing.assert_array_equal(getattr(again, name), getattr(poses, name))
+
+
+@pytest.mark.uncompiled
+@pytest.mark.parametrize(("depth", "slant"), [(1.0, 0.0), (0.25, 1.1), (0.2, -1.2)])
+def test_a_marker_stands_for_the_pixels_that_it_fills(depth, slant):
+    """Near ones under slant, too, whose far half is small in the image."""
+    camera, surface = camera_of(), SpatialModel(sign(), RED, DEFAULTS.votes)
+    at = pose(0.0, 0.0, depth, slant, 0.3)
+    labels = render(camera, [(sign(), at, RED)])
+    scores = judged(surface, labels, at, camera)
+    assert scores.area_px[0, 0] == pytest.approx(np.sum(labels == RED), rel=0.12)
+    half = labels.copy()
+    half[:, 165:] = BACKGROUND  # the marker's far side, or its near one
+    share = np.sum(half == RED) / np.sum(labels == RED)
+    assert judged(surface, half, at, camera).agree[0, 0] == pytest.approx(share, abs=0.12)
+
+
+@pytest.mark.parametrize("background", [UNKNOWN, BACKGROUND])
+def test_where_nothing_is_known_there_is_no_marker(background):
+    """A mask without a background is to be read as one with one."""
+    camera, surface = camera_of(), SpatialModel(sign(), RED, DEFAULTS.votes)
+    small, large = pose(0.0, 0.0, 1.2), pose(0.0, 0.0, 0.6)
+    labels = render(camera, [(sign(), small, RED)], background)
+    votes = judged(surface, labels, Poses.concatenate([small, large]), camera).votes[:, 0]
+    assert votes[0] > 0 > votes[1]
 
 
 def normals_of(surface, camera, poses):
@@ -126,7 +153,7 @@ def test_normals_are_perpendicular_to_the_sides_in_the_image(slant):
 def test_an_image_of_one_class_says_the_same_everywhere(label):
     """Votes are pixels times what a label says inside, and the contour's length times what it says on either side."""
     model = sign()
-    surface, at = SpatialModel(model, RED, DEFAULTS.votes), pose(0, 0, 0.5, 0.7, model=model)
+    surface, at = SpatialModel(model, RED, DEFAULTS.votes), pose(0, 0, FAR, 0.7, model=model)
     scores = judged(surface, np.full((120, 160), label, np.uint8), at)
     normal, centre = at.R[0] @ surface.normal[0], at.R[0] @ surface.centre[0] + at.t[0]
     cosine, f2 = -normal @ centre / np.linalg.norm(centre), CAMERA.matrix[0, 0] * CAMERA.matrix[1, 1]
@@ -137,7 +164,7 @@ def test_an_image_of_one_class_says_the_same_everywhere(label):
     assert scores.area_px[0, 0] == pytest.approx(area_px)
     assert scores.agree[0, 0] == (label == RED)
     votes = {RED: (INSIDE[0], RIM[0] + RING[0]), BODY: (INSIDE[2], RIM[2] + RING[2])}
-    votes |= {0: (INSIDE[1], RIM[1] + RING[1])}
+    votes |= {0: (DEFAULTS.votes.inside_empty, RIM[1] + RING[1])}  # all of it is unknown
     ring_px = surface.perimeter[0] * (1 + cosine) / 2 * np.sqrt(f2) / centre[2] * DEFAULTS.votes.ring_width_px
     inside, ring = votes[label]
     if label == RED:  # amid its class a marker is not told by what lies inside
@@ -148,7 +175,7 @@ def test_an_image_of_one_class_says_the_same_everywhere(label):
 @pytest.mark.uncompiled
 def test_of_two_classes_each_has_the_share_of_points_that_lie_on_it():
     model = sign()
-    surface, at = SpatialModel(model, RED, DEFAULTS.votes), pose(0.01, 0, 0.5, 0.7, model=model)
+    surface, at = SpatialModel(model, RED, DEFAULTS.votes), pose(0.01, 0, FAR, 0.7, model=model)
     labels = np.full((120, 160), RED, np.uint8)
     labels[:, 80:] = BODY
     inside = project(CAMERA, surface.points @ at.R[0].T + at.t[0])[:, 0]

@@ -1,7 +1,7 @@
 """Is an object in space there as often as its score says? Random objects, among clutter, strangers and each other.
 
-    python benchmarks/acceptance.py --save found.npz [--first 0] [--worlds 196] [--scenes 12]    # a quarter of an hour
-    python benchmarks/acceptance.py --load found.npz [more.npz ...] [--fit]                      # at once
+    python benchmarks/acceptance.py --save found.npz [--first 0] [--worlds 640] [--scenes 12]    # 45 minutes
+    python benchmarks/acceptance.py --load found.npz [more.npz ...] [--fit]          # at once
 
 Each world has one or two random targets (`benchmarks/random_solids.py`). The recogniser's own search and sharing out
 runs on its scenes, and each claim, and each of its components, is right or wrong (`benchmarks/acceptance_claims.py`).
@@ -32,7 +32,8 @@ OUT = Path(acceptance_curves.__file__)
 COLUMNS = {
     "alone": ("size", "edge", "bare", "body", "facing"),
     "deserted": ("size", "edge", "bare", "body", "shown", "others", "missing"),
-    "borne out": ("size", "edge", "shown", "edges", "faces", "facing", "lacking"),
+    "unseen": ("size", "shown", "edges", "faces", "missing", "lacking"),
+    "borne out": ("size", "edge", "bare", "shown", "colour", "others", "edges", "faces", "facing", "missing"),
 }
 PART_COLUMNS = ("own", "alone", "open", "edge", "whole")  # of components
 PART_INDEX = tuple(PartEvidence._fields.index(name) for name in PART_COLUMNS)
@@ -138,7 +139,7 @@ def arguments(description: str | None, worlds: int, scenes: int, out: Path) -> a
 
 
 def main() -> None:
-    args = arguments(__doc__, 196, 12, OUT)
+    args = arguments(__doc__, 640, 12, OUT)
     claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
     if args.save:
         save(args.save, claims, parts)

@@ -50,6 +50,19 @@ class Recorder(Judge):
         return verdict
 
 
+def is_there(verdict: Verdict, truth: ObjectTruth, frame: SimulatedFrame) -> bool:
+    """`is_at` of a claim whose required component is out of sight: that component's frame is where the claim has it."""
+    finder, model, poses = verdict.claim.finder, truth.placed.target.model, verdict.claim.poses
+    claimed = finder.surface.kinematics.forward(poses.R, poses.t, poses.q).t[0, finder.root]
+    root = component_poses(model, truth.placed.joints)[model.required.name]
+    true = (truth.placed.T_camera_object @ root).position
+    size_m = max(float(np.ptp(marker.outline, axis=0).max()) for marker in model.required.markers)
+    size_px = size_m * frame.camera.focal_px / max(true[2], 1e-6)
+    off_px = np.linalg.norm(np.diff(project(frame.camera, np.stack([claimed, true])), axis=0))
+    off_range = abs(np.linalg.norm(claimed) / np.linalg.norm(true) - 1)
+    return bool(off_px <= SIZE_SHARE * size_px + SIZE_PX and off_range <= max(RANGE_SHARE, RANGE_PX / size_px))
+
+
 def shown_centre(verdict: Verdict) -> Array:
     """(3,) the centre of the marker that shows a claim's required component, in the camera."""
     finder, poses = verdict.claim.finder, verdict.claim.poses
@@ -71,6 +84,8 @@ def is_at(verdict: Verdict, truth: ObjectTruth, frame: SimulatedFrame) -> bool:
     placed, model = truth.placed, truth.placed.target.model
     if placed.target.name != verdict.claim.finder.target.name:
         return False
+    if verdict.case == "unseen":
+        return is_there(verdict, truth, frame)
     if placed.target.name == PATTERN:  # any of its markers may be where another one is
         poses = verdict.claim.poses
         return same_places(model, Pose(poses.R[0], poses.t[0]), placed.T_camera_object)
@@ -161,8 +176,8 @@ def load(files: Sequence[Path]) -> tuple[Claims, Parts]:
 class Watcher:
     """Searches scenes for some targets, and notes which claims and which of their components are right."""
 
-    def __init__(self, targets: Sequence[Target]) -> None:
-        self._config = RecognizerConfig(min_component_probability=0.0)
+    def __init__(self, targets: Sequence[Target], required: str = "strict") -> None:
+        self._config = RecognizerConfig(min_component_probability=0.0, required=required)
         self._finders = [WholeObjectFinder(t, self._config) for t in targets]
         self._describers = {f.target.name: Describer(f) for f in self._finders}
         self.claims: list[tuple[bool, Verdict, bool]] = []
@@ -179,13 +194,14 @@ class Watcher:
         )
         search = SpatialSearch(image, judge, self._config.search)
         shared = share_out(search.run(self._finders, blobs), image, judge)
-        self._note(*shared, frame.truths, image, lambda verdict, truth: is_at(verdict, truth, frame))
+        self._note(judge, *shared, frame.truths, image, lambda verdict, truth: is_at(verdict, truth, frame))
         for verdict in judge.asked:
-            if verdict.confirmed[verdict.claim.finder.root]:
+            if judge.shows_required(verdict):
                 self.claims.append((False, verdict, any(is_at(verdict, truth, frame) for truth in frame.truths)))
 
     def _note(
         self,
+        judge: Judge,
         accepted: Sequence[Verdict],
         others: Sequence[Verdict],
         truths: Sequence[ObjectTruth],
@@ -193,7 +209,7 @@ class Watcher:
         is_right: Callable[[Verdict, ObjectTruth], bool],
     ) -> None:
         left = list(truths)
-        for verdict in (*accepted, *(v for v in others if v.confirmed[v.claim.finder.root])):
+        for verdict in (*accepted, *(v for v in others if judge.shows_required(v))):
             there = next((truth for truth in left if is_right(verdict, truth)), None)
             self.claims.append((True, verdict, there is not None))
             if verdict.probability > LIKELY_ENOUGH:
@@ -221,11 +237,12 @@ def _is_on(place: Array, marker: MarkerTruth) -> bool:
 
 
 def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
-    """Claims, and components of claims, in the scenes of so many worlds."""
+    """Claims, and components of claims, in the scenes of so many worlds. In half of them an object may be one whose
+    required component is out of sight."""
     claims, parts = [], []
     for number in tqdm(range(first, first + worlds), desc="worlds", disable=None):
         targets, frames = _world(number, scenes)
-        watcher = Watcher(targets)
+        watcher = Watcher(targets, "visible" if number // 2 % 2 else "strict")
         for frame in frames:
             watcher.look(frame)
         claims.append(Claims.of(number, watcher.claims))

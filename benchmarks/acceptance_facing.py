@@ -36,10 +36,11 @@ from artrec_ros.simulation.surfaces import component_poses
 from artrec_ros.simulation.truth import ObjectTruth
 
 OUT = Path(facing_curves.__file__)
-# Of each case the evidence that lowers the log-loss on worlds left out
-FACING = {case: (*names, "known") for case, names in COLUMNS.items()}
+# Of each case the evidence that lowers the log-loss on worlds left out; what is unseen is none
+OF_LABELS = {case: names for case, names in COLUMNS.items() if case != "unseen"}
+FACING = {case: (*names, "known") for case, names in OF_LABELS.items()}
 FACING |= {
-    f"{case} in colour": (*dict.fromkeys((*names, "others")), "known", "even") for case, names in COLUMNS.items()
+    f"{case} in colour": (*dict.fromkeys((*names, "others")), "known", "even") for case, names in OF_LABELS.items()
 }
 LEAST_PX, MOST_PX = 8.0, 60.0  # of a required component: between these lie limits of the scale where no object is
 WIDER = 0.05, 0.4  # limits of the scale are wider than what there is, logarithm
@@ -105,8 +106,9 @@ class FacingWatcher(Watcher):
         blobs = find_blobs(field.labels, wanted, config)
         limits = scale_limits(config, None)
         found = [(f, FacingSearch(f, config).run(image, blobs, limits)) for f in finders]
-        shared = share_out(found, image, Judge.of(config))
-        self._note(*shared, frame.truths, image, lambda verdict, truth: is_there(verdict, truth, image, frame))
+        judge = Judge.of(config)
+        shared = share_out(found, image, judge)
+        self._note(judge, *shared, frame.truths, image, lambda verdict, truth: is_there(verdict, truth, image, frame))
 
 
 def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:

@@ -1,7 +1,7 @@
 """Flat objects made up at random, and scenes of them as an uncalibrated camera sees them: what
 `benchmarks/acceptance_facing.py` fits and measures on.
 
-Half of them are trees of flat parts (`random_solids.random_model`, those of which all markers lie face up); half are
+Half of them are trees of flat parts (`random_solids.random_tree`, those of which all markers lie face up); half are
 small rigid patterns, a base that is cut into a few pieces of several classes, as robots bear them that are seen from
 above. They are tilted by up to twenty degrees, stand among clutter and strangers, and are segmented exactly or badly;
 or they are painted, blurred and compressed, as a camera's colours are, for the recogniser to read itself.
@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from random_patterns import random_clutter, shaded
-from random_solids import BODY, LABELS, OTHER, SHARES, SIZES, World, random_model
+from random_solids import BODY, LABELS, OTHER, SHARES, SIZES, World, random_tree
 
 from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.geometry.transforms import Array, Pose
@@ -45,7 +45,7 @@ def flat_world(seed: int) -> World:
 def flat_tree(name: str, rng: np.random.Generator) -> ObjectModel:
     """A tree of parts that face up."""
     while True:
-        model = random_model(name, rng)
+        model = random_tree(name, rng)
         if model.is_flat and np.allclose(model.required.markers[0].T_component_marker.rotation, UP):
             return model
 

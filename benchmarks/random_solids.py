@@ -1,9 +1,10 @@
 """Spatial objects made up at random, and scenes of them: what `benchmarks/acceptance.py` fits and measures on.
 
-An object is a tree of one to twelve flat or solid parts. Its markers are polygons, silhouettes with notches, ribbons
-and discs, on one side or on several; bodies are there in another class, in an unknown colour, or not at all. Scenes
-hold up to ten objects of one or two targets and of a stranger that nobody looks for and that bears their class (an
-object of its own, or a part of a target), clutter in their classes, and are segmented exactly or badly.
+An object is a tree of one to twelve flat or solid parts, a chain, or a hand (up to sixteen). Its markers are polygons,
+silhouettes with notches, ribbons and discs, on one side or on several; bodies are there in another class, in an unknown
+colour, or not at all. Scenes hold up to ten objects of one or two targets and of a stranger that nobody looks for and
+that bears their class (an object of its own, or a part of a target), clutter in their classes, a floor of its own class
+or nothing known around, and are segmented exactly or badly.
 """
 
 from __future__ import annotations
@@ -28,6 +29,10 @@ SIZES, SHARES = ((208, 160), (320, 240), (640, 480)), (0.35, 0.5, 0.15)  # of im
 COUNTS = (0, 1, 2, 3, 3, 4, 5, 5)  # of objects in a scene
 CLUTTERED = 0.15  # share of scenes with patches of the first target's class over much of the image
 CROWDED = 0.4  # share of scenes with up to ten, as far as there is room, and none of them small
+FACING = (0.85, 0.85, 0.4)  # shares of objects that turn the required component to the camera
+CHAINS, HANDS = 0.15, 0.15  # shares of objects
+LARGEST = 0.8  # apparent diameter, a share of the image's width
+FEW = 4  # parts of objects that are seen as small as any
 LEAST_PX = 25.0  # apparent diameter of the smallest objects
 # Frames of an object's sides: columns right, up, out; its own: x forward, y left, z up
 RIGHT = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], float)
@@ -82,18 +87,23 @@ def random_world(seed: int) -> World:
 
 
 def random_frames(world: World, seed: int, scenes: int) -> Iterator[SimulatedFrame]:
-    """Scenes of a world, each with a camera, crowding, clutter and a segmentation of its own."""
+    """Scenes of a world, each with a camera, crowding, clutter and a segmentation of its own. What has many parts is
+    seen larger, or there would be nothing of each to see."""
+    parts = max(len(target.model.components) for target in world.targets)
+    larger = max(parts / FEW, 1.0) ** 0.5
     for rng in (np.random.default_rng([12, seed, n]) for n in range(scenes)):
         size, count = SIZES[rng.choice(len(SIZES), p=SHARES)], int(rng.choice(COUNTS))
         least = np.exp(rng.uniform(np.log(LEAST_PX / size[0]), np.log(0.45)))
         if rng.random() < CROWDED:
             count, least = int(rng.integers(5, 11)), rng.uniform(0.15, 0.3)
+        least = min(least * larger, LARGEST)
         scene = SceneConfig(
             objects=(count, count),
-            size=(float(least), float(min(least * rng.uniform(1, 2.5), 0.8))),
+            size=(float(least), float(min(least * rng.uniform(1, 2.5), LARGEST))),
             margin=float(rng.choice([1.0, 0.5, 0.0])),
-            facing=0.85,
+            facing=float(rng.choice(FACING)),
             distractors=int(rng.choice([0, 3, 8])),
+            floor_label=int(rng.choice([0, 1, 1])),
         )
         sensor = SensorConfig(spots=int(rng.choice([0, 10])), motion_blur_px=float(rng.choice([0.0, 2.0])))
         sensor = sensor.scaled(float(rng.choice([0.0, 0.5, 1.0, 1.5])))
@@ -107,6 +117,14 @@ def random_frames(world: World, seed: int, scenes: int) -> Iterator[SimulatedFra
 
 
 def random_model(name: str, rng: np.random.Generator) -> ObjectModel:
+    """A tree of one to eight parts, at times of up to twelve, a chain, or a hand."""
+    kind = rng.random()
+    if kind < CHAINS:
+        return _chain(name, rng)
+    return _hand(name, rng) if kind < CHAINS + HANDS else random_tree(name, rng)
+
+
+def random_tree(name: str, rng: np.random.Generator) -> ObjectModel:
     """A tree of one to eight parts, at times of up to twelve."""
     style, count = _Style.random(rng), int(rng.integers(1, 9)) if rng.random() < 0.9 else int(rng.integers(9, 13))
     solid = rng.random() < 0.5
@@ -139,6 +157,44 @@ def _root(style: _Style, sides: list[Array], depth: float, rng: np.random.Genera
     return Component("c0", tuple(markers), True, None, None, (box,) * style.bodies, style.body_label)
 
 
+def _chain(name: str, rng: np.random.Generator) -> ObjectModel:
+    """Three to twelve parts in a row, in one plane, as a rule alike."""
+    style, side, like = _Style.random(rng), (UP, RIGHT)[int(rng.integers(2))], int(rng.integers(1 << 31))
+    components = [_root(style, [side], 2 * THICK_M, rng)]
+    place = Pose(side, _rim(components[0], 0.0) * side[:, 0])
+    for n in range(1, int(rng.integers(3, 13))):
+        shape = np.random.default_rng(like) if rng.random() < 0.9 else rng
+        limb, reach = _limb(f"c{n}", f"c{n - 1}", place, style, shape)
+        components.append(limb)
+        place = Pose(UP, np.array([0.95 * reach, 0.0, 0.0]))
+    return ObjectModel(name, tuple(components))
+
+
+def _hand(name: str, rng: np.random.Generator) -> ObjectModel:
+    """Two to five fingers of one to three parts in the plane of a palm; fingers' parts alike, and bending less than
+    a chain's."""
+    style, fingers, like = _Style.random(rng), int(rng.integers(2, 6)), rng.integers(1 << 31, size=3)
+    side, bones = (UP, RIGHT)[int(rng.integers(2))], int(rng.integers(1, 4))
+    components = [_root(style, [side], 2 * THICK_M, rng)]
+    fan = rng.uniform(0.25, 0.75) * np.pi / max(fingers - 1, 1)
+    for f in range(fingers):
+        angle, parent = fan * (f - (fingers - 1) / 2) + rng.uniform(-0.05, 0.05), "c0"
+        turn = side @ rotation_from_rotvec([0.0, 0.0, angle])
+        place = Pose(turn, _rim(components[0], angle) * turn[:, 0])
+        for b in range(bones):
+            child, shape = f"c{len(components)}", np.random.default_rng(like[b])
+            limb, reach = _limb(child, parent, place, style, shape, bend=0.4)
+            components.append(limb)
+            parent, place = child, Pose(UP, np.array([0.95 * reach, 0.0, 0.0]))
+    return ObjectModel(name, tuple(components))
+
+
+def _rim(root: Component, angle: float) -> float:
+    """How far a flat root's marker reaches in a direction."""
+    along = np.array([np.cos(angle), np.sin(angle)])
+    return float((root.markers[0].outline @ along).max())
+
+
 def _at_root(sides: list[Array], depth: float, reach: float, rng: np.random.Generator) -> Pose:
     """Where a limb hangs on the root: on one of its sides, pointing away from its middle."""
     side, angle = sides[int(rng.integers(len(sides)))], rng.uniform(-np.pi, np.pi)
@@ -157,8 +213,10 @@ def _tilt(rng: np.random.Generator) -> Pose:
     return Pose(rotation_from_rotvec([0.0, tilted * rng.uniform(-0.6, 0.1), 0.0]), np.zeros(3))
 
 
-def _limb(name: str, parent: str, place: Pose, style: _Style, rng: np.random.Generator) -> tuple[Component, float]:
-    """A part from its joint along x, and its length."""
+def _limb(
+    name: str, parent: str, place: Pose, style: _Style, rng: np.random.Generator, bend: float = 1.2
+) -> tuple[Component, float]:
+    """A part from its joint along x, and its length. :param bend: how far it may turn either way at most, radians."""
     length, kind = rng.uniform(0.06, 0.16), rng.choice(["revolute", "revolute", "revolute", "prismatic", "fixed"])
     width = length * (rng.uniform(0.17, 0.4) if rng.random() < 0.7 else rng.uniform(0.5, 0.9))
     middle = np.array([0.1 * length + length / 2, 0.0, 0.0])
@@ -166,7 +224,7 @@ def _limb(name: str, parent: str, place: Pose, style: _Style, rng: np.random.Gen
     if rng.random() < style.doubled:
         outline = random_outline(np.array([length, width]), rng)
         markers.append(_marker("back", outline, Pose(TURNED, middle - (0, 0, THICK_M))))
-    low, high, axis = -rng.uniform(0.2, 1.2), rng.uniform(0.2, 1.2), np.array([0.0, 0.0, 1.0])
+    low, high, axis = -rng.uniform(0.2, bend), rng.uniform(0.2, bend), np.array([0.0, 0.0, 1.0])
     if kind == "prismatic":
         low, high, axis = 0.0, rng.uniform(0.02, 0.08), np.array([1.0, 0.0, 0.0])
     elif kind == "fixed":

@@ -1,9 +1,10 @@
 """Which claims are objects: a probability from what the labels confirm, and a reason where it is too low.
 
 The probability is that of an additive logistic model: each kind of evidence adds what its curve says, a line through a
-few points that never falls. Claims of which no other component should be in view, of which none is confirmed, and of
-which some are, have a model each. The curves are fitted on objects made up at random, and how well the probability is
-calibrated is measured on others (`benchmarks/acceptance.py`).
+few points that never falls. Claims of which no other component should be in view, of which none is confirmed, of which
+some are, and of which some are while the required one is out of sight, have a model each. The curves are fitted on
+objects made up at random, and how well the probability is calibrated is measured on others
+(`benchmarks/acceptance.py`).
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from .claims import Claim, Claims
 from .evidence_kernels import Criteria, Curves, Found, Said, examine, probabilities
 
 # as evidence_kernels.py numbers them; then the same of what faces the camera in an image with colours
-CASES = "alone", "deserted", "borne out", "alone in colour", "deserted in colour", "borne out in colour"
+_OF_LABELS = "alone", "deserted", "borne out", "unseen"
+CASES = (*_OF_LABELS, *(f"{case} in colour" for case in _OF_LABELS))
 
 
 class Evidence(NamedTuple):
@@ -134,8 +136,9 @@ class Verdict:
     @property
     def case(self) -> str:
         """The model that holds for it: 'borne out' where other components are confirmed, 'deserted' where none is that
-        should be in view, 'alone' where none should be; of what faces the camera each 'in colour', too: blur and
-        noise leave soft codes that vote less clearly than labels."""
+        should be in view, 'alone' where none should be, 'unseen' where others are confirmed and the required one is
+        turned away, hidden or out of the image; of what faces the camera each 'in colour', too: blur and noise leave
+        soft codes that vote less clearly than labels."""
         return CASES[self.among.case[self.row]]
 
     @property
@@ -186,10 +189,13 @@ def verdicts_of(claims: Claims) -> Verdicts:
     return Verdicts(claims, *found, out)
 
 
+_NEVER: Model = -50.0, {}  # a case that is not looked for
+
+
 @cache
 def _curves(facing: bool) -> Curves:
     models = (facing_curves if facing else acceptance_curves).CURVES
-    return packed([models[case] for case in CASES if case in models], Evidence)
+    return packed([models.get(case, _NEVER) for case in CASES], Evidence)
 
 
 def packed(models: list[Model], kind: type[NamedTuple]) -> Curves:

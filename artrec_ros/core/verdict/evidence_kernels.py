@@ -11,7 +11,7 @@ from ..base.jit import inlined, jit, lean
 from ..model.chain_kernels import Chain, place_all
 from ..pose.surface_kernels import Surface, aspect
 
-ALONE, DESERTED, BORNE_OUT = 0, 1, 2  # see `Verdict.case`
+ALONE, DESERTED, BORNE_OUT, UNSEEN = 0, 1, 2, 3  # see `Verdict.case`
 
 
 class Criteria(NamedTuple):
@@ -112,6 +112,8 @@ def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, found: Fo
             px = perimeter_px(s, said, h, found.shown[h, c])
             outlines, length = outlines + found.outline[h, c] * px, length + px
     found.case[h] = BORNE_OUT if others else (DESERTED if seen else ALONE)
+    if others and not found.confirmed[h, by.root] and root_px <= by.min_px:
+        found.case[h] = UNSEEN
     row = found.evidence[h]
     row[0], row[1], row[2] = math.log(max(said.total[h], 1.0)), found.outline[h, by.root], 1.0 if bare else 0.0
     row[3], row[4] = by.bare if bare else body_votes / max(body_px, 1.0), shown

@@ -68,9 +68,9 @@ class SpatialLooks:
             return found.poses[:0]
         return finder.climbed(frame, found, self._plain_climb, sure=True).poses
 
-    def close(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses:
-        """Hypotheses of which a component made a blob, or part of one, best first."""
-        found, sure = finder.guesses(frame, blob), False
+    def close(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob, piece: int = 0) -> Poses:
+        """Hypotheses of which a component made a blob, or part of one, best first. :param piece: see `scale_range`."""
+        found, sure = finder.guesses(frame, blob, piece), False
         for number, climb in enumerate(self._climbs):
             if frame.deadline.expired or not (found.votes > 0).any():
                 break
@@ -94,4 +94,4 @@ class SpatialLooks:
         """
         if verdict is None or verdict.probability < self._config.hopeless:
             return True
-        return climbs > 0 and not verdict.confirmed[verdict.claim.finder.root]
+        return climbs > 0 and not self.judge.shows_required(verdict)

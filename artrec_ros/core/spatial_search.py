@@ -46,7 +46,7 @@ class SpatialSearch:
     def run(self, finders: Sequence[WholeObjectFinder], blobs: Sequence[Blob]) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of each target: known objects, then others in plain view, then what takes more to find; the
         largest blobs first."""
-        queue = [(f, b) for f in finders for b in blobs if b.label in f.root_labels]
+        queue = [(f, b) for f in finders for b in blobs if b.label in f.seed_labels]
         queue.sort(key=lambda fb: -fb[1].area_px)
         for finder in finders:
             self._turns[finder] = self._recall.turns(finder.target.name, [b for f, b in queue if f is finder])
@@ -55,6 +55,7 @@ class SpatialSearch:
         queue, waiting = self._without_waiting(queue)
         queue = self._look(self._looks.plain, queue, Crew(1))  # most are of objects, which change what is next
         self._look(self._looks.close, queue, self._crew)
+        self._look_for_pieces(queue)
         self._hide_found()
         for finder, blob in all_blobs:
             if self._turns[finder].is_searched(blob) and self._explains(self._frame, blob):
@@ -87,6 +88,16 @@ class SpatialSearch:
                 left.append((finder, blob))
         ahead.close()
         return left
+
+    def _look_for_pieces(self, queue: list[_Task]) -> None:
+        """Blobs that nothing explains may be of several objects: these are looked for in one range of sizes after the
+        other, for one large alignment over several has more votes than a right one; and again where one was found."""
+        several = [task for task in queue if self._is_wanted(task) and task[0].may_be_several(task[1])]
+        for piece in range(1, self._config.pieces + 1):
+            left = several
+            while left:
+                vain = {id(blob) for _, blob in self._look(partial(self._looks.close, piece=piece), left, self._crew)}
+                left = [task for task in left if id(task[1]) not in vain and self._is_wanted(task)]
 
     def _look_for_known(self, queue: list[_Task]) -> None:
         """Known objects take their pixels. Where it is their turn, or they show less than they did, others are looked

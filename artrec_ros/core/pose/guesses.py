@@ -52,16 +52,16 @@ class Guesser:
         self._flips = [bank.flips @ R for bank, (R, _) in zip(self._banks, in_marker, strict=True)]
         self._origins = [R.T @ t for R, t in in_marker]
 
-    def guess(self, frame: ImageFrame, blob: Blob) -> Poses:
+    def guess(self, frame: ImageFrame, blob: Blob, piece: int = 0) -> Poses:
         """Object poses from one blob within reach, the best of each marker by the votes for it, as many as there is
-        time for; joints mid-range."""
+        time for; joints mid-range. :param piece: see `scale_range`."""
         growth = self._config.growth
         grown = growth if is_small(blob, self._config) else growth[:1]
         found = [self._none]
         for m in range(len(self._markers)):
             if frame.deadline.expired:
                 break
-            found.append(self._of_marker(m, frame, blob, grown))
+            found.append(self._of_marker(m, frame, blob, grown, piece))
         return Poses.concatenate(found)
 
     def bent(self, poses: Poses) -> Poses:
@@ -72,9 +72,9 @@ class Guesser:
         t = t_c[:, None] - np.einsum("hdij,dj->hdi", R, self._t)
         return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.tile(self._q, (len(poses), 1)))
 
-    def _of_marker(self, m: int, frame: ImageFrame, blob: Blob, grown: tuple[float, ...]) -> Poses:
+    def _of_marker(self, m: int, frame: ImageFrame, blob: Blob, grown: tuple[float, ...], piece: int) -> Poses:
         keep = self._config.blob_keep
-        T, votes, view = self._banks[m].align_blob(frame, blob, keep, self._all.blobs)
+        T, votes, view = self._banks[m].align_blob(frame, blob, keep, self._all.blobs, piece)
         if len(grown) > 1:
             T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
         R, t = lift(self._flips[m], view, T, frame.camera, self._origins[m])

@@ -2,7 +2,7 @@
 
 The paper starts from the required component (phase 1). Seen from its side, half hidden or merged with something of
 its class that one is hard to make out, while the others are plain; where they are of the same class, each of them is
-tried, too. An object is still none without its required component.
+tried, too. Where an object may be one without its required component, so are those of any class.
 """
 
 from __future__ import annotations
@@ -23,7 +23,10 @@ from .view_bank import ViewBank
 
 
 class Seeds:
-    """Guesses of one target's pose, from each blob of its required component's class."""
+    """Guesses of one target's pose, from each blob of a class of its components.
+
+    :ivar labels: these classes.
+    """
 
     def __init__(
         self, target: Target, surface: SpatialModel, config: RecognizerConfig, lookalikes: Lookalikes | None = None
@@ -37,24 +40,32 @@ class Seeds:
         self._guessers = {
             c: Guesser(target.model, surface, c, config, banks)
             for c, labels in enumerate(surface.labels)
-            if set(labels) & set(surface.labels[self._root])
+            if (config.required == "visible" or set(labels) & set(surface.labels[self._root]))
             and not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
 
+    @property
+    def labels(self) -> set[int]:
+        return {label for guesser in self._guessers.values() for label in guesser.labels}
+
     def few(self, frame: ImageFrame, blob: Blob) -> Poses:
         """Of an object in plain view whose required component made the blob; none where there can be no such object."""
+        if blob.label not in self._guessers[self._root].labels:
+            return self._surface.no_poses
         guesses = self._guessers[self._root].guess(frame, blob)
         few = self._best_roots(frame, guesses, self._config.few_guesses, bodies=False)
         roots = self._fit_root(frame, few, self._config.few_keep)
         plain = self._votes(frame, roots, self._root).max(initial=0.0) >= self._min_votes  # by itself
         return roots if plain else roots[:0]
 
-    def all(self, frame: ImageFrame, blob: Blob) -> Poses:
-        """Of an object of which any component made the blob, or part of it."""
-        guesses = self._guessers[self._root].guess(frame, blob)
-        best = self._best_roots if is_small(blob, self._config) else self._fit_root
-        roots = best(frame, guesses, self._config.root_keep)
-        return Poses.concatenate([roots, self._of_limbs(frame, blob)])
+    def all(self, frame: ImageFrame, blob: Blob, piece: int = 0) -> Poses:
+        """Of an object of which any component made the blob, or part of it. :param piece: see `scale_range`."""
+        roots = self._surface.no_poses
+        if blob.label in self._guessers[self._root].labels:
+            guesses = self._guessers[self._root].guess(frame, blob, piece)
+            best = self._best_roots if is_small(blob, self._config) else self._fit_root
+            roots = best(frame, guesses, self._config.root_keep)
+        return Poses.concatenate([roots, self._of_limbs(frame, blob, piece)])
 
     def _fit_root(self, frame: ImageFrame, poses: Poses, keep: int) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""
@@ -65,12 +76,12 @@ class Seeds:
         """The best by the required component alone, with or without its body."""
         return poses[best_distinct(poses, self._votes(frame, poses, self._root, bodies=bodies), n, self._search)]
 
-    def _of_limbs(self, frame: ImageFrame, blob: Blob) -> Poses:
+    def _of_limbs(self, frame: ImageFrame, blob: Blob, piece: int) -> Poses:
         """The best of which another component made the blob, by the votes for both it and the required one."""
         parts, votes = [self._surface.no_poses], [np.zeros(0)]
         for c, guesser in self._guessers.items():
-            if c != self._root and not frame.deadline.expired:
-                poses = guesser.guess(frame, blob)
+            if c != self._root and blob.label in guesser.labels and not frame.deadline.expired:
+                poses = guesser.guess(frame, blob, piece)
                 votes_of_limb, keep = self._votes(frame, poses, c), self._config.limb_guesses
                 parts.append(guesser.bent(poses[best_distinct(poses, votes_of_limb, keep, self._search)]))
                 votes.append(self._votes(frame, parts[-1], c, self._root))

@@ -66,7 +66,7 @@ class ViewBank:
         xy = lambda name: np.ascontiguousarray(stack(name).transpose(0, 2, 1))  # noqa: E731
         self._arrays = (anchors, n, xy("inside"), xy("contour"), xy("contour_normal"), stack("area"))
         self._perimeter = stack("perimeter")
-        self._last: tuple[LabelField, Blob, int, tuple[Array, Array, np.ndarray]] | None = None
+        self._last: tuple[LabelField, Blob, tuple[int, int], tuple[Array, Array, np.ndarray]] | None = None
         self._moments = np.array([v.moments[0] for v in views]), np.array([v.moments[1] for v in views])
 
     @cached_property
@@ -76,19 +76,19 @@ class ViewBank:
         return guessing.BankArrays(*self._arrays, self._perimeter, scale, *self._moments)
 
     def align_blob(
-        self, frame: ImageFrame, blob: Blob, most: int, config: BlobsConfig
+        self, frame: ImageFrame, blob: Blob, most: int, config: BlobsConfig, piece: int = 0
     ) -> tuple[Array, Array, np.ndarray]:
         """`align` of a blob; what was last asked for is known, for all components that have this marker."""
         last = self._last
-        if last is None or last[0] is not frame.field or last[1] is not blob or last[2] != most:
+        if last is None or last[0] is not frame.field or last[1] is not blob or last[2] != (most, piece):
             shape = blob_shape(blob, frame.field.seam_px(blob.label), config)
-            self._last = last = frame.field, blob, most, self.align(frame, shape, most)
+            self._last = last = frame.field, blob, (most, piece), self.align(frame, shape, most, piece)
         return last[3]
 
-    def align(self, frame: ImageFrame, shape: BlobShape, most: int) -> tuple[Array, Array, np.ndarray]:
+    def align(self, frame: ImageFrame, shape: BlobShape, most: int, piece: int = 0) -> tuple[Array, Array, np.ndarray]:
         """The best similarities of all views, at most so many: (H, 4), their votes (H,), and each one's view (H,), best
-        first."""
-        scale = scale_range(self._arrays[-1], shape.area_px, self._config)
+        first. :param piece: see `scale_range`."""
+        scale = scale_range(self._arrays[-1], shape.area_px, self._config, piece)
         bank = self.arrays._replace(scale=scale)
         (x, y), turn = shape.moments
         moments = guessing.Moments(x, y, turn, shape.area_px)

@@ -99,10 +99,16 @@ def blob_couples(contour: Array, tolerances_px: tuple[float, ...]) -> tuple[Arra
     return both[:, :2].copy(), both[:, 2:].copy()
 
 
-def scale_range(area: ArrayLike, area_px: float, config: GuessesConfig) -> Array:
-    """(..., 2) scales at which views of an area are large enough to be told, and not much larger than their blob."""
-    most_px = config.most_area_ratio * area_px + config.most_area_more_px
-    return np.sqrt(np.stack([config.least_area_px / np.asarray(area), most_px / np.asarray(area)], axis=-1))
+def scale_range(area: ArrayLike, area_px: float, config: GuessesConfig, piece: int = 0) -> Array:
+    """(..., 2) scales at which views of an area are large enough to be told, and not much larger than their blob.
+
+    :param piece: above 0: of one of several things that make up the blob, the smaller the higher.
+    """
+    least_px, most_px = config.least_area_px, config.most_area_ratio * area_px + config.most_area_more_px
+    if piece:
+        most_px = area_px / config.piece_ratio ** (piece - 1)
+        least_px = max(least_px, most_px / config.piece_ratio)
+    return np.sqrt(np.stack([least_px / np.asarray(area), most_px / np.asarray(area)], axis=-1))
 
 
 def moments_of(outline: Array) -> tuple[Array, float]:

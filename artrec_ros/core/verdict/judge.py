@@ -14,6 +14,7 @@ from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, Verdicts, verdicts_of
 from .claims import Seen, claims_of
+from .evidence_kernels import UNSEEN
 from .reach import Reach
 
 
@@ -24,16 +25,24 @@ class Judge:
     :param min_votes: least votes of a claim. :param min_probability: least probability of an object.
     :param min_components: least components that the labels confirm, the required one included; no more than there are.
     :param reach: where objects are looked for.
+    :param unseen: whether an object may be one whose required component is out of sight.
     """
 
     min_votes: float
     min_probability: float
     min_components: int = 0
     reach: Reach = Reach()
+    unseen: bool = False
 
     @classmethod
     def of(cls, config: RecognizerConfig) -> Judge:
-        return cls(config.verdict.min_votes, config.min_probability, config.min_components, Reach.of(config))
+        return cls(
+            config.verdict.min_votes,
+            config.min_probability,
+            config.min_components,
+            Reach.of(config),
+            config.required == "visible",
+        )
 
     def verdicts(
         self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: Seen | None = None
@@ -52,9 +61,18 @@ class Judge:
         claims, confirmed = verdicts.claims, verdicts.confirmed
         wanted = min(self.min_components, confirmed.shape[1])
         enough = (claims.votes >= self.min_votes) & (verdicts.probability >= self.min_probability)
-        shown = confirmed[:, claims.finder.root] & (confirmed.sum(axis=1) >= wanted)
+        shown = self._shows_required(verdicts) & (confirmed.sum(axis=1) >= wanted)
         held = self.reach.holds(claims.depth_m, claims.scale) & np.array([m is None for m in claims.misplaced], bool)
         return np.asarray(enough & shown & held)
+
+    def _shows_required(self, verdicts: Verdicts) -> NDArray[np.bool_]:
+        """(H,) whether the required component is confirmed, or out of sight where that is no matter."""
+        confirmed = verdicts.confirmed[:, verdicts.claims.finder.root]
+        return np.asarray(confirmed | (self.unseen & (verdicts.case == UNSEEN)))
+
+    def shows_required(self, verdict: Verdict) -> bool:
+        """The same of one."""
+        return bool(self._shows_required(verdict.among)[verdict.row])
 
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
@@ -76,7 +94,7 @@ class Judge:
         """Why a claim is no object; None where it is one."""
         if verdict.claim.votes < self.min_votes:
             return f"{verdict.claim.votes:.0f} votes of the labels, {self.min_votes:.0f} are wanted"
-        if not verdict.confirmed[verdict.claim.finder.root]:
+        if not self.shows_required(verdict):
             required = verdict.claim.finder.surface.model.required.name
             return f"its required component {required} is not confirmed"
         out_of_reach = self.reach.reason(verdict.claim.depth_m, verdict.claim.scale)

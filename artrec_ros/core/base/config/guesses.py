@@ -91,6 +91,24 @@ class GuessesConfig(Room):
         paths=_SPACE,
         origin="2/3: right +3 of 244, 4/3: +1; bounds the time",
     )
+    piece_ratio: float = param(
+        4.0,
+        "areas of what makes up a blob with others: from the blob's down to one that is so many times smaller, and "
+        "from that on",
+        low=1.2,
+        high=100,
+        paths=_SPACE,
+        origin="two to four objects merge, and what is small beside them",
+    )
+    compact: float = param(
+        0.9,
+        "a blob is one piece where it fills its convex hull by more than this times what its markers do; others may be "
+        "several merged ones",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="as facing.compact",
+    )
     small_px: float = param(
         200.0,
         "so small a blob tells little of its marker's shape, and a segmenter may have taken much of it",

@@ -66,6 +66,13 @@ class RecognizerConfig:
         low=0,
         high=100,
     )
+    required: str = param(
+        "strict",
+        "strict: there is no object without its required component; visible: where that is turned away, hidden or out "
+        "of the image the others may suffice; in space",
+        choices=("strict", "visible"),
+        paths=("space",),
+    )
     min_scale: float = param(0.0, "least scale to look for", unit="px/m", low=0, paths=("plane", "space", "facing"))
     max_scale: float = param(
         0.0, "greatest scale to look for; 0: any", unit="px/m", low=0, paths=("plane", "space", "facing")

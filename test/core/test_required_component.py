@@ -1,0 +1,103 @@
+"""Objects whose required component is out of sight: turned away, hidden by another object, out of the image."""
+
+import numpy as np
+import pytest
+from solids import BLUE, BODY, CAB, FRONT, GATE, RED, camera_of, marker, pose, rectangle, render, turn_between
+
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig, TrackingConfig
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.tracking.tracker import Tracker
+
+CAMERA = camera_of()
+BACK = FRONT @ np.diag([-1.0, 1.0, -1.0])
+WEDGE = np.array([(-0.05, -0.05), (0.05, -0.05), (-0.05, 0.04)])
+FROM_BEHIND, FROM_THE_FRONT = np.pi / 2, -np.pi / 2
+
+
+def van():
+    """A patch in front, and on its back two doors and a plate."""
+    front = Component(
+        "front",
+        (marker("face", GATE * 1.4, FRONT, (0.1105, 0, 0)),),
+        required=True,
+        bodies=(Box(Pose.identity(), np.array([0.22, 0.26, 0.24])),),
+        body_label=BODY,
+    )
+    plate = Component(
+        "plate",
+        (marker("face", CAB * 0.8, BACK, (-0.1115, 0.0, -0.07)),),
+        joint=Joint("front", Pose.identity(), np.array([0.0, 0.0, 1.0]), 0.0, 0.0, "fixed"),
+    )
+    doors = [
+        Component(
+            name,
+            (marker("face", shape, BACK, (-0.1115, y, 0.06)),),
+            joint=Joint("front", Pose.identity(), np.array([0.0, 1.0, 0.0]), -0.1, 0.1, "prismatic"),
+            label=label,
+        )
+        for name, y, shape, label in (("left", 0.06, WEDGE, None), ("right", -0.06, rectangle(0.06, 0.08), BLUE))
+    ]
+    return ObjectModel("van", (front, plate, *doors))
+
+
+def recognizer(model, required):
+    config = RecognizerConfig(time_budget_ms=60000.0, required=required)
+    return Recognizer([Target(model.name, model, RED)], config, Segmenter(ImageConfig()))
+
+
+def picture(model, at):
+    return render(CAMERA, [(model, at, RED)])
+
+
+@pytest.mark.parametrize("required", ["strict", "visible"])
+def test_an_object_from_behind_is_one_only_where_that_is_asked_for(required):
+    model = van()
+    at = pose(heading=FROM_BEHIND, z=0.8, model=model)
+    result = recognizer(model, required).recognize(picture(model, at), CAMERA)
+    if required == "strict":
+        assert not result.detections
+        return
+    (van_,) = result.detections
+    assert np.linalg.norm(van_.pose.position - at.t[0]) < 0.03 * at.t[0, 2]
+    assert np.degrees(turn_between(van_.pose.rotation, at.R[0])) < 10
+    assert {c.component for c in van_.components} == {"plate", "left", "right"}
+    assert {"left", "right"} <= set(van_.joints)
+    assert abs(van_.image.x - CAMERA.size[0] / 2) < 20 and van_.image.scale > 0
+    tracked = Tracker(TrackingConfig(), [Target(model.name, model, RED)]).update(0, result, "camera")
+    assert [d.id for d in tracked.detections] == [0]
+
+
+def test_what_is_in_plain_view_is_told_as_before():
+    model = van()
+    at = pose(heading=FROM_THE_FRONT + 0.4, z=0.8, model=model)
+    strict, visible = (
+        recognizer(model, required).recognize(picture(model, at), CAMERA) for required in ("strict", "visible")
+    )
+    assert [c.component for d in visible.detections for c in d.components] == ["front"]
+    assert len(strict.detections) == 1
+
+
+def test_a_required_component_that_should_be_seen_and_is_not_is_missed():
+    """The same pixels, but its marker was on the back, too: who sees the back must see it."""
+    model = van()
+    front = model.components[0]
+    shown = marker("back", rectangle(0.05, 0.05), BACK, (-0.1115, 0.0, 0.0))
+    twice = Component("front", (*front.markers, shown), True, None, None, front.bodies, BODY)
+    labels = picture(model, pose(heading=FROM_BEHIND, z=0.8, model=model))
+    other = ObjectModel("van", (twice, *model.components[1:]))
+    assert not recognizer(other, "visible").recognize(labels, CAMERA).detections
+
+
+def test_it_is_followed_from_image_to_image():
+    model, memory = van(), None
+    looks = recognizer(model, "visible")
+    for n in range(4):
+        at = pose(x=0.01 * n, heading=FROM_BEHIND, z=0.8, model=model)
+        result, memory = looks.follow(picture(model, at), CAMERA, n * 33_000_000, memory)
+        (one,) = result.detections
+        assert np.linalg.norm(one.pose.position - at.t[0]) < 0.03 * at.t[0, 2]
+        assert "front" not in {c.component for c in one.components}

@@ -20,6 +20,7 @@ from .verdict.claims import silhouette
 from .verdict.judge import Judge
 
 _Task = tuple[WholeObjectFinder, Blob]
+_MOST_IN_ONE = 12  # objects in one blob
 _Look = Callable[[ImageFrame, WholeObjectFinder, Blob], Poses | None]
 
 
@@ -95,9 +96,11 @@ class SpatialSearch:
         several = [task for task in queue if self._is_wanted(task) and task[0].may_be_several(task[1])]
         for piece in range(1, self._config.pieces + 1):
             left = several
-            while left:
+            for _ in range(_MOST_IN_ONE):
                 vain = {id(blob) for _, blob in self._look(partial(self._looks.close, piece=piece), left, self._crew)}
                 left = [task for task in left if id(task[1]) not in vain and self._is_wanted(task)]
+                if not left:
+                    break
 
     def _look_for_known(self, queue: list[_Task]) -> None:
         """Known objects take their pixels. Where it is their turn, or they show less than they did, others are looked

@@ -36,9 +36,10 @@ def looks(monkeypatch):
     """Areas of the blobs that a long look is taken at."""
     areas, guesses = [], WholeObjectFinder.guesses
 
-    def counted(self, frame, blob):
-        areas.append(blob.area_px)
-        return guesses(self, frame, blob)
+    def counted(self, frame, blob, piece=0):
+        if not piece:
+            areas.append(blob.area_px)
+        return guesses(self, frame, blob, piece)
 
     monkeypatch.setattr(WholeObjectFinder, "guesses", counted)
     return areas

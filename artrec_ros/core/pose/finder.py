@@ -7,7 +7,6 @@ What is found is refined on all contours together, and judged with the parts tha
 
 from __future__ import annotations
 
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,7 @@ from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.range_limits import scale_limits
 from ..geometry.transforms import Array
-from ..image.blobs import Blob, solidity
+from ..image.blobs import Blob
 from ..image.codes import LABELS, Codes
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
@@ -70,10 +69,6 @@ class WholeObjectFinder:
         self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
         self._marker_centres = np.array([m.centre for m in markers])
         self._lookalikes = Lookalikes(self.surface)
-        self._solidity: dict[int, float] = {}  # of each class the greatest
-        for c, labels in enumerate(self.surface.labels):
-            for label, m in product(labels, target.model.components[c].markers):
-                self._solidity[label] = max(self._solidity.get(label, 0.0), solidity(m.outline))
         self.regions = RegionFit(self.surface, config) if facing else None
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
@@ -103,12 +98,8 @@ class WholeObjectFinder:
         return self._with_joints(frame, self._seeds.all(frame, blob, piece))
 
     def may_be_several(self, blob: Blob) -> bool:
-        """Whether several things make up a blob: one that fills its convex hull as well as a marker of its class does
-        is one piece."""
-        guesses = self.config.guesses
-        if blob.area_px < guesses.piece_ratio * guesses.small_px:
-            return False
-        return solidity(blob.contour) < guesses.compact * self._solidity.get(blob.label, 0.0)
+        """See `Seeds.may_be_several`."""
+        return self._seeds is not None and self._seeds.may_be_several(blob)
 
     def climbed(self, frame: ImageFrame, found: Ranked, climb: Climb, *, sure: bool) -> Ranked:
         """The best, or of a sure object it and its rivals, after a climb on the votes and a fit to the contours."""

@@ -7,11 +7,13 @@ tried, too. Where an object may be one without its required component, so are th
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
-from ..image.blobs import Blob
+from ..image.blobs import Blob, solidity
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from .distinct import best_distinct
@@ -35,6 +37,10 @@ class Seeds:
         self._surface, self._root = surface, surface.root
         self._config, self._search, self._fit = config.guesses, config.search, config.fit
         self._min_votes = config.verdict.min_votes
+        self._solidity: dict[int, float] = {}  # of each class the greatest
+        for component, labels in zip(target.model.components, surface.labels, strict=True):
+            for label, marker in product(labels, component.markers):
+                self._solidity[label] = max(self._solidity.get(label, 0.0), solidity(marker.outline))
         self._patches: dict[tuple[tuple[int, ...], bool], np.ndarray] = {}
         banks: dict[Key, ViewBank] = {}
         self._guessers = {
@@ -43,6 +49,13 @@ class Seeds:
             if (config.required == "visible" or set(labels) & set(surface.labels[self._root]))
             and not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
+
+    def may_be_several(self, blob: Blob) -> bool:
+        """Whether several things make up a blob: one that fills its convex hull as well as a marker of its class does
+        is one piece."""
+        if blob.area_px < self._config.piece_ratio * self._config.small_px:
+            return False
+        return solidity(blob.contour) < self._config.compact * self._solidity.get(blob.label, 0.0)
 
     @property
     def labels(self) -> set[int]:

@@ -97,8 +97,9 @@ class SpatialSearch:
         for piece in range(1, self._config.pieces + 1):
             left = several
             for _ in range(_MOST_IN_ONE):
-                vain = {id(blob) for _, blob in self._look(partial(self._looks.close, piece=piece), left, self._crew)}
-                left = [task for task in left if id(task[1]) not in vain and self._is_wanted(task)]
+                in_vain = self._look(partial(self._looks.close, piece=piece), left, self._crew)
+                vain = {(id(finder), id(blob)) for finder, blob in in_vain}
+                left = [(f, b) for f, b in left if (id(f), id(b)) not in vain and self._is_wanted((f, b))]
                 if not left:
                     break
 

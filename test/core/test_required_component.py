@@ -9,6 +9,8 @@ from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.tracking.tracker import Tracker
 
@@ -69,6 +71,69 @@ def test_an_object_from_behind_is_one_only_where_that_is_asked_for(required):
     assert abs(van_.image.x - CAMERA.size[0] / 2) < 20 and van_.image.scale > 0
     tracked = Tracker(TrackingConfig(), [Target(model.name, model, RED)]).update(0, result, "camera")
     assert [d.id for d in tracked.detections] == [0]
+
+
+def beside():
+    """A plate with three more in its plane, far from it."""
+    at = {"root": (-0.35, 0.0), "a": (0.0, 0.08), "b": (0.05, -0.08), "c": (0.2, 0.02)}
+    shapes = {"root": GATE * 1.4, "a": CAB * 0.8, "b": WEDGE, "c": rectangle(0.06, 0.1)}
+    up = np.eye(3)
+    return ObjectModel(
+        "board",
+        tuple(
+            Component(
+                name,
+                (marker("face", shapes[name], up, (x, y, 0.0)),),
+                name == "root",
+                None,
+                None if name == "root" else Joint("root", Pose.identity(), np.array([0.0, 0, 1]), 0.0, 0.0, "fixed"),
+            )
+            for name, (x, y) in at.items()
+        ),
+    )
+
+
+def faced(x):
+    return Poses(np.diag([1.0, -1.0, -1.0])[None], np.array([[x, 0.0, 0.8]]), np.zeros((1, 0)))
+
+
+def test_out_of_the_image_it_is_not_missed():
+    model, at = beside(), faced(-0.15)
+    labels = picture(model, at)
+    assert not recognizer(model, "strict").recognize(labels, CAMERA).detections
+    (one,) = recognizer(model, "visible").recognize(labels, CAMERA).detections
+    assert {c.component for c in one.components} == {"a", "b", "c"} and one.image.x < 0
+    assert np.linalg.norm(one.pose.position - at.t[0]) < 0.03 * at.t[0, 2]
+
+
+def test_behind_another_object_it_is_not_missed():
+    model, at = beside(), faced(0.05)
+    screen = ObjectModel(
+        "screen", (Component("plate", (marker("face", rectangle(0.2, 0.24), np.eye(3), (0, 0, 0)),), True),)
+    )
+    hides = Poses(np.diag([1.0, -1.0, -1.0])[None], np.array([[-0.225, 0.0, 0.6]]), np.zeros((1, 0)))
+    labels = render(CAMERA, [(model, at, RED), (screen, hides, BLUE)])
+    targets = [Target("board", model, RED), Target("screen", screen, BLUE)]
+    for required, count in (("strict", 0), ("visible", 1)):
+        config = RecognizerConfig(time_budget_ms=60000.0, required=required)
+        found = Recognizer(targets, config, Segmenter(ImageConfig())).recognize(labels, CAMERA).detections
+        assert sum(d.object == "board" for d in found) == count
+
+
+def test_equal_shapes_of_two_classes_lead_to_it_alike():
+    left, right = (
+        Component("root", (marker("face", GATE, np.eye(3), (0, 0, 0)),), True),
+        [
+            Component(n, (marker("face", CAB, np.eye(3), (x, 0, 0)),), label=c)
+            for n, x, c in (("a", 0.2, RED), ("b", 0.4, BLUE))
+        ],
+    )
+    finder = WholeObjectFinder(
+        Target("pair", ObjectModel("pair", (left, *right)), RED), RecognizerConfig(required="visible")
+    )
+    assert finder.seed_labels == {RED, BLUE}
+    banks = [finder._seeds._guessers[c]._banks[0] for c in (1, 2)]
+    assert [bank.look.inside[RED] > 0 for bank in banks] == [True, False]
 
 
 def test_what_is_in_plain_view_is_told_as_before():

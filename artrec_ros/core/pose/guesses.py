@@ -16,7 +16,7 @@ from .view_bank import ViewBank
 from .views import lift, view_bank
 from .votes import Labels
 
-Key = tuple[bytes, float | None, Labels]
+Key = tuple[bytes, float | None, Labels, Labels]
 
 
 class Guesser:
@@ -33,7 +33,7 @@ class Guesser:
         config: RecognizerConfig,
         banks: dict[Key, ViewBank] | None = None,
     ) -> None:
-        """:param banks: of other components of the class: equal markers on equal bodies share one."""
+        """:param banks: of other components: equal markers of one class on equal bodies share one."""
         banks = {} if banks is None else banks
         self._all, self._config, self._search = config, config.guesses, config.search
         part, labels = model.components[component], surface.labels[component]
@@ -43,9 +43,9 @@ class Guesser:
         body = part.body_labels
         ring = surface.table[surface.roles.ring(labels, body)]
         for m in self._markers:
-            if (key := _key(m, body)) not in banks:
+            if (key := _key(m, labels, body)) not in banks:
                 banks[key] = ViewBank(view_bank(m, config.guesses), inside, ring, surface.limits, config.guesses)
-        self._banks = [banks[_key(m, body)] for m in self._markers]
+        self._banks = [banks[_key(m, labels, body)] for m in self._markers]
         self._q, self._R, self._t = _draws(surface, component, config.guesses.joint_draws)
         in_marker = [self._object_in_marker(m) for m in self._markers]
         # the object's frame, see `lift`: (2, V, 3, 3) of each marker's views, and (3,) its origin along its own axes
@@ -98,8 +98,8 @@ class Guesser:
         return R, -R @ (self._R[0] @ marker.centre + self._t[0])
 
 
-def _key(marker: Marker, body: Labels) -> Key:
-    return (marker.outline - marker.centroid).round(9).tobytes(), marker.disc_radius, body
+def _key(marker: Marker, labels: Labels, body: Labels) -> Key:
+    return (marker.outline - marker.centroid).round(9).tobytes(), marker.disc_radius, labels, body
 
 
 def _draws(surface: SpatialModel, component: int, draws: int) -> tuple[Array, Array, Array]:

@@ -143,6 +143,8 @@ def said_of(
         found = view.padded[room.at[0, i]]
         if found == limits.owned:
             continue
+        if found == limits.outside:  # says nothing, and may stand for more pixels than the image has
+            weight = min(weight, 1.0)
         seen += weight
         total += weight * role[found]
         same += weight * own[found]

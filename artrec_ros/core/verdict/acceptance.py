@@ -180,7 +180,7 @@ def verdicts_of(claims: Claims) -> Verdicts:
         np.empty((n[0], len(Evidence._fields))),
     )  # fmt: skip
     poses = claims.poses
-    examine(surface.compiled, surface.kinematics.chain, poses.R, poses.t, poses.q, said, by, found)
+    examine(surface.compiled, surface.kinematics.chain, poses.R, poses.t, poses.q, claims.frame.view, said, by, found)
     found.evidence[:, -2], found.evidence[:, -1] = -claims.known, claims.seen.even
     if finder.facing and claims.frame.image is not None:
         found.case[:] += len(CASES) // 2

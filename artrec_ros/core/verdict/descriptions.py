@@ -15,6 +15,7 @@ from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
+from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict
 from .identity import Identifier
@@ -77,6 +78,8 @@ class Describer:
         root = next(p for p in parts if p.component == target.model.required.name)
         if verdict.case == "unseen":
             parts = tuple(p for p in parts if p is not root)
+            if parts and self.finder.anchors(pose)[0, 2] <= LEAST_DEPTH_M:  # behind the camera it has no place
+                root = max(parts, key=lambda part: part.score)
         names = {p.component for p in parts}
         seen = [c for c, component in enumerate(target.model.components) if component.name in names]
         told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component that is told

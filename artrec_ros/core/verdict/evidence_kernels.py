@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import inlined, jit, lean
+from ..geometry.pixel_kernels import LabelView, project
 from ..model.chain_kernels import Chain, place_all
-from ..pose.surface_kernels import Surface, aspect
+from ..pose.surface_kernels import LEAST_DEPTH_M, Surface, aspect
 
 ALONE, DESERTED, BORNE_OUT, UNSEEN = 0, 1, 2, 3  # see `Verdict.case`
 
@@ -88,6 +89,30 @@ def confirm(s: Surface, said: Said, by: Criteria, h: int, found: Found) -> None:
 
 
 @lean
+def in_image(s: Surface, p: int, A: Any, b: Any, view: LabelView) -> bool:
+    """Whether some of the contour of marker `p` lies in the image."""
+    on = s.contour[s.marker_of[p]]
+    for i in range(on.shape[1]):
+        z = A[2, 0] * on[0, i] + A[2, 1] * on[1, i] + A[2, 2] * on[2, i] + b[2]
+        x = A[0, 0] * on[0, i] + A[0, 1] * on[1, i] + A[0, 2] * on[2, i] + b[0]
+        y = A[1, 0] * on[0, i] + A[1, 1] * on[1, i] + A[1, 2] * on[2, i] + b[1]
+        u, v = project(x, y, z, view)
+        if z > LEAST_DEPTH_M and -0.5 < u < view.width - 0.5 and -0.5 < v < view.height - 0.5:
+            return True
+    return False
+
+
+@lean
+def out_of_sight(s: Surface, said: Said, by: Criteria, h: int, A: Any, b: Any, view: LabelView) -> bool:
+    """Whether the required component, in a frame (3, 3), (3,), is turned away, hidden or out of the image."""
+    seen_px = 0.0
+    for p in range(len(s.component)):
+        if s.component[p] == by.root and s.marker_of[p] >= 0 and in_image(s, p, A, b, view):
+            seen_px += said.area_px[h, p]
+    return seen_px <= by.min_px
+
+
+@lean
 def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, found: Found) -> None:
     """What speaks for claim `h`, after `confirm`. :param cosine: see `Evidence.facing`."""
     root_votes, root_px, votes, area_px, missing_px = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -112,8 +137,6 @@ def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, found: Fo
             px = perimeter_px(s, said, h, found.shown[h, c])
             outlines, length = outlines + found.outline[h, c] * px, length + px
     found.case[h] = BORNE_OUT if others else (DESERTED if seen else ALONE)
-    if others and not found.confirmed[h, by.root] and root_px <= by.min_px:
-        found.case[h] = UNSEEN
     row = found.evidence[h]
     row[0], row[1], row[2] = math.log(max(said.total[h], 1.0)), found.outline[h, by.root], 1.0 if bare else 0.0
     row[3], row[4] = by.bare if bare else body_votes / max(body_px, 1.0), shown
@@ -124,7 +147,9 @@ def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, found: Fo
 
 
 @jit
-def examine(s: Surface, chain: Chain, R: Any, t: Any, q: Any, said: Said, by: Criteria, found: Found) -> None:
+def examine(
+    s: Surface, chain: Chain, R: Any, t: Any, q: Any, view: LabelView, said: Said, by: Criteria, found: Found
+) -> None:
     """Fill `found` with what labels say of claims R (H, 3, 3), t (H, 3), q (H, J)."""
     n_c, n_joints = len(chain.parent), q.shape[1]
     frames_R, frames_t, scratch = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((3, 3, 3))
@@ -134,6 +159,9 @@ def examine(s: Surface, chain: Chain, R: Any, t: Any, q: Any, said: Said, by: Cr
         confirm(s, said, by, h, found)
         A, b = frames_R[by.root], frames_t[by.root]
         weigh(s, said, by, h, aspect(s, found.shown[h, by.root], A, b)[0], found)
+        borne_out = found.case[h] == BORNE_OUT and not found.confirmed[h, by.root]
+        if borne_out and out_of_sight(s, said, by, h, A, b, view):
+            found.case[h] = UNSEEN
 
 
 class Curves(NamedTuple):

@@ -23,7 +23,7 @@ class Judge:
     """The thresholds of `RecognizerConfig`.
 
     :param min_votes: least votes of a claim. :param min_probability: least probability of an object.
-    :param min_components: least components that the labels confirm, the required one included; no more than there are.
+    :param min_components: least components that the labels confirm; no more than there are.
     :param reach: where objects are looked for.
     :param unseen: whether an object may be one whose required component is out of sight.
     """
@@ -67,8 +67,9 @@ class Judge:
 
     def _shows_required(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether the required component is confirmed, or out of sight where that is no matter."""
-        confirmed = verdicts.confirmed[:, verdicts.claims.finder.root]
-        return np.asarray(confirmed | (self.unseen & (verdicts.case == UNSEEN)))
+        finder = verdicts.claims.finder
+        unseen = self.unseen and not finder.facing
+        return np.asarray(verdicts.confirmed[:, finder.root] | (unseen & (verdicts.case == UNSEEN)))
 
     def shows_required(self, verdict: Verdict) -> bool:
         """The same of one."""

@@ -67,6 +67,15 @@ def test_a_marker_stands_for_the_pixels_that_it_fills(depth, slant):
     assert judged(surface, half, at, camera).agree[0, 0] == pytest.approx(share, abs=0.12)
 
 
+def test_what_the_border_cuts_off_a_near_marker_does_not_outweigh_the_rest():
+    camera, surface = camera_of(), SpatialModel(sign(), RED, DEFAULTS.votes)
+    at = pose(0.1, 0.0, 0.25, -1.0, 0.0)
+    scores = judged(surface, render(camera, [(sign(), at, RED)]), at, camera)
+    inside = project(camera, surface.points @ at.R[0].T + at.t[0])[:, 0] < 319.5
+    assert 0.3 < inside.mean() < 0.8
+    assert scores.agree[0, 0] >= inside.mean() - 0.15
+
+
 @pytest.mark.parametrize("background", [UNKNOWN, BACKGROUND])
 def test_where_nothing_is_known_there_is_no_marker(background):
     """A mask without a background is to be read as one with one."""

@@ -61,7 +61,7 @@ class RecognizerConfig:
     )
     min_components: int = param(
         0,
-        "least components found, the required one included (no more than the object has); 0: two in the image plane, "
+        "least components found (no more than the object has); 0: two in the image plane, the required one included, "
         "in space the required one",
         low=0,
         high=100,

@@ -52,18 +52,19 @@ class LabelField:
     @cached_property
     def padded(self) -> NDArray[np.uint8]:
         """The codes with a border of one pixel, row by row; of unknown pixels with nothing known around EMPTY."""
-        bordered = cv2.copyMakeBorder(self.codes, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE)
-        cv2.copyTo(np.full_like(self.codes, EMPTY), self._empty(), bordered[1:-1, 1:-1])
-        return bordered.ravel()
+        empty = self._empty()
+        codes = cv2.bitwise_or(cv2.bitwise_and(self.codes, ~empty), empty & EMPTY)
+        return cv2.copyMakeBorder(codes, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
 
     def _empty(self) -> NDArray[np.uint8]:
-        """(H, W) 1 where a pixel is unknown for sure, and all others are that are no farther than a seam is wide."""
-        known = cv2.LUT(self.codes, np.where(self.meaning.label == UNKNOWN, 0, 1).astype(np.uint8))
+        """(H, W) 255 where a pixel is unknown for sure, and all others are that are no farther than a seam is wide."""
+        known = cv2.LUT(self.codes, np.where(self.meaning.label == UNKNOWN, 0, 255).astype(np.uint8))
         for x, y, width, height in np.reshape(self._ignored, (-1, 4)).astype(int).tolist():
-            known[max(y, 0) : max(y + height, 0), max(x, 0) : max(x + width, 0)] = 1
+            known[max(y, 0) : max(y + height, 0), max(x, 0) : max(x + width, 0)] = 255
         around = 2 * int(np.ceil(self._config.reach_px)) + 1
         near = cv2.dilate(known, np.ones((around, around), np.uint8))
-        return cv2.LUT(self.codes, (self.meaning.share[:, UNKNOWN] == 1).astype(np.uint8)) & (1 - near)
+        unknown = np.where(self.meaning.share[:, UNKNOWN] == 1, 255, 0).astype(np.uint8)
+        return np.asarray(cv2.LUT(self.codes, unknown) & ~near)
 
     @cached_property
     def labels(self) -> NDArray[np.uint8]:

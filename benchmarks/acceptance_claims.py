@@ -58,6 +58,11 @@ def is_there(verdict: Verdict, truth: ObjectTruth, frame: SimulatedFrame) -> boo
     true = (truth.placed.T_camera_object @ root).position
     size_m = max(float(np.ptp(marker.outline, axis=0).max()) for marker in model.required.markers)
     size_px = size_m * frame.camera.focal_px / max(true[2], 1e-6)
+    return is_near(claimed, true, size_px, frame)
+
+
+def is_near(claimed: Array, true: Array, size_px: float, frame: SimulatedFrame) -> bool:
+    """Whether a claimed place (3,) is as far off the true one (3,) as what is so large may be."""
     off_px = np.linalg.norm(np.diff(project(frame.camera, np.stack([claimed, true])), axis=0))
     off_range = abs(np.linalg.norm(claimed) / np.linalg.norm(true) - 1)
     return bool(off_px <= SIZE_SHARE * size_px + SIZE_PX and off_range <= max(RANGE_SHARE, RANGE_PX / size_px))
@@ -95,9 +100,7 @@ def is_at(verdict: Verdict, truth: ObjectTruth, frame: SimulatedFrame) -> bool:
         if seen.component != model.required.name:
             continue
         true, size_px = T.apply(model.required.marker(seen.marker).centre[None])[0], max(seen.full_px, 1.0) ** 0.5
-        off_px = np.linalg.norm(np.diff(project(frame.camera, np.stack([claimed, true])), axis=0))
-        off_range = abs(np.linalg.norm(claimed) / np.linalg.norm(true) - 1)
-        if off_px <= SIZE_SHARE * size_px + SIZE_PX and off_range <= max(RANGE_SHARE, RANGE_PX / size_px):
+        if is_near(claimed, true, size_px, frame):
             return True
     return False
 

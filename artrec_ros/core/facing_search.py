@@ -51,7 +51,7 @@ class FacingSearch:
             for b in blobs
             if b.label in self.finder.root_labels and config.guesses.small_px / share <= b.area_px < most_px / share
         ]
-        return [b for b in large if solidity(b.contour) < config.facing.compact * self._compact]
+        return [b for b in large if solidity(b.contour) < config.guesses.compact * self._compact]
 
     def unexplained(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
         """Those of which nobody owns most."""

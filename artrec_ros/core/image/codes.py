@@ -7,6 +7,7 @@ that a mixed or shaded pixel says little instead of something wrong, at the pric
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,11 @@ class Codes:
         object.__setattr__(self, "share", readonly(self.share))
         own = np.arange(EMPTY, OUTSIDE + 1)
         assert (self.label[own] == own).all() and (self.share[own, own] == 1).all()
+
+    @cached_property
+    def unknown(self) -> NDArray[np.bool_]:
+        """(256,) codes that are unknown for sure."""
+        return (self.label == UNKNOWN) & (self.share[:, UNKNOWN] == 1)
 
     def votes(self, of_labels: Array) -> Array:
         """(..., 256) votes of codes from those of labels (..., 256): the mean of what a pixel may be."""

@@ -63,7 +63,7 @@ class LabelField:
             known[max(y, 0) : max(y + height, 0), max(x, 0) : max(x + width, 0)] = 255
         around = 2 * int(np.ceil(self._config.reach_px)) + 1
         near = cv2.dilate(known, np.ones((around, around), np.uint8))
-        unknown = np.where(self.meaning.share[:, UNKNOWN] == 1, 255, 0).astype(np.uint8)
+        unknown = np.where(self.meaning.unknown, 255, 0).astype(np.uint8)
         return np.asarray(cv2.LUT(self.codes, unknown) & ~near)
 
     @cached_property

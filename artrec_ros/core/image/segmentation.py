@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..base.config import GREATEST_LABEL, ImageConfig
 from ..base.errors import ImageError
-from .codes import LABELS, UNKNOWN
+from .codes import LABELS
 from .colour_table import colour_table
 
 Image = NDArray[np.uint8]
@@ -31,9 +31,7 @@ class Segmenter:
             config.kind
         ]
         self._table, self.meaning = colour_table(config) if config.kind == "colour" else (np.zeros(0, np.uint8), LABELS)
-
-        sure = (self.meaning.label == UNKNOWN) & (self.meaning.share[:, UNKNOWN] == 1)
-        self._nothing = int(np.flatnonzero(sure)[0])
+        self._nothing = int(np.flatnonzero(self.meaning.unknown)[0])
 
     @property
     def blank(self) -> tuple[int, ...]:

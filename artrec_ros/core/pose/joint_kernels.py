@@ -14,11 +14,11 @@ from .surface_kernels import (
     LEAST_DEPTH_M,
     MOST_LENGTH,
     MOST_WEIGHT,
-    NEAR,
     Room,
     Surface,
     SurfaceLimits,
     aspect,
+    is_near,
     points_of,
     room_of,
     weigh_points,
@@ -38,7 +38,7 @@ def patch_bound(
     size, total, k = s.area[p] * f2 / mz**2 * cosine, 0.0, s.marker_of[p]
     on, count = points_of(s, p), s.count[p]
     ring = ring_px2(s, k, cosine, mz, f2, limits) if k >= 0 else 0.0
-    share, near = size / count, s.radius[p] > NEAR * mz
+    share, near = size / count, is_near(s, p, mz)
     up = (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) * (MOST_LENGTH if near else 1.0) if k >= 0 else 0.0
     most = ring * up
     role, best = s.table[s.role[p]], s.best[s.role[p]] * (MOST_WEIGHT if near else 1.0)
@@ -77,7 +77,7 @@ def best_joint(
             cosine, _, _, mz = aspect(s, p, R[c], t[c])
             most[p], k = 0.0, s.marker_of[p]
             if cosine > limits.least_cosine and mz > LEAST_DEPTH_M:
-                near = s.radius[p] > NEAR * mz
+                near = is_near(s, p, mz)
                 weight = MOST_WEIGHT if near else 1.0
                 most[p] = max(s.area[p] * f2 / mz**2 * cosine * weight * s.best[s.role[p]], 0.0)
                 if k >= 0:

@@ -96,6 +96,12 @@ def room_of(s: Surface) -> Room:
 
 
 @inlined
+def is_near(s: Surface, p: int, depth: float) -> bool:
+    """Whether the points of a patch stand for unlike areas of the image. :param depth: of its middle."""
+    return s.radius[p] > NEAR * depth
+
+
+@inlined
 def weigh_points(A: Any, b: Any, on: Any, depth: float, weight: Any) -> None:
     """How many times the pixels that a patch's mean point stands for its points x, y, z stand for: areas in a plane
     shrink with the cube of their depth. :param depth: of its middle."""

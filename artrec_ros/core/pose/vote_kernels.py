@@ -14,11 +14,11 @@ from .hiding_kernels import ALL_BOXES, bit_of, boxes_in_camera, boxes_in_front, 
 from .surface_kernels import (
     LEAST_DEPTH_M,
     MOST_LENGTH,
-    NEAR,
     Room,
     Surface,
     SurfaceLimits,
     aspect,
+    is_near,
     points_of,
     room_of,
     weigh_points,
@@ -42,7 +42,7 @@ def ring_votes(
     """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour
     within the image that does not lie amid its class; 0 where none is.
 
-    :param own: (256,) how far each code is of its class. :param depth: of its middle. :param near: see `NEAR`.
+    :param own: (256,) how far each code is of its class. :param depth: of its middle. :param near: see `is_near`.
     """
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
@@ -129,7 +129,7 @@ def said_of(
     """Votes, visible pixels and agreement of a patch in view; the first `n_near` boxes of `room.near` may hide it."""
     f2 = view.K[0, 0] * view.K[1, 1]
     total, all_of_it, seen, same, role, own = 0.0, 0.0, 0.0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
-    on, count, near = points_of(s, p), s.count[p], s.radius[p] > NEAR * depth
+    on, count, near = points_of(s, p), s.count[p], is_near(s, p, depth)
     locate(A, b, on, view, room.at[0])
     if near:
         weigh_points(A, b, on, depth, room.weight)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import inlined, jit, lean
-from ..geometry.pixel_kernels import LabelView, project
+from ..geometry.pixel_kernels import LabelView, project, turned
 from ..model.chain_kernels import Chain, place_all
 from ..pose.surface_kernels import LEAST_DEPTH_M, Surface, aspect
 
@@ -93,11 +93,9 @@ def in_image(s: Surface, p: int, A: Any, b: Any, view: LabelView) -> bool:
     """Whether some of the contour of marker `p` lies in the image."""
     on = s.contour[s.marker_of[p]]
     for i in range(on.shape[1]):
-        z = A[2, 0] * on[0, i] + A[2, 1] * on[1, i] + A[2, 2] * on[2, i] + b[2]
-        x = A[0, 0] * on[0, i] + A[0, 1] * on[1, i] + A[0, 2] * on[2, i] + b[0]
-        y = A[1, 0] * on[0, i] + A[1, 1] * on[1, i] + A[1, 2] * on[2, i] + b[1]
-        u, v = project(x, y, z, view)
-        if z > LEAST_DEPTH_M and -0.5 < u < view.width - 0.5 and -0.5 < v < view.height - 0.5:
+        x, y, z = turned(A, on[:, i])
+        u, v = project(x + b[0], y + b[1], z + b[2], view)
+        if z + b[2] > LEAST_DEPTH_M and -0.5 < u < view.width - 0.5 and -0.5 < v < view.height - 0.5:
             return True
     return False
 

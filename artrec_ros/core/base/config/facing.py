@@ -74,15 +74,6 @@ class FacingConfig(Room):
         origin="near and far objects merge, and limbs of their class: of 154 rendered hands of eleven parts "
         "that overlap, two to four in a frame, one finds 64, two 86",
     )
-    compact: float = param(
-        0.9,
-        "a blob is one piece where it fills its convex hull by more than this times what the component's marker does; "
-        "others may be several merged ones",
-        low=0,
-        high=1,
-        paths=_FACING,
-        origin="rendered hands and chains: 0.95 finds one hand in fifty more, and half as many false ones again",
-    )
     least_share: float = param(
         0.4,
         "least votes of a hypothesis that is fitted and climbs, as a share of the best one's of its blob",

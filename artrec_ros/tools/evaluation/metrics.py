@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from itertools import product
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -173,13 +172,8 @@ def is_on(instance: Instance, truth_component: TrueComponent) -> bool:
 
 
 def _distance(o: TrueObject, d: Detection, root: str) -> float:
-    """From the detection's required component to the object's, over the object's apparent size; of one that is told
-    without, from the nearest of its others to the object's own."""
+    """From the detection's required component to the object's, over the object's apparent size."""
     offsets = [_offset(d.image.x, d.image.y, p) for p in places_of(o, root)]
-    if not any(c.component == root for c in d.components):
-        told = product(d.components, o.components.items())
-        own = [(c, true.centre) for c, (name, true) in told if shows(name, c.component)]
-        offsets += [_offset(c.x, c.y, place) for c, place in own if place is not None]
     return min(offsets, default=_FAR) / extent_px(o)
 
 

@@ -154,7 +154,7 @@ class SpatialSearch:
             f = replace(self._followed(f.finder, f.known), behind=True)
         if not f.well and f.trust <= self._config.sure:  # it may be found from its limbs, too
             middles, radii_px = f.finder.discs(self._frame.camera, f.expected)
-            self._turns[f.finder].hurry(middles, self._recall.config.limbs * radii_px)
+            self._turns[f.finder].hurry(middles, self._recall.config.limbs * radii_px, f.known.seen_s)
         return f
 
     def _followed_in_time(self, finder: WholeObjectFinder, known: Known) -> Followed | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import RecallConfig
 from ..geometry.transforms import Array
@@ -31,7 +32,7 @@ class Looks:
     def __len__(self) -> int:
         return len(self.label)
 
-    def __getitem__(self, index: Array) -> Looks:
+    def __getitem__(self, index: NDArray) -> Looks:
         return Looks(self.label[index], self.box[index], self.least[index], self.at_s[index], self.wait_s[index])
 
     @classmethod
@@ -58,22 +59,25 @@ class Looks:
         return replace(self, wait_s=wait_s)
 
     def same(self, now: Looks, config: RecallConfig) -> np.ndarray:
-        """(N,) of each blob of now the one of these that it still is, -1: none; no two are the same.
-
-        One that has grown since it was searched shows more than it did: it is another one. What shrinks, or is cut
-        otherwise by what hides it, shows no more than when it was searched in vain.
-        """
+        """(N,) of each blob of now the one of these that it still is, -1: none; no two are the same."""
         if not len(self) or not len(now):
             return np.full(len(now), -1)
         off = np.abs(now.box[:, None, :2] - self.box[None, :, :2])
         near = (off <= config.moved_px + config.moved_share * self.box[:, 2:]).all(axis=2)
-        slack = config.grown_px, config.grown_px, config.grown_px**2
-        grown = (now.least[:, None] > (1 + config.grown_share) * self.least + slack).any(axis=2)
-        distance = np.where((now.label[:, None] == self.label) & near & ~grown, off.max(axis=2), np.inf)
+        distance = np.where((now.label[:, None] == self.label) & near, off.max(axis=2), np.inf)
         nearest, mine = distance.argmin(axis=1), distance.argmin(axis=0)
         rows = np.arange(len(now))
         mutual = (mine[nearest] == rows) & np.isfinite(distance[rows, nearest])
         return np.where(mutual, nearest, -1)
+
+    def grown(self, now: Looks, config: RecallConfig) -> NDArray[np.bool_]:
+        """(n,) which of these show more now than when they were searched. What shrinks, or is cut otherwise by what
+        hides it, does not.
+
+        :param now: the same blobs as they are now.
+        """
+        slack = config.grown_px, config.grown_px, config.grown_px**2
+        return np.asarray((now.least > (1 + config.grown_share) * self.least + slack).any(axis=1))
 
 
 NO_LOOKS = Looks(np.zeros(0, int), np.zeros((0, 4)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))

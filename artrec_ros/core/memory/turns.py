@@ -35,11 +35,14 @@ class Turns:
         self._before = before
         self._retry_s, self._refresh_s = min(config.retry_s, refresh_s), refresh_s
         self._wait_s = np.full(len(blobs), self._retry_s)  # if it is searched now, and in vain
-        age_s, wait_s = np.full(len(blobs), np.inf), np.full(len(blobs), refresh_s)
+        self._at_s, wait_s = np.full(len(blobs), -np.inf), np.full(len(blobs), refresh_s)
         old = np.flatnonzero(self._same >= 0)
-        age_s[old], wait_s[old] = now_s - before.at_s[self._same[old]], before.wait_s[self._same[old]]
-        self._wait_s[old] = np.minimum(2 * wait_s[old], refresh_s)
-        self._waiting = set(old.tolist()) - _due(age_s, wait_s, passed_s)
+        were = before[self._same[old]]
+        self._at_s[old] = were.at_s
+        grown = were.grown(self._now[old], config)
+        wait_s[old] = np.where(grown, np.minimum(were.wait_s, self._retry_s), were.wait_s)
+        self._wait_s[old] = np.where(grown, self._retry_s, np.minimum(2 * were.wait_s, refresh_s))
+        self._waiting = set(old.tolist()) - _due(now_s - self._at_s, wait_s, passed_s)
         self._searched: set[int] = set()
 
     def forget(self) -> None:
@@ -52,7 +55,7 @@ class Turns:
         return self._number[id(blob)]
 
     def waits(self, blob: Blob) -> bool:
-        """Whether it was searched as it is, and its turn has not come."""
+        """Whether it was searched before, and its turn has not come."""
         return self.number(blob) in self._waiting
 
     def search(self, blob: Blob) -> None:
@@ -71,9 +74,11 @@ class Turns:
         inside = np.flatnonzero(self._inside(places, radius_px).any(axis=1))
         return self._blobs[int(inside[self._now.least[inside, 2].argmax()])] if len(inside) else None
 
-    def hurry(self, places: Array, radius_px: Array) -> None:
-        """Blobs within some discs do not wait any longer: what they showed is gone."""
-        self._waiting -= set(np.flatnonzero(self._inside(places, radius_px).any(axis=1)).tolist())
+    def hurry(self, places: Array, radius_px: Array, seen_s: float) -> None:
+        """Blobs within some discs do not wait any longer: what they showed is gone. Those that were searched since that
+        was seen last, at `seen_s`, were searched for it already."""
+        there = self._inside(places, radius_px).any(axis=1) & (self._at_s <= seen_s)
+        self._waiting -= set(np.flatnonzero(there).tolist())
 
     def _inside(self, places: Array, radius_px: Array) -> np.ndarray:
         """(N, n) which blobs have their middles in which discs."""

@@ -28,19 +28,20 @@ def test_what_is_looked_at_is_measured():
 
 
 @pytest.mark.parametrize(
-    ("box", "same"),
+    ("box", "same", "grown"),
     [
-        ((20, 30, 10, 6), True),
-        ((25, 33, 10, 6), True),  # moved
-        ((40, 30, 10, 6), False),  # elsewhere
-        ((20, 30, 11, 6), True),  # a pixel of noise
-        ((20, 30, 18, 6), False),  # it has grown: it shows more
-        ((20, 30, 5, 6), True),  # it shows less
+        ((20, 30, 10, 6), True, False),
+        ((25, 33, 10, 6), True, False),  # moved
+        ((40, 30, 10, 6), False, False),  # elsewhere
+        ((20, 30, 11, 6), True, False),  # a pixel of noise
+        ((20, 30, 18, 6), True, True),  # it shows more
+        ((20, 30, 5, 6), True, False),  # it shows less
     ],
 )
-def test_a_blob_is_the_same_where_it_is_near_and_shows_no_more(box, same):
-    found = looks((20, 30, 10, 6)).same(looks(box), CONFIG)
-    assert found.tolist() == [0 if same else -1]
+def test_a_blob_is_the_same_where_it_is_near_and_grows_where_it_shows_more(box, same, grown):
+    before, now = looks((20, 30, 10, 6)), looks(box)
+    assert before.same(now, CONFIG).tolist() == [0 if same else -1]
+    assert before.grown(now, CONFIG).tolist() == [grown]
 
 
 def test_each_blob_is_one_of_before_at_most():
@@ -63,8 +64,9 @@ def test_growth_is_told_from_when_it_was_least():
     size, look, searched = 10, looks((20, 30, 10, 20)), 0
     for width in (8, 6, 8, 10, 12):
         now = looks((20, 30, width, 20))
-        if look.same(now, CONFIG).tolist() == [0]:
-            look = look.moved_to(now)
-        else:
+        assert look.same(now, CONFIG).tolist() == [0]
+        if look.grown(now, CONFIG).any():
             look, searched, size = now, searched + 1, width
+        else:
+            look = look.moved_to(now)
     assert searched == 1 and size == 10  # of 6 it has grown by more than a third and the noise

@@ -11,10 +11,10 @@ from artrec_ros.core.memory.looks import NO_LOOKS
 from artrec_ros.core.memory.turns import Turns
 
 
-def blobs(n):
+def blobs(n, radius=10.0):
     image = np.zeros((100, 400), np.uint8)
     for k in range(n):
-        cv2.circle(image, (20 + 35 * k, 50), 10, 3, -1)
+        cv2.circle(image, (20 + 35 * k, 50), round(radius), 3, -1)
     return find_blobs(image, {3}, DEFAULTS)
 
 
@@ -58,6 +58,23 @@ def test_what_is_searched_in_vain_is_searched_again_soon_and_then_ever_later():
     assert waits.max() <= 1.0 and len(times) < 25
 
 
+@pytest.mark.parametrize("explained", [False, True])
+def test_what_grows_and_grows_is_searched_no_more_often_than_what_was_searched_in_vain_once(explained):
+    looks, times = NO_LOOKS, []
+    for k in range(40):
+        (one,) = grown = blobs(1, radius=4 + 0.25 * k)
+        turns = Turns(grown, looks, k / 100, 1 / 100, 1.0, RecallConfig())
+        if not turns.waits(one):
+            times.append(k / 100)
+            turns.search(one)
+            if explained:
+                turns.explain(one)
+        looks = turns.left()
+    waits, retry_s = np.diff(times), RecallConfig().retry_s
+    assert (waits >= retry_s / 2).all() and len(times) >= 4
+    assert waits.max() <= (2 * retry_s if explained else retry_s)
+
+
 def look_at(turns, some):
     for blob in some:
         turns.search(blob)
@@ -79,7 +96,10 @@ def test_what_is_gone_is_searched_at_once():
     before = Turns(two, NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig())
     look_at(before, two)
     now = Turns(two, before.left(), 0.1, 1 / 30, 1.0, RecallConfig())
-    now.hurry(np.array([[20.0, 50.0]]), np.array([15.0]))
+    there = np.array([[20.0, 50.0]]), np.array([15.0])
+    now.hurry(*there, -1.0)  # gone since before they were searched
+    assert all(now.waits(b) for b in two)
+    now.hurry(*there, 0.0)
     assert sorted(now.waits(b) for b in two) == [False, True]
     now.forget()
     assert not any(now.waits(b) for b in two)

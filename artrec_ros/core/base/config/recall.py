@@ -42,8 +42,8 @@ class RecallConfig(Room):
     )
     grown_share: float = param(
         0.3,
-        "and where its width, height and pixels have not grown by more than this since it was searched, or since they "
-        "were least",
+        "where its width, height or pixels have grown by more than this since it was searched, or since they were "
+        "least, it waits no longer than retry_s",
         low=0,
         high=10,
         paths=_WHOLE,
@@ -92,7 +92,8 @@ class RecallConfig(Room):
     )
     limbs: float = param(
         2.0,
-        "blobs within so many times the size of the required component of an object that is gone are searched at once",
+        "blobs within so many times the size of the required component of an object that is gone are searched at once, "
+        "once",
         low=0,
         high=100,
         paths=_WHOLE,

@@ -21,7 +21,6 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.spatial_search import SpatialSearch
 from artrec_ros.core.verdict.acceptance import Evidence, Verdict
 from artrec_ros.core.verdict.descriptions import Describer
@@ -43,11 +42,10 @@ class Recorder(Judge):
 
     asked: list[Verdict] = field(default_factory=list)
 
-    def on_first(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> Verdict | None:
-        verdict = super().on_first(finder, poses, frame)
-        if verdict is not None:
+    def trust(self, verdict: Verdict) -> float:
+        if verdict.claim.votes > self.min_votes:
             self.asked.append(verdict)
-        return verdict
+        return super().trust(verdict)
 
 
 def is_there(verdict: Verdict, truth: ObjectTruth, frame: SimulatedFrame) -> bool:

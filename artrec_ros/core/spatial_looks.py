@@ -13,7 +13,7 @@ from .memory.memory import Known
 from .pose.finder import Climb, WholeObjectFinder
 from .pose.ranked import Ranked
 from .pose.surface_model import Poses
-from .verdict.acceptance import Verdict
+from .verdict.acceptance import Verdicts
 from .verdict.judge import Judge
 
 
@@ -61,10 +61,9 @@ class SpatialLooks:
         """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
         none where there is doubt. None: nor is the blob worth a longer look, for others would lead to the object."""
         found = finder.plain_guesses(frame, blob)
-        verdict = self.judge.on_first(finder, found.poses, frame)
-        if finder.is_alike_throughout and self._is_hopeless(verdict, climbs=1):
+        if finder.is_alike_throughout and self._is_hopeless(self.judge.verdicts(finder, found.poses, frame), climbs=1):
             return None
-        if verdict is None or self.judge.trust(verdict) <= self._config.sure:
+        if self.judge.trust_in(finder, found.poses, frame) <= self._config.sure:
             return found.poses[:0]
         return finder.climbed(frame, found, self._plain_climb, sure=True).poses
 
@@ -74,10 +73,10 @@ class SpatialLooks:
         for number, climb in enumerate(self._climbs):
             if frame.deadline.expired or not (found.votes > 0).any():
                 break
-            verdict = self.judge.on_first(finder, found.poses, frame)
-            if self._is_hopeless(verdict, climbs=number):
+            verdicts = self.judge.verdicts(finder, found.poses, frame)
+            if self._is_hopeless(verdicts, climbs=number):
                 break
-            sure = sure or (verdict is not None and self.judge.trust(verdict) > self._config.sure)
+            sure = sure or self.judge.trust(verdicts[0]) > self._config.sure
             if not sure or climb is self._climbs[-1]:
                 found = finder.climbed(frame, found, climb, sure=sure)
         return found.poses
@@ -87,11 +86,10 @@ class SpatialLooks:
         found = self.plain(frame, finder, blob)
         return found if found is None or len(found) else self.close(frame, finder, blob)
 
-    def _is_hopeless(self, verdict: Verdict | None, *, climbs: int) -> bool:
-        """Whether no climb will make an object of the best one: what it lacks to be one it does not find on its way.
+    def _is_hopeless(self, verdicts: Verdicts, *, climbs: int) -> bool:
+        """Whether no climb will make an object of any of them: what they lack to be one they do not find on their way.
 
         The first climb may yet bring the required component to its place; later ones do not.
         """
-        if verdict is None or verdict.probability < self._config.hopeless:
-            return True
-        return climbs > 0 and not self.judge.shows_required(verdict)
+        may_be = self.judge.may_stand(verdicts) & (verdicts.probability >= self._config.hopeless)
+        return not may_be.any() or (climbs > 0 and not self.judge.shows_required(verdicts[0]))

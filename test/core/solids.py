@@ -156,7 +156,7 @@ class StubJudge(Judge):
     given: Callable[[Verdict], float] = lambda verdict: 1.0
 
     def trust(self, verdict: Verdict) -> float:
-        return self.given(verdict)
+        return self.given(verdict) if verdict.claim.votes > self.min_votes else 0.0
 
     def worth(self, verdicts: Verdicts) -> np.ndarray:
         trusted = [self.given(v) * v.claim.votes if v.claim.votes > self.min_votes else -np.inf for v in verdicts]

@@ -1,5 +1,7 @@
 """Searching an image blob by blob: short looks before long ones, pixels taken at once, time kept."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -16,7 +18,6 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.spatial_search import SpatialSearch
-from artrec_ros.core.verdict.acceptance import Verdict
 from artrec_ros.core.verdict.acceptance_curves import LIKELY, SURE
 from artrec_ros.core.verdict.judge import Judge
 
@@ -88,9 +89,25 @@ def test_where_there_is_no_hope_nothing_climbs(finder, monkeypatch):
     search(finder, trust=0.5)
     full = len(climbs)
     climbs.clear()
-    monkeypatch.setattr(Verdict, "probability", property(lambda self: DEFAULTS.search.hopeless / 2))
+    verdicts = Judge.verdicts
+
+    def probable(best):
+        """The last of the candidates is so probable, the others less than would do."""
+
+        def changed(self, *about, **options):
+            found = verdicts(self, *about, **options)
+            probability = np.full(len(found), DEFAULTS.search.hopeless / 2)
+            probability[-1:] = best
+            return replace(found, probability=probability)
+
+        monkeypatch.setattr(Judge, "verdicts", changed)
+
+    probable(DEFAULTS.search.hopeless / 2)
     search(finder, trust=0.5)
     assert full > 0 == len(climbs)
+    probable(0.5)
+    search(finder, trust=0.5)
+    assert len(climbs) > 0
 
 
 def test_a_blob_that_leads_to_no_pattern_is_not_looked_at_twice(looks):

@@ -52,15 +52,18 @@ class Judge:
 
     def worth(self, verdicts: Verdicts) -> Array:
         """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""
-        votes = verdicts.claims.votes
-        trusted = np.where(self.accepts(verdicts), verdicts.probability * votes, 0.0)
-        return np.where(votes > self.min_votes, trusted, -np.inf)
+        trusted = np.where(self.accepts(verdicts), verdicts.probability * verdicts.claims.votes, 0.0)
+        return np.where(self.may_stand(verdicts), trusted, -np.inf)
+
+    def may_stand(self, verdicts: Verdicts) -> NDArray[np.bool_]:
+        """(H,) whether each claim has votes enough."""
+        return np.asarray(verdicts.claims.votes > self.min_votes)
 
     def accepts(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether each claim is an object: nothing speaks against it that `reason` would tell."""
         claims, confirmed = verdicts.claims, verdicts.confirmed
         wanted = min(self.min_components, confirmed.shape[1])
-        enough = (claims.votes >= self.min_votes) & (verdicts.probability >= self.min_probability)
+        enough = self.may_stand(verdicts) & (verdicts.probability >= self.min_probability)
         shown = self._shows_required(verdicts) & (confirmed.sum(axis=1) >= wanted)
         held = self.reach.holds(claims.depth_m, claims.scale) & np.array([m is None for m in claims.misplaced], bool)
         return np.asarray(enough & shown & held)
@@ -77,15 +80,7 @@ class Judge:
 
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
-        verdict = self.on_first(finder, poses, frame)
-        return self.trust(verdict) if verdict is not None else 0.0
-
-    def on_first(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> Verdict | None:
-        """What the labels confirm of the first one; None: there is none, or it has not votes enough."""
-        if not len(poses):
-            return None
-        verdict = self.verdicts(finder, poses[:1], frame)[0]
-        return verdict if verdict.claim.votes > self.min_votes else None
+        return self.trust(self.verdicts(finder, poses[:1], frame)[0]) if len(poses) else 0.0
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""
@@ -93,7 +88,7 @@ class Judge:
 
     def reason(self, verdict: Verdict) -> str | None:
         """Why a claim is no object; None where it is one."""
-        if verdict.claim.votes < self.min_votes:
+        if verdict.claim.votes <= self.min_votes:
             return f"{verdict.claim.votes:.0f} votes of the labels, {self.min_votes:.0f} are wanted"
         if not self.shows_required(verdict):
             required = verdict.claim.finder.surface.model.required.name

@@ -93,7 +93,7 @@ def by_place(found: Any, frame: Any, judge: Any) -> tuple[list[Any], list[Any]]:
     for _, verdict in sorted(rows, key=lambda r: -r[0]):
         claim = verdict.claim
         mine = [v.claim.poses for v in accepted if v.claim.finder is claim.finder]
-        if not mine or not claim.finder.same_place(frame.camera, Poses.concatenate(mine), claim.poses).any():
+        if not mine or not claim.finder.required.is_over(frame.camera, Poses.concatenate(mine), claim.poses).any():
             accepted.append(verdict)
     return accepted, []
 

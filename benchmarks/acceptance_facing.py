@@ -51,7 +51,7 @@ def is_there(verdict: Verdict, truth: ObjectTruth, faced: ImageFrame, frame: Sim
     placed, model = truth.placed, truth.placed.target.model
     if placed.target.name != verdict.claim.finder.target.name:
         return False
-    claimed = verdict.claim.finder.anchors(verdict.claim.poses)
+    claimed = verdict.claim.finder.required.anchors(verdict.claim.poses)
     T = placed.T_camera_object @ component_poses(model, placed.joints)[model.required.name]
     true = T.apply(model.required.markers[0].centre[None])
     off_px = float(np.linalg.norm(project(faced.camera, claimed) - project(frame.camera, true)))

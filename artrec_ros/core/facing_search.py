@@ -100,7 +100,7 @@ class FacingSearch:
         """The best, and at each place where the required component is a few rivals: all that a verdict must look at."""
         order = np.argsort(-found.votes, kind="stable")
         order = order[found.votes[order] > self._config.verdict.min_votes]
-        anchors = self.finder.anchors(found.poses[order])
+        anchors = self.finder.required.anchors(found.poses[order])
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other
         kept = np.empty(len(order), np.int64)

@@ -109,7 +109,9 @@ class SpatialSearch:
         frame, followed = self._frame, self._follow()
         due = self._recall.due([f.known for f in followed], [f.known for f in followed if f.behind])
         again = [(f, f.known in due) for f in followed if f.known in due or not f.well]
-        blobs = [self._turns[f.finder].largest(*f.finder.discs(frame.camera, f.found.poses[:1])) for f, _ in again]
+        blobs = [
+            self._turns[f.finder].largest(*f.finder.required.discs(frame.camera, f.found.poses[:1])) for f, _ in again
+        ]
         tasks = [(f, blob, in_full) for (f, in_full), blob in zip(again, blobs, strict=True) if blob is not None]
         taken = [f for f in followed if f.trust > self._config.sure]
         solids = {id(f): silhouette(f.finder.surface, frame.camera, f.found.poses[:1]) for f in taken if tasks}
@@ -153,7 +155,7 @@ class SpatialSearch:
         if self._frame is not all_of_it:
             f = replace(self._followed(f.finder, f.known), behind=True)
         if not f.well and f.trust <= self._config.sure:  # it may be found from its limbs, too
-            middles, radii_px = f.finder.discs(self._frame.camera, f.expected)
+            middles, radii_px = f.finder.required.discs(self._frame.camera, f.expected)
             self._turns[f.finder].hurry(middles, self._recall.config.limbs * radii_px, f.known.seen_s)
         return f
 

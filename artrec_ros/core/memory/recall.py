@@ -90,7 +90,7 @@ class Recall:
             k
             for k in sorted(before, key=lambda k: -k.seen_s)
             if self.clock_s - k.seen_s <= self.config.gone_s
-            and not any(finder.same_place(camera, k.at(self.clock_s), poses).any() for poses in new)
+            and not any(finder.required.is_over(camera, k.at(self.clock_s), poses).any() for poses in new)
         ]
         self._known[finder.target.name] = (*told, *lost[: self.config.most_gone])
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from ..base.config import RecognizerConfig, SearchConfig
 from ..geometry.camera import Camera
-from ..geometry.projection import project
 from ..geometry.range_limits import scale_limits
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
@@ -27,13 +26,12 @@ from .lookalikes import Lookalikes
 from .pose_fit import fit_poses
 from .ranked import Ranked
 from .region_fit import RegionFit
+from .required_place import RequiredPlace
 from .seeds import Seeds
 from .surface_model import PatchScores, Poses, SpatialModel
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
 _AT_ONCE = 32  # hypotheses of what faces the camera that climb between two looks at the clock; of others one
-# times a rotation: its mirror image in the marker's and in the image's plane
-_MIRRORED = np.outer((1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 
 
 class Climb(NamedTuple):
@@ -65,9 +63,7 @@ class WholeObjectFinder:
         self.root_labels = self.surface.labels[self.root]
         self._value = Value(len(target.model.components), self.root, float(config.votes.hidden_cost), occlusion=True)
         self._steps = _steps(config.search)
-        markers = target.model.required.markers
-        self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
-        self._marker_centres = np.array([m.centre for m in markers])
+        self.required = RequiredPlace(target.model, self.surface)
         self._lookalikes = Lookalikes(self.surface)
         self.regions = RegionFit(self.surface, config) if facing else None
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
@@ -145,7 +141,8 @@ class WholeObjectFinder:
         poses = self._standing(frame, poses, self.config.guesses.standing_slack)
         poses = self.surface.search_joints(frame, poses, search.first_joint_step)
         found = Ranked(poses, self.votes(frame, poses, occlusion=False)).best(search.joint_keep, search)
-        poses = self._standing(frame, self._with_flips(found), self.config.guesses.standing_slack)
+        poses = Poses.concatenate([found.poses, self._flips(found)])
+        poses = self._standing(frame, poses, self.config.guesses.standing_slack)
         found = self._fit_all(frame, poses).best(search.fit_keep, search)
         return self._with_lookalikes(frame, found)
 
@@ -174,7 +171,7 @@ class WholeObjectFinder:
 
     def _with_rival_flips(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the best one's siblings that come near to it."""
-        flips = self._with_flips(found[:1])[1:]
+        flips = self._flips(found[:1])
         if not len(flips):
             return found
         fitted = self._fit_all(frame, flips).best(self._search.flip_keep, self._search)
@@ -228,13 +225,6 @@ class WholeObjectFinder:
         climbing.totals(self.surface.compiled, self._value, scores.votes, scores.area_px, out)
         return out
 
-    def same_place(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
-        """(H,) bool: whose required component would lie over the middle of that of `one` in the image."""
-        there, here = self.anchors(poses), self.anchors(one)
-        radius = self._radius_px(camera, np.maximum(there[:, 2], here[:, 2]))
-        distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
-        return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
-
     def strayed(self, poses: Poses, expected: Poses) -> float:
         """How far the first hypothesis is from the nearest of some others: 1 where no climb would lead to it."""
         niche, near = self._search, poses[:1]
@@ -242,38 +232,9 @@ class WholeObjectFinder:
         cosine = (np.einsum("kij,ij->k", expected.R, near.R[0]) - 1) / 2
         return float(np.maximum(off, np.arccos(np.clip(cosine, -1, 1)) / niche.niche_rad).min())
 
-    def discs(self, camera: Camera, poses: Poses) -> tuple[Array, Array]:
-        """Where required components are: middles (H, 2) and radii (H,), pixels."""
-        anchors = self.anchors(poses)
-        return project(camera, anchors), self._radius_px(camera, anchors[:, 2])
-
-    def _radius_px(self, camera: Camera, depth: Array) -> Array:
-        return np.asarray(camera.focal_px * self.surface.extent / np.maximum(depth, 1e-6), np.float64)
-
-    def anchors(self, poses: Poses) -> Array:
-        """(H, 3) the middle of the required component's markers in the camera."""
-        R, t = self._root_frames(poses)
-        return np.asarray(np.einsum("hij,hj->hi", poses.R, R @ self.surface.anchor + t) + poses.t, np.float64)
-
-    def _root_frames(self, poses: Poses) -> tuple[Array, Array]:
-        """The required component in the object's frame, (H, 3, 3), (H, 3), or (1, ...) where no joint carries it."""
-        kin, n = self.surface.kinematics, len(poses)
-        if kin.parent[self.root] < 0:
-            return np.eye(3)[None], np.zeros((1, 3))
-        frames = kin.forward(np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3)), poses.q)
-        return frames.R[:, self.root], frames.t[:, self.root]
-
-    def _with_flips(self, found: Ranked) -> Poses:
-        """Add to the best their siblings: a flat marker's mirrored turn looks almost the same."""
-        p = found.best(self._search.flip_keep, self._search).poses
-        R_root, t_root = self._root_frames(p)
-        R_object_marker = R_root @ self._marker_turns[:, None]  # (markers, H, 3, 3)
-        centroid = (R_root @ self._marker_centres[:, None, :, None])[..., 0] + t_root
-        R_marker, centre = p.R @ R_object_marker, (p.R @ centroid[..., None])[..., 0] + p.t
-        facing = np.sum(R_marker[..., 2] * centre, axis=-1) < 0
-        R = (_MIRRORED * R_marker) @ R_object_marker.swapaxes(-1, -2)
-        t, q = centre - (R @ centroid[..., None])[..., 0], np.broadcast_to(p.q, (len(R), *p.q.shape))
-        return Poses.concatenate([found.poses, Poses(R[facing], t[facing], q[facing])])
+    def _flips(self, found: Ranked) -> Poses:
+        """Siblings of the best."""
+        return self.required.flips(found.best(self._search.flip_keep, self._search).poses)
 
     def _fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""

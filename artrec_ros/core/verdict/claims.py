@@ -100,7 +100,7 @@ def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: 
         if finder.regions is not None and frame.image is not None:
             even = finder.regions.evenness(frame, poses)
         seen = Seen(full_px, even)
-    anchors = finder.anchors(poses)
+    anchors = finder.required.anchors(poses)
     depth_m = np.ascontiguousarray(anchors[:, 2])
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
     misplaced = _misplaced(finder, poses, frame, anchors, scale)

@@ -78,7 +78,7 @@ class Describer:
         root = next(p for p in parts if p.component == target.model.required.name)
         if verdict.case == "unseen":
             parts = tuple(p for p in parts if p is not root)
-            if parts and self.finder.anchors(pose)[0, 2] <= LEAST_DEPTH_M:  # behind the camera it has no place
+            if parts and self.finder.required.anchors(pose)[0, 2] <= LEAST_DEPTH_M:  # behind the camera it has no place
                 root = max(parts, key=lambda part: part.score)
         names = {p.component for p in parts}
         seen = [c for c, component in enumerate(target.model.components) if component.name in names]

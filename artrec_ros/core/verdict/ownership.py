@@ -163,7 +163,7 @@ def _best_of_each_place(verdicts: list[Verdict], camera: Camera) -> list[Verdict
         mine = [v for v in left if v.claim.finder is best.claim.finder]
         if mine:
             poses = Poses.concatenate([v.claim.poses for v in mine])
-            near = best.claim.finder.same_place(camera, poses, best.claim.poses)
+            near = best.claim.finder.required.is_over(camera, poses, best.claim.poses)
             gone = {id(v) for v, there in zip(mine, near, strict=True) if there}
             left = [v for v in left if id(v) not in gone]
     return out

@@ -13,7 +13,6 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.ranked import Ranked
 from artrec_ros.core.recognizer import Recognizer
 
 CAMERA = camera_of()
@@ -36,7 +35,7 @@ def at(x, swing):
 
 def test_a_mirrored_sibling_leaves_the_seen_markers_centre_where_it_is():
     finder, seen = WholeObjectFinder(Target("towed", MODEL, RED), DEFAULTS), at(0.0, 0.5)
-    flips = finder._with_flips(Ranked(seen, np.array([1.0])))[1:]
+    flips = finder.required.flips(seen)
     kin, T = finder.surface.kinematics, MODEL.required.marker("right").T_component_marker
     was, now = (kin.forward(p.R, p.t, p.q) for p in (seen, flips))
     centroid = T.apply(np.append(MODEL.required.marker("right").centroid, 0.0))
@@ -48,8 +47,8 @@ def test_a_mirrored_sibling_leaves_the_seen_markers_centre_where_it_is():
 
 def test_places_are_those_of_the_required_component():
     finder = WholeObjectFinder(Target("towed", MODEL, RED), DEFAULTS)
-    assert finder.same_place(CAMERA, at(0.0, 0.5), at(0.0, 0.5)).tolist() == [True]
-    assert finder.same_place(CAMERA, at(0.3, 0.5), at(0.0, 0.5)).tolist() == [False]
+    assert finder.required.is_over(CAMERA, at(0.0, 0.5), at(0.0, 0.5)).tolist() == [True]
+    assert finder.required.is_over(CAMERA, at(0.3, 0.5), at(0.0, 0.5)).tolist() == [False]
 
 
 @pytest.mark.parametrize("swing", [-0.5, 0.4])

@@ -1,0 +1,63 @@
+"""Where the required component is under hypotheses of a whole object, and how else it may be turned there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry.camera import Camera
+from ..geometry.projection import project
+from ..geometry.transforms import Array
+from ..model.objects import ObjectModel
+from .surface_model import Poses, SpatialModel
+
+# times a rotation: its mirror image in the marker's and in the image's plane
+_MIRRORED = np.outer((1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
+
+
+class RequiredPlace:
+    """The required component of one model."""
+
+    def __init__(self, model: ObjectModel, surface: SpatialModel) -> None:
+        self._surface = surface
+        markers = model.required.markers
+        self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
+        self._marker_centres = np.array([m.centre for m in markers])
+
+    def anchors(self, poses: Poses) -> Array:
+        """(H, 3) the middle of its markers in the camera."""
+        R, t = self._frames(poses)
+        return np.asarray(np.einsum("hij,hj->hi", poses.R, R @ self._surface.anchor + t) + poses.t, np.float64)
+
+    def discs(self, camera: Camera, poses: Poses) -> tuple[Array, Array]:
+        """Where it is in the image: middles (H, 2) and radii (H,), pixels."""
+        anchors = self.anchors(poses)
+        return project(camera, anchors), self._radius_px(camera, anchors[:, 2])
+
+    def is_over(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
+        """(H,) bool: under which it would lie over the middle of that of `one` in the image."""
+        there, here = self.anchors(poses), self.anchors(one)
+        radius = self._radius_px(camera, np.maximum(there[:, 2], here[:, 2]))
+        distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
+        return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
+
+    def flips(self, poses: Poses) -> Poses:
+        """Siblings of hypotheses: a flat marker's mirrored turn looks almost the same."""
+        R_root, t_root = self._frames(poses)
+        R_object_marker = R_root @ self._marker_turns[:, None]  # (markers, H, 3, 3)
+        centroid = (R_root @ self._marker_centres[:, None, :, None])[..., 0] + t_root
+        R_marker, centre = poses.R @ R_object_marker, (poses.R @ centroid[..., None])[..., 0] + poses.t
+        facing = np.sum(R_marker[..., 2] * centre, axis=-1) < 0
+        R = (_MIRRORED * R_marker) @ R_object_marker.swapaxes(-1, -2)
+        t, q = centre - (R @ centroid[..., None])[..., 0], np.broadcast_to(poses.q, (len(R), *poses.q.shape))
+        return Poses(R[facing], t[facing], q[facing])
+
+    def _radius_px(self, camera: Camera, depth: Array) -> Array:
+        return np.asarray(camera.focal_px * self._surface.extent / np.maximum(depth, 1e-6), np.float64)
+
+    def _frames(self, poses: Poses) -> tuple[Array, Array]:
+        """It in the object's frame, (H, 3, 3), (H, 3), or (1, ...) where no joint carries it."""
+        kin, root, n = self._surface.kinematics, self._surface.root, len(poses)
+        if kin.parent[root] < 0:
+            return np.eye(3)[None], np.zeros((1, 3))
+        frames = kin.forward(np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3)), poses.q)
+        return frames.R[:, root], frames.t[:, root]

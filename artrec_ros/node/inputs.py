@@ -1,4 +1,4 @@
-"""What the node listens to: images, the newest of them only, and calibrations."""
+"""What the node listens to: images, the newest of them, and calibrations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..core.base.config import NodeConfig
 from ..io.messages import node_topics as topics
 from .conversions import message_class
 from .subscription import FollowingSubscription
-from .worker import NewestFirst
+from .worker import LiveQueue
 
 
 class Inputs:
@@ -28,7 +28,9 @@ class Inputs:
         of = topics.COMPRESSED if compressed else topics.IMAGE
         # as image_transport does: a remapped `image` takes the suffix along
         topic = node.resolve_topic_name(topics.IMAGE.name) + ("/compressed" if compressed else "")
-        self._worker = NewestFirst[tuple[Any, int]](lambda item: on_image(*item), f"{node.get_name()} images")
+        self._worker = LiveQueue[tuple[Any, int]](
+            lambda item: on_image(*item), f"{node.get_name()} images", config.queue_size
+        )
         info = topics.CAMERA_INFO
         self._camera_info = FollowingSubscription(  # before images: of what waits, calibrations come first
             node, message_class(info.type), info.name, lambda msg, _: on_camera_info(msg), depth=info.depth
@@ -44,7 +46,7 @@ class Inputs:
 
     @property
     def dropped(self) -> int:
-        """Images that a newer one replaced before they were looked at."""
+        """Images that newer ones replaced before they were looked at."""
         return self._worker.dropped
 
     @property

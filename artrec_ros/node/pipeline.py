@@ -22,7 +22,7 @@ from ..io.parameters.parameter_file import Setup
 from . import conversions
 from .calibration import Calibrations
 from .publishers import Publishers
-from .worker import NewestFirst
+from .worker import LiveQueue
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Pipeline:
         self.dropped, self.problem = 0, ""
         self._share: float | None = None
         self._current: tuple[Setup, Recognizer] | None = None
-        self._builder = NewestFirst(self._build, "new parameters")
+        self._builder = LiveQueue(self._build, "new parameters")
         self._builder.offer(setup)
 
     @property

@@ -1,26 +1,50 @@
-"""The newest item first: a thread that works, and a place for one item in front of it."""
+"""A thread that works on live items, and a short queue in front of it."""
 
 from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 
 _PATIENCE_S = 2.0
+_REMEMBERED = 30  # items: a second of a camera
+_KEEPS_UP = 0.8  # of the time between items: what waits is made up for within a few of them
 
 
-class NewestFirst(Generic[Item]):
-    """Calls `work(item)` in a thread of its own, for the newest item whenever it is free.
+class Pace:
+    """Whether work on items takes less time, on average, than passes between them."""
 
-    An item that is not begun when the next one comes is dropped: nothing queues. `dropped` counts them.
+    def __init__(self) -> None:
+        self._mean_s = {"work": 0.0, "between": 0.0}
+        self._count = {"work": 0, "between": 0}
+
+    def note(self, what: str, seconds: float) -> None:
+        """One more time of 'work' or 'between' items; late ones count more."""
+        self._count[what] = min(self._count[what] + 1, _REMEMBERED)
+        self._mean_s[what] += (seconds - self._mean_s[what]) / self._count[what]
+
+    @property
+    def keeps_up(self) -> bool:
+        known = min(self._count.values()) >= _REMEMBERED
+        return known and self._mean_s["work"] < _KEEPS_UP * self._mean_s["between"]
+
+
+class LiveQueue(Generic[Item]):
+    """Calls `work(item)` in a thread of its own, for one item after the other.
+
+    While work keeps up with items, on average, a few may wait for one that takes long. Else all that waits when the
+    next one comes is dropped, so that what it works on is as new as can be. `dropped` counts them.
     """
 
-    def __init__(self, work: Callable[[Item], None], name: str) -> None:
-        self._work = work
-        self._waiting: Item | None = None
+    def __init__(self, work: Callable[[Item], None], name: str, most_waiting: int = 1) -> None:
+        """:param most_waiting: 1: the newest only."""
+        self._work, self._most_waiting = work, most_waiting
+        self._waiting: deque[Item] = deque()
+        self._pace, self._offered_s = Pace(), -1.0
         self._open = True
         self._dropped = 0
         self._begun_s: float | None = None
@@ -40,30 +64,39 @@ class NewestFirst(Generic[Item]):
         return 0.0 if begun_s is None else time.monotonic() - begun_s
 
     def offer(self, item: Item) -> None:
-        """Take an item; it replaces one that still waits. Returns at once."""
+        """Take an item; where there is no room it replaces the oldest that waits. Returns at once."""
         with self._change:
             if not self._open:
                 return
-            self._dropped += self._waiting is not None
-            self._waiting = item
+            now_s = time.monotonic()
+            if self._offered_s >= 0:
+                self._pace.note("between", now_s - self._offered_s)
+            self._offered_s = now_s
+            self._waiting.append(item)
+            room = self._most_waiting if self._pace.keeps_up else 1
+            while len(self._waiting) > room:
+                self._waiting.popleft()
+                self._dropped += 1
             self._change.notify()
 
     def close(self) -> None:
         """Forget what waits and end the thread; what is under way may end by itself."""
         with self._change:
-            self._open, self._waiting = False, None
+            self._open = False
+            self._waiting.clear()
             self._change.notify()
         self._thread.join(_PATIENCE_S)
 
     def _run(self) -> None:
         while (item := self._take()) is not None:
-            self._begun_s = time.monotonic()
+            self._begun_s = begun_s = time.monotonic()
             self._work(item)
             self._begun_s = None
+            with self._change:
+                self._pace.note("work", time.monotonic() - begun_s)
 
     def _take(self) -> Item | None:
         """The next item; None at the end."""
         with self._change:
-            self._change.wait_for(lambda: self._waiting is not None or not self._open)
-            item, self._waiting = self._waiting, None
-            return item
+            self._change.wait_for(lambda: self._waiting or not self._open)
+            return self._waiting.popleft() if self._waiting else None

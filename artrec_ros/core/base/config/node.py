@@ -17,6 +17,13 @@ class NodeConfig:
         "of the image subscription; auto: what the publishers offer",
         choices=("auto", "reliable", "best_effort"),
     )
+    queue_size: int = param(
+        3,
+        "images that may wait for one that takes long, as long as recognition keeps up with the camera on average; "
+        "else, and with 1, the newest only",
+        low=1,
+        high=100,
+    )
     config_dir: str = param("", "folder that relative paths start from; empty: the parameter file's own")
     autostart: bool = param(True, "configure and activate at once; false: wait for a lifecycle manager")
     publish_tf: bool = param(False, "send each object's frame to tf, where tf2_ros is installed")

@@ -31,11 +31,11 @@ OUT = Path(acceptance_curves.__file__)
 # Of each case the evidence that lowers the log-loss on worlds left out; more of it does not
 COLUMNS = {
     "alone": ("size", "edge", "bare", "body", "facing"),
-    "deserted": ("size", "edge", "bare", "body", "shown", "others", "missing"),
+    "deserted": ("size", "edge", "bare", "body", "shown", "others", "facing", "missing"),
     "unseen": ("size", "shown", "edges", "faces", "missing", "lacking"),
-    "borne out": ("size", "edge", "bare", "shown", "colour", "others", "edges", "faces", "facing", "missing"),
+    "borne out": ("size", "rim", "bare", "shown", "colour", "others", "edges", "parts", "faces", "facing", "missing"),
 }
-PART_COLUMNS = ("own", "alone", "open", "edge", "whole")  # of components
+PART_COLUMNS = ("own", "alone", "open", "edge", "parted", "whole")  # of components
 PART_INDEX = tuple(PartEvidence._fields.index(name) for name in PART_COLUMNS)
 SURE_WRONG, LIKELY_WRONG = 0.03, 0.08  # of claims that the search takes for sure, or for likely, at most so many
 

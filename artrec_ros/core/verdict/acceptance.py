@@ -43,6 +43,9 @@ class Evidence(NamedTuple):
     :param missing: less the logarithm of the pixels of markers that should be in view and are not confirmed.
     :param lacking: less the share of the pixels of all markers that should be in view whose components are not
         confirmed.
+    :param rim: mean vote of what lies along the required marker's outline: about 1 where all of it is parted.
+    :param parted: share of the required marker's outline that does not lie amid its class; 1 where that may be several.
+    :param parts: the same of the confirmed other components, the longer outlines counting more; 0 without.
     :param known: less `Claims.known`: where few scales are possible, few false claims are.
     :param even: how even its regions' raw colours are, as of `Seen`.
     """
@@ -59,6 +62,9 @@ class Evidence(NamedTuple):
     facing: float
     missing: float
     lacking: float
+    rim: float
+    parted: float
+    parts: float
     known: float
     even: float
 
@@ -67,7 +73,8 @@ class Evidence(NamedTuple):
 class Verdicts:
     """What is confirmed of H claims, and how probable each is.
 
-    :param shown, confirmed, marker_votes, outline: (H, C), as of `Verdict`. :param case: (H,) index into `CASES`.
+    :param shown, confirmed, marker_votes, outline, rim, parted: (H, C), as of `Verdict`.
+    :param case: (H,) index into `CASES`.
     :param evidence: (H, columns) `Evidence`. :param probability: (H,)
     """
 
@@ -76,6 +83,8 @@ class Verdicts:
     confirmed: Array
     marker_votes: Array
     outline: Array
+    rim: Array
+    parted: Array
     case: Array
     evidence: Array
     probability: Array
@@ -124,6 +133,16 @@ class Verdict:
         return tuple(self.among.outline[self.row].tolist())
 
     @property
+    def rim(self) -> tuple[float, ...]:
+        """Per component the mean vote of what lies along the outline of what shows it, about 1 where it is parted."""
+        return tuple(self.among.rim[self.row].tolist())
+
+    @property
+    def parted(self) -> tuple[float, ...]:
+        """Per component the share of that outline that does not lie amid its class."""
+        return tuple(self.among.parted[self.row].tolist())
+
+    @property
     def others(self) -> list[int]:
         """Confirmed components besides the required one."""
         return [c for c, yes in enumerate(self.confirmed) if yes and c != self.claim.finder.root]
@@ -168,19 +187,24 @@ def verdicts_of(claims: Claims) -> Verdicts:
     surface, config, n = finder.surface, finder.config, (len(claims), len(finder.surface.model.components))
     thin_px = 2 * (surface.votes.ring_px + surface.votes.ring_width_px)
     v = surface.votes
+    most = float(v.rim[0] + v.ring[2])
     told = np.zeros(len(surface.patches), bool)
     told[surface.classed_faces] = True
+    several = np.array([len(p.labels) > 1 for p in surface.patches])
     by = Criteria(
-        finder.root, n[1], told, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
-        float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), (v.rim[0] + v.ring[2]) * v.ring_width_px,
+        finder.root, n[1], told, several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
+        float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
+        most,
     )  # fmt: skip
     said = Said(*claims.scores.arrays, claims.seen.full_px, claims.votes, claims.scale)
     found = Found(
-        np.empty(n, np.int64), np.empty(n, bool), np.empty(n), np.empty(n), np.empty(n[0], np.int64),
+        np.empty(n, np.int64), np.empty(n, bool), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+        np.empty(n[0], np.int64),
         np.empty((n[0], len(Evidence._fields))),
     )  # fmt: skip
     poses = claims.poses
-    examine(surface.compiled, surface.kinematics.chain, poses.R, poses.t, poses.q, claims.frame.view, said, by, found)
+    compiled, chain, view = surface.compiled, surface.kinematics.chain, claims.frame.view
+    examine(compiled, chain, poses.R, poses.t, poses.q, view, surface.limits, said, by, found)
     found.evidence[:, -2], found.evidence[:, -1] = -claims.known, claims.seen.even
     if finder.facing and claims.frame.image is not None:
         found.case[:] += len(CASES) // 2

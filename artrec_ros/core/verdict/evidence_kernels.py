@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import inlined, jit, lean
-from ..geometry.pixel_kernels import LabelView, project, turned
+from ..geometry.pixel_kernels import LabelView, outline_pixels, padded_pixel, project, turned
 from ..model.chain_kernels import Chain, place_all
-from ..pose.surface_kernels import LEAST_DEPTH_M, Surface, aspect
+from ..pose.surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, room_of
 
 ALONE, DESERTED, BORNE_OUT, UNSEEN = 0, 1, 2, 3  # see `Verdict.case`
 
@@ -21,13 +21,15 @@ class Criteria(NamedTuple):
     root: int  # the required component
     n_components: int
     told: Any  # (P,) bool: faces that have a class
+    several: Any  # (P,) bool: what may be of several classes, of which nobody knows which
     bare: float  # mean vote of faces where there are none
     min_px: float  # markers that show fewer say nothing
     supported_agree: float  # least share of a marker's pixels with its label for it to be confirmed,
     told_agree: float  # and for a thin one to be told
     thin_px: float
     inside: float  # greatest vote of a marker's pixel,
-    around: float  # and of a pixel of its outline's length
+    around: float  # of a pixel of its outline's length,
+    rim: float  # and of what lies at one place of that
 
 
 class Said(NamedTuple):
@@ -48,6 +50,8 @@ class Found(NamedTuple):
     confirmed: Any  # (H, C) bool
     marker_votes: Any  # (H, C)
     outline: Any  # (H, C) how well the outline of what shows a component parts its class from others
+    rim: Any  # (H, C) mean vote of what lies along that outline, in units of `Criteria.rim`
+    parted: Any  # (H, C) share of that outline that does not lie amid its class
     case: Any  # (H,)
     evidence: Any  # (H, columns)
 
@@ -66,8 +70,33 @@ def perimeter_px(s: Surface, said: Said, h: int, p: int) -> float:
 
 
 @lean
-def confirm(s: Surface, said: Said, by: Criteria, h: int, found: Found) -> None:
-    """Which marker shows each component of claim `h`, and whether the labels confirm it."""
+def along_outline(
+    s: Surface, p: int, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
+) -> tuple[float, float]:
+    """Mean vote of what lies just inside and just outside the outline of marker `p` in a frame (3, 3), (3,), and the
+    share of it that does not lie amid its class; of what nobody owns in the image, 0 where that is nothing."""
+    k, ring_px, own = s.marker_of[p], limits.ring_px, s.own[s.role[p]]
+    out, into, is_open = s.table[s.ring_role[k]], s.table[s.rim_role[k]], s.open_ring[k]
+    outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
+    u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
+    votes, seen, amid = 0.0, 0, 0.0
+    for i in range(len(u)):
+        beyond = view.padded[padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)]
+        within = view.padded[padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)]
+        if beyond != limits.outside and beyond != limits.owned:
+            votes += is_open[i] * out[beyond] + into[within]
+            amid += is_open[i] * own[beyond]
+            seen += 1
+    return votes / max(seen, 1), (seen - amid) / max(seen, 1)
+
+
+@lean
+def confirm(
+    s: Surface, said: Said, by: Criteria, h: int, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, room: Room,
+    found: Found,
+) -> None:  # fmt: skip
+    """Which marker shows each component of claim `h`, and whether the labels confirm it. Its components are in frames
+    (C, 3, 3), (C, 3)."""
     for c in range(by.n_components):
         best, most, total = -1, -1.0, 0.0
         for p in range(len(s.component)):
@@ -86,6 +115,10 @@ def confirm(s: Surface, said: Said, by: Criteria, h: int, found: Found) -> None:
         around = by.around * perimeter_px(s, said, h, best)
         inside = by.inside * said.agree[h, best] * said.area_px[h, best]
         found.outline[h, c] = (said.votes[h, best] - inside) / max(around, 1e-12)  # nothing, where it does not vote
+        found.rim[h, c] = found.parted[h, c] = 0.0
+        if found.shown[h, c] >= 0 and said.area_px[h, best] > 0.0:
+            rim, parted = along_outline(s, best, R[c], t[c], view, limits, room)
+            found.rim[h, c], found.parted[h, c] = rim / by.rim, 1.0 if by.several[best] else parted
 
 
 @lean
@@ -127,13 +160,14 @@ def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, found: Fo
         else:
             votes, area_px, seen = votes + v, area_px + a, seen or a > by.min_px
             missing_px += 0.0 if found.confirmed[h, c] else a
-    others, shown, outlines, length = 0, -1, 0.0, 0.0
+    others, shown, outlines, parted, length = 0, -1, 0.0, 0.0, 0.0
     for c in range(by.n_components):
         shown += found.shown[h, c] >= 0
         if c != by.root and found.confirmed[h, c]:
             others += 1
             px = perimeter_px(s, said, h, found.shown[h, c])
             outlines, length = outlines + found.outline[h, c] * px, length + px
+            parted += found.parted[h, c] * px
     found.case[h] = BORNE_OUT if others else (DESERTED if seen else ALONE)
     row = found.evidence[h]
     row[0], row[1], row[2] = math.log(max(said.total[h], 1.0)), found.outline[h, by.root], 1.0 if bare else 0.0
@@ -142,19 +176,22 @@ def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, found: Fo
     row[7], row[8] = outlines / max(length, 1e-9), by.bare if faceless else face_votes / max(face_px, 1.0)
     row[9], row[10] = cosine, -math.log1p(missing_px)
     row[11] = -missing_px / max(root_px + area_px, 1.0)
+    row[12], row[13] = found.rim[h, by.root], found.parted[h, by.root]
+    row[14] = parted / max(length, 1e-9)
 
 
 @jit
 def examine(
-    s: Surface, chain: Chain, R: Any, t: Any, q: Any, view: LabelView, said: Said, by: Criteria, found: Found
-) -> None:
+    s: Surface, chain: Chain, R: Any, t: Any, q: Any, view: LabelView, limits: SurfaceLimits, said: Said, by: Criteria,
+    found: Found,
+) -> None:  # fmt: skip
     """Fill `found` with what labels say of claims R (H, 3, 3), t (H, 3), q (H, J)."""
     n_c, n_joints = len(chain.parent), q.shape[1]
     frames_R, frames_t, scratch = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((3, 3, 3))
-    joints = np.empty((2, n_joints, 3))
+    joints, room = np.empty((2, n_joints, 3)), room_of(s)
     for h in range(len(R)):
         place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
-        confirm(s, said, by, h, found)
+        confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found)
         A, b = frames_R[by.root], frames_t[by.root]
         weigh(s, said, by, h, aspect(s, found.shown[h, by.root], A, b)[0], found)
         borne_out = found.case[h] == BORNE_OUT and not found.confirmed[h, by.root]

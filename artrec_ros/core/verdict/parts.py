@@ -28,6 +28,7 @@ class PartEvidence(NamedTuple):
     :param open: share of its marker, as far as its own object lets it be seen, that no other object hides.
     :param agree: share of what is in view of it that bears its label. :param colour: mean vote there.
     :param edge: how well its outline parts its class from others.
+    :param parted: share of its outline that does not lie amid its class.
     :param confirmed: 1 where the labels say clearly that it is there.
     :param whole: logarithm of the odds that the object is there.
     """
@@ -38,6 +39,7 @@ class PartEvidence(NamedTuple):
     agree: float
     colour: float
     edge: float
+    parted: float
     confirmed: float
     whole: float
 
@@ -84,6 +86,7 @@ def _rows(verdicts: Sequence[Verdict]) -> Array:
         "agree": agree,
         "colour": votes / np.maximum(area_px, 1.0),
         "edge": np.array([v.outline for v in verdicts]),
+        "parted": np.array([v.parted for v in verdicts]),
         "confirmed": np.array([v.confirmed for v in verdicts], float),
         "whole": np.repeat(whole[:, None], shown.shape[1], axis=1),
     }

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from settings import DEFAULTS, settings
-from solids import RED, camera_of, pose, sign, truck
+from solids import RED, camera_of, pose, render, sign, truck
 
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -14,14 +14,17 @@ from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import PatchScores, Poses
 from artrec_ros.core.verdict.acceptance import Evidence, verdicts_of
 from artrec_ros.core.verdict.acceptance_curves import CURVES, LIKELY, SURE
-from artrec_ros.core.verdict.claims import Claims, Seen
+from artrec_ros.core.verdict.claims import Claims, Seen, claims_of
 from artrec_ros.core.verdict.judge import Judge
 
 CONFIG = DEFAULTS
 JUDGE = Judge.of(CONFIG)
 STRICT = replace(JUDGE, min_probability=1.0)
-BLANK = ImageFrame(LabelField(np.zeros((2, 2), np.uint8)), camera_of((2, 2)))  # nobody owns anything
-FINDERS = {m.name: WholeObjectFinder(Target(m.name, m, RED), DEFAULTS) for m in (truck(), sign())}
+MODELS = {m.name: m for m in (truck(), sign())}
+FINDERS = {name: WholeObjectFinder(Target(name, m, RED), DEFAULTS) for name, m in MODELS.items()}
+CAMERA = camera_of()
+# where nobody owns anything, and outlines are as they are
+FRAMES = {name: ImageFrame(LabelField(render(CAMERA, [(m, pose(model=m), RED)])), CAMERA) for name, m in MODELS.items()}
 
 
 def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, per_px=4.5):
@@ -40,7 +43,7 @@ def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, p
             scores.area_px[0, i], scores.votes[0, i] = 30.0, against
     at, one = pose(model=surface.model), np.ones(1)
     seen, place = Seen(scores.area_px, 0 * one), (np.nan * one, np.nan * one, 4 * one, [None])
-    return Claims(finder, at, votes * one, scores, seen, BLANK, *place)
+    return Claims(finder, at, votes * one, scores, seen, FRAMES[name], *place)
 
 
 def verdict_of(one):
@@ -133,6 +136,26 @@ def test_evidence_is_what_the_labels_say():
     assert evidence.lacking == pytest.approx(-30 / 390)
     bare = verdict_of(claim({FACE: 500.0}, name="sign")).evidence
     assert bare.bare == 1 and bare.body == bare.faces == CONFIG.votes.body[2]
+
+
+def outlines(labels):
+    """What the evidence says of the outlines of the truck where it stands."""
+    frame = ImageFrame(LabelField(labels), CAMERA)
+    evidence = verdicts_of(claims_of(FINDERS["truck"], pose(model=MODELS["truck"]), frame))[0].evidence
+    return evidence.rim, evidence.parted, evidence.parts
+
+
+def test_outlines_are_parted_from_their_class_or_amid_it():
+    labels = render(CAMERA, [(MODELS["truck"], pose(model=MODELS["truck"]), RED)])
+    rim, parted, parts = outlines(labels)
+    assert rim > 0.8 and parted > 0.98 and parts > 0.9
+    (middle,), _ = FINDERS["truck"].required.discs(CAMERA, pose(model=MODELS["truck"]))
+    right = np.arange(labels.shape[1]) > middle[0]
+    half = np.where(right, np.uint8(RED), labels)
+    half_rim, half_parted, _ = outlines(half)
+    assert half_rim < rim and 0.2 < half_parted < 0.9
+    amid_rim, amid_parted, amid_parts = outlines(np.full_like(labels, RED))
+    assert amid_rim < 0 and amid_parted < 0.05 > amid_parts
 
 
 def test_thresholds_of_the_search_are_in_order():
@@ -228,7 +251,8 @@ def test_what_is_accepted_has_no_reason_against_it(limits):
     depth = np.where(np.arange(n) % 2, 2.9, np.nan)
     finder = several[0].finder
     place = depth, 290 / depth, np.full(n, 4.0), misplaced
-    verdicts = verdicts_of(Claims(finder, poses, votes, scores, Seen(scores.area_px, np.zeros(n)), BLANK, *place))
+    seen, frame = Seen(scores.area_px, np.zeros(n)), FRAMES["truck"]
+    verdicts = verdicts_of(Claims(finder, poses, votes, scores, seen, frame, *place))
     reasons = [judge.reason(v) for v in verdicts]
     assert judge.accepts(verdicts).tolist() == [r is None for r in reasons]
     trusted = [judge.trust(v) * v.claim.votes if v.claim.votes > judge.min_votes else -np.inf for v in verdicts]

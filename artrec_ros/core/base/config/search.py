@@ -216,7 +216,7 @@ class SearchConfig(Room):
         "in crowds of quadrupeds, whose markers seldom merge, it changes nothing",
     )
     sure: float = param(
-        0.795,
+        0.82,
         "trust in an object whose pixels are not searched for others",
         low=0,
         high=2,
@@ -224,7 +224,7 @@ class SearchConfig(Room):
         origin="fit: 3 % of such claims may be wrong (benchmarks/acceptance.py --fit); above 1: none is sure",
     )
     likely: float = param(
-        0.555,
+        0.605,
         "trust in one whose blobs need not be looked at again for the same target",
         low=0,
         high=2,

@@ -1,6 +1,6 @@
 """Is a flat object in an uncalibrated image there as often as its score says? As `acceptance.py`, of flat objects.
 
-python benchmarks/acceptance_facing.py --save found.npz [--first 0] [--worlds 120] [--scenes 14]
+python benchmarks/acceptance_facing.py --save found.npz [--first 0] [--worlds 340] [--scenes 14]
 python benchmarks/acceptance_facing.py --load found.npz [more.npz ...] [--fit]
 """
 
@@ -129,7 +129,7 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
 
 
 def main() -> None:
-    args = arguments(__doc__, 120, 14, OUT)
+    args = arguments(__doc__, 340, 14, OUT)
     claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
     if args.save:
         save(args.save, claims, parts)

@@ -165,7 +165,7 @@ class RecognizerNode(LifecycleNode):
         self._calibrations.receive(msg)
 
     def take_image(self, msg: Any, received_ns: int) -> None:
-        """Recognise and publish, in the thread of the newest image; whatever the image is like."""
+        """Recognise and publish, in the thread of images; whatever the image is like."""
         pipeline = self._pipeline
         try:
             report = pipeline.process(msg, received_ns) if pipeline is not None else None

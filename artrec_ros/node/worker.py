@@ -6,6 +6,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from statistics import fmean, median
 from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
@@ -16,21 +17,19 @@ _KEEPS_UP = 0.8  # of the time between items: what waits is made up for within a
 
 
 class Pace:
-    """Whether work on items takes less time, on average, than passes between them."""
+    """Whether work on items takes less time, on average, than usually passes between them.
+
+    :ivar work_s, between_s: of the last items.
+    """
 
     def __init__(self) -> None:
-        self._mean_s = {"work": 0.0, "between": 0.0}
-        self._count = {"work": 0, "between": 0}
-
-    def note(self, what: str, seconds: float) -> None:
-        """One more time of 'work' or 'between' items; late ones count more."""
-        self._count[what] = min(self._count[what] + 1, _REMEMBERED)
-        self._mean_s[what] += (seconds - self._mean_s[what]) / self._count[what]
+        self.work_s: deque[float] = deque(maxlen=_REMEMBERED)
+        self.between_s: deque[float] = deque(maxlen=_REMEMBERED)
 
     @property
     def keeps_up(self) -> bool:
-        known = min(self._count.values()) >= _REMEMBERED
-        return known and self._mean_s["work"] < _KEEPS_UP * self._mean_s["between"]
+        known = len(self.work_s) == len(self.between_s) == _REMEMBERED
+        return known and fmean(self.work_s) < _KEEPS_UP * median(self.between_s)
 
 
 class LiveQueue(Generic[Item]):
@@ -70,7 +69,7 @@ class LiveQueue(Generic[Item]):
                 return
             now_s = time.monotonic()
             if self._offered_s >= 0:
-                self._pace.note("between", now_s - self._offered_s)
+                self._pace.between_s.append(now_s - self._offered_s)
             self._offered_s = now_s
             self._waiting.append(item)
             room = self._most_waiting if self._pace.keeps_up else 1
@@ -93,7 +92,7 @@ class LiveQueue(Generic[Item]):
             self._work(item)
             self._begun_s = None
             with self._change:
-                self._pace.note("work", time.monotonic() - begun_s)
+                self._pace.work_s.append(time.monotonic() - begun_s)
 
     def _take(self) -> Item | None:
         """The next item; None at the end."""

@@ -125,8 +125,9 @@ will stay empty, and why.
 
 {inputs}
 
-Reliability is that of the publishers (`qos_reliability: auto`), and so is durability; the newest image is looked at,
-and those that it overtakes are counted as dropped.
+Reliability is that of the publishers (`qos_reliability: auto`), and so is durability. Where
+recognition does not keep up with them the newest image is looked at, and those that it overtakes are counted as
+dropped; where it does, on average, a few wait for one that takes long (`queue_size`).
 
 ## Published
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import threading
 import time
 
-import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 
 from peer import WAIT_S, wait_until
 
-from artrec_ros.node.worker import LiveQueue
+from artrec_ros.node.worker import LiveQueue, Pace
 
 
 def test_what_comes_while_it_works_is_dropped_but_for_the_newest() -> None:
@@ -89,31 +88,44 @@ def test_it_tells_how_long_it_works_on_one_item() -> None:
     worker.close()
 
 
-def fed(work_s, items=80, **options):
-    """What is worked on of items that come every 10 ms, and how many are dropped; every 20th takes 25 ms more."""
-    seen = []
+def pace(work_s, between_s):
+    found = Pace()
+    found.work_s.extend(work_s)
+    found.between_s.extend(between_s)
+    return found
 
-    def work(item):
-        time.sleep(work_s + 0.025 * (item % 20 == 19))
+
+@pytest.mark.parametrize(
+    ("work_s", "between_s", "keeps_up"),
+    [
+        ([0.015] * 30, [0.033] * 30, True),
+        ([0.015] * 27 + [0.1] * 3, [0.033] * 30, True),  # one that takes long is made up for
+        ([0.04] * 30, [0.033] * 30, False),
+        ([0.04] * 30, [0.033] * 29 + [60.0], False),  # a pause of the camera
+        ([0.03] * 30, [0.033] * 30, False),  # what waits would wait for long
+        ([0.015] * 3, [0.033] * 3, False),  # nobody knows yet
+    ],
+)
+def test_it_keeps_up_where_work_takes_less_than_passes_between_items(work_s, between_s, keeps_up):
+    assert pace(work_s, between_s).keeps_up == keeps_up
+
+
+@pytest.mark.parametrize(("work_s", "seen_of_it"), [(0.01, [0, 3, 4, 5]), (0.05, [0, 5])])
+def test_a_few_items_wait_for_one_that_takes_long_where_work_keeps_up(work_s, seen_of_it) -> None:
+    begun, go_on, seen = threading.Event(), threading.Event(), []
+
+    def work(item: int) -> None:
+        begun.set()
+        assert go_on.wait(WAIT_S)
         seen.append(item)
 
-    worker = LiveQueue(work, "test", **options)
-    for item in range(items):
+    worker = LiveQueue(work, "test", most_waiting=3)
+    worker._pace = pace([work_s] * 30, [0.033] * 30)
+    worker.offer(0)
+    assert begun.wait(WAIT_S)
+    for item in range(1, 6):
         worker.offer(item)
-        time.sleep(0.01)
-    assert wait_until(lambda: seen and seen[-1] == items - 1, lambda: time.sleep(0.001))
+    go_on.set()
+    assert wait_until(lambda: seen and seen[-1] == 5)
+    assert seen == seen_of_it and worker.dropped == 6 - len(seen_of_it)
     worker.close()
-    assert seen == sorted(seen) and len(seen) + worker.dropped == items
-    return seen, worker.dropped
-
-
-def test_images_wait_for_one_that_takes_long_where_work_keeps_up() -> None:
-    seen, dropped = fed(0.001, most_waiting=4)
-    assert set(range(35, 80)) <= set(seen)  # at first nothing is known of its pace
-    assert dropped < fed(0.001)[1]
-
-
-def test_nothing_waits_where_work_does_not_keep_up() -> None:
-    """Else each item would be as late as those before it together."""
-    seen, dropped = fed(0.03, most_waiting=50)
-    assert dropped > 30 and np.diff(seen[-10:]).min() >= 2

@@ -77,8 +77,9 @@ class Turns:
     def hurry(self, places: Array, radius_px: Array, seen_s: float) -> None:
         """Blobs within some discs do not wait any longer: what they showed is gone. Those that were searched since that
         was seen last, at `seen_s`, were searched for it already."""
-        there = self._inside(places, radius_px).any(axis=1) & (self._at_s <= seen_s)
-        self._waiting -= set(np.flatnonzero(there).tolist())
+        there = np.flatnonzero(self._inside(places, radius_px).any(axis=1) & (self._at_s <= seen_s))
+        self._wait_s[there] = self._retry_s
+        self._waiting -= set(there.tolist())
 
     def _inside(self, places: Array, radius_px: Array) -> np.ndarray:
         """(N, n) which blobs have their middles in which discs."""

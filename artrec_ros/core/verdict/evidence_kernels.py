@@ -118,7 +118,7 @@ def confirm(
         found.rim[h, c] = found.parted[h, c] = 0.0
         if found.shown[h, c] >= 0 and said.area_px[h, best] > 0.0:
             rim, parted = along_outline(s, best, R[c], t[c], view, limits, room)
-            found.rim[h, c], found.parted[h, c] = rim / by.rim, 1.0 if by.several[best] else parted
+            found.rim[h, c], found.parted[h, c] = rim / max(by.rim, 1e-12), 1.0 if by.several[best] else parted
 
 
 @lean

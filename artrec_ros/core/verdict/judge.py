@@ -57,7 +57,7 @@ class Judge:
 
     def may_stand(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether each claim has votes enough."""
-        return np.asarray(verdicts.claims.votes > self.min_votes)
+        return np.asarray(verdicts.claims.votes >= self.min_votes)
 
     def accepts(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether each claim is an object: nothing speaks against it that `reason` would tell."""
@@ -88,7 +88,7 @@ class Judge:
 
     def reason(self, verdict: Verdict) -> str | None:
         """Why a claim is no object; None where it is one."""
-        if verdict.claim.votes <= self.min_votes:
+        if verdict.claim.votes < self.min_votes:
             return f"{verdict.claim.votes:.0f} votes of the labels, {self.min_votes:.0f} are wanted"
         if not self.shows_required(verdict):
             required = verdict.claim.finder.surface.model.required.name

@@ -101,9 +101,11 @@ def test_what_is_gone_is_searched_at_once():
     assert all(now.waits(b) for b in two)
     now.hurry(*there, 0.0)
     assert sorted(now.waits(b) for b in two) == [False, True]
+    (gone,) = (b for b in two if not now.waits(b))
+    now.search(gone)  # in vain: soon once more
+    assert sorted(now.left().wait_s) == [RecallConfig().retry_s, 1.0]
     now.forget()
     assert not any(now.waits(b) for b in two)
-    assert len(now.left()) == 0
     for blob in two:  # searched anew, and in vain: soon once more
         now.search(blob)
     assert now.left().wait_s.tolist() == [RecallConfig().retry_s] * 2

@@ -146,8 +146,8 @@ def main() -> None:
     cv2.setNumThreads(1)
     table = [HEADER]
     for scene in SCENES[:4]:
-        table += rows(scene, args.data, args.frames)
-        print("\n".join(table[-8:]), flush=True)
+        table += (found := rows(scene, args.data, args.frames))
+        print("\n".join(found), flush=True)
     if args.markdown:
         args.markdown.write_text("\n".join(table) + "\n", encoding="utf-8")
 

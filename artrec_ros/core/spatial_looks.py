@@ -61,9 +61,12 @@ class SpatialLooks:
         """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
         none where there is doubt. None: nor is the blob worth a longer look, for others would lead to the object."""
         found = finder.plain_guesses(frame, blob)
-        if finder.is_alike_throughout and self._is_hopeless(self.judge.verdicts(finder, found.poses, frame), climbs=1):
+        if not len(found):
+            return None if finder.is_alike_throughout else found.poses
+        verdicts = self.judge.verdicts(finder, found.poses if finder.is_alike_throughout else found.poses[:1], frame)
+        if finder.is_alike_throughout and self._is_hopeless(verdicts, climbs=1):
             return None
-        if self.judge.trust_in(finder, found.poses, frame) <= self._config.sure:
+        if self.judge.trust(verdicts[0]) <= self._config.sure:
             return found.poses[:0]
         return finder.climbed(frame, found, self._plain_climb, sure=True).poses
 

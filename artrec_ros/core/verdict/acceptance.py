@@ -73,7 +73,7 @@ class Evidence(NamedTuple):
 class Verdicts:
     """What is confirmed of H claims, and how probable each is.
 
-    :param shown, confirmed, marker_votes, outline, rim, parted: (H, C), as of `Verdict`.
+    :param shown, confirmed, marker_votes, outline, parted: (H, C), as of `Verdict`.
     :param case: (H,) index into `CASES`.
     :param evidence: (H, columns) `Evidence`. :param probability: (H,)
     """
@@ -83,7 +83,6 @@ class Verdicts:
     confirmed: Array
     marker_votes: Array
     outline: Array
-    rim: Array
     parted: Array
     case: Array
     evidence: Array
@@ -133,13 +132,8 @@ class Verdict:
         return tuple(self.among.outline[self.row].tolist())
 
     @property
-    def rim(self) -> tuple[float, ...]:
-        """Per component the mean vote of what lies along the outline of what shows it, about 1 where it is parted."""
-        return tuple(self.among.rim[self.row].tolist())
-
-    @property
     def parted(self) -> tuple[float, ...]:
-        """Per component the share of that outline that does not lie amid its class."""
+        """Per component the share of that outline that does not lie amid its class; 1 where that may be several."""
         return tuple(self.among.parted[self.row].tolist())
 
     @property
@@ -198,7 +192,7 @@ def verdicts_of(claims: Claims) -> Verdicts:
     )  # fmt: skip
     said = Said(*claims.scores.arrays, claims.seen.full_px, claims.votes, claims.scale)
     found = Found(
-        np.empty(n, np.int64), np.empty(n, bool), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+        np.empty(n, np.int64), np.empty(n, bool), np.empty(n), np.empty(n), np.empty(n),
         np.empty(n[0], np.int64),
         np.empty((n[0], len(Evidence._fields))),
     )  # fmt: skip

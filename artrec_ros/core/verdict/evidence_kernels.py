@@ -50,7 +50,6 @@ class Found(NamedTuple):
     confirmed: Any  # (H, C) bool
     marker_votes: Any  # (H, C)
     outline: Any  # (H, C) how well the outline of what shows a component parts its class from others
-    rim: Any  # (H, C) mean vote of what lies along that outline, in units of `Criteria.rim`
     parted: Any  # (H, C) share of that outline that does not lie amid its class
     case: Any  # (H,)
     evidence: Any  # (H, columns)
@@ -94,9 +93,12 @@ def along_outline(
 def confirm(
     s: Surface, said: Said, by: Criteria, h: int, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, room: Room,
     found: Found,
-) -> None:  # fmt: skip
-    """Which marker shows each component of claim `h`, and whether the labels confirm it. Its components are in frames
-    (C, 3, 3), (C, 3)."""
+) -> float:  # fmt: skip
+    """Which marker shows each component of claim `h`, and whether the labels confirm it: `Evidence.rim`.
+
+    :param R, t: (C, 3, 3), (C, 3) the frames of its components.
+    """
+    root_rim = 0.0
     for c in range(by.n_components):
         best, most, total = -1, -1.0, 0.0
         for p in range(len(s.component)):
@@ -115,10 +117,12 @@ def confirm(
         around = by.around * perimeter_px(s, said, h, best)
         inside = by.inside * said.agree[h, best] * said.area_px[h, best]
         found.outline[h, c] = (said.votes[h, best] - inside) / max(around, 1e-12)  # nothing, where it does not vote
-        found.rim[h, c] = found.parted[h, c] = 0.0
+        found.parted[h, c] = 0.0
         if found.shown[h, c] >= 0 and said.area_px[h, best] > 0.0:
             rim, parted = along_outline(s, best, R[c], t[c], view, limits, room)
-            found.rim[h, c], found.parted[h, c] = rim / max(by.rim, 1e-12), 1.0 if by.several[best] else parted
+            found.parted[h, c] = 1.0 if by.several[best] else parted
+            root_rim = rim / max(by.rim, 1e-12) if c == by.root else root_rim
+    return root_rim
 
 
 @lean
@@ -144,8 +148,8 @@ def out_of_sight(s: Surface, said: Said, by: Criteria, h: int, A: Any, b: Any, v
 
 
 @lean
-def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, found: Found) -> None:
-    """What speaks for claim `h`, after `confirm`. :param cosine: see `Evidence.facing`."""
+def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, rim: float, found: Found) -> None:
+    """What speaks for claim `h`, after `confirm`. :param cosine: see `Evidence.facing`. :param rim: `Evidence.rim`."""
     root_votes, root_px, votes, area_px, missing_px = 0.0, 0.0, 0.0, 0.0, 0.0
     seen, body_votes, body_px, face_votes, face_px, bare, faceless = False, 0.0, 0.0, 0.0, 0.0, True, True
     for p in range(len(s.component)):
@@ -176,7 +180,7 @@ def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, found: Fo
     row[7], row[8] = outlines / max(length, 1e-9), by.bare if faceless else face_votes / max(face_px, 1.0)
     row[9], row[10] = cosine, -math.log1p(missing_px)
     row[11] = -missing_px / max(root_px + area_px, 1.0)
-    row[12], row[13] = found.rim[h, by.root], found.parted[h, by.root]
+    row[12], row[13] = rim, found.parted[h, by.root]
     row[14] = parted / max(length, 1e-9)
 
 
@@ -191,9 +195,9 @@ def examine(
     joints, room = np.empty((2, n_joints, 3)), room_of(s)
     for h in range(len(R)):
         place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
-        confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found)
+        rim = confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found)
         A, b = frames_R[by.root], frames_t[by.root]
-        weigh(s, said, by, h, aspect(s, found.shown[h, by.root], A, b)[0], found)
+        weigh(s, said, by, h, aspect(s, found.shown[h, by.root], A, b)[0], rim, found)
         borne_out = found.case[h] == BORNE_OUT and not found.confirmed[h, by.root]
         if borne_out and out_of_sight(s, said, by, h, A, b, view):
             found.case[h] = UNSEEN

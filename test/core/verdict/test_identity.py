@@ -15,7 +15,11 @@ from artrec_ros.core.image.codes import LABELS, UNKNOWN, Codes
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.verdict.acceptance import verdicts_of
+from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.identity import Identifier, identities_of, named
 
 NAMES = ("a", "b", "c", "d", "e")
@@ -202,3 +206,20 @@ def test_without_identities_or_objects_nothing_is_told():
 )
 def test_an_object_is_called_by_its_identity_where_it_is_known(fit, name):
     assert Detection("red", 3, 0.9, ImagePose(0, 0, 0, 1), (), identity=fit).name == name
+
+
+def test_outlines_amid_a_class_that_they_may_be_of_say_nothing():
+    """Nobody knows which of them is theirs. Of what is of one class alone they do."""
+    frame = frame_of(ONE, codes=lambda labels: beside(labels, COLOURS["v"]))
+    finder = WholeObjectFinder(Target("robot", robot(), TEAM), DEFAULTS, facing=True)
+    evidence = verdicts_of(claims_of(finder, poses_of(frame, ONE), frame))[0].evidence
+    assert evidence.parts == 1 == evidence.parted
+    frame = frame_of(ONE, codes=lambda labels: beside(labels, TEAM))
+    evidence = verdicts_of(claims_of(finder, poses_of(frame, ONE), frame))[0].evidence
+    assert evidence.parts == 1 and 0 < evidence.parted < 0.95
+
+
+def beside(labels, label):
+    """A class on all that is unknown to the right of the object's middle."""
+    right = np.arange(labels.shape[1]) > ONE.x
+    return np.where(right & (labels == UNKNOWN), np.uint8(label), labels)

@@ -33,6 +33,7 @@ COLUMNS = {
     "alone": ("size", "edge", "bare", "body", "facing"),
     "deserted": ("size", "edge", "bare", "body", "shown", "others", "facing", "missing"),
     "unseen": ("size", "shown", "edges", "faces", "missing", "lacking"),
+    "faded": ("size", "rim", "body", "shown", "colour", "edges", "parts", "facing", "missing"),
     "borne out": ("size", "rim", "bare", "shown", "colour", "others", "edges", "parts", "faces", "facing", "missing"),
 }
 PART_COLUMNS = ("own", "alone", "open", "edge", "parted", "whole")  # of components

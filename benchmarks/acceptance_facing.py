@@ -41,7 +41,7 @@ OUT = Path(facing_curves.__file__)
 OF_LABELS = {
     case: (*("edge" if name == "rim" else name for name in names), "parted")
     for case, names in COLUMNS.items()
-    if case != "unseen"
+    if case not in ("unseen", "faded")
 }
 FACING = {case: (*names, "known") for case, names in OF_LABELS.items()}
 FACING |= {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import cv2
@@ -32,21 +33,32 @@ _NAMED_COLOURS: dict[str, Colour] = {  # BGR, bright: what objects are drawn in 
     "magenta": (255, 90, 255), "pink": (200, 150, 255), "violet": (255, 110, 180), "purple": (255, 110, 180),
     "brown": (70, 120, 180),
 }  # fmt: skip
+_MUTED = 0.75  # brightness of a class, against an object's: outlines stand out
 _LEAST_WIDTH_PX = 600
 _MOST_REJECTIONS = 4
 _NEAR_PX, _CLUSTER_PX = 3.0, 25.0  # of the original image
 
 
-def class_picture(labels: NDArray[Any]) -> Picture:
+def class_picture(labels: NDArray[Any], classes: Sequence[tuple[str, int]] = ()) -> Picture:
     """What the recogniser saw: (H, W) class numbers as a (H, W, 3) uint8 BGR picture of the same size.
 
     The same number always has the same colour, 0 (no class) a dark one; numbers of 255 and above share one.
+
+    :param classes: names and labels: these are drawn in the colours that they are named after, as objects are.
     """
+    return np.asarray(_class_table(tuple(classes))[np.minimum(labels, 255)], np.uint8)
+
+
+@lru_cache(maxsize=8)
+def _class_table(classes: tuple[tuple[str, int], ...]) -> NDArray[np.uint8]:
     hues = (np.arange(256) * 67 % 180).astype(np.uint8)
     hsv = np.stack([hues, np.full(256, 110, np.uint8), np.full(256, 170, np.uint8)], axis=-1)[None]
     table = cv2.cvtColor(hsv, cv2.COLOR_HSV2BGR)[0]
     table[: len(_CLASS_COLOURS)] = _CLASS_COLOURS
-    return np.asarray(table[np.minimum(labels, 255)], np.uint8)
+    names = [name for name, _ in classes]
+    for name, label in classes:
+        table[label] = (_MUTED * np.array(object_colour(names, name))).astype(np.uint8)
+    return table
 
 
 def draw_result(

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base.config import RecognizerConfig
+from .geometry.projection import project
 from .geometry.range_limits import ScaleLimits
 from .geometry.transforms import Array
-from .image.blobs import Blob, centres, solidity
+from .image.blobs import Blob, centres, find_blobs, solidity
 from .image.image_frame import ImageFrame
 from .pose.distinct_kernels import few_of_places
 from .pose.facing_guesses import FacingGuesser
@@ -56,6 +57,32 @@ class FacingSearch:
     def unexplained(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
         """Those of which nobody owns most."""
         return [b for b in blobs if frame.field.owned_share(b.contour) <= self._config.search.explained]
+
+    def roomy(self, frame: ImageFrame, blobs: Sequence[Blob], found: Poses) -> list[Blob]:
+        """Blobs of the required component's class with room for one more than stand in them: one that touches others
+        can have lost its place to hypotheses that lie across them."""
+        anchors, share = self.finder.required.anchors(found), self._config.facing.least_area_share
+        place, area = project(frame.camera, anchors), self._largest * (frame.camera.focal_px / anchors[:, 2]) ** 2
+        out = []
+        for b in (b for b in blobs if b.label in self.finder.root_labels):
+            inside = ((place >= b.pixels.min(axis=0)) & (place <= b.pixels.max(axis=0))).all(axis=1)
+            if inside.any() and b.area_px - area[inside].sum() >= share * area[inside].min():
+                out.append(b)
+        return out
+
+    def pieces(self, rest: ImageFrame, blobs: Sequence[Blob], found: Poses) -> list[Blob]:
+        """What objects leave of blobs, where that is large enough to be another one.
+
+        :param rest: the frame without the pixels of the objects.
+        """
+        depth = self.finder.required.anchors(found)[:, 2]
+        least_px = self._config.facing.least_area_share * self._largest * (rest.camera.focal_px / depth.max()) ** 2
+        found_in = find_blobs(rest.field.labels, self.finder.root_labels, self._config)
+        left = [piece for piece in found_in if piece.area_px >= least_px]
+        low, high = np.array([b.pixels.min(axis=0) for b in blobs]), np.array([b.pixels.max(axis=0) for b in blobs])
+        at = centres(left)[:, None]
+        inside = np.any(np.all((at >= low) & (at <= high), axis=2), axis=1)
+        return [piece for piece, yes in zip(left, inside.tolist(), strict=True) if yes]
 
     def run(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, sizes: int = 1) -> Poses:
         """Candidates of all blobs.

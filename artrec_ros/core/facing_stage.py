@@ -19,7 +19,7 @@ from .pose.on_plane import PlanePlacer
 from .pose.surface_model import Poses
 from .verdict.acceptance import Verdict
 from .verdict.claims import silhouette
-from .verdict.descriptions import Describer, rejection_of
+from .verdict.descriptions import NONE_LEFT, Describer, rejection_of
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
 
@@ -44,24 +44,37 @@ class FacingStage:
         if more := self._of_merged(faced, blobs, limits, accepted):
             together, in_time = self._shared_out(found + more, faced)
             accepted, others = together if in_time else (accepted, others)  # else some of these are not judged again
-        detections = [
-            self._placer.faced(detection, faced)
-            for describer in self._describers
-            for detection in describer.describe([v for v in accepted if v.claim.finder is describer.finder], faced)
-        ]
-        return tuple(detections), Deferred(lambda: tuple(rejection_of(v, faced, self._judge) for v in others))
+        detections, surplus = list[Detection](), list[Verdict]()
+        for describer in self._describers:
+            told, none_left = describer.without_surplus(accepted, faced)
+            detections += [self._placer.faced(detection, faced) for detection in describer.describe(told, faced)]
+            surplus += none_left
+        return tuple(detections), Deferred(
+            lambda: (
+                *(rejection_of(v, faced, self._judge, NONE_LEFT) for v in surplus),
+                *(rejection_of(v, faced, self._judge) for v in others),
+            )
+        )
 
     def _of_merged(
         self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, accepted: Sequence[Verdict]
     ) -> list[tuple[WholeObjectFinder, Poses]]:
-        """Candidates of large blobs that no accepted object explains, among them much smaller ones."""
-        merged = [(s, mine) for s in self._searches if (mine := s.merged(blobs, limits))]
-        if not merged or frame.deadline.hit:  # there was not even time for the first look
+        """Candidates of large blobs that no accepted object explains, among them much smaller ones, and of what those
+        that touch others leave."""
+        if frame.deadline.hit:  # there was not even time for the first look
             return []
         claims = [v.claim for v in accepted]
+        told = {s: [c.poses for c in claims if c.finder is s.finder] for s in self._searches}
+        there = {s: Poses.concatenate(poses) for s, poses in told.items() if poses}
+        merged = [(s, mine) for s in self._searches if (mine := s.merged(blobs, limits))]
+        roomy = [(s, mine) for s, poses in there.items() if (mine := s.roomy(frame, blobs, poses))]
+        if not merged and not roomy:
+            return []
         rest = frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
         left = [(s, free) for s, mine in merged if (free := s.unexplained(rest, mine))]
-        return self._found(rest, left, limits, self._config.facing.sizes)
+        cut = [(s, pieces) for s, mine in roomy if (pieces := s.pieces(rest, mine, there[s]))]
+        again = (left, self._config.facing.sizes), (cut, 1)
+        return [c for tasks, sizes in again if tasks for c in self._found(rest, tasks, limits, sizes)]
 
     def _found(
         self,

@@ -14,7 +14,7 @@ from .model.found import Detection, Rejection
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .spatial_search import SpatialSearch
-from .verdict.descriptions import Describer, rejection_of
+from .verdict.descriptions import NONE_LEFT, Describer, rejection_of
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
 
@@ -41,12 +41,11 @@ class SpatialStage:
         search_of = SpatialSearch(frame.hurried(search.search_share), self._judge, search, recall, self._crew)
         found = search_of.run(self._finders, blobs)
         accepted, others = share_out(found, frame, self._judge)
-        if recall is not None:
-            for finder in self._finders:
-                recall.accept(finder, [v for v in accepted if v.claim.finder is finder], frame.camera)
-        detections = [
-            detection
-            for finder, describer in zip(self._finders, self._describers, strict=True)
-            for detection in describer.describe([v for v in accepted if v.claim.finder is finder], frame)
-        ]
-        return tuple(detections), tuple(rejection_of(v, frame, self._judge) for v in others)
+        detections, turned_down = list[Detection](), list[Rejection]()
+        for finder, describer in zip(self._finders, self._describers, strict=True):
+            told, surplus = describer.without_surplus(accepted, frame)
+            detections += describer.describe(told, frame)
+            turned_down += [rejection_of(v, frame, self._judge, NONE_LEFT) for v in surplus]
+            if recall is not None:
+                recall.accept(finder, told, frame.camera)
+        return tuple(detections), (*turned_down, *(rejection_of(v, frame, self._judge) for v in others))

@@ -64,7 +64,7 @@ class Pipeline:
         on_fault: Callable[[str], None] = lambda line: None,
     ) -> None:
         self._calibrations, self._publishers, self._on_fault = calibrations, publishers, on_fault
-        self._names = [t.name for t in setup.targets]
+        self._names, self._classes = [t.name for t in setup.targets], setup.image.named_labels
         self._tracker = Tracker(setup.tracking, setup.targets, setup.in_doubt)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
         self._memory: tuple[Recognizer, Memory | None] | None = None  # whose it is, and what the last image left
@@ -171,7 +171,8 @@ class Pipeline:
             picture = draw_result(image, result, self._names, camera)
             self._publishers.publish_overlay(conversions.image_to_msg(picture, header))
         if result.labels is not None and self._publishers.labels_are_wanted:
-            self._publishers.publish_labels(conversions.image_to_msg(class_picture(result.labels), header))
+            picture = class_picture(result.labels, self._classes)
+            self._publishers.publish_labels(conversions.image_to_msg(picture, header))
 
 
 def _header_problem(header: Header) -> str:

@@ -186,6 +186,17 @@ def test_every_label_has_one_colour_and_low_ones_differ():
     assert np.array_equal(class_picture(np.array([[300]], np.uint16))[0, 0], picture[0, 255])
 
 
+def test_classes_are_drawn_in_the_colours_that_they_are_named_after():
+    labels = np.array([[0, 1, 2, 3, 9]])
+    named = class_picture(labels, (("team_yellow", 1), ("green", 2), ("ball", 3)))[0].astype(int)
+    blue, green, red = named[1]
+    assert min(green, red) > 2 * blue, "yellow"
+    assert named[2, 1] == named[2].max() > 1.5 * named[2, 2], "green"
+    assert len({tuple(c) for c in named}) == 5
+    plain = class_picture(labels)[0]
+    assert (named[[0, 4]] == plain[[0, 4]]).all(), "no class, and a class without a name, look as ever"
+
+
 def test_an_error_is_written_out():
     picture = draw_error((320, 240), "damaged image " * 10)
     assert picture.shape == (240, 320, 3) and (picture > 100).any()

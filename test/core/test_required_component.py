@@ -1,4 +1,5 @@
-"""Objects whose required component is out of sight: turned away, hidden by another object, out of the image."""
+"""Objects whose required component cannot be seen: turned away, hidden by another object, out of the image, or without
+labels."""
 
 import numpy as np
 import pytest
@@ -147,7 +148,7 @@ def test_what_is_in_plain_view_is_told_as_before():
 
 
 def test_a_required_component_that_should_be_seen_and_is_not_is_missed():
-    """The same pixels, but its marker was on the back, too: who sees the back must see it."""
+    """The same pixels, but its marker was on the back, too: who sees the back must see it, and not the body there."""
     model = van()
     front = model.components[0]
     shown = marker("back", rectangle(0.05, 0.05), BACK, (-0.1115, 0.0, 0.0))
@@ -155,6 +156,19 @@ def test_a_required_component_that_should_be_seen_and_is_not_is_missed():
     labels = picture(model, pose(heading=FROM_BEHIND, z=0.8, model=model))
     other = ObjectModel("van", (twice, *model.components[1:]))
     assert not recognizer(other, "visible").recognize(labels, CAMERA).detections
+
+
+def test_a_required_component_whose_labels_are_gone_is_not_missed():
+    """A segmenter knows nothing of it, in deep shade; the others lie where it lets them lie."""
+    model, at = beside(), faced(0.05)
+    labels = picture(model, at)
+    labels[:, : CAMERA.size[0] // 2 - 20][labels[:, : CAMERA.size[0] // 2 - 20] == RED] = 0  # the root is on the left
+    assert not recognizer(model, "strict").recognize(labels, CAMERA).detections
+    (one,) = recognizer(model, "visible").recognize(labels, CAMERA).detections
+    (whole,) = recognizer(model, "visible").recognize(picture(model, at), CAMERA).detections
+    assert {c.component for c in one.components} == {"a", "b", "c"} and one.score < whole.score
+    assert np.linalg.norm(one.pose.position - at.t[0]) < 0.03 * at.t[0, 2]
+    assert abs(one.image.x - whole.image.x) < 2 and abs(one.image.y - whole.image.y) < 2
 
 
 def test_it_is_followed_from_image_to_image():

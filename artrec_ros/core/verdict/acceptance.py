@@ -23,7 +23,7 @@ from .claims import Claim, Claims
 from .evidence_kernels import Criteria, Curves, Found, Said, examine, probabilities
 
 # as evidence_kernels.py numbers them; then the same of what faces the camera in an image with colours
-_OF_LABELS = "alone", "deserted", "borne out", "unseen"
+_OF_LABELS = "alone", "deserted", "borne out", "unseen", "faded"
 CASES = (*_OF_LABELS, *(f"{case} in colour" for case in _OF_LABELS))
 
 
@@ -150,8 +150,8 @@ class Verdict:
     def case(self) -> str:
         """The model that holds for it: 'borne out' where other components are confirmed, 'deserted' where none is that
         should be in view, 'alone' where none should be, 'unseen' where others are confirmed and the required one is
-        turned away, hidden or out of the image; of what faces the camera each 'in colour', too: blur and noise leave
-        soft codes that vote less clearly than labels."""
+        turned away, hidden or out of the image, 'faded' where it bears no labels though it should be seen; of what
+        faces the camera each 'in colour', too: blur and noise leave soft codes that vote less clearly than labels."""
         return CASES[self.among.case[self.row]]
 
     @property
@@ -188,7 +188,7 @@ def verdicts_of(claims: Claims) -> Verdicts:
     by = Criteria(
         finder.root, n[1], told, several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
         float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
-        most,
+        most, config.required == "visible", (float(v.inside_empty) + float(v.inside[2])) / 2,
     )  # fmt: skip
     said = Said(*claims.scores.arrays, claims.seen.full_px, claims.votes, claims.scale)
     found = Found(

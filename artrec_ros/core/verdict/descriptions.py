@@ -40,6 +40,16 @@ class Describer:
         self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
         self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
 
+    def without_surplus(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> tuple[list[Verdict], list[Verdict]]:
+        """Those of this target that are told, and those that no identity is left for, where each occurs once."""
+        mine = [v for v in verdicts if v.claim.finder is self.finder]
+        if not mine:
+            return [], []
+        poses = Poses.concatenate([v.claim.poses for v in mine])
+        none_left = self._identifier.surplus(frame, poses, np.array([v.probability for v in mine]))
+        split = [[v for v, extra in zip(mine, none_left, strict=True) if extra == which] for which in (False, True)]
+        return split[0], split[1]
+
     def describe(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> list[Detection]:
         """Detections, the most probable first."""
         if not verdicts:
@@ -76,7 +86,7 @@ class Describer:
     ) -> Detection:
         target, kin = self.finder.target, self.finder.surface.kinematics
         root = next(p for p in parts if p.component == target.model.required.name)
-        if verdict.case == "unseen":
+        if not verdict.confirmed[self.finder.root]:
             parts = tuple(p for p in parts if p is not root)
             if parts and self.finder.required.anchors(pose)[0, 2] <= LEAST_DEPTH_M:  # behind the camera it has no place
                 root = max(parts, key=lambda part: part.score)
@@ -143,8 +153,13 @@ class Describer:
         return Instance(name, shown.marker.name, score, x, y, theta, scale, outline.copy())
 
 
-def rejection_of(verdict: Verdict, frame: ImageFrame, judge: Judge) -> Rejection:
-    """Why a claim became no object."""
+NONE_LEFT = "all of its identities, each of which occurs once, are those of likelier ones"
+
+
+def rejection_of(
+    verdict: Verdict, frame: ImageFrame, judge: Judge, otherwise: str = "its pixels belong to another"
+) -> Rejection:
+    """Why a claim became no object. :param otherwise: where nothing speaks against it by itself."""
     x, y = project(frame.camera, verdict.claim.poses.t)[0]
     name, reason = verdict.claim.finder.target.name, judge.reason(verdict)
-    return Rejection(name, reason or "its pixels belong to another", verdict.probability, float(x), float(y))
+    return Rejection(name, reason or otherwise, verdict.probability, float(x), float(y))

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import inlined, jit, lean
-from ..geometry.pixel_kernels import LabelView, outline_pixels, padded_pixel, project, turned
+from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, project, turned
 from ..model.chain_kernels import Chain, place_all
-from ..pose.surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, room_of
+from ..pose.surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, points_of, room_of
 
-ALONE, DESERTED, BORNE_OUT, UNSEEN = 0, 1, 2, 3  # see `Verdict.case`
+ALONE, DESERTED, BORNE_OUT, UNSEEN, FADED = range(5)  # see `Verdict.case`
 
 
 class Criteria(NamedTuple):
@@ -30,6 +30,8 @@ class Criteria(NamedTuple):
     inside: float  # greatest vote of a marker's pixel,
     around: float  # of a pixel of its outline's length,
     rim: float  # and of what lies at one place of that
+    fades: bool  # whether an object may be one whose required component bears no labels where it should be seen
+    other: float  # vote of a pixel on a marker below which it is of another class for sure
 
 
 class Said(NamedTuple):
@@ -148,6 +150,26 @@ def out_of_sight(s: Surface, said: Said, by: Criteria, h: int, A: Any, b: Any, v
 
 
 @lean
+def bears_others(
+    s: Surface, by: Criteria, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
+) -> bool:  # fmt: skip
+    """Whether some marker of the required component, in a frame (3, 3), (3,), shows another class: then it is not the
+    labels that are gone, but it is not there."""
+    for p in range(len(s.component)):
+        if s.component[p] == by.root and s.marker_of[p] >= 0 and aspect(s, p, A, b)[0] > limits.least_cosine:
+            locate(A, b, points_of(s, p), view, room.at[0])
+            vote, others, seen = s.table[s.role[p]], 0, 0
+            for i in range(s.count[p]):
+                code = view.padded[room.at[0, i]]
+                if code != limits.owned and code != limits.outside:
+                    seen += 1
+                    others += vote[code] < by.other
+            if others > by.supported_agree * seen:
+                return True
+    return False
+
+
+@lean
 def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, rim: float, found: Found) -> None:
     """What speaks for claim `h`, after `confirm`. :param cosine: see `Evidence.facing`. :param rim: `Evidence.rim`."""
     root_votes, root_px, votes, area_px, missing_px = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -198,9 +220,11 @@ def examine(
         rim = confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found)
         A, b = frames_R[by.root], frames_t[by.root]
         weigh(s, said, by, h, aspect(s, found.shown[h, by.root], A, b)[0], rim, found)
-        borne_out = found.case[h] == BORNE_OUT and not found.confirmed[h, by.root]
-        if borne_out and out_of_sight(s, said, by, h, A, b, view):
-            found.case[h] = UNSEEN
+        if found.case[h] == BORNE_OUT and not found.confirmed[h, by.root]:
+            if out_of_sight(s, said, by, h, A, b, view):
+                found.case[h] = UNSEEN
+            elif by.fades and not bears_others(s, by, A, b, view, limits, room):
+                found.case[h] = FADED
 
 
 class Curves(NamedTuple):

@@ -12,7 +12,9 @@ from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
+from scipy.special import logit, logsumexp
 
 from ..base.config import RecognizerConfig
 from ..geometry.projection import project
@@ -24,6 +26,7 @@ from ..model.objects import Identity, ObjectModel
 from ..model.surface import INSIDE_POINTS
 from ..pose.surface_model import Poses, SpatialModel
 
+_LEAST = 1e-9  # nothing is surer than that
 _NOT_KNOWN = -1e9  # instead of a forbidden pair: linear_sum_assignment wants numbers
 
 
@@ -68,6 +71,15 @@ class Identifier:
         names, least = [i.name for i in self.identities], self._config.min_identity_probability
         return list(named(evidence, names, self._surface.model.unique, least))
 
+    def surplus(self, frame: ImageFrame, poses: Poses, probability: Array) -> NDArray[np.bool_]:
+        """(H,) which objects there is no identity left for, where each occurs once.
+
+        :param probability: (H,) of each object.
+        """
+        if not self._surface.model.unique or len(poses) <= len(self.identities):
+            return np.zeros(len(poses), bool)
+        return surplus(self.evidence(frame, poses), logit(np.clip(probability, _LEAST, 1 - _LEAST)))
+
     def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H, N) log-likelihood of the pixels on the components under each identity."""
         surface = self._surface
@@ -100,6 +112,17 @@ def named(evidence: Array, names: Sequence[str], unique: bool, least: float) -> 
     evidence = np.hstack([evidence, np.tile(evidence.mean(axis=1, keepdims=True), spare)])
     best = choose(evidence)
     return [_fit(evidence, names, unique, least, choose, best, i) for i in range(len(best))]
+
+
+def surplus(evidence: Array, odds: Array) -> NDArray[np.bool_]:
+    """(H,) which of H objects, more than there are names, are none: those whose absence is likeliest, all in all.
+
+    :param evidence: (H, N) of names that occur once each. :param odds: (H,) logarithms of those that each is there.
+    """
+    objects, names = evidence.shape
+    told = evidence - logsumexp(evidence, axis=1, keepdims=True) + np.log(names)  # against any name
+    absent = np.zeros((objects, objects - names))
+    return np.asarray(np.array(_together(np.hstack([odds[:, None] + told, absent]))) >= names)
 
 
 def _fit(

@@ -14,7 +14,7 @@ from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, Verdicts, verdicts_of
 from .claims import Seen, claims_of
-from .evidence_kernels import UNSEEN
+from .evidence_kernels import FADED, UNSEEN
 from .reach import Reach
 
 
@@ -25,7 +25,7 @@ class Judge:
     :param min_votes: least votes of a claim. :param min_probability: least probability of an object.
     :param min_components: least components that the labels confirm; no more than there are.
     :param reach: where objects are looked for.
-    :param unseen: whether an object may be one whose required component is out of sight.
+    :param unseen: whether an object may be one whose required component cannot be seen.
     """
 
     min_votes: float
@@ -69,10 +69,12 @@ class Judge:
         return np.asarray(enough & shown & held)
 
     def _shows_required(self, verdicts: Verdicts) -> NDArray[np.bool_]:
-        """(H,) whether the required component is confirmed, or out of sight where that is no matter."""
+        """(H,) whether the required component is confirmed, or cannot be seen where that is no matter."""
         finder = verdicts.claims.finder
-        unseen = self.unseen and not finder.facing
-        return np.asarray(verdicts.confirmed[:, finder.root] | (unseen & (verdicts.case == UNSEEN)))
+        confirmed = verdicts.confirmed[:, finder.root] > 0
+        if not self.unseen or finder.facing:
+            return np.asarray(confirmed)
+        return np.asarray(confirmed | np.isin(verdicts.case, (UNSEEN, FADED)))
 
     def shows_required(self, verdict: Verdict) -> bool:
         """The same of one."""

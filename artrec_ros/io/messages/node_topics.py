@@ -105,8 +105,8 @@ OVERLAY = NodeTopic(
 LABELS = NodeTopic(
     "debug/labels",
     "sensor_msgs/msg/Image",
-    "bgr8, made only while somebody subscribes: what the recogniser saw, each class of pixels in a colour of its own; "
-    "dark: background, unknown, blanked",
+    "bgr8, made only while somebody subscribes: what the recogniser saw, each class in the colour that it is named "
+    "after; dark: background, unknown, blanked",
     1,
 )
 DIAGNOSTICS = NodeTopic(

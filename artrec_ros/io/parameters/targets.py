@@ -42,7 +42,7 @@ def load_target(name: str, config: ObjectConfig, image: ImageConfig, values: Map
         path = getattr(config, key)
         if path and not Path(path).is_file():
             raise values[f"{name}.{key}"].error(f"there is no file {path}")
-    labels = _labels(image)
+    labels = dict(image.named_labels)
     if image.kind != "labels" and config.label not in labels.values():
         known = ", ".join(f"{label} ({class_name})" for class_name, label in labels.items())
         raise values[f"{name}.label"].error(f"{config.label} is no label of image.classes (known: {known})")
@@ -88,8 +88,4 @@ def colourless(image: ImageConfig) -> Iterator[str]:
 
 def same_labels(a: ImageConfig, b: ImageConfig) -> bool:
     """Whether targets read with one are as if read with the other."""
-    return a.kind == b.kind and _labels(a) == _labels(b)
-
-
-def _labels(image: ImageConfig) -> dict[str, int]:
-    return {name: c.label for name, c in image.classes.items()}
+    return a.kind == b.kind and dict(a.named_labels) == dict(b.named_labels)

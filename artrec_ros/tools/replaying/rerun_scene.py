@@ -36,7 +36,7 @@ def class_names(image: ImageConfig, targets: Sequence[Target]) -> rr.AnnotationC
     """Names and colours of the class numbers, as in the overlays."""
     names = {0: "nothing", **{t.label: t.name for t in targets}}
     names |= {cls.label: name for name, cls in image.classes.items()}
-    colours = class_picture(np.arange(256)[None])[0, :, ::-1].tolist()
+    colours = class_picture(np.arange(256)[None], image.named_labels)[0, :, ::-1].tolist()
     return rr.AnnotationContext([(n, names.get(n, f"class {n}"), colours[n]) for n in range(len(colours))])
 
 

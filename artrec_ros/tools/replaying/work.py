@@ -133,7 +133,7 @@ class Worker:
         else:
             picture = draw_result(frame.image, seen.result, self._names, frame.camera)
             if self._order.with_classes:
-                classes = class_picture(self._segmenter.labels(frame.image))
+                classes = class_picture(self._segmenter.labels(frame.image), self._order.setup.image.named_labels)
                 size = (picture.shape[1], picture.shape[0])
                 picture = np.hstack([picture, cv2.resize(classes, size, interpolation=cv2.INTER_NEAREST)])
         png = None

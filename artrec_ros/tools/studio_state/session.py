@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...core.base.config import ImageConfig
 from ...core.base.errors import ConfigError
-from ...core.drawing import class_picture, draw_result, object_colour
+from ...core.drawing import class_picture, draw_result
 from ...core.image.segmentation import Segmenter
 from ...core.model.found import FrameResult
 from ...core.recognizer import Recognizer
@@ -26,7 +26,6 @@ from ..tuning.parameter_text import tuned_text
 from .stills import Stills
 
 PARAMETERS_FILE = "params.yaml"
-_NO_CLASS = (44, 38, 36)  # BGR
 _KEPT = 400  # results that are kept
 _RECOGNISERS = 3  # that are kept: the saved parameters', those being tried, the ones before
 
@@ -139,20 +138,15 @@ class Session:
 class ClassPictures:
     """What class each pixel gets, each class in the colour that it is named after.
 
-    :param image: how images are read; the colours' table is made once.
+    :param image: how images are read.
     """
 
     def __init__(self, image: ImageConfig) -> None:
-        self._segmenter = Segmenter(image)
-        self._table = np.full((256, 3), _NO_CLASS, np.uint8)
-        for name, cls in image.classes.items():
-            self._table[cls.label] = object_colour(list(image.classes), name)
-        self._named = bool(image.classes)
+        self._segmenter, self._classes = Segmenter(image), image.named_labels
 
     def of(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """(H, W, 3) BGR."""
-        labels = self._segmenter.labels(image)
-        return np.asarray(self._table[labels], np.uint8) if self._named else class_picture(labels)
+        return class_picture(self._segmenter.labels(image), self._classes)
 
 
 def load_setup(given: tuple[Path, ...], folder: Path) -> Setup:

@@ -20,7 +20,7 @@ from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
-from artrec_ros.core.verdict.identity import Identifier, identities_of, named
+from artrec_ros.core.verdict.identity import Identifier, identities_of, named, surplus
 
 NAMES = ("a", "b", "c", "d", "e")
 
@@ -92,6 +92,19 @@ def test_beyond_all_names_the_one_that_tells_least_has_none():
     fits = told([[-3.0, -23.0], [-0.5, -0.6], [-30.0, -5.0]])
     assert names(fits) == ["a", None, "b"]
     assert (fits[1].probability, fits[1].runner_up) == (0.0, None)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "odds", "none"),
+    [
+        ([[0, -9], [-9, 0], [-4, -4.1]], [2, 2, 2], 2),  # it looks like nobody
+        ([[0, -9], [-9, 0], [-1, -30]], [2, 2, -3], 2),  # it looks like the first, and is hardly there
+        ([[0, -9], [-9, 0], [-1, -30]], [-3, 2, 2], 0),  # the first is
+        ([[0, -9], [-9, 0], [-9, 0]], [2, -9, 3], 1),
+    ],
+)
+def test_of_more_objects_than_names_those_go_that_are_least_likely_there(evidence, odds, none):
+    assert np.flatnonzero(surplus(np.array(evidence, float), np.array(odds, float))).tolist() == [none]
 
 
 def test_two_that_claim_the_only_name_are_both_in_doubt():

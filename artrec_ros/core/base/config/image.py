@@ -138,3 +138,8 @@ class ImageConfig:
         for name, cls in self.classes.items():
             validate(cls, f"image.{name}.")
             cls.check(self.kind, f"image.{name}.")
+
+    @property
+    def named_labels(self) -> tuple[tuple[str, int], ...]:
+        """Each class' name and label."""
+        return tuple((name, cls.label) for name, cls in self.classes.items())

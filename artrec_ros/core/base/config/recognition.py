@@ -68,8 +68,8 @@ class RecognizerConfig:
     )
     required: str = param(
         "strict",
-        "strict: there is no object without its required component; visible: where that is turned away, hidden or out "
-        "of the image the others may suffice; in space",
+        "strict: there is no object without its required component; visible: where that is turned away, hidden, out "
+        "of the image or without labels the others may suffice, and are looked for in all their classes; in space",
         choices=("strict", "visible"),
         paths=("space",),
     )

@@ -1,0 +1,101 @@
+"""Many flat objects that face the camera: more than there are names, and such as touch one another."""
+
+import numpy as np
+import pytest
+from settings import settings
+from squares import BACK, COLOURS, SIDE, TEAM, Placing, rendered, robot
+
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.facing_search import FacingSearch
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.verdict.claims import silhouette
+from artrec_ros.core.verdict.descriptions import NONE_LEFT
+
+SCALE, SIZE = 190.0, (220, 160)
+
+
+def recognizer(model, **options):
+    return Recognizer(
+        (Target("robot", model, TEAM),), settings(time_budget_ms=60000, **options), Segmenter(ImageConfig())
+    )
+
+
+def found_at(result, at):
+    off = [np.hypot(d.image.x - at.x, d.image.y - at.y) for d in result.detections]
+    return bool(off) and min(off) < 0.3 * SIDE * at.scale
+
+
+PLACED = [
+    Placing(30.2, 30.3, 0.4, 300.0, "gr"), Placing(80.4, 33.1, 2.0, 300.0, "gv"),
+    Placing(130.3, 30.4, -1.0, 300.0, "rg"), Placing(40.1, 90.2, 3.0, 300.0, "vr"),
+    Placing(100.1, 95.2, 0.1, 300.0, "gr"),
+]  # fmt: skip
+
+
+def test_where_each_name_occurs_once_there_are_no_more_objects_than_names():
+    picture = rendered(*PLACED, size=SIZE)
+    assert len(recognizer(robot(unique=False)).recognize(picture).detections) == 5
+    result = recognizer(robot()).recognize(picture)
+    assert len(result.detections) == 4
+    assert {d.identity.name for d in result.detections} <= {"gr", "gv", "rg", "vr", None}
+    reasons = [r for r in result.rejected if r.reason == NONE_LEFT]
+    assert len(reasons) == 1 and 0.4 < reasons[0].score <= 1
+    assert not found_at(result, Placing(reasons[0].x, reasons[0].y, 0.0, 300.0))
+
+
+def test_the_one_that_goes_is_the_one_that_shows_no_name():
+    """A fifth one has the team's patch and, in front, a blend of all classes' pixels."""
+    placed = [*PLACED[:4], Placing(100.1, 95.2, 0.1, 300.0, "gr")]
+    picture = rendered(*placed, size=SIZE)
+    front, rng = np.isin(picture[75:120, 75:125], list(COLOURS.values())), np.random.default_rng(0)
+    picture[75:120, 75:125][front] = rng.choice(list(COLOURS.values()), int(front.sum()))
+    result = recognizer(robot()).recognize(picture)
+    assert sorted(d.identity.name for d in result.detections) == ["gr", "gv", "rg", "vr"]
+    assert all(found_at(result, at) for at in placed[:4]) and not found_at(result, placed[4])
+
+
+def chain(seed):
+    """Three robots with their team's patches side by side: one blob of three."""
+    rng = np.random.default_rng(seed)
+    turn, bend = rng.uniform(-np.pi, np.pi), rng.uniform(-0.2, 0.2, 2)
+    side, out = 0.96 * np.array([-np.sin(turn), -np.cos(turn)]) * SIDE * SCALE, []
+    for n, name in enumerate(("gr", "gv", "vr")):
+        at = np.array([110.3, 80.2]) + (n - 1) * side
+        out.append(Placing(*at, turn + (0.0, *bend)[n], SCALE, name))
+    return out
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_those_that_touch_leave_of_their_blob_is_another_blob(seed):
+    """Of three that make one blob those are found that are given: what they leave is the others' patches."""
+    placed, config = chain(seed), settings()
+    finder = WholeObjectFinder(Target("robot", robot(), TEAM), config, facing=True)
+    search, labels = FacingSearch(finder, config), rendered(*placed, size=SIZE)
+    frame, (blob,) = ImageFrame(LabelField(labels)).faced(), find_blobs(labels, {TEAM}, config)
+    for known in ([0], [2], [0, 2], [0, 1, 2]):
+        found = Poses.concatenate([placed[i].pose(frame.camera) for i in known])
+        solids = [silhouette(finder.surface, frame.camera, found[[i]]) for i in range(len(found))]
+        rest = frame.without([hull for hulls in solids for hull in hulls])
+        roomy = search.roomy(frame, [blob], found)
+        assert bool(roomy) == (len(known) < 3)
+        if roomy:
+            (left,) = search.pieces(rest, roomy, found)
+            missed = [p for i, p in enumerate(placed) if i not in known]
+            middle = np.mean([p.at([BACK.mean(axis=0)])[0] for p in missed], axis=0)
+            assert np.linalg.norm(left.contour.mean(axis=0) - middle) < 3.0
+            assert 0.7 < left.area_px / (len(missed) * finder.target.model.required.markers[0].area * SCALE**2) < 1.3
+
+
+def test_what_is_left_around_one_that_is_found_is_nothing():
+    at, config = Placing(110.3, 80.2, 0.7, SCALE, "gr"), settings()
+    finder = WholeObjectFinder(Target("robot", robot(), TEAM), config, facing=True)
+    labels = rendered(at, size=SIZE)
+    frame, (blob,) = ImageFrame(LabelField(labels)).faced(), find_blobs(labels, {TEAM}, config)
+    assert not FacingSearch(finder, config).roomy(frame, [blob], at.pose(frame.camera))

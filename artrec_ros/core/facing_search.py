@@ -104,7 +104,7 @@ class FacingSearch:
         # fits of the contours where they are long enough: a grid is coarse there
         large = np.flatnonzero(np.array([not is_small(b, self._config.guesses) for b in mine])[blob % len(mine)])
         fitted = fit_required(self.finder.surface, frame, found.poses[large], self._config.fit, facing=True)
-        fitted = self._with_joints(frame, fitted)
+        fitted = self._with_joints(frame, self.finder.within_limits(frame.camera, fitted))
         found += Ranked(fitted, self.finder.votes(frame, fitted, occlusion=True))
         found = found[self._best_of_each(frame, found, np.concatenate([blob, blob[large]]), most)]
         found = self.finder.moved(frame, found, self._climbs[0])

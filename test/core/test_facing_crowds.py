@@ -7,6 +7,7 @@ from squares import BACK, COLOURS, SIDE, TEAM, Placing, rendered, robot
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.facing_search import FacingSearch
+from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -99,3 +100,15 @@ def test_what_is_left_around_one_that_is_found_is_nothing():
     labels = rendered(at, size=SIZE)
     frame, (blob,) = ImageFrame(LabelField(labels)).faced(), find_blobs(labels, {TEAM}, config)
     assert not FacingSearch(finder, config).roomy(frame, [blob], at.pose(frame.camera))
+
+
+def test_fits_keep_to_the_limits_of_the_scale_where_they_are():
+    """One that grows over several that touch would take the place of right ones, and be turned down in the end."""
+    config = settings(min_scale=160.0, max_scale=220.0)
+    finder = WholeObjectFinder(Target("robot", robot(), TEAM), config, facing=True)
+    frame = ImageFrame(LabelField(rendered(size=SIZE))).faced()
+    placed = [Placing(110.3, 80.2, 0.7, scale) for scale in (90.0, 190.0, 350.0)]
+    poses = Poses.concatenate([at.pose(frame.camera) for at in placed])
+    kept = finder.within_limits(frame.camera, poses)
+    np.testing.assert_allclose(frame.camera.focal_px / kept.t[:, 2], (160.0, 190.0, 220.0))
+    np.testing.assert_allclose(project(frame.camera, kept.t), project(frame.camera, poses.t))

@@ -263,11 +263,13 @@ class WholeObjectFinder:
         fitted = fit_poses(
             self.surface, frame, poses, use, fit.fine_reach_px, fit, facing=self.facing, occlusion=occlusion
         )
-        if not self.facing:
-            return fitted
-        depth = fitted.t[:, 2]
-        near_m, far_m = self._depths(frame.camera)
-        return Poses(fitted.R, fitted.t * (np.clip(depth, near_m, far_m) / depth)[:, None], fitted.q)
+        return self.within_limits(frame.camera, fitted) if self.facing else fitted
+
+    def within_limits(self, camera: Camera, poses: Poses) -> Poses:
+        """Hypotheses at the places in the image where they are, and at scales that are looked for."""
+        depth = poses.t[:, 2]
+        near_m, far_m = self._depths(camera)
+        return Poses(poses.R, poses.t * (np.clip(depth, near_m, far_m) / depth)[:, None], poses.q)
 
     def _depths(self, camera: Camera) -> tuple[float, float]:
         """Between which depths hypotheses stay while they move: of what faces the camera, those of its scale."""

@@ -142,6 +142,32 @@ def test_annotations_must_be_of_the_object_and_their_images_there(tmp_path, conf
     assert code == 1 and "category 'digger' is of none of the objects: keypoint 'base/side_right.tail'" in problems[0]
 
 
+@pytest.mark.parametrize(
+    ("category", "attributes", "said"),
+    [
+        ("yellow", {"identity": "gr"}, ()),
+        ("yellow_gr", {}, ()),
+        ("yellow", {"left": "g", "right": "r"}, ()),
+        ("yellow", {"identity": "gg"}, ("object 'mirosot' has no identity 'gg'",)),
+        ("yellow", {}, ("is not told which one it is, of 1 of 1", "gr, gv, rg, vg, vr")),
+    ],
+)
+def test_annotations_tell_which_one_of_several_like_objects_it_is(tmp_path, config, capsys, category, attributes, said):
+    names = [f"{part}/{part}.{end}" for part in ("team", "left", "right") for end in ("tail", "head")]
+    points = [v for n in range(6) for v in (10.0 + 7 * n, 12.0 + n * n, 2)]
+    one = {"image_id": 1, "id": 1, "category_id": 1, "keypoints": points, "attributes": attributes}
+    cv2.imwrite(str(tmp_path / "a.png"), np.zeros((60, 80), np.uint8))
+    content = {
+        "images": [{"id": 1, "file_name": "a.png", "width": 80, "height": 60}],
+        "categories": [{"id": 1, "name": category, "keypoints": names}],
+        "annotations": [one],
+    }
+    (tmp_path / "coco.json").write_text(json.dumps(content))
+    code, _, problems = inspect(capsys, tmp_path / "coco.json", config / "objects/mirosot.yaml")
+    assert (code != 0) == bool(said) == bool(problems), problems
+    assert all(any(words in line for line in problems) for words in said)
+
+
 def test_truth_and_results_must_share_labels_names_and_stamps(tmp_path, config, capsys):
     bag = write_bag(tmp_path / "bag")
     far = write_truth(tmp_path / "truth.jsonl", label=7, first=STAMP + 5 * 10**9)

@@ -14,9 +14,10 @@ from ...core.image.segmentation import Segmenter
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...core.ways import SPACE, way_of
+from ...io.base.yaml_files import nearest
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
-from ...io.learned.annotations import Annotations
+from ...io.learned.annotations import AnnotatedObject, Annotations
 from ...io.parameters.parameter_file import Setup
 
 T = TypeVar("T")
@@ -90,11 +91,30 @@ def _annotations(path: Path, coco: Annotations, models: Mapping[str, ObjectModel
         for model in models.values():
             try:
                 coco.of([category]).examples(model)
+                yield from _identities([o for o in coco.objects if o.category == category], model)
                 break
             except ConfigError as error:
                 reasons.append(str(error))
         else:
             yield f"{path}: category '{category}' is of none of the objects: {reasons[0]}"
+
+
+def _identities(annotated: Sequence[AnnotatedObject], model: ObjectModel) -> Iterator[str]:
+    """Whether annotations tell which one of several like objects each is: by an attribute, or their category's end."""
+    names, parts = sorted(i.name for i in model.identities), {c.name for c in model.components if c.classes}
+    silent = []
+    for o in annotated if names else ():
+        called = (name for name in names if o.category == name or o.category.endswith(f"_{name}"))
+        told = o.attributes.get("identity", next(called, None))
+        if told is None and not parts <= set(o.attributes):
+            silent.append(o)
+        elif told is not None and told not in names:
+            yield f"{o.place}: object '{model.name}' has no identity '{told}'{nearest(told, names)}"
+    if silent:
+        yield (
+            f"{silent[0].place}: it is not told which one it is, of {len(silent)} of {len(annotated)} objects: give "
+            f"the attribute identity ({', '.join(names)})"
+        )
 
 
 def _constraints(path: Path, constraints: ConstraintContent, models: Mapping[str, ObjectModel]) -> Iterator[str]:

@@ -114,9 +114,8 @@ def area_root(target: Target, component: str) -> float:
     return float(np.sqrt(abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2))
 
 
-def flat_row(target: Target, size_px: float, slant_deg: float, blur_px: float, frames: int, max_slant: float) -> Row:
-    config = RecognizerConfig(max_slant_deg=max_slant)
-    recognizer, camera = Recognizer([target], config, Segmenter(ImageConfig())), view()
+def flat_row(target: Target, size_px: float, slant_deg: float, blur_px: float, frames: int) -> Row:
+    recognizer, camera = Recognizer([target], RecognizerConfig(), Segmenter(ImageConfig())), view()
     renderer, sensor = Renderer(camera), replace(SensorConfig(), blur_px=blur_px)
     rngs = generators(frames, size_px, slant_deg, blur_px)
     right, false = 0, 0
@@ -249,13 +248,12 @@ def main() -> None:
     head = "found right false    offset turn deg (medians)"
     if args.only in (None, "flat"):
         target = flat_target(load_parameters(CONFIG / "vss.yaml"))
-        print(f"flat, offset in px\nsize slant blur squeezed  {head}")
-        cases = [(s, USUAL_BLUR_PX, 0.0) for s in SLANTS_DEG] + [(0, b, 0.0) for b in BLURS_PX if b != USUAL_BLUR_PX]
-        cases += [(s, USUAL_BLUR_PX, 50.0) for s in SLANTS_DEG if s >= 30]
-        for slant, blur, squeezed in cases:
+        print(f"flat, offset in px\nsize slant blur  {head}")
+        cases = [(s, USUAL_BLUR_PX) for s in SLANTS_DEG] + [(0, b) for b in BLURS_PX if b != USUAL_BLUR_PX]
+        for slant, blur in cases:
             for size in args.sizes:
-                row = flat_row(target, size, slant, blur, args.frames, squeezed)
-                print(f"{size:4g} {slant:5g} {blur:4g} {squeezed:8g}  {row.line}", flush=True)
+                row = flat_row(target, size, slant, blur, args.frames)
+                print(f"{size:4g} {slant:5g} {blur:4g}  {row.line}", flush=True)
     if args.only in (None, "space"):
         setup = load_parameters(CONFIG / "excavator.yaml")
         print(f"in space, offset in shares of the range\nsize blur  {head}")

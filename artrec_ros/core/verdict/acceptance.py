@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.transforms import Array
+from ..pose.surface_model import SpatialModel
 from . import acceptance_curves, facing_curves
 from .acceptance_curves import Model
 from .claims import Claim, Claims
@@ -204,7 +205,22 @@ def verdicts_of(claims: Claims) -> Verdicts:
         found.case[:] += len(CASES) // 2
     out = np.empty(n[0])
     probabilities(_curves(finder.facing), found.case, found.evidence, out)
+    if several.any():
+        out = _of_several(out, found.confirmed, surface)
     return Verdicts(claims, *found, out)
+
+
+def _of_several(probability: Array, confirmed: Array, surface: SpatialModel) -> Array:
+    """(H,) probabilities of objects whose components may be of one of several classes: what may be of k is borne out by
+    chance k times as easily as what is of one, of which the curves are.
+
+    :param confirmed: (H, C)
+    """
+    choices = np.log([len(labels) for labels in surface.labels])
+    choices[surface.root] = 0.0
+    others = confirmed * (np.arange(len(choices)) != surface.root)
+    mean = (others @ choices) / np.maximum(others.sum(axis=1), 1)
+    return np.asarray(probability / (probability + (1 - probability) * np.exp(mean)))
 
 
 _NEVER: Model = -50.0, {}  # a case that is not looked for

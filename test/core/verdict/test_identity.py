@@ -18,7 +18,7 @@ from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
-from artrec_ros.core.verdict.acceptance import verdicts_of
+from artrec_ros.core.verdict.acceptance import _of_several, verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.identity import Identifier, identities_of, named, surplus
 
@@ -105,6 +105,16 @@ def test_beyond_all_names_the_one_that_tells_least_has_none():
 )
 def test_of_more_objects_than_names_those_go_that_are_least_likely_there(evidence, odds, none):
     assert np.flatnonzero(surplus(np.array(evidence, float), np.array(odds, float))).tolist() == [none]
+
+
+def test_what_may_be_of_several_classes_is_borne_out_by_less():
+    """By chance three times as easily, where it may be of three: the odds are a third."""
+    surface = SpatialModel(robot(), TEAM, DEFAULTS.votes)
+    confirmed = np.array([[1, 0, 0], [1, 1, 0], [1, 1, 1], [0, 0, 1]], bool)
+    lowered = _of_several(np.array([0.9, 0.9, 0.9, 0.5]), confirmed, surface)
+    np.testing.assert_allclose(lowered / (1 - lowered), [9.0, 3.0, 3.0, 1 / 3])
+    plain = SpatialModel(ROBOT["plain"], TEAM, DEFAULTS.votes)
+    np.testing.assert_allclose(_of_several(np.array([0.3]), confirmed[2:3], plain), 0.3)
 
 
 def test_two_that_claim_the_only_name_are_both_in_doubt():

@@ -44,7 +44,7 @@ def class_picture(labels: NDArray[Any], classes: Sequence[tuple[str, int]] = ())
 
     The same number always has the same colour, 0 (no class) a dark one; numbers of 255 and above share one.
 
-    :param classes: names and labels: these are drawn in the colours that they are named after, as objects are.
+    :param classes: names and labels: those that are named after a colour are drawn in that, as objects are.
     """
     return np.asarray(_class_table(tuple(classes))[np.minimum(labels, 255)], np.uint8)
 
@@ -55,8 +55,9 @@ def _class_table(classes: tuple[tuple[str, int], ...]) -> NDArray[np.uint8]:
     hsv = np.stack([hues, np.full(256, 110, np.uint8), np.full(256, 170, np.uint8)], axis=-1)[None]
     table = cv2.cvtColor(hsv, cv2.COLOR_HSV2BGR)[0]
     table[: len(_CLASS_COLOURS)] = _CLASS_COLOURS
-    names = [name for name, _ in classes]
-    for name, label in classes:
+    named = [(name, label) for name, label in classes if _colour_word(name) is not None]
+    names = [name for name, _ in named]
+    for name, label in named:
         table[label] = (_MUTED * np.array(object_colour(names, name))).astype(np.uint8)
     return table
 

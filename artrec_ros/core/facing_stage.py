@@ -41,7 +41,8 @@ class FacingStage:
         limits, faced = scale_limits(self._config, frame.calibration), frame.faced()
         found = self._found(faced, [(s, blobs) for s in self._searches], limits)
         (accepted, others), _ = self._shared_out(found, faced)
-        if more := self._of_merged(faced, blobs, limits, accepted):
+        more = self._of_merged(faced, blobs, limits, accepted)
+        if any(len(poses) for _, poses in more):
             together, in_time = self._shared_out(found + more, faced)
             accepted, others = together if in_time else (accepted, others)  # else some of these are not judged again
         detections, surplus = list[Detection](), list[Verdict]()

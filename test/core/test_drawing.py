@@ -192,9 +192,9 @@ def test_classes_are_drawn_in_the_colours_that_they_are_named_after():
     blue, green, red = named[1]
     assert min(green, red) > 2 * blue, "yellow"
     assert named[2, 1] == named[2].max() > 1.5 * named[2, 2], "green"
-    assert len({tuple(c) for c in named}) == 5
+    assert named.max() < 200, "muted: outlines stand out"
     plain = class_picture(labels)[0]
-    assert (named[[0, 4]] == plain[[0, 4]]).all(), "no class, and a class without a name, look as ever"
+    assert (named[[0, 3, 4]] == plain[[0, 3, 4]]).all(), "what is named after no colour looks as ever"
 
 
 def test_an_error_is_written_out():

@@ -266,7 +266,7 @@ class WholeObjectFinder:
         return self.within_limits(frame.camera, fitted) if self.facing else fitted
 
     def within_limits(self, camera: Camera, poses: Poses) -> Poses:
-        """Hypotheses at the places in the image where they are, and at scales that are looked for."""
+        """Hypotheses with their origins in the image where they are, and at scales that are looked for."""
         depth = poses.t[:, 2]
         near_m, far_m = self._depths(camera)
         return Poses(poses.R, poses.t * (np.clip(depth, near_m, far_m) / depth)[:, None], poses.q)

@@ -20,7 +20,7 @@ class RegionFit:
     """Fits one model's poses: each marker is a region, and so is what lies around each."""
 
     def __init__(self, surface: SpatialModel, config: RecognizerConfig) -> None:
-        self._surface, self._config, self._limits = surface, config.facing, config
+        self._surface, self._config, self._limits = surface, config.facing, scale_limits(config, None)
         patches = [surface.patches[p] for p in surface.markers]
         outward = [np.cross(p.contour_along, p.normal) for p in patches]
         around = surface.open_contour
@@ -40,9 +40,9 @@ class RegionFit:
         """Poses moved, turned and scaled in the image plane."""
         config, (regions, at, reach) = self._config, self._figures(frame, poses)
         least, most = at - reach, at + reach
-        scale, limits = frame.camera.focal_px / poses.t[:, 2], scale_limits(self._limits, None)
-        least[:, 3] = np.minimum(np.maximum(least[:, 3], limits.least / scale), 1.0)  # but never has it to move
-        most[:, 3] = np.maximum(np.minimum(most[:, 3], limits.greatest / scale), 1.0)
+        scale = frame.camera.focal_px / poses.t[:, 2]
+        least[:, 3] = np.minimum(np.maximum(least[:, 3], self._limits.least / scale), 1.0)  # but never has it to move
+        most[:, 3] = np.maximum(np.minimum(most[:, 3], self._limits.greatest / scale), 1.0)
         even_out_each(_image(frame), regions, at, reach / 4, config.region_rounds, least, most, np.empty(len(at)))
         z = poses.t[:, 2] / at[:, 3]
         roll = np.zeros((len(at), 3, 3))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..base.config import VotesConfig
 from ..base.jit import LANES
 from ..geometry.transforms import Array
-from ..image.codes import LABELS, OUTSIDE, OWNED, Codes
+from ..image.codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from ..image.image_frame import ImageFrame
 from ..image.label_field import LabelField
 from ..model.chain_kernels import place_points
@@ -174,6 +174,12 @@ class SpatialModel:
         """(P,) patches by component, and where those of each one begin: (C + 1,)."""
         order = np.argsort(self.component, kind="stable")
         return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
+
+    @cached_property
+    def root_others(self) -> Array:
+        """(256,) how far each code is of a known class that is none of the required component's."""
+        known = 1 - self.codes.share[:, [UNKNOWN, EMPTY, OWNED, OUTSIDE, *self.labels[self.root]]].sum(axis=1)
+        return np.ascontiguousarray(known)
 
     @cached_property
     def alike(self) -> NDArray[np.bool_]:

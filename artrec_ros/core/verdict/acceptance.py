@@ -2,8 +2,8 @@
 
 The probability is that of an additive logistic model: each kind of evidence adds what its curve says, a line through a
 few points that never falls. Claims of which no other component should be in view, of which none is confirmed, of which
-some are, and of which some are while the required one is out of sight, have a model each. The curves are fitted on
-objects made up at random, and how well the probability is calibrated is measured on others
+some are, and of which some are while the required one is out of sight, or bears no labels, have a model each. The
+curves are fitted on objects made up at random, and how well the probability is calibrated is measured on others
 (`benchmarks/acceptance.py`).
 """
 
@@ -189,7 +189,7 @@ def verdicts_of(claims: Claims) -> Verdicts:
     by = Criteria(
         finder.root, n[1], told, several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
         float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
-        most, config.required == "visible", (float(v.inside_empty) + float(v.inside[2])) / 2,
+        most, config.required == "visible", surface.root_others,
     )  # fmt: skip
     said = Said(*claims.scores.arrays, claims.seen.full_px, claims.votes, claims.scale)
     found = Found(

@@ -31,7 +31,7 @@ class Criteria(NamedTuple):
     around: float  # of a pixel of its outline's length,
     rim: float  # and of what lies at one place of that
     fades: bool  # whether an object may be one whose required component bears no labels where it should be seen
-    other: float  # vote of a pixel on a marker below which it is of another class for sure
+    others: Any  # (256,) how far each code is of a known class that is none of the required component's
 
 
 class Said(NamedTuple):
@@ -156,14 +156,16 @@ def bears_others(
     """Whether some marker of the required component, in a frame (3, 3), (3,), shows another class: then it is not the
     labels that are gone, but it is not there."""
     for p in range(len(s.component)):
-        if s.component[p] == by.root and s.marker_of[p] >= 0 and aspect(s, p, A, b)[0] > limits.least_cosine:
+        cosine, _, _, depth = aspect(s, p, A, b)
+        in_view = cosine > limits.least_cosine and depth > LEAST_DEPTH_M
+        if in_view and s.component[p] == by.root and s.marker_of[p] >= 0:
             locate(A, b, points_of(s, p), view, room.at[0])
-            vote, others, seen = s.table[s.role[p]], 0, 0
+            others, seen = 0.0, 0
             for i in range(s.count[p]):
                 code = view.padded[room.at[0, i]]
                 if code != limits.owned and code != limits.outside:
                     seen += 1
-                    others += vote[code] < by.other
+                    others += by.others[code]
             if others > by.supported_agree * seen:
                 return True
     return False

@@ -76,9 +76,10 @@ class Identifier:
 
         :param probability: (H,) of each object.
         """
-        if not self._surface.model.unique or len(poses) <= len(self.identities):
+        if not (self._surface.model.unique and self.identities) or len(poses) <= len(self.identities):
             return np.zeros(len(poses), bool)
-        return surplus(self.evidence(frame, poses), logit(np.clip(probability, _LEAST, 1 - _LEAST)))
+        odds = logit(np.clip(probability, _LEAST, 1 - _LEAST))
+        return surplus(self.evidence(frame, poses), odds, 1 - self._config.min_identity_probability)
 
     def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H, N) log-likelihood of the pixels on the components under each identity."""
@@ -114,13 +115,15 @@ def named(evidence: Array, names: Sequence[str], unique: bool, least: float) -> 
     return [_fit(evidence, names, unique, least, choose, best, i) for i in range(len(best))]
 
 
-def surplus(evidence: Array, odds: Array) -> NDArray[np.bool_]:
+def surplus(evidence: Array, odds: Array, wrong: float) -> NDArray[np.bool_]:
     """(H,) which of H objects, more than there are names, are none: those whose absence is likeliest, all in all.
 
     :param evidence: (H, N) of names that occur once each. :param odds: (H,) logarithms of those that each is there.
+    :param wrong: probability that pixels tell another name than it is: what is there is not gone for that.
     """
     objects, names = evidence.shape
-    told = evidence - logsumexp(evidence, axis=1, keepdims=True) + np.log(names)  # against any name
+    share = np.exp(evidence - logsumexp(evidence, axis=1, keepdims=True))
+    told = np.log((1 - wrong) * share + wrong / names)
     absent = np.zeros((objects, objects - names))
     return np.asarray(np.array(_together(np.hstack([odds[:, None] + told, absent]))) >= names)
 

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from settings import DEFAULTS
+from settings import DEFAULTS, settings
 from squares import SIZE, TEAM, Placing, rendered, robot
 
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -72,3 +72,14 @@ def test_an_image_that_may_not_be_written_to_gives_the_same():
     frame.image.flags.writeable = False
     np.testing.assert_array_equal(FINDER.regions.fitted(frame, poses).t, expected.t)
     np.testing.assert_array_equal(frame.image, before)
+
+
+@pytest.mark.parametrize(("limits", "scale"), [({"max_scale": 310.0}, 310.0), ({"min_scale": 350.0}, 350.0)])
+def test_limits_of_the_scale_are_kept(limits, scale):
+    """The picture shows one just beyond them."""
+    finder = WholeObjectFinder(Target("robot", robot(), TEAM), settings(**limits), facing=True)
+    frame = frame_of(rendered(AT))
+    begin = poses_of(frame, shifted(scale=1.1 * (scale - AT.scale)))
+    kept, free = (frame.camera.focal_px / f.regions.fitted(frame, begin).t[0, 2] for f in (finder, FINDER))
+    assert abs(free - AT.scale) < abs(scale - AT.scale) - 2, "it goes where the picture shows it"
+    assert kept == pytest.approx(scale, rel=1e-3)

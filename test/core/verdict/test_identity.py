@@ -101,10 +101,12 @@ def test_beyond_all_names_the_one_that_tells_least_has_none():
         ([[0, -9], [-9, 0], [-1, -30]], [2, 2, -3], 2),  # it looks like the first, and is hardly there
         ([[0, -9], [-9, 0], [-1, -30]], [-3, 2, 2], 0),  # the first is
         ([[0, -9], [-9, 0], [-9, 0]], [2, -9, 3], 1),
+        ([[0, -9], [-9, 0], [-50, -80]], [2, 2, -1], 2),  # how little it says of any name is all the same
+        ([[0, -9], [0, -12], [0, 0]], [4, 4, -0.3], 2),  # one of two that look alike was misread: both are there
     ],
 )
 def test_of_more_objects_than_names_those_go_that_are_least_likely_there(evidence, odds, none):
-    assert np.flatnonzero(surplus(np.array(evidence, float), np.array(odds, float))).tolist() == [none]
+    assert np.flatnonzero(surplus(np.array(evidence, float), np.array(odds, float), 0.2)).tolist() == [none]
 
 
 def test_what_may_be_of_several_classes_is_borne_out_by_less():

@@ -7,6 +7,7 @@ from squares import BACK, COLOURS, SIDE, TEAM, Placing, rendered, robot
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.facing_search import FacingSearch
+from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -41,10 +42,12 @@ PLACED = [
 ]  # fmt: skip
 
 
-def test_where_each_name_occurs_once_there_are_no_more_objects_than_names():
+@pytest.mark.parametrize("camera", [None, Camera.facing(SIZE)])
+def test_where_each_name_occurs_once_there_are_no_more_objects_than_names(camera):
+    """In the image, and in space."""
     picture = rendered(*PLACED, size=SIZE)
-    assert len(recognizer(robot(unique=False)).recognize(picture).detections) == 5
-    result = recognizer(robot()).recognize(picture)
+    assert len(recognizer(robot(unique=False)).recognize(picture, camera).detections) == 5
+    result = recognizer(robot()).recognize(picture, camera)
     assert len(result.detections) == 4
     assert {d.identity.name for d in result.detections} <= {"gr", "gv", "rg", "vr", None}
     reasons = [r for r in result.rejected if r.reason == NONE_LEFT]

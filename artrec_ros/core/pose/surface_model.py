@@ -94,6 +94,7 @@ class SpatialModel:
         self.labels = [c.labels(label) for c in model.components]  # that each component's markers may have
         self.component = np.array([p.component for p in self.patches])
         self.is_marker = np.array([p.marker is not None for p in self.patches])
+        self.several = np.array([len(p.labels) > 1 for p in self.patches])  # what may be of one of several classes
         self.normal = np.array([p.normal for p in self.patches])
         self.centre = np.array([p.inside.mean(axis=0) for p in self.patches])
         self.area = np.array([p.area for p in self.patches])

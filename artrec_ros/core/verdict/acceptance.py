@@ -185,9 +185,8 @@ def verdicts_of(claims: Claims) -> Verdicts:
     most = float(v.rim[0] + v.ring[2])
     told = np.zeros(len(surface.patches), bool)
     told[surface.classed_faces] = True
-    several = np.array([len(p.labels) > 1 for p in surface.patches])
     by = Criteria(
-        finder.root, n[1], told, several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
+        finder.root, n[1], told, surface.several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
         float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
         most, config.required == "visible", surface.root_others,
     )  # fmt: skip
@@ -205,7 +204,7 @@ def verdicts_of(claims: Claims) -> Verdicts:
         found.case[:] += len(CASES) // 2
     out = np.empty(n[0])
     probabilities(_curves(finder.facing), found.case, found.evidence, out)
-    if several.any():
+    if surface.several.any():
         out = _of_several(out, found.confirmed, surface)
     return Verdicts(claims, *found, out)
 
@@ -217,9 +216,8 @@ def _of_several(probability: Array, confirmed: Array, surface: SpatialModel) -> 
     :param confirmed: (H, C)
     """
     choices = np.log([len(labels) for labels in surface.labels])
-    choices[surface.root] = 0.0
-    others = confirmed * (np.arange(len(choices)) != surface.root)
-    mean = (others @ choices) / np.maximum(others.sum(axis=1), 1)
+    others = np.delete(confirmed, surface.root, axis=1)
+    mean = others @ np.delete(choices, surface.root) / np.maximum(others.sum(axis=1), 1)
     return np.asarray(probability / (probability + (1 - probability) * np.exp(mean)))
 
 

@@ -46,9 +46,9 @@ class Describer:
         if not mine:
             return [], []
         poses = Poses.concatenate([v.claim.poses for v in mine])
-        none_left = self._identifier.surplus(frame, poses, np.array([v.probability for v in mine]))
-        split = [[v for v, extra in zip(mine, none_left, strict=True) if extra == which] for which in (False, True)]
-        return split[0], split[1]
+        surplus = self._identifier.surplus(frame, poses, np.array([v.probability for v in mine]))
+        told, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
+        return [mine[i] for i in told], [mine[i] for i in none_left]
 
     def describe(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> list[Detection]:
         """Detections, the most probable first."""

@@ -156,18 +156,20 @@ def bears_others(
     """Whether some marker of the required component, in a frame (3, 3), (3,), shows another class: then it is not the
     labels that are gone, but it is not there."""
     for p in range(len(s.component)):
+        if s.component[p] != by.root or s.marker_of[p] < 0:
+            continue
         cosine, _, _, depth = aspect(s, p, A, b)
-        in_view = cosine > limits.least_cosine and depth > LEAST_DEPTH_M
-        if in_view and s.component[p] == by.root and s.marker_of[p] >= 0:
-            locate(A, b, points_of(s, p), view, room.at[0])
-            others, seen = 0.0, 0
-            for i in range(s.count[p]):
-                code = view.padded[room.at[0, i]]
-                if code != limits.owned and code != limits.outside:
-                    seen += 1
-                    others += by.others[code]
-            if others > by.supported_agree * seen:
-                return True
+        if cosine <= limits.least_cosine or depth <= LEAST_DEPTH_M:
+            continue
+        locate(A, b, points_of(s, p), view, room.at[0])
+        others, seen = 0.0, 0
+        for i in range(s.count[p]):
+            code = view.padded[room.at[0, i]]
+            if code != limits.owned and code != limits.outside:
+                seen += 1
+                others += by.others[code]
+        if others > by.supported_agree * seen:
+            return True
     return False
 
 

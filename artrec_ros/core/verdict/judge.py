@@ -71,9 +71,9 @@ class Judge:
     def _shows_required(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether the required component is confirmed, or cannot be seen where that is no matter."""
         finder = verdicts.claims.finder
-        confirmed = verdicts.confirmed[:, finder.root] > 0
+        confirmed = np.asarray(verdicts.confirmed[:, finder.root], bool)
         if not self.unseen or finder.facing:
-            return np.asarray(confirmed)
+            return confirmed
         return np.asarray(confirmed | np.isin(verdicts.case, (UNSEEN, FADED)))
 
     def shows_required(self, verdict: Verdict) -> bool:

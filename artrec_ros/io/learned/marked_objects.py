@@ -103,13 +103,15 @@ def what_is_shown(annotated: AnnotatedObject, targets: Sequence[Target]) -> tupl
     identity = annotated.attributes.get("identity", identity)
     known_identities = identities_of(target)
     if identity is not None and identity not in known_identities:
-        raise ConfigError(
-            f"{annotated.place}: object '{target.name}' has no identity '{identity}'"
-            f"{nearest(identity, known_identities)}"
-        )
+        raise ConfigError(unknown_identity(annotated, target.name, identity, known_identities))
     classes = dict(known_identities[identity]) if identity is not None else {}
     components = {c.name for c in target.model.components}
     return target, {**classes, **{k: v for k, v in annotated.attributes.items() if k in components}}
+
+
+def unknown_identity(annotated: AnnotatedObject, name: str, identity: str, known: Iterable[str]) -> str:
+    """What is wrong with an annotation of an object `name` with an identity that this does not have."""
+    return f"{annotated.place}: object '{name}' has no identity '{identity}'{nearest(identity, known)}"
 
 
 def _called(target: Target, identity: str | None) -> tuple[str, ...]:

@@ -106,7 +106,7 @@ LABELS = NodeTopic(
     "debug/labels",
     "sensor_msgs/msg/Image",
     "bgr8, made only while somebody subscribes: what the recogniser saw, each class in the colour that it is named "
-    "after; dark: background, unknown, blanked",
+    "after, or one of its own; dark: background, unknown, blanked",
     1,
 )
 DIAGNOSTICS = NodeTopic(

@@ -14,10 +14,10 @@ from ...core.image.segmentation import Segmenter
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...core.ways import SPACE, way_of
-from ...io.base.yaml_files import nearest
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
 from ...io.learned.annotations import AnnotatedObject, Annotations
+from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
 
 T = TypeVar("T")
@@ -109,7 +109,7 @@ def _identities(annotated: Sequence[AnnotatedObject], model: ObjectModel) -> Ite
         if told is None and not parts <= set(o.attributes):
             silent.append(o)
         elif told is not None and told not in names:
-            yield f"{o.place}: object '{model.name}' has no identity '{told}'{nearest(told, names)}"
+            yield unknown_identity(o, model.name, told, names)
     if silent:
         yield (
             f"{silent[0].place}: it is not told which one it is, of {len(silent)} of {len(annotated)} objects: give "

@@ -3,7 +3,8 @@
 A recursive Bayes filter after the integrated probabilistic data association (Musicki, Evans and Stankovic, 1994, with
 their object that exists and cannot be seen; Ristic et al., A tutorial on Bernoulli filters, 2013): an object is
 there and can be seen, is there and cannot be seen, or is not there. What one frame says of it, `Detection.score`, is
-alike in the next ones, light and clutter being the same: so what frames before say fades as more is said.
+alike in the next ones, light and clutter being the same: so what frames before say fades as more is said, and what
+stands still is not believed more than one frame would have it.
 """
 
 from __future__ import annotations
@@ -58,10 +59,14 @@ class Existence:
     def times(self, share: float) -> Existence:
         return Existence(self.seen * share, self.hidden * share)
 
-    def found(self, scores: Array, config: ExistenceConfig) -> Existence:
-        """Once a frame has said of each with what probability it is there."""
-        said = log_odds(scores) + config.found_again
-        return Existence.of(_probability(config.memory * log_odds(self.probability) + said))
+    def found(self, scores: Array, new: Array, config: ExistenceConfig) -> Existence:
+        """Once a frame has said of each with what probability it is there.
+
+        :param new: (T,) how far it says that as if it were the first to do so, 0 to 1: what stands still shows what it
+            did, and all frames of it together say what one does in the mean.
+        """
+        said, weight = log_odds(scores) + config.found_again * new, 1 - config.memory * (1 - new)
+        return Existence.of(_probability(config.memory * log_odds(self.probability) + weight * said))
 
 
 def newcomers(scores: Array, continuous: float, dt_s: float, config: ExistenceConfig) -> Array:

@@ -60,8 +60,11 @@ def followed(
         return tracks
     detections, rows = list(row_of), np.array(list(row_of.values()), int)
     s = sightings[detections]
-    image, existence = tracks.image, _exists(tracks, found, sightings, row_of, goes_on, size, config)
-    image = image.replaced(rows, replace(image[rows].seen(s.place, s.noise), unit=s.unit))
+    seen = tracks.image[rows].seen(s.place, s.noise)
+    image = tracks.image.replaced(rows, replace(seen, unit=s.unit))
+    new = np.minimum(_moved(image, rows, s, dt_s) / config.existence.anew, 1.0)
+    new[tracks.age_s > dt_s] = 1.0  # the frame before did not show it
+    existence = _exists(tracks, found, sightings, row_of, new, goes_on, size, config)
     theta, age_s = tracks.theta.copy(), tracks.age_s.copy()
     theta[rows], age_s[rows] = s.theta, 0.0
     identities, last = list(tracks.identities), list(tracks.last)
@@ -120,6 +123,7 @@ def _exists(
     found: Sequence[Detection],
     sightings: Sightings,
     row_of: Mapping[int, int],
+    new: Array,
     goes_on: float,
     size: tuple[int, int],
     config: TrackingConfig,
@@ -128,11 +132,23 @@ def _exists(
     scores = np.full(len(tracks), 0.5)
     for n, row in row_of.items():
         here[row], scores[row] = True, found[n].score
-    seen = tracks.existence.found(scores, config.existence)
+    seen = tracks.existence.found(scores, new, config.existence)
     if here.all():
         return seen
     missed = tracks.existence.missed(_could_be_seen(tracks, found, sightings, size), config.existence).times(goes_on)
     return Existence(np.where(here, seen.seen, missed.seen), np.where(here, seen.hidden, missed.hidden))
+
+
+def _moved(image: MotionState, rows: Counts, s: Sightings, dt_s: float) -> Array:
+    """(T,) how far each has come in the image since the frame before, in sizes of its required component: by its
+    speed, for what stands still is told a little elsewhere in each frame; 0 of those that are not seen.
+
+    :param rows: of what is seen, `s`. :param dt_s: time since the frame before.
+    """
+    out, size_px = np.zeros(len(image)), np.maximum(s.size_m * s.unit[:, 0], 1e-9)
+    speed = image[rows].mean[:, 1] / np.column_stack([size_px, size_px, np.full(len(rows), 2.0)])
+    out[rows] = np.linalg.norm(speed, axis=1) * dt_s
+    return out
 
 
 def _could_be_seen(tracks: Tracks, found: Sequence[Detection], s: Sightings, size: tuple[int, int]) -> Array:

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from squares import TEAM, robot
 from test_tracking import PERIOD, START, flat, frame, posed
 
 from artrec_ros.core.base.config import ExistenceConfig, TrackingConfig, with_values
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.existence import Continuity, Existence, newcomers
 from artrec_ros.core.tracking.tracker import Tracker
 
@@ -108,12 +110,12 @@ def test_scores_of_others_are_left_alone():
 
 
 def test_scores_are_calibrated_where_frames_are_independent():
-    """Objects that come and go and clutter that does not stay, with scores as calibrated as can be."""
+    """Objects that move, come and go, and clutter that does not stay, with scores as calibrated as can be."""
     rng, said, true = np.random.default_rng(4), [], []
     for _ in range(60):
         tracker, spots = Tracker(TrackingConfig()), rng.uniform((-0.8, -0.5, 1.5), (0.8, 0.5, 2.5), (2, 3))
         for k in range(20):
-            found = [(True, at(*p[:1], rng.beta(8, 2), y=p[1], z=p[2])) for p in spots]
+            found = [(True, at(p[0] + 0.02 * (k - 10), rng.beta(8, 2), y=p[1], z=p[2])) for p in spots]
             if rng.random() < 0.3:
                 x, y, z = rng.uniform((-0.8, -0.5, 1.5), (0.8, 0.5, 2.5))
                 found.append((False, at(x, rng.beta(2, 8), y=y, z=z)))
@@ -125,11 +127,27 @@ def test_scores_are_calibrated_where_frames_are_independent():
     assert np.mean(said) == pytest.approx(np.mean(true), abs=0.03)
 
 
+@pytest.mark.parametrize("score", [0.45, 0.6, 0.9])
+def test_what_stands_still_is_believed_as_much_as_one_frame_has_it(score):
+    """Clutter that looks like an object does so in each frame; a little of its place is noise."""
+    rng = np.random.default_rng(0)
+    seen = [[at(rng.normal(0, 0.0005), score, y=rng.normal(0, 0.0005))] for _ in range(60)]
+    last = [d[0].score for d in told(seen, targets=[Target("red", robot(), TEAM)])[30:]]
+    assert max(last) < score + 0.1 and min(last) > score - 0.05
+
+
+@pytest.mark.parametrize("score", [0.6, 0.9])
+def test_what_moves_and_is_found_again_is_believed_more(score):
+    seen = [[at(0.02 * k, score)] for k in range(40)]
+    last = [d[0].score for d in told(seen, targets=[Target("red", robot(), TEAM)])[20:]]
+    assert min(last) > 0.97
+
+
 def test_missing_is_evidence_and_hiding_is_none():
     there = Existence.of(np.array([0.9, 0.9]))
     seen, hidden = there.missed(np.array([1.0, 0.0]), CONFIG).probability
     assert seen < 0.7 and hidden == pytest.approx(0.9)
-    found = there.found(np.array([0.1, 0.9]), CONFIG)
+    found = there.found(np.array([0.1, 0.9]), np.array([0.0, 1.0]), CONFIG)
     for state in (there.after(0.1, CONFIG), there.missed(np.ones(2), CONFIG), found):
         assert ((state.seen >= 0) & (state.hidden >= 0) & (state.probability <= 1)).all()
 

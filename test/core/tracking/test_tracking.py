@@ -62,7 +62,8 @@ def test_missed_frames_are_survived(make):
 
 @pytest.mark.parametrize("gap_frames, number", [(28, 0), (31, 2)])
 def test_who_was_away_too_long_is_somebody_else(gap_frames, number):
-    seen = [*[[posed(0.0, z=2.0)]] * 20, *[[]] * gap_frames, [posed(0.0, z=2.0)]]
+    sure = replace(posed(0.0, z=2.0), score=0.99)
+    seen = [*[[sure]] * 20, *[[]] * gap_frames, [sure]]
     beside = [[*found, posed(-1.0, z=2.0)] for found in seen]
     beside[-1].insert(0, posed(1.0, z=2.0))  # a newcomer takes the first id that is free
     assert ids(Tracker(TrackingConfig(max_gap_s=1.0)), beside)[-1] == ([2, 0, 1] if number == 0 else [0, 2, 1])

@@ -34,9 +34,19 @@ class ExistenceConfig(Room):
         high=1,
         origin="five frames count, as for identities: light and clutter are alike from one frame to the next",
     )
+    anew: float = param(
+        0.1,
+        "a frame says something new of an object that has moved by this since the one before, in sizes of its required "
+        "component; of one that stands still it says what that said",
+        low=0.001,
+        high=100,
+        origin="walking quadrupeds: 0.05 and 0.2 tell the same; with none what stands still is told as all but sure "
+        "after five frames",
+    )
     found_again: float = param(
         1.0,
-        "what it says for an object that it is found where it was expected: log of a ratio of probabilities",
+        "what it says for an object that has moved that it is found where it was expected: log of a ratio of "
+        "probabilities",
         low=0,
         high=20,
         origin="walking quadrupeds",

@@ -49,7 +49,7 @@ FINDER = whole_object.WholeObjectFinder
 
 
 def unfitted(model: Any, frame: Any, poses: Any, *_: Any, **__: Any) -> Any:
-    """In place of `pose_fit.fit_poses` and `fit_required`: leaves hypotheses where they are."""
+    """In place of `pose_fit.fit_poses` and `fit_component`: leaves hypotheses where they are."""
     return poses
 
 
@@ -117,7 +117,10 @@ def patches(*changes: tuple[Any, str, Any]) -> Callable[[], contextlib.ExitStack
 VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] = {
     "all of it": (patches(), {}),
     "each frame alone: no memory": (patches(), {"memory": False}),
-    "without fits to contours": (patches((whole_object, "fit_poses", unfitted), (seeds, "fit_required", unfitted)), {}),
+    "without fits to contours": (
+        patches((whole_object, "fit_poses", unfitted), (seeds, "fit_component", unfitted)),
+        {},
+    ),
     "without the local search on votes": (patches((FINDER, "_climb", unclimbed), (FINDER, "_sweep", unclimbed)), {}),
     "without the bodies' faces": (patches((surface, "_face_patches", faceless)), {}),
     "votes of the likeliest class, not of its share": (patches((Codes, "votes", hard)), {}),

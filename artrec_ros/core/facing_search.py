@@ -18,10 +18,11 @@ from .image.blobs import Blob, centres, find_blobs, solidity
 from .image.image_frame import ImageFrame
 from .pose.distinct_kernels import few_of_places
 from .pose.facing_guesses import FacingGuesser
+from .pose.facing_limbs import FacingLimbs
 from .pose.finder import Climb, WholeObjectFinder
 from .pose.guesses import is_small
-from .pose.pose_fit import fit_required
-from .pose.ranked import Ranked
+from .pose.pose_fit import fit_component
+from .pose.ranked import Ranked, first_of_each
 from .pose.surface_model import Poses
 
 _CELLS = 1 << 20  # more than any image has along a side
@@ -32,27 +33,30 @@ class FacingSearch:
 
     def __init__(self, finder: WholeObjectFinder, config: RecognizerConfig) -> None:
         self.finder, self._config = finder, config
-        self._guesser = FacingGuesser(finder.target.model, finder.surface, config)
+        model, surface = finder.target.model, finder.surface
+        self._guesser, self._limbs = (
+            FacingGuesser(model, surface, config, surface.root),
+            FacingLimbs(model, surface, config),
+        )
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
-        markers = finder.target.model.required.markers
+        markers = model.required.markers
         self._largest, self._compact = max(m.area for m in markers), max(solidity(m.outline) for m in markers)
 
-    def merged(self, blobs: Sequence[Blob], limits: ScaleLimits) -> list[Blob]:
-        """Blobs of the required component's class that may be several merged ones, smaller than `run` looks for in a
-        blob: one that fills its convex hull as well as the component's marker does is one piece.
+    def large(self, blobs: Sequence[Blob], limits: ScaleLimits) -> list[Blob]:
+        """Blobs of the required component's class that may hold more than the component.
 
         :param limits: of the scale. Where a smaller part of a blob is still larger than the component can be, its
             greatest scale was looked through.
         """
-        config = self._config
-        share, most_px = config.facing.least_area_share, self._largest * limits.greatest**2
-        large = [
-            b
-            for b in blobs
-            if b.label in self.finder.root_labels and config.guesses.small_px / share <= b.area_px < most_px / share
-        ]
-        return [b for b in large if solidity(b.contour) < config.guesses.compact * self._compact]
+        share, most_px = self._config.facing.least_area_share, self._largest * limits.greatest**2
+        mine = (b for b in blobs if b.label in self.finder.root_labels)
+        return [b for b in mine if self._config.guesses.small_px / share <= b.area_px < most_px / share]
+
+    def several(self, blobs: Sequence[Blob]) -> list[Blob]:
+        """Those of the required component's class that may be several merged ones, smaller than `run` looks for in a
+        blob: one that fills its convex hull as well as the component's marker does is one piece."""
+        return [b for b in blobs if solidity(b.contour) < self._config.guesses.compact * self._compact]
 
     def unexplained(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
         """Those of which nobody owns most."""
@@ -84,32 +88,65 @@ class FacingSearch:
         inside = np.any(np.all((at >= low) & (at <= high), axis=2), axis=1)
         return [piece for piece, yes in zip(left, inside.tolist(), strict=True) if yes]
 
-    def run(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, sizes: int = 1) -> Poses:
+    def limbs(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
+        """The largest blobs of other components' classes of which nobody owns most."""
+        mine = self.unexplained(frame, [b for b in blobs if b.label in self._limbs.labels])
+        return sorted(mine, key=lambda b: -b.area_px)[: self._config.facing.limb_blobs]
+
+    def run(
+        self,
+        frame: ImageFrame,
+        blobs: Sequence[Blob],
+        limits: ScaleLimits,
+        sizes: int = 1,
+        limbs: Sequence[Blob] = (),
+    ) -> Poses:
         """Candidates of all blobs.
 
         :param limits: of the scale. :param sizes: of the required component in its blob, see `FacingGuesser.guess`.
+        :param limbs: blobs that other components may have made.
         """
-        mine = [b for b in blobs if b.label in self.finder.root_labels]
-        if frame.scene:
-            seen = frame.scene.scale_limits(centres(mine))[:, 1] > 0  # else behind the horizon
-            mine = [b for b, yes in zip(mine, seen, strict=True) if yes]
-        if not mine:
+        mine = self._in_view(frame, [b for b in blobs if b.label in self.finder.root_labels])
+        limbs = self._in_view(frame, limbs)
+        if not mine and not limbs:
             return self.finder.surface.no_poses
-        poses, _, blob = self._guesser.guess(frame.hurried(self._config.facing.guess_share), mine, limits, sizes)
-        most = self._config.facing.per_patch * -(-np.bincount(blob) // self._config.facing.turns)
+        found, blob, most = self._guesses(frame, mine, limits, sizes, limbs)
+        found = found[self._best_of_each(frame, found, blob, most)]
+        found = self.finder.moved(frame, found, self._climbs[0])
+        found = self.finder.polished(frame, self._few_of_each_place(frame, found), self._climbs[1])
+        return self._few_of_each_place(frame, found).poses
+
+    def _in_view(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
+        """Those that do not lie behind the horizon."""
+        if not frame.scene or not blobs:
+            return list(blobs)
+        seen = frame.scene.scale_limits(centres(blobs))[:, 1] > 0
+        return [b for b, yes in zip(blobs, seen, strict=True) if yes]
+
+    def _guesses(
+        self, frame: ImageFrame, mine: Sequence[Blob], limits: ScaleLimits, sizes: int, limbs: Sequence[Blob]
+    ) -> tuple[Ranked, NDArray[np.int64], NDArray[np.int64]]:
+        """Hypotheses that come near to the best of their blobs, of which blob and size each is (H,), and how many of
+        each of these shall go on."""
+        hurried, config, own = frame.hurried(self._config.facing.guess_share), self._config.facing, sizes * len(mine)
+        poses, _, blob = self._guesser.guess(hurried, mine, limits, sizes)
+        of_limbs, limb = self._limbs.guess(hurried, limbs, limits)
+        most = np.full(own + len(limbs), config.per_patch)
+        most[:own] *= -(-np.bincount(blob, minlength=own) // config.turns)
+        poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob, own + limb])
         poses = self._with_joints(frame, poses)
         found = Ranked(poses, self.finder.votes(frame, poses, occlusion=True))
         near = self._near_best(found.votes, blob)
         found, blob = found[near], blob[near]
         # fits of the contours where they are long enough: a grid is coarse there
-        large = np.flatnonzero(np.array([not is_small(b, self._config.guesses) for b in mine])[blob % len(mine)])
-        fitted = fit_required(self.finder.surface, frame, found.poses[large], self._config.fit, facing=True)
+        long = np.array([not is_small(b, self._config.guesses) for b in mine] * sizes + [False] * len(limbs), bool)
+        large, limb = np.flatnonzero(long[blob]), np.flatnonzero(blob >= own)
+        surface, fit = self.finder.surface, self._config.fit
+        fitted = fit_component(surface, frame, found.poses[large], surface.root, fit, facing=True)
+        fitted = Poses.concatenate([fitted, self.finder.fitted(frame, found.poses[limb])])
         fitted = self._with_joints(frame, self.finder.within_limits(frame.camera, fitted))
         found += Ranked(fitted, self.finder.votes(frame, fitted, occlusion=True))
-        found = found[self._best_of_each(frame, found, np.concatenate([blob, blob[large]]), most)]
-        found = self.finder.moved(frame, found, self._climbs[0])
-        found = self.finder.polished(frame, self._few_of_each_place(frame, found), self._climbs[1])
-        return self._few_of_each_place(frame, found).poses
+        return found, np.concatenate([blob, blob[large], blob[limb]]), most
 
     def _with_joints(self, frame: ImageFrame, poses: Poses) -> Poses:
         """The same with joints at which the labels like the other components best."""
@@ -147,5 +184,4 @@ class FacingSearch:
         u, v = np.rint(uv).astype(np.int64).T % _CELLS
         cell = ((blob[rows] * 24 + turn) * _CELLS + u) * _CELLS + v
         rows = rows[np.sort(np.unique(cell, return_index=True)[1])]
-        rank = np.arange(len(rows)) - np.searchsorted(blob[rows], blob[rows])
-        return np.asarray(rows[rank < most[blob[rows]]])
+        return np.asarray(rows[first_of_each(blob[rows], found.votes[rows], most)])

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from .base.config import RecognizerConfig
 from .base.deferred import Deferred
 from .facing_search import FacingSearch
@@ -18,10 +20,13 @@ from .pose.finder import WholeObjectFinder
 from .pose.on_plane import PlanePlacer
 from .pose.surface_model import Poses
 from .verdict.acceptance import Verdict
-from .verdict.claims import silhouette
+from .verdict.claims import Claim, silhouette
 from .verdict.descriptions import NONE_LEFT, Describer, rejection_of
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
+
+# blobs of the required component's class, and those of others' in which an object is looked for, too
+_Task = tuple[FacingSearch, Sequence[Blob], Sequence[Blob]]
 
 
 class FacingStage:
@@ -30,23 +35,18 @@ class FacingStage:
     def __init__(self, targets: Sequence[Target], config: RecognizerConfig, codes: Codes = LABELS) -> None:
         self._config = config
         self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
-        self._describers = [Describer(s.finder) for s in self._searches]
-        self._judge = Judge.of(config)
+        self.describers = [Describer(s.finder) for s in self._searches]
+        self._judge, self._lacking = Judge.of(config), float(np.log(config.guesses.small_px))
         self._placer = PlanePlacer(targets, config)
 
     def recognize(self, frame: ImageFrame, blobs: Sequence[Blob]) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
         """Detections by target and score, and what was turned down, with reasons: worked out when looked at."""
         if not self._searches:
             return (), ()
-        limits, faced = scale_limits(self._config, frame.calibration), frame.faced()
-        found = self._found(faced, [(s, blobs) for s in self._searches], limits)
-        (accepted, others), _ = self._shared_out(found, faced)
-        more = self._of_merged(faced, blobs, limits, accepted)
-        if any(len(poses) for _, poses in more):
-            together, in_time = self._shared_out(found + more, faced)
-            accepted, others = together if in_time else (accepted, others)  # else some of these are not judged again
+        faced = frame.faced()
+        accepted, others = self.verdicts(faced, blobs, scale_limits(self._config, frame.calibration))
         detections, surplus = list[Detection](), list[Verdict]()
-        for describer in self._describers:
+        for describer in self.describers:
             told, none_left = describer.without_surplus(accepted, faced)
             detections += [self._placer.faced(detection, faced) for detection in describer.describe(told, faced)]
             surplus += none_left
@@ -57,37 +57,57 @@ class FacingStage:
             )
         )
 
-    def _of_merged(
+    def verdicts(
+        self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits
+    ) -> tuple[list[Verdict], Sequence[Verdict]]:
+        """Verdicts on objects, best first, and on the best of the others at each place.
+
+        :param faced: the frame to objects that face the camera. :param limits: of the scale.
+        """
+        found = self._found(faced, [(s, blobs, ()) for s in self._searches], limits)
+        first, _ = self._shared_out(found, faced)
+        more = self._of_the_rest(faced, blobs, limits, first[0])
+        if not any(len(poses) for _, poses in more):
+            return first
+        together, in_time = self._shared_out(found + more, faced)
+        return together if in_time else first  # else some of these are not judged again
+
+    def _of_the_rest(
         self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, accepted: Sequence[Verdict]
     ) -> list[tuple[WholeObjectFinder, Poses]]:
-        """Candidates of large blobs that no accepted object explains, among them much smaller ones, and of what those
-        that touch others leave."""
+        """Candidates of what no accepted object explains: in large blobs, among them much smaller ones than before, in
+        the blobs of other components, and in what is left of those that touch others."""
         if frame.deadline.hit:  # there was not even time for the first look
             return []
         claims = [v.claim for v in accepted]
         told = {s: [c.poses for c in claims if c.finder is s.finder] for s in self._searches}
         there = {s: Poses.concatenate(poses) for s, poses in told.items() if poses}
-        merged = [(s, mine) for s in self._searches if (mine := s.merged(blobs, limits))]
+        unseen = self._config.required == "visible"
+        large = [(s, mine) for s in self._searches if (mine := s.large(blobs, limits)) or unseen]
         roomy = [(s, mine) for s, poses in there.items() if (mine := s.roomy(frame, blobs, poses))]
-        if not merged and not roomy:
+        if not large and not roomy:
             return []
-        rest = frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
-        left = [(s, free) for s, mine in merged if (free := s.unexplained(rest, mine))]
-        cut = [(s, pieces) for s, mine in roomy if (pieces := s.pieces(rest, mine, there[s]))]
-        again = (left, self._config.facing.sizes), (cut, 1)
-        return [c for tasks, sizes in again if tasks for c in self._found(rest, tasks, limits, sizes)]
+        # what lacks a part may be another one, which has it: its pixels stay
+        whole = _without(frame, [v.claim for v in accepted if -v.evidence.missing < self._lacking])
+        free = [(s, own) for s, mine in large if (own := s.unexplained(whole, mine)) or unseen]
+        left: list[_Task] = [(s, s.several(own), s.limbs(whole, blobs)) for s, own in free]
+        rest = _without(frame, claims) if roomy else frame
+        cut: list[_Task] = [(s, pieces, ()) for s, mine in roomy if (pieces := s.pieces(rest, mine, there[s]))]
+        again = (whole, left, self._config.facing.sizes), (rest, cut, 1)
+        return [c for image, tasks, sizes in again if tasks for c in self._found(image, tasks, limits, sizes)]
 
     def _found(
         self,
         frame: ImageFrame,
-        tasks: Sequence[tuple[FacingSearch, Sequence[Blob]]],
+        tasks: Sequence[_Task],
         limits: ScaleLimits,
         sizes: int = 1,
     ) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of each search in its blobs, all in a share of the time that is left."""
         hurried, n = frame.hurried(self._config.facing.search_share), len(tasks)
         return [
-            (s.finder, s.run(hurried.hurried(1 / (n - i)), blobs, limits, sizes)) for i, (s, blobs) in enumerate(tasks)
+            (s.finder, s.run(hurried.hurried(1 / (n - i)), blobs, limits, sizes, limbs))
+            for i, (s, blobs, limbs) in enumerate(tasks)
         ]
 
     def _shared_out(
@@ -96,3 +116,8 @@ class FacingStage:
         """`share_out` of them, and whether a share of the time that is left was enough to judge them all."""
         hurried = frame.hurried(self._config.facing.judge_share)
         return share_out(found, hurried, self._judge), not hurried.deadline.hit
+
+
+def _without(frame: ImageFrame, claims: Sequence[Claim]) -> ImageFrame:
+    """The frame without the pixels of some claims."""
+    return frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])

@@ -219,7 +219,7 @@ def test_what_was_found_stays_where_time_ends_while_merged_ones_are_looked_for(m
     placed = [Placing(30.0 + 48 * i, 30.0 + 48 * j, 0.4 + i + j, 300.0) for i in range(12) for j in range(6)]
     picture = rendered(*placed, size=(600, 400), fine=4)
     picture[365:395, 50:250] = picture[320:395, 50:70] = TEAM  # no marker's shape, and no object explains it
-    engine, over, original = recognizer(robot(unique=False)), [], FacingStage._of_merged
+    engine, over, original = recognizer(robot(unique=False)), [], FacingStage._of_the_rest
 
     def late(self, *args):
         found = original(self, *args)
@@ -228,7 +228,7 @@ def test_what_was_found_stays_where_time_ends_while_merged_ones_are_looked_for(m
         monkeypatch.setattr(deadline.time, "perf_counter", lambda: np.inf)
         return found
 
-    monkeypatch.setattr(FacingStage, "_of_merged", late)
+    monkeypatch.setattr(FacingStage, "_of_the_rest", late)
     result = engine.recognize(picture)
     assert over and result.ended_by == ("recognizer.time_budget_ms",)
     assert len(result.detections) >= len(placed)

@@ -1,4 +1,4 @@
-"""First hypotheses of objects that face the camera: their required component at pixels of the blobs of its class."""
+"""First hypotheses of objects that face the camera: one of their components at pixels of the blobs of its class."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from ..geometry.transforms import Array
 from ..image.blobs import Blob, centres
 from ..image.image_frame import ImageFrame
 from ..model.objects import Marker, ObjectModel
+from .bends import Bends
 from .grid_kernels import Grid, best_on_grid
 from .surface_model import Poses, SpatialModel
 from .view_bank import ViewBank
@@ -23,8 +24,8 @@ _AT_ONCE = 16  # blobs between two looks at the clock
 
 
 class Guesses(NamedTuple):
-    """Hypotheses with the votes for their required component (H,), and of which blob and size each is (H,): of B blobs
-    and the n-th smaller size n * B and more."""
+    """Hypotheses with the votes for the component that is laid on blobs (H,), and of which blob and size each is (H,):
+    of B blobs and the n-th smaller size n * B and more."""
 
     poses: Poses
     votes: Array
@@ -32,13 +33,16 @@ class Guesses(NamedTuple):
 
 
 class FacingGuesser:
-    """Lays the required component's markers on blobs, face on: a grid of places, directions and scales.
+    """Lays one component's markers on blobs, face on: a grid of places, directions and scales.
 
     It takes neither corners nor a blob of its own: patches of 8 px have no corners, and those that touch have one blob.
+
+    :ivar labels: classes of which the blobs are that the component makes. :ivar bends: of the joints that carry it.
+    :ivar along: of the object's frame: a direction in its plane.
     """
 
-    def __init__(self, model: ObjectModel, surface: SpatialModel, config: RecognizerConfig) -> None:
-        part, labels = model.required, surface.labels[surface.root]
+    def __init__(self, model: ObjectModel, surface: SpatialModel, config: RecognizerConfig, component: int) -> None:
+        part, labels = model.components[component], surface.labels[component]
         inside = surface.table[surface.roles.inside(labels)]
         ring = surface.table[surface.roles.ring(labels, part.body_labels)]
         self._config, self._none, self._markers = config, surface.no_poses, part.markers
@@ -46,12 +50,10 @@ class FacingGuesser:
             ViewBank(view_bank(m, config.guesses, facing=True), inside, ring, surface.limits, config.guesses)
             for m in part.markers
         ]
-        kin = surface.kinematics
-        self._q = (kin.lower + kin.upper) / 2
-        frames = kin.forward(np.eye(3)[None], np.zeros((1, 3)), self._q[None])
-        R, t = frames.R[0, surface.root], frames.t[0, surface.root]
+        self.labels, self.bends = labels, Bends(surface, component, config.guesses.joint_draws)
+        R, t = self.bends.R[0], self.bends.t[0]
         in_object = [(R @ _turn(m), R @ m.centre + t) for m in part.markers]
-        self.along = in_object[0][0][:, 0]  # of the object's frame: a direction in its plane
+        self.along = in_object[0][0][:, 0]
         # the object's frame in a marker's about its centroid, as a camera that it faces sees it: a turn, an origin
         self._frames = [(FACING @ R_m.T, -FACING @ R_m.T @ centre) for R_m, centre in in_object]
 
@@ -106,7 +108,7 @@ class FacingGuesser:
         roll[:, 0, 0], roll[:, 0, 1], roll[:, 1, 0], roll[:, 1, 1], roll[:, 2, 2] = c, -s, s, c, 1.0
         depth = camera.focal_px / T[:, 3]
         t = np.column_stack([(T[:, :2] - camera.matrix[:2, 2]) * depth[:, None] / camera.focal_px, depth])
-        return Poses(roll @ R_marker, t + roll @ origin, np.tile(self._q, (len(T), 1)))
+        return Poses(roll @ R_marker, t + roll @ origin, np.tile(self.bends.q[0], (len(T), 1)))
 
 
 def _turn(marker: Marker) -> Array:

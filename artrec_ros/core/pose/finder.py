@@ -236,6 +236,10 @@ class WholeObjectFinder:
         """Siblings of the best."""
         return self.required.flips(found.best(self._search.flip_keep, self._search).poses)
 
+    def fitted(self, frame: ImageFrame, poses: Poses) -> Poses:
+        """Fits to the contours of all markers that the labels support."""
+        return self._fitted(frame, poses, self.supported(self.judge(frame, poses, occlusion=True)))
+
     def _fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
         scores = self.judge(frame, poses, occlusion=True)

@@ -10,6 +10,7 @@ from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.objects import Marker, ObjectModel
+from .bends import Bends
 from .distinct import best_distinct
 from .surface_model import Poses, SpatialModel
 from .view_bank import ViewBank
@@ -22,7 +23,7 @@ Key = tuple[bytes, float | None, Labels, Labels]
 class Guesser:
     """Aligns one component's markers, from many sides, with blobs.
 
-    :ivar labels: classes of which the blobs are that the component makes.
+    :ivar labels: classes of which the blobs are that the component makes. :ivar bends: of the joints that carry it.
     """
 
     def __init__(
@@ -46,7 +47,7 @@ class Guesser:
             if (key := _key(m, labels, body)) not in banks:
                 banks[key] = ViewBank(view_bank(m, config.guesses), inside, ring, surface.limits, config.guesses)
         self._banks = [banks[_key(m, labels, body)] for m in self._markers]
-        self._q, self._R, self._t = _draws(surface, component, config.guesses.joint_draws)
+        self.bends = Bends(surface, component, config.guesses.joint_draws)
         in_marker = [self._object_in_marker(m) for m in self._markers]
         # the object's frame, see `lift`: (2, V, 3, 3) of each marker's views, and (3,) its origin along its own axes
         self._flips = [bank.flips @ R for bank, (R, _) in zip(self._banks, in_marker, strict=True)]
@@ -64,28 +65,20 @@ class Guesser:
             found.append(self._of_marker(m, frame, blob, grown, piece))
         return Poses.concatenate(found)
 
-    def bent(self, poses: Poses) -> Poses:
-        """(H * D) poses of an object that leave the component where it is, the joints that carry it all over their
-        range."""
-        R_c, t_c = poses.R @ self._R[0], np.einsum("hij,j->hi", poses.R, self._t[0]) + poses.t
-        R = R_c[:, None] @ self._R.transpose(0, 2, 1)
-        t = t_c[:, None] - np.einsum("hdij,dj->hdi", R, self._t)
-        return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.tile(self._q, (len(poses), 1)))
-
     def _of_marker(self, m: int, frame: ImageFrame, blob: Blob, grown: tuple[float, ...], piece: int) -> Poses:
         keep = self._config.blob_keep
         T, votes, view = self._banks[m].align_blob(frame, blob, keep, self._all.blobs, piece)
         if len(grown) > 1:
             T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
         R, t = lift(self._flips[m], view, T, frame.camera, self._origins[m])
-        found, votes = Poses(R, t, np.tile(self._q[0], (len(R), 1))), np.tile(votes, 2 * len(grown))
+        found, votes = Poses(R, t, np.tile(self.bends.q[0], (len(R), 1))), np.tile(votes, 2 * len(grown))
         near_m, far_m = range_limits(self._all, frame.camera)
         if near_m > 0 or far_m < np.inf:  # else those behind the camera stay, too
             off = max(self._config.growth)  # a guess's depth is off by as much as its scale
             within = (t[:, 2] * off >= near_m) & (t[:, 2] <= far_m * off)
             found, votes = found[within], votes[within]
         floor = frame.scene.floor
-        if floor is not None and len(self._q) == 1:  # a limb's may yet be turned by the joints that carry it
+        if floor is not None and len(self.bends) == 1:  # a limb's may yet be turned by the joints that carry it
             stands = floor.standing(found.R, found.t, self._config.standing_slack)
             found, votes = found[np.flatnonzero(stands)], votes[stands]
         return found[best_distinct(found, votes, keep * len(grown), self._search)]
@@ -94,31 +87,12 @@ class Guesser:
         """The object's frame (3, 3), (3,) in a marker's whose origin is its centroid; joints mid-range."""
         T = marker.T_component_marker
         assert T is not None  # the model is spatial
-        R = (self._R[0] @ T.rotation).T
-        return R, -R @ (self._R[0] @ marker.centre + self._t[0])
+        R = (self.bends.R[0] @ T.rotation).T
+        return R, -R @ (self.bends.R[0] @ marker.centre + self.bends.t[0])
 
 
 def _key(marker: Marker, labels: Labels, body: Labels) -> Key:
     return (marker.outline - marker.centroid).round(9).tobytes(), marker.disc_radius, labels, body
-
-
-def _draws(surface: SpatialModel, component: int, draws: int) -> tuple[Array, Array, Array]:
-    """Joints (D, J) mid-range, and then spread over the range of those that carry a component; its frames (D, 3, 3),
-    (D, 3) in the object's."""
-    kin = surface.kinematics
-    path = np.flatnonzero(kin.moves[component])
-    q = np.tile((kin.lower + kin.upper) / 2, (1 + draws * bool(len(path)), 1))
-    q[1:, path] = kin.lower[path] + _spread(len(q) - 1, len(path)) * (kin.upper - kin.lower)[path]
-    frames = kin.forward(np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3)), q)
-    return q, frames.R[:, component], frames.t[:, component]
-
-
-def _spread(n: int, dimensions: int) -> Array:
-    """(n, d) evenly spread points of the unit cube: multiples of the powers of Roberts' generalised golden ratio."""
-    ratio = 2.0
-    for _ in range(40):
-        ratio = (1 + ratio) ** (1 / (dimensions + 1))
-    return np.asarray((0.5 + np.arange(n)[:, None] * ratio ** -np.arange(1.0, dimensions + 1)) % 1, np.float64)
 
 
 def is_small(blob: Blob, config: GuessesConfig) -> bool:

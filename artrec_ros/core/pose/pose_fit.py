@@ -58,11 +58,11 @@ def fit_poses(
     return Poses(R, t, q)
 
 
-def fit_required(
-    model: SpatialModel, frame: ImageFrame, poses: Poses, config: FitConfig, *, facing: bool = False
+def fit_component(
+    model: SpatialModel, frame: ImageFrame, poses: Poses, component: int, config: FitConfig, *, facing: bool = False
 ) -> Poses:
-    """Fit poses to the contours of the required component alone, from afar; joints stay. As `fit_poses`."""
-    use = np.tile(model.component[model.markers] == model.root, (len(poses), 1))
+    """Fit poses to the contours of one component alone, from afar; joints stay. As `fit_poses`."""
+    use = np.tile(model.component[model.markers] == component, (len(poses), 1))
     pinned = np.zeros(poses.q.shape, bool)
     return fit_poses(model, frame, poses, use, config.coarse_reach_px, config, pinned, facing=facing)
 

@@ -42,3 +42,13 @@ class Ranked:
     def arrays(self) -> tuple[Array, Array, Array, Array]:
         """R, t, q and votes, as compiled code takes them."""
         return self.poses.R, self.poses.t, self.poses.q, self.votes
+
+
+def first_of_each(group: NDArray[np.int64], votes: Array, most: int | NDArray[np.int64]) -> NDArray[np.int64]:
+    """Indices of the best of each group of hypotheses, by group and then best first.
+
+    :param group: (H,) which group each is of. :param most: of each group; of all the same, or (groups,).
+    """
+    rows = np.lexsort((-votes, group))
+    rank = np.arange(len(rows)) - np.searchsorted(group[rows], group[rows])
+    return np.asarray(rows[rank < (most if isinstance(most, int) else most[group[rows]])])

@@ -19,7 +19,7 @@ from ..model.target import Target
 from .distinct import best_distinct
 from .guesses import Guesser, Key, is_small
 from .lookalikes import Lookalikes
-from .pose_fit import fit_required
+from .pose_fit import fit_component
 from .surface_model import Poses, SpatialModel
 from .view_bank import ViewBank
 
@@ -82,7 +82,7 @@ class Seeds:
 
     def _fit_root(self, frame: ImageFrame, poses: Poses, keep: int) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""
-        fitted = fit_required(self._surface, frame, poses, self._fit)
+        fitted = fit_component(self._surface, frame, poses, self._root, self._fit)
         return self._best_roots(frame, Poses.concatenate([poses, fitted]), keep, bodies=False)
 
     def _best_roots(self, frame: ImageFrame, poses: Poses, n: int, *, bodies: bool = True) -> Poses:
@@ -96,7 +96,7 @@ class Seeds:
             if c != self._root and blob.label in guesser.labels and not frame.deadline.expired:
                 poses = guesser.guess(frame, blob, piece)
                 votes_of_limb, keep = self._votes(frame, poses, c), self._config.limb_guesses
-                parts.append(guesser.bent(poses[best_distinct(poses, votes_of_limb, keep, self._search)]))
+                parts.append(guesser.bends.of(poses[best_distinct(poses, votes_of_limb, keep, self._search)]))
                 votes.append(self._votes(frame, parts[-1], c, self._root))
         poses = Poses.concatenate(parts)
         return poses[best_distinct(poses, np.concatenate(votes), self._config.limb_keep, self._search)]

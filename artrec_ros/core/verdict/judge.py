@@ -12,10 +12,11 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
-from .acceptance import Verdict, Verdicts, verdicts_of
+from .acceptance import CASES, Verdict, Verdicts, verdicts_of
 from .claims import Seen, claims_of
-from .evidence_kernels import FADED, UNSEEN
 from .reach import Reach
+
+_WITHOUT_REQUIRED = [n for n, case in enumerate(CASES) if case.startswith(("unseen", "faded"))]
 
 
 @dataclass(frozen=True)
@@ -70,11 +71,10 @@ class Judge:
 
     def _shows_required(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether the required component is confirmed, or cannot be seen where that is no matter."""
-        finder = verdicts.claims.finder
-        confirmed = np.asarray(verdicts.confirmed[:, finder.root], bool)
-        if not self.unseen or finder.facing:
+        confirmed = np.asarray(verdicts.confirmed[:, verdicts.claims.finder.root], bool)
+        if not self.unseen:
             return confirmed
-        return np.asarray(confirmed | np.isin(verdicts.case, (UNSEEN, FADED)))
+        return np.asarray(confirmed | np.isin(verdicts.case, _WITHOUT_REQUIRED))
 
     def shows_required(self, verdict: Verdict) -> bool:
         """The same of one."""

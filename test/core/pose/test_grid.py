@@ -68,7 +68,8 @@ def guesses(labels, config=DEFAULTS, most=None):
     surface = SpatialModel(robot(), TEAM, config.votes)
     frame = ImageFrame(LabelField(labels)).faced()
     blobs = [b for b in find_blobs(labels, {TEAM}, config) if b.label == TEAM]
-    return FacingGuesser(robot(), surface, config).guess(frame, blobs, scale_limits(config, None)), frame, len(blobs)
+    guesser = FacingGuesser(robot(), surface, config, surface.root)
+    return guesser.guess(frame, blobs, scale_limits(config, None)), frame, len(blobs)
 
 
 @pytest.mark.parametrize("turn", [-2.0, 0.3, 1.4])

@@ -108,7 +108,7 @@ def test_bending_leaves_a_component_where_it_is(component):
     guesser, kin = Guesser(model, surface, c, DEFAULTS), surface.kinematics
     rest = random_poses(np.random.default_rng(2), model, 4)
     rest.q[:] = (kin.lower + kin.upper) / 2
-    bent = guesser.bent(rest)
+    bent = guesser.bends.of(rest)
     n = len(bent) // len(rest)
     assert (n > 5) == (component != "base")
     was, now = (kin.forward(p.R, p.t, p.q) for p in (rest, bent))

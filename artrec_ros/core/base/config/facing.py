@@ -74,6 +74,31 @@ class FacingConfig(Room):
         origin="near and far objects merge, and limbs of their class: of 154 rendered hands of eleven parts "
         "that overlap, two to four in a frame, one finds 64, two 86",
     )
+    limb_blobs: int = param(
+        48,
+        "blobs of other components, the largest, from which objects are looked for that their own blob does not tell",
+        low=0,
+        high=10000,
+        paths=_FACING,
+        origin="bounds the time among clutter",
+    )
+    limb_guesses: int = param(
+        4,
+        "alignments of another component with a blob that go on, before its joints are bent",
+        low=1,
+        high=1000,
+        paths=_FACING,
+        origin="of 62 rendered hands of eleven parts that overlap, three find as many, and six one more; bounds the "
+        "time",
+    )
+    limb_keep: int = param(
+        32,
+        "poses from each blob of other components that go on",
+        low=1,
+        high=1000,
+        paths=_FACING,
+        origin="the same: 16 finds as many, with a part wrong more often; bounds the time",
+    )
     least_share: float = param(
         0.4,
         "least votes of a hypothesis that is fitted and climbs, as a share of the best one's of its blob",

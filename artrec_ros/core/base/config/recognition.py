@@ -69,9 +69,9 @@ class RecognizerConfig:
     required: str = param(
         "strict",
         "strict: there is no object without its required component; visible: where that is turned away, hidden, out "
-        "of the image or without labels the others may suffice, and are looked for in all their classes; in space",
+        "of the image or without labels the others may suffice, and are looked for in all their classes",
         choices=("strict", "visible"),
-        paths=("space",),
+        paths=("space", "facing"),
     )
     min_scale: float = param(0.0, "least scale to look for", unit="px/m", low=0, paths=("plane", "space", "facing"))
     max_scale: float = param(

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.geometry.transforms import Array
 from ..core.learning.colour_learning import Learned
+from ..io.learned.marked_objects import REST
 
 _WORTH_TELLING = 0.01  # share of a class that gets another's label
 _WIDER = 1.25  # limits of the scale, over what was marked: that of small patches is found to a tenth, or less
@@ -60,10 +61,19 @@ def _advice(learned: Learned) -> Iterator[str]:
         for other, share in shares.items():
             if other in learned.image.classes and share >= _MUCH:
                 yield (
-                    f"{other} takes {share:.0%} of '{name}'. If things of its colour lie there, mark or ignore them; "
-                    f"if objects that nobody has marked, mark them or give --around; else it is too like: choose "
-                    f"another colour, or lower image.{other}.spread"
+                    f"{other} takes {share:.0%} of '{name}'. {_why(name)}it is too like: choose another colour, or "
+                    f"lower image.{other}.spread"
                 )
+
+
+def _why(name: str) -> str:
+    """What may be wrong with what nobody has marked; of what somebody has, nothing is."""
+    if name != REST:
+        return "As marked, "
+    return (
+        "If things of its colour lie there, mark or ignore them; if objects that nobody has marked, mark them or give "
+        "--around; else "
+    )
 
 
 def _colours(rgb: tuple[int, ...]) -> str:

@@ -21,6 +21,8 @@ _COUNTED = 6_000  # samples a class that are counted in the end
 _KEPT_PER_IMAGE = 1_000
 _LARGE_PX = 20  # markers larger than this, square root of their area, gain by sharpening where it cannot be measured
 _ALIKE = 0.005  # shares that differ by less are equal
+_ENDED = 0.3  # share of what is around a region that is told where its outline is
+_INSIDE_PX = 6.0  # regions that are drawn inside of markers, with nothing marked around, are smaller by about so much
 _SAME = (0.8, 1.25)  # light in which a colour still is the same
 
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]  # colour image (H, W, 3) BGR, class numbers (H, W)
@@ -151,15 +153,15 @@ def _class(label: int, references: list[Reference]) -> ClassConfig:
 
 
 def choose_sharpening(image: ImageConfig, pairs: Iterable[Pair], labels: Mapping[int, int]) -> ImageConfig:
-    """The configuration, sharpened or not, whichever gets more of the marked pixels right; of equals, sharpened where
-    markers are large.
+    """The configuration, sharpened or not, whichever gets more of the marked pixels right; of equals, and where nobody
+    has told where classes end, sharpened where markers are large.
 
     :param pairs: images and the class numbers that somebody has told, edges included.
     :param labels: class number -> label; 0: the background's. Numbers that it does not have are passed over.
     """
     tried = [replace(image, sharpen_px=radius) for radius in (0, 1)]
     segmenters = [Segmenter(config) for config in tried]
-    shares, sizes = [], []
+    shares, sizes, ended = [], [], []
     for colours, told in pairs:
         read = [segmenter.labels(colours) for segmenter in segmenters]
         for number in np.unique(told).tolist():
@@ -169,10 +171,19 @@ def choose_sharpening(image: ImageConfig, pairs: Iterable[Pair], labels: Mapping
                 if labels[number]:
                     areas = cv2.connectedComponentsWithStats(own.astype(np.uint8))[2][1:, cv2.CC_STAT_AREA]
                     sizes += np.sqrt(areas).tolist()
+                    ended.append(_told_around(own, np.isin(told, list(labels))))
     gain = float(np.diff(np.mean(shares, axis=0))[0]) if shares else 0.0
-    if abs(gain) < _ALIKE:
-        return tried[int(bool(sizes) and float(np.median(sizes)) > _LARGE_PX)]
-    return tried[int(gain > 0)]
+    told_ends = not ended or float(np.median(ended)) > _ENDED
+    if told_ends and abs(gain) >= _ALIKE:
+        return tried[int(gain > 0)]
+    inside_px = 0.0 if told_ends else _INSIDE_PX
+    return tried[int(bool(sizes) and float(np.median(sizes)) + inside_px > _LARGE_PX)]
+
+
+def _told_around(own: NDArray[np.bool_], told: NDArray[np.bool_]) -> float:
+    """The share of the pixels around a class' regions of which somebody has told what they are."""
+    ring = cv2.dilate(own.astype(np.uint8), np.ones((3, 3), np.uint8)) > own
+    return float(told[ring].mean()) if ring.any() else 0.0
 
 
 def _confusion(samples: Samples, image: ImageConfig) -> dict[str, dict[str, float]]:

@@ -9,6 +9,7 @@ import pytest
 from artrec_ros.core.base.config import ClassConfig, ImageConfig, LearningConfig
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.learning import colour_learning
 from artrec_ros.core.learning.colour_learning import _drawn, _worth, choose_sharpening, learn_colours, sample_colours
 
 RED, BLUE, GREEN, WHITE = (200, 40, 45), (40, 65, 170), (50, 140, 45), (215, 215, 215)
@@ -148,6 +149,31 @@ def test_sharpening_is_chosen_by_what_it_brings(blur: float, width: int, sharpen
     config = ImageConfig(kind="colour", classes=classes, background=WHITE)
     chosen = choose_sharpening(config, [(image, labels)], {0: 0, 2: 2})
     assert chosen.sharpen_px == sharpened
+
+
+class WorseIfSharpened:
+    """A segmenter that knows what is marked, and less of it in a sharpened image."""
+
+    def __init__(self, config: ImageConfig) -> None:
+        self._lost = config.sharpen_px > 0
+
+    def labels(self, image: np.ndarray) -> np.ndarray:
+        read = image[..., 0].copy()
+        read[:, ::3] = read[:, ::3] if not self._lost else 9
+        return read
+
+
+@pytest.mark.parametrize("width, around, sharpened", [(8, 255, 0), (60, 255, 1), (8, 0, 0), (60, 0, 0)])
+def test_where_nobody_has_told_the_edges_size_decides_on_sharpening(
+    monkeypatch: pytest.MonkeyPatch, width: int, around: int, sharpened: int
+) -> None:
+    """What is inside of a region says nothing of where the marker ends."""
+    monkeypatch.setattr(colour_learning, "Segmenter", WorseIfSharpened)
+    marked = np.full((120, 100), around, np.uint8)
+    marked[10 : 10 + width, 8 : 8 + width] = 2
+    marked[100:] = 0  # what is background, elsewhere
+    image = np.repeat(np.where(marked == 255, 0, marked)[..., None], 3, axis=2)
+    assert choose_sharpening(ImageConfig(), [(image, marked)], {0: 0, 2: 2}).sharpen_px == sharpened
 
 
 def test_of_several_draws_the_one_is_kept_that_tells_best() -> None:

@@ -72,7 +72,7 @@ def draw_result(
     :param object_names: their order decides the colours.
     :param camera: needed for the objects' frames.
     """
-    zoom = max(1, round(_LEAST_WIDTH_PX / max(image.shape[1], 1)))
+    zoom = max(1, round(_LEAST_WIDTH_PX / max(*image.shape[:2], 1)))
     base = class_picture(image) if image.ndim == 2 else image
     interpolation = cv2.INTER_NEAREST if image.ndim == 2 else cv2.INTER_CUBIC
     picture = np.ascontiguousarray(cv2.resize(base, None, fx=zoom, fy=zoom, interpolation=interpolation))

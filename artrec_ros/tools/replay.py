@@ -71,13 +71,14 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Exit code 0: done; 1: interrupted, or no frame could be used."""
     setup = load_parameters(*args.params_file)
-    for line in unread(setup):
-        say(line)
     options = source_options(args, setup)
     pictures = PictureOptions(args.images, not args.no_video, args.output_bag)
     recording = args.rerun and RerunFile(args.rerun, setup.image, setup.targets, len(args.sources))
     with open_sources(args.sources, options, say) as sources:
-        for line in setup.lacks(all(part.calibrated for part in sources.parts)):
+        calibrated = {part.calibrated for part in sources.parts}
+        for line in unread(setup, calibrated):
+            say(line)
+        for line in setup.lacks(all(calibrated)):
             say(f"warning: {line}")
         plan = plan_of(setup, args.sources, _plan_options(args, options))
         with ReplayFolder(args.output, plan, setup.to_yaml(), args.overwrite) as folder:
@@ -85,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
                 return _tell(folder.summary(), args.output, "done before; --overwrite does it again; results are")
             order = order_of(setup, args.sources, sources, options)
             order = dataclasses.replace(order, with_classes=args.labels)
-            get_setup_ready(setup, {part.calibrated for part in sources.parts})
+            get_setup_ready(setup, calibrated)
             summary = _replay(args, order, sources, folder, pictures, recording)
     done = "interrupted; the same command goes on; what was done so far is" if summary.interrupted else "results"
     return _tell(summary, args.output, done)

@@ -36,6 +36,11 @@ def test_small_images_are_enlarged_and_large_ones_are_not():
     assert draw_result(np.zeros((480, 640, 3), np.uint8), FrameResult((640, 480)), []).shape == (480, 640, 3)
 
 
+@pytest.mark.parametrize("size", [(1, 4000), (4000, 1), (3, 700)])
+def test_long_images_are_not_enlarged_to_great_ones(size):
+    assert draw_result(np.zeros(size, np.uint8), FrameResult(size[::-1]), []).shape[:2] == size
+
+
 def test_the_image_given_stays_as_it_was():
     image = np.zeros((480, 640, 3), np.uint8)
     draw_result(image, found(), ["arm"])

@@ -74,6 +74,9 @@ def test_a_calibration_file(tmp_path):
     [
         ("image_width: 640", "", "image_width: missing"),
         ("image_width: 640", "image_width: wide", "image_width: numbers"),
+        ("image_width: 640", "image_width: .nan", "image_width: finite numbers"),
+        ("image_height: 480", "image_height: -.inf", "image_height: finite numbers"),
+        ("data: [500,", f"data: [{10**400},", "camera_matrix: finite numbers"),
         ("240, 0, 0, 1]", "240, 0, 0]", "camera_matrix: 9 number"),
         ("plumb_bob", "fisheye", "'fisheye' is not supported"),
         ("image_width: 640", "image_width: [", "line 4"),

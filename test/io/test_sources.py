@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import cv2
 import numpy as np
 import pytest
@@ -161,6 +163,25 @@ def test_names_of_sixteen_digits_are_stamps(tmp_path, pictures):
     save(tmp_path / "f", names, pictures)
     frames, _ = read([tmp_path / "f"], start_offset_s=0.2)
     assert [f.stamp_ns for f in frames] == [1700000000500000000]
+
+
+@pytest.mark.parametrize("first", ["9" * 26, "2147483648000000000"])
+def test_names_beyond_all_stamps_are_names(tmp_path, pictures, first):
+    """A stamp's seconds have 32 bits."""
+    save(tmp_path / "f", [f"{first}.png", "1700000000500000000.png"], pictures)
+    frames, _ = read([tmp_path / "f"])
+    assert [f.stamp_ns for f in frames] == [0, 33333333]
+
+
+def test_a_name_that_is_no_text_is_told_as_text(tmp_path, pictures):
+    save(tmp_path / "f", ["0.png", "1.png"], pictures)
+    try:
+        (tmp_path / "f" / "1.png").rename(os.fsdecode(os.fsencode(tmp_path / "f") + b"/1\xff.png"))
+    except OSError:
+        pytest.skip("this file system has none but UTF-8 names")
+    (tmp_path / "f" / "0.png").write_bytes(b"\x89PNG")
+    frames, _ = read([tmp_path / "f"])
+    assert [f.name for f in frames] == ["0.png", "1\\xff.png"] and frames[1].image is not None
 
 
 def test_a_damaged_file_among_good_ones_is_a_frame_with_its_error(tmp_path, pictures):

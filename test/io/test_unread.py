@@ -67,6 +67,15 @@ def test_what_is_not_read_is_told(folder: Path, files: list[str], values: dict[s
         assert part in line
 
 
+@pytest.mark.parametrize(("name", "there"), [("expert.recall.limbs", True), ("expert.facing.turns", False)])
+def test_only_of_images_that_are_there_it_is_told(folder: Path, name: str, there: bool) -> None:
+    """A plate is found in space where images are calibrated, and else as it faces the camera."""
+    values = {"objects": ["plate"], "plate.object_file": "plate.yaml", "plate.label": 1, name: 20}
+    setup = setup_from_flat(values, folder)
+    assert len(unread(setup)) == 1 and len(unread(setup, {not there})) == 1
+    assert unread(setup, {there}) == []
+
+
 def test_profile_paper_reads_its_own_values_and_few_others(folder: Path) -> None:
     names = {"recognizer__min_match": 0.5, "recognizer__min_scale": 3.0, "recognizer__max_range_m": 1.0}
     lines = told(folder, ["flat"], recognizer__profile="paper", expert__paper__match=0.5, **names)

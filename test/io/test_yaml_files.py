@@ -31,6 +31,10 @@ def _refusal(call, *parts: str) -> str:
         ("a: !!python/object:os.system 1\n", ("line 1",)),
         ("[" * 500_000, ("line 1", "nested more than 100 deep")),
         ("\n".join(" " * i + "a:" for i in range(1200)), ("nested more than 100 deep",)),
+        ("a: !!bool foo\n", ("a value in it is none of its kind",)),
+        ("a: !!int ''\n", ("a value in it is none of its kind",)),
+        ("a: !!timestamp foo\n", ("a value in it is none of its kind",)),
+        ("a: " + "9" * 5000, ("a value in it is none of its kind, or too long",)),
         ("a: 1 # " + "x" * 2**20, ("bytes, more than",)),
         ("version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 3\n", ("git lfs pull",)),
     ],
@@ -113,6 +117,12 @@ def _value(raw: object) -> Value:
 )
 def test_bad_values_name_their_place(call, parts: tuple[str, ...]) -> None:
     _refusal(call, "file.yaml: a.b", *parts)
+
+
+@pytest.mark.parametrize("raw", [10**400, -(10**400), 1 << 20000], ids=["long", "negative", "very long"])
+def test_whole_numbers_beyond_all_others_are_refused(raw: int) -> None:
+    _refusal(Value(Path("f.yaml"), "a", raw).number, "f.yaml: a", "a finite number")
+    _refusal(Value(Path("f.yaml"), "a", raw).text, "f.yaml: a", "must be text")
 
 
 def test_good_values_come_back() -> None:

@@ -314,7 +314,17 @@ def test_offset_and_duration(tmp_path, params, recogniser):
 
 
 @pytest.mark.parametrize(
-    "wrong", [["--rate", "0"], ["--start-offset", "-1"], ["--images", "some"], ["--images", "1.5"], ["-s", "ros1"]]
+    "wrong",
+    [
+        ["--rate", "0"],
+        ["--rate", "1e-300"],
+        ["--start-offset", "1e300"],
+        ["-j", "99999999"],
+        ["--start-offset", "-1"],
+        ["--images", "some"],
+        ["--images", "1.5"],
+        ["-s", "ros1"],
+    ],
 )
 def test_wrong_usage(tmp_path, params, recogniser, wrong):
     assert run(params, tmp_path, tmp_path / "out", *wrong) == 2

@@ -68,6 +68,9 @@ class Camera:
         k1, k2, _, _, k3, k4, k5, k6 = self.rational
         r = np.linspace(0, _MAX_RADIUS, 3001)
         r2 = r * r
-        seen = r * (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
-        falls = np.flatnonzero(~(np.diff(seen) > 0))
+        with np.errstate(all="ignore"):  # of coefficients that no lens has
+            below = 1 + r2 * (k4 + r2 * (k5 + r2 * k6))
+            seen = r * (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / below
+            grows = (np.diff(seen) > 0) & np.isfinite(seen[1:]) & (below[1:] > 0)  # behind a pole nothing is seen
+        falls = np.flatnonzero(~grows)
         return float(r2[falls[0]]) if len(falls) else float(r2[-1])

@@ -90,7 +90,10 @@ class Value:
         return Value(self.file, f"{self.key}.{shown}" if self.key else shown, raw)
 
     def _wrong(self, wanted: str) -> ConfigError:
-        got = "nothing" if self.raw is None else repr(self.raw)
+        try:
+            got = "nothing" if self.raw is None else repr(self.raw)
+        except ValueError:  # Python writes no more digits than it reads
+            got = "a number of thousands of digits"
         return self.error(f"must be {wanted}, not {got if len(got) <= 60 else got[:57] + '...'}")
 
     def entries(self) -> dict[str, Value]:
@@ -142,7 +145,7 @@ class Value:
         return int(self._in_range(self.raw, low, high, None))
 
     def _in_range(self, value: float, low: float | None, high: float | None, above: float | None) -> float:
-        if not math.isfinite(value):
+        if not is_finite(value):
             raise self._wrong("a finite number")
         if low is not None and value < low:
             raise self.error(f"{value} is below its least value {low:g}")
@@ -166,6 +169,14 @@ class Value:
         if len(items) > _MOST_POINTS:
             raise self.error(f"has {len(items)} points, more than {_MOST_POINTS}: no camera sees such detail")
         return np.array([item.vector(2, most) for item in items])
+
+
+def is_finite(value: float) -> bool:
+    """Whether a number is finite, and no integer beyond all of type float."""
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
 
 
 def size_of_file(path: str | Path, error: type[ArtrecError] = ConfigError) -> int:
@@ -218,8 +229,10 @@ def load_value(path: str | Path) -> Value:
         mark = error.problem_mark or error.context_mark
         line = f" line {mark.line + 1}:" if mark else ""
         raise ConfigError(f"{path}:{line} {error.problem or error.context}") from None
-    except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
+    except (yaml.YAMLError, TypeError, RecursionError) as error:
         raise ConfigError(f"{path}: is no valid YAML: {str(error).splitlines()[0]}") from None
+    except (ValueError, LookupError, AttributeError, OverflowError):  # of PyYAML's constructors, each in its own way
+        raise ConfigError(f"{path}: is no valid YAML: a value in it is none of its kind, or too long") from None
     if raw is None:
         raise ConfigError(f"{path}: the file is empty")
     return Value(Path(path), "", raw)

@@ -13,7 +13,7 @@ from ...core.base.errors import ConfigError
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array
 from ..base.kinds import CALIBRATION, mistaken
-from ..base.yaml_files import load_value
+from ..base.yaml_files import is_finite, load_value
 
 # distortion model -> the numbers of coefficients it may have; OpenCV orders them alike
 _MODELS = {"": (0, 4, 5, 8), "plumb_bob": (0, 4, 5), "rational_polynomial": (0, 5, 8)}
@@ -138,6 +138,8 @@ def _numbers(path: Path, content: dict[str, Any], key: str, count: int | None) -
     values = value if isinstance(value, list) else [value]
     if any(isinstance(v, bool) or not isinstance(v, (int, float)) for v in values):
         raise ConfigError(f"{path}: {key}: numbers are expected, not {value!r}")
+    if not all(map(is_finite, values)):
+        raise ConfigError(f"{path}: {key}: finite numbers are expected")
     if count is not None and len(values) != count:
         raise ConfigError(f"{path}: {key}: {count} number(s) are expected, not {len(values)}")
     return [float(v) for v in values]

@@ -166,6 +166,8 @@ def read_json(path: Path) -> Value:
         raise ConfigError(f"{path}: line {error.lineno}: is no valid JSON: {error.msg}") from None
     except RecursionError:
         raise ConfigError(f"{path}: is no COCO file: it is nested too deeply") from None
+    except ValueError:  # Python reads no number of thousands of digits
+        raise ConfigError(f"{path}: is no COCO file: a number in it is too long") from None
 
 
 def coco_entry(value: Value, key: str) -> Value:

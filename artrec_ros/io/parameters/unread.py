@@ -3,7 +3,7 @@ taken here."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from ...core.ways import way_of
 from .parameter_file import Setup
@@ -17,15 +17,17 @@ _WAYS = {
 }
 
 
-def unread(setup: Setup) -> list[str]:
+def unread(setup: Setup, calibrated: Collection[bool] = (True, False)) -> list[str]:
     """A line for each parameter that is not at its default and is not read by the ways that recognition takes here.
 
     Of targets that are fitted in space where images are calibrated, and else found in the image plane, it is told
     which of the two reads it.
+
+    :param calibrated: which images there are.
     """
     specs = all_specs([t.name for t in setup.targets], setup.image.classes)
     changed = [spec for spec in specs.values() if _is_changed(spec, setup)]
-    return [line for spec in changed for line in _lines(spec, setup)]
+    return [line for spec in changed for line in _lines(spec, setup, calibrated)]
 
 
 def ways_taken(setup: Setup) -> tuple[frozenset[str], frozenset[str]]:
@@ -41,17 +43,17 @@ def _is_changed(spec: Spec, setup: Setup) -> bool:
     return bool((tuple(value) if spec.is_list else value) != spec.default)
 
 
-def _lines(spec: Spec, setup: Setup) -> Iterator[str]:
+def _lines(spec: Spec, setup: Setup, there: Collection[bool]) -> Iterator[str]:
     reads, (calibrated, bare) = set(spec.paths), ways_taken(setup)
     where = " and ".join(_WAYS[way] for way in spec.paths)
     if not reads & (calibrated | bare):
         yield f"{spec.name} changes nothing here: it is read {where} alone, and {_why(spec, setup)}"
-    elif not reads & calibrated:
+    elif not reads & calibrated and True in there:
         yield (
             f"{spec.name} changes nothing where images are calibrated, for all objects are fitted in space then: it is "
             f"read {where} alone"
         )
-    elif spec.calibrated or not reads & bare:
+    elif (spec.calibrated or not reads & bare) and False in there:
         yield f"{spec.name} changes nothing where images are not calibrated"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
@@ -17,7 +18,8 @@ from .frames import Frame, Part, Source, SourceOptions, fitting, once
 
 __all__ = ["STAMP_DIGITS", "FolderSource", "Frame", "SourceOptions", "Sources", "holds_bag", "open_sources"]
 
-STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds
+STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds,
+_LAST_NS = (2**31 - 1) * 10**9  # up to the last one that builtin_interfaces/Time holds
 
 
 class FolderSource(Source):
@@ -31,7 +33,7 @@ class FolderSource(Source):
         if not files:
             bags, images = ", ".join(BAG_SUFFIXES), ", ".join(IMAGE_SUFFIXES)
             raise SourceError(f"{folder}: neither a bag ({bags}) nor images ({images}){_below(folder)}")
-        named = all(p.stem.isdecimal() and len(p.stem) >= STAMP_DIGITS for p in files)
+        named = all(p.stem.isdecimal() and len(p.stem) >= STAMP_DIGITS and int(p.stem) <= _LAST_NS for p in files)
         stamps = [int(p.stem) if named else round(i * 1e9 / options.rate_hz) for i, p in enumerate(files)]
         start_ns, stop_ns = options.span_ns(stamps[0])
         self.files = [
@@ -51,10 +53,15 @@ class FolderSource(Source):
             try:
                 image = read_image(path)
             except ImageError as error:
-                yield Frame(stamp_ns, path.name, error=str(error))
+                yield Frame(stamp_ns, _printable(path.name), error=_printable(str(error)))
                 continue
             camera = fitting(self._camera, image, self._report, f"{path.parent}, --camera-info")
-            yield Frame(stamp_ns, path.name, image, camera)
+            yield Frame(stamp_ns, _printable(path.name), image, camera)
+
+
+def _printable(text: str) -> str:
+    """Text of a file's name, whose bytes need not be UTF-8."""
+    return os.fsencode(text).decode("utf-8", "backslashreplace")
 
 
 def _below(folder: Path) -> str:

@@ -19,6 +19,9 @@ from ..replaying.engines import Engine, InlineEngine
 from ..replaying.processes import ProcessEngine
 from ..replaying.work import Order
 
+_MOST_SECONDS, _RATES_HZ = 1e9, (1e-3, 1e6)  # what stamps in nanoseconds can hold
+_MOST_PER_CORE = 16  # workers
+
 
 def add_source_options(p: argparse.ArgumentParser) -> None:
     """Which images of a source are read, and how."""
@@ -87,14 +90,21 @@ def number(text: str, accept: Callable[[float], bool], what: str) -> float:
 
 
 def seconds(text: str) -> float:
-    return number(text, lambda v: v >= 0, "number of seconds")
+    return number(text, lambda v: 0 <= v <= _MOST_SECONDS, "number of seconds")
 
 
 def rate(text: str) -> float:
-    return number(text, lambda v: v > 0, "rate in Hz")
+    return number(text, lambda v: _RATES_HZ[0] <= v <= _RATES_HZ[1], "rate in Hz")
 
 
 def jobs(text: str) -> int:
+    cores = (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()) or 1
     if text == "all":
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return int(number(text, lambda v: v >= 1 and v == int(v), "number of workers; 'all' is a word for it"))
+        return cores
+    found = int(number(text, lambda v: v >= 1 and v == int(v), "number of workers; 'all' is a word for it"))
+    if found > _MOST_PER_CORE * cores:
+        raise argparse.ArgumentTypeError(
+            f"'{text}': more than {_MOST_PER_CORE * cores} workers would only wait for each other on {cores} cores; "
+            "'all' takes one for each"
+        )
+    return found

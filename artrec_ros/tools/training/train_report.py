@@ -57,6 +57,15 @@ def report(model: ObjectModel, examples: Sequence[Example], constraints: Constra
             yield f"  {'/'.join(w.first)} - {'/'.join(w.second)}: {w.more} more ({w.examples} seen)"
     yield from _class_lines(constraints)
     yield from _axis_lines(constraints)
+    yield from _use(model)
+
+
+def _use(model: ObjectModel) -> Iterator[str]:
+    """Where pairs are not asked, however well they are learned."""
+    if model.is_spatial:
+        images = "images with calibration" if not model.is_flat else "images"
+        yield f"Every marker of '{model.name}' has a pose: in {images} it is found by these, and no pair is asked"
+        yield "(unless recognizer.whole_object is false, or recognizer.profile is paper)."
 
 
 def shown_coverage(examples: int, aimed: float) -> float:

@@ -68,3 +68,13 @@ def test_points_beside_and_behind_the_camera_stay_finite(lens):
 def test_a_point_beside_a_plain_camera_lands_outside_the_image():
     x, y = project(camera_of(), np.array([0.5, 0.0, 0.0]))
     assert x > 10000 and abs(y) < 240
+
+
+@pytest.mark.parametrize("k4", [-4.0, -1.0, -0.3, -0.15])
+def test_behind_a_pole_of_the_lens_nothing_is_seen(k4):
+    """Where the model divides by nothing, which no lens does, pixels would be infinite."""
+    camera = camera_of(distortion=[0, 0, 0, 0, 0, k4, 0, 0])
+    assert 0 < camera.fold < -1 / k4
+    r = np.linspace(0, 3, 2001)
+    pixels = project(camera, np.column_stack([r, np.zeros(2001), np.ones(2001)]))
+    assert np.isfinite(pixels).all() and (np.diff(pixels[:, 0]) > 0).all()

@@ -38,25 +38,27 @@ class FacingSearch:
             FacingGuesser(model, surface, config, surface.root),
             FacingLimbs(model, surface, config),
         )
+        self._from_limbs = surface.kinematics.n_joints > 0 or config.required == "visible"
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
         markers = model.required.markers
         self._largest, self._compact = max(m.area for m in markers), max(solidity(m.outline) for m in markers)
 
-    def large(self, blobs: Sequence[Blob], limits: ScaleLimits) -> list[Blob]:
-        """Blobs of the required component's class that may hold more than the component.
+    def large(self, blobs: Sequence[Blob]) -> list[Blob]:
+        """Blobs of the required component's class that may hold more than the component."""
+        least_px = self._config.guesses.small_px / self._config.facing.least_area_share
+        return [b for b in blobs if b.label in self.finder.root_labels and b.area_px >= least_px]
+
+    def several(self, blobs: Sequence[Blob], limits: ScaleLimits) -> list[Blob]:
+        """Those that may be several merged ones, smaller than `run` looks for in a blob: one that fills its convex hull
+        as well as the component's marker does is one piece.
 
         :param limits: of the scale. Where a smaller part of a blob is still larger than the component can be, its
             greatest scale was looked through.
         """
-        share, most_px = self._config.facing.least_area_share, self._largest * limits.greatest**2
-        mine = (b for b in blobs if b.label in self.finder.root_labels)
-        return [b for b in mine if self._config.guesses.small_px / share <= b.area_px < most_px / share]
-
-    def several(self, blobs: Sequence[Blob]) -> list[Blob]:
-        """Those of the required component's class that may be several merged ones, smaller than `run` looks for in a
-        blob: one that fills its convex hull as well as the component's marker does is one piece."""
-        return [b for b in blobs if solidity(b.contour) < self._config.guesses.compact * self._compact]
+        most_px = self._largest * limits.greatest**2 / self._config.facing.least_area_share
+        compact = self._config.guesses.compact * self._compact
+        return [b for b in blobs if b.area_px < most_px and solidity(b.contour) < compact]
 
     def unexplained(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
         """Those of which nobody owns most."""
@@ -89,8 +91,15 @@ class FacingSearch:
         return [piece for piece, yes in zip(left, inside.tolist(), strict=True) if yes]
 
     def limbs(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
-        """The largest blobs of other components' classes of which nobody owns most."""
-        mine = self.unexplained(frame, [b for b in blobs if b.label in self._limbs.labels])
+        """The largest blobs of other components' classes of which nobody owns most, where these lead to the object.
+
+        Those of a rigid one with its required component in view do so seldom where that does not, and cost as much time
+        as all the rest: they have no joints that hide where it is, and are judged with it wherever it is tried.
+        """
+        if not self._from_limbs:
+            return []
+        mine = self._in_view(frame, [b for b in blobs if b.label in self._limbs.labels])
+        mine = self.unexplained(frame, mine)
         return sorted(mine, key=lambda b: -b.area_px)[: self._config.facing.limb_blobs]
 
     def run(
@@ -107,7 +116,6 @@ class FacingSearch:
         :param limbs: blobs that other components may have made.
         """
         mine = self._in_view(frame, [b for b in blobs if b.label in self.finder.root_labels])
-        limbs = self._in_view(frame, limbs)
         if not mine and not limbs:
             return self.finder.surface.no_poses
         found, blob, most = self._guesses(frame, mine, limits, sizes, limbs)
@@ -129,11 +137,12 @@ class FacingSearch:
         """Hypotheses that come near to the best of their blobs, of which blob and size each is (H,), and how many of
         each of these shall go on."""
         hurried, config, own = frame.hurried(self._config.facing.guess_share), self._config.facing, sizes * len(mine)
-        poses, _, blob = self._guesser.guess(hurried, mine, limits, sizes)
-        of_limbs, limb = self._limbs.guess(hurried, limbs, limits)
+        poses, _, blob = self._guesser.guess(hurried.hurried(0.5) if limbs else hurried, mine, limits, sizes)
+        of_limbs, which = self._limbs.guess(hurried, limbs, limits)
+        of_limbs = self.finder.within_limits(frame.camera, of_limbs)
         most = np.full(own + len(limbs), config.per_patch)
         most[:own] *= -(-np.bincount(blob, minlength=own) // config.turns)
-        poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob, own + limb])
+        poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob, own + which])
         poses = self._with_joints(frame, poses)
         found = Ranked(poses, self.finder.votes(frame, poses, occlusion=True))
         near = self._near_best(found.votes, blob)

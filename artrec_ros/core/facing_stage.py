@@ -36,7 +36,7 @@ class FacingStage:
         self._config = config
         self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
         self.describers = [Describer(s.finder) for s in self._searches]
-        self._judge, self._lacking = Judge.of(config), float(np.log(config.guesses.small_px))
+        self._judge, self._lacking = Judge.of(config), float(np.log1p(config.guesses.small_px))
         self._placer = PlanePlacer(targets, config)
 
     def recognize(self, frame: ImageFrame, blobs: Sequence[Blob]) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
@@ -83,14 +83,16 @@ class FacingStage:
         told = {s: [c.poses for c in claims if c.finder is s.finder] for s in self._searches}
         there = {s: Poses.concatenate(poses) for s, poses in told.items() if poses}
         unseen = self._config.required == "visible"
-        large = [(s, mine) for s in self._searches if (mine := s.large(blobs, limits)) or unseen]
+        large = [(s, mine) for s in self._searches if (mine := s.large(blobs)) or unseen]
         roomy = [(s, mine) for s, poses in there.items() if (mine := s.roomy(frame, blobs, poses))]
         if not large and not roomy:
             return []
         # what lacks a part may be another one, which has it: its pixels stay
-        whole = _without(frame, [v.claim for v in accepted if -v.evidence.missing < self._lacking])
+        complete = [v.claim for v in accepted if -v.evidence.missing <= self._lacking]
+        whole = _without(frame, complete) if large else frame
         free = [(s, own) for s, mine in large if (own := s.unexplained(whole, mine)) or unseen]
-        left: list[_Task] = [(s, s.several(own), s.limbs(whole, blobs)) for s, own in free]
+        looks: list[_Task] = [(s, s.several(own, limits), s.limbs(whole, blobs)) for s, own in free]
+        left = [task for task in looks if task[1] or task[2]]
         rest = _without(frame, claims) if roomy else frame
         cut: list[_Task] = [(s, pieces, ()) for s, mine in roomy if (pieces := s.pieces(rest, mine, there[s]))]
         again = (whole, left, self._config.facing.sizes), (rest, cut, 1)

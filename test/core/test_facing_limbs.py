@@ -1,9 +1,9 @@
 """Flat objects that are found from the blobs of their limbs: their required component is merged, hidden or not seen."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-import test_facing_limbs
+import pytest
 from settings import settings
 from solids import RED, rectangle
 from squares import BODY, Placing, hinge, patch, rendered
@@ -25,14 +25,15 @@ from artrec_ros.core.recognizer import Recognizer
 LIMB, SIZE = 4, (200, 160)
 ANGLES = {"one": 0.3, "two": 2.1, "three": 4.4}
 ROUND = np.column_stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4)]) * 0.04
-LEG, LONG = rectangle(0.06, 0.02, (0.035, 0.0)), rectangle(0.08, 0.03, (0.045, 0.0))
+LEG = rectangle(0.06, 0.02, (0.035, 0.0))
+LARGE = rectangle(0.08, 0.03, (0.045, 0.0))  # three of these show more than the middle
 
 
-def star():
+def star(leg=LEG):
     """An octagon, which hardly tells its turn, and three legs of another class that swing about its rim."""
     legs = [
         Component(
-            name, (patch(name, LEG),), label=LIMB,
+            name, (patch(name, leg),), label=LIMB,
             joint=hinge("middle", (0.045 * np.cos(a), 0.045 * np.sin(a), 0.0), (0, 0, 1), limits=(a - 0.4, a + 0.4)),
         )
         for name, a in ANGLES.items()
@@ -40,32 +41,36 @@ def star():
     return ObjectModel("star", (Component("middle", (patch("middle", ROUND),), required=True), *legs))
 
 
+@dataclass(frozen=True)
 class Star(Placing):
     """A star; its legs swing by `arm` from where they stand."""
+
+    large: bool = False
 
     def patches(self):
         out = [(self.at(ROUND), RED)]
         for angle in ANGLES.values():
             q = angle + self.arm
             turn = np.array([[np.cos(q), np.sin(q)], [-np.sin(q), np.cos(q)]])
-            out.append((self.at(LEG @ turn + 0.045 * np.array([np.cos(angle), np.sin(angle)])), LIMB))
+            leg = LARGE if self.large else LEG
+            out.append((self.at(leg @ turn + 0.045 * np.array([np.cos(angle), np.sin(angle)])), LIMB))
         return out
 
 
 AT = Star(90.3, 80.2, 0.7, 500.0, arm=0.2)
-PLAIN = rendered(AT, size=SIZE)
+PLAIN, LARGE_LEGS = (rendered(at, size=SIZE) for at in (AT, replace(AT, large=True)))
 
 
-def merged():
-    """Half of its middle's rim is amid a bar of its class."""
-    labels = PLAIN.copy()
-    labels[62:100, 4:90] = np.where(labels[62:100, 4:90] == 0, RED, labels[62:100, 4:90])
+def merged(rows=(62, 100), columns=(4, 90)):
+    """A part of its middle's rim is amid a bar of its class."""
+    labels, bar = PLAIN.copy(), (slice(*rows), slice(*columns))
+    labels[bar] = np.where(labels[bar] == 0, RED, labels[bar])
     return labels
 
 
-def recognized(labels, **options):
+def recognized(labels, leg=LEG, **options):
     config = settings(time_budget_ms=60000, **options)
-    return Recognizer((Target("star", star(), RED),), config, Segmenter(ImageConfig())).recognize(labels)
+    return Recognizer((Target("star", star(leg), RED),), config, Segmenter(ImageConfig())).recognize(labels)
 
 
 def error(detection):
@@ -77,30 +82,43 @@ def error(detection):
 
 def test_a_plain_one_is_found():
     (found,) = recognized(PLAIN).detections
-    assert error(found) < (1.0, 3.0, 0.05) and len(found.components) == 4
+    assert np.less(error(found), (1.0, 3.0, 0.05)).all() and len(found.components) == 4
 
 
 def test_legs_tell_where_a_body_is_that_merged_with_others_of_its_class(monkeypatch):
     (found,) = recognized(merged()).detections
-    off, turn, scale = error(found)
-    assert off < 4.0 and turn < 6.0 and scale < 0.1
+    assert np.less(error(found), (4.0, 6.0, 0.1)).all()
     monkeypatch.setattr(FacingSearch, "limbs", lambda *args: [])
     assert not recognized(merged()).detections
 
 
-def test_one_without_labels_on_its_required_component_is_found_where_that_is_no_matter(monkeypatch):
-    monkeypatch.setattr(test_facing_limbs, "LEG", rectangle(0.08, 0.03, (0.045, 0.0)))  # they show more than the middle
-    plain = rendered(AT, size=SIZE)
-    faded = np.where(plain == RED, 0, plain)
-    assert not recognized(faded).detections
-    every = replace(settings().facing, limb_keep=1000)
-    (found,) = recognized(faded, required="visible", facing=every).detections
-    off, turn, scale = error(found)
-    assert off < 2.0 and turn < 3.0 and scale < 0.05
+@pytest.mark.parametrize("greatest", [0.0, 550.0])
+@pytest.mark.parametrize(("rows", "columns"), [((62, 100), (0, 200)), ((50, 110), (0, 95))])
+def test_limits_of_the_scale_do_not_end_the_search_from_legs(rows, columns, greatest):
+    """Of so large a blob no smaller part is looked for where the scale is known."""
+    found = recognized(merged(rows, columns), max_scale=greatest).detections
+    best = min(found, key=lambda d: error(d)[0])
+    assert np.less(error(best), (2.0, 3.0, 0.05)).all()
+
+
+def test_one_without_labels_on_its_required_component_is_found_where_that_is_no_matter():
+    faded = np.where(LARGE_LEGS == RED, 0, LARGE_LEGS)
+    assert not recognized(faded, LARGE).detections
+    every = {"required": "visible", "facing": replace(settings().facing, limb_keep=1000)}
+    (found,) = recognized(faded, LARGE, **every).detections
+    assert np.less(error(found), (2.0, 3.0, 0.05)).all()
     assert {c.component for c in found.components} == set(ANGLES)  # what is not seen is not told
-    assert found.score < recognized(plain).detections[0].score
-    other = np.where(plain == RED, BODY, plain)  # something else is where its middle should be
-    assert all(error(d)[0] > 20 for d in recognized(other, required="visible", facing=every).detections)
+    assert found.score < recognized(LARGE_LEGS, LARGE).detections[0].score
+    other = np.where(LARGE_LEGS == RED, BODY, LARGE_LEGS)  # something else is where its middle should be
+    assert all(error(d)[0] > 20 for d in recognized(other, LARGE, **every).detections)
+
+
+@pytest.mark.parametrize("greatest", [495.0, 490.0])
+def test_what_legs_tell_keeps_to_the_limits_of_the_scale(greatest):
+    faded = np.where(LARGE_LEGS == RED, 0, LARGE_LEGS)
+    every = {"required": "visible", "facing": replace(settings().facing, limb_keep=1000)}
+    (found,) = recognized(faded, LARGE, max_scale=greatest, **every).detections
+    assert np.less(error(found), (2.0, 3.0, 0.05)).all() and found.image.scale <= greatest + 1e-6
 
 
 def test_a_limbs_blob_leads_to_the_object_whichever_way_it_bends():

@@ -54,7 +54,7 @@ def told(folder: Path, files: list[str], **values: Any) -> list[str]:
         (["plate"], {"expert__facing__turns": 20}, ("where images are calibrated", "face the camera alone")),
         (["spatial"], {"expert__facing__turns": 20}, ("camera alone, and none of those with such places is flat",)),
         (["flat"], {"expert__facing__turns": 20}, ("camera alone, and no object has a place",)),
-        (["plate"], {"expert__guesses__small_px": 9.0}, ("where images are not calibrated",)),
+        (["plate"], {"expert__guesses__root_keep": 9}, ("where images are not calibrated",)),
         (["flat"], {"recognizer__max_range_m": 2.0}, ("where images are not calibrated",)),
         (["spatial"], {"recognizer__min_range_m": 2.0}, ("where images are not calibrated",)),
         (["flat", "spatial"], {"recognizer__max_range_m": 2.0}, ("where images are not calibrated",)),

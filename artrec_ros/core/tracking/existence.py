@@ -59,14 +59,16 @@ class Existence:
     def times(self, share: float) -> Existence:
         return Existence(self.seen * share, self.hidden * share)
 
-    def found(self, scores: Array, new: Array, config: ExistenceConfig) -> Existence:
+    def found(self, scores: Array, new: Array, age_s: Array, config: ExistenceConfig) -> Existence:
         """Once a frame has said of each with what probability it is there.
 
         :param new: (T,) how far it says that as if it were the first to do so, 0 to 1: what stands still shows what it
             did, and all frames of it together say what one does in the mean.
+        :param age_s: (T,) since each was seen: it is no less likely than one that has come since then.
         """
         said, weight = log_odds(scores) + config.found_again * new, 1 - config.memory * (1 - new)
-        return Existence.of(_probability(config.memory * log_odds(self.probability) + weight * said))
+        known = config.memory * log_odds(self.probability) + weight * said
+        return Existence.of(_probability(np.maximum(known, log_odds(scores) + np.log(_has_come(age_s, config)))))
 
 
 def newcomers(scores: Array, continuous: float, dt_s: float, config: ExistenceConfig) -> Array:
@@ -81,9 +83,9 @@ def newcomers(scores: Array, continuous: float, dt_s: float, config: ExistenceCo
     return _probability(log_odds(scores) + np.log(share)) if continuous else scores
 
 
-def _has_come(dt_s: float, config: ExistenceConfig) -> float:
-    """How much less likely a newcomer is than an object of a single frame, so long after the frame before."""
-    return float(-np.expm1(-((dt_s / config.newcomer_s) ** 2)))
+def _has_come(dt_s: Array | float, config: ExistenceConfig) -> Array:
+    """How much less likely a newcomer is than an object of a single frame, so long after one that did not show it."""
+    return np.maximum(-np.expm1(-((np.asarray(dt_s) / config.newcomer_s) ** 2)), 1e-12)
 
 
 def log_odds(probability: Array) -> Array:

@@ -16,6 +16,7 @@ from .names import remembered
 from .sightings import Sightings
 from .tracks import Tracks
 
+_GROWN = 2.0  # what grows by a share moves at its rim by half of that share of its size
 _SEEN_IF_HIDDEN = 0.2  # share of objects that are found though something stands before their middle
 
 
@@ -62,8 +63,7 @@ def followed(
     s = sightings[detections]
     seen = tracks.image[rows].seen(s.place, s.noise)
     image = tracks.image.replaced(rows, replace(seen, unit=s.unit))
-    new = np.minimum(_moved(image, rows, s, dt_s) / config.existence.anew, 1.0)
-    new[tracks.age_s > dt_s] = 1.0  # the frame before did not show it
+    new = np.minimum(_moved(image, tracks.age_s, rows, s) / config.existence.anew, 1.0)
     existence = _exists(tracks, found, sightings, row_of, new, goes_on, size, config)
     theta, age_s = tracks.theta.copy(), tracks.age_s.copy()
     theta[rows], age_s[rows] = s.theta, 0.0
@@ -132,22 +132,22 @@ def _exists(
     scores = np.full(len(tracks), 0.5)
     for n, row in row_of.items():
         here[row], scores[row] = True, found[n].score
-    seen = tracks.existence.found(scores, new, config.existence)
+    seen = tracks.existence.found(scores, new, tracks.age_s, config.existence)
     if here.all():
         return seen
     missed = tracks.existence.missed(_could_be_seen(tracks, found, sightings, size), config.existence).times(goes_on)
     return Existence(np.where(here, seen.seen, missed.seen), np.where(here, seen.hidden, missed.hidden))
 
 
-def _moved(image: MotionState, rows: Counts, s: Sightings, dt_s: float) -> Array:
-    """(T,) how far each has come in the image since the frame before, in sizes of its required component: by its
+def _moved(image: MotionState, age_s: Array, rows: Counts, s: Sightings) -> Array:
+    """(T,) how far each has come in the image since it was seen last, in sizes of its required component: by its
     speed, for what stands still is told a little elsewhere in each frame; 0 of those that are not seen.
 
-    :param rows: of what is seen, `s`. :param dt_s: time since the frame before.
+    :param age_s: (T,) since then. :param rows: of what is seen, `s`.
     """
     out, size_px = np.zeros(len(image)), np.maximum(s.size_m * s.unit[:, 0], 1e-9)
-    speed = image[rows].mean[:, 1] / np.column_stack([size_px, size_px, np.full(len(rows), 2.0)])
-    out[rows] = np.linalg.norm(speed, axis=1) * dt_s
+    speed = image[rows].mean[:, 1] / np.column_stack([size_px, size_px, np.full(len(rows), _GROWN)])
+    out[rows] = np.linalg.norm(speed, axis=1) * age_s[rows]
     return out
 
 

@@ -109,7 +109,7 @@ class FacingConfig(Room):
     )
     per_patch: int = param(
         4,
-        "hypotheses that go on, for each time the component goes into its blob",
+        "hypotheses that go on, for each time the component goes into its blob, and for each blob of another one",
         low=1,
         high=1000,
         paths=_FACING,

@@ -112,10 +112,11 @@ class GuessesConfig(Room):
     )
     small_px: float = param(
         200.0,
-        "so small a blob tells little of its marker's shape, and a segmenter may have taken much of it",
+        "so small a blob tells little of its marker's shape, and a segmenter may have taken much of it; what faces the "
+        "camera and lacks more is looked for again",
         unit="px^2",
         low=0,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="14 px wide",
     )
     growth: tuple[float, ...] = param(
@@ -130,10 +131,10 @@ class GuessesConfig(Room):
     )
     joint_draws: int = param(
         10,
-        "values of the joints that carry a component whose blob is started from",
+        "values of the joints that carry a component whose blob is started from, besides the middle ones",
         low=1,
         high=1000,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="2/3: right -2 of 244, 4/3: -1",
     )
     few_guesses: int = param(

@@ -6,12 +6,14 @@ import argparse
 import math
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from tqdm import tqdm
 
 from ..core.base.config import GREATEST_LABEL, ImageConfig
 from ..core.base.errors import ConfigError
@@ -31,6 +33,7 @@ from ..io.sources.opening import Frame, SourceOptions, open_sources
 from .colour_report import report, scale_line
 from .colour_setup import ColourSetup, load_colour_setup
 
+_DRAWS = partial(tqdm, unit="draw", disable=None, leave=False)
 _UNMARKED = 255  # number of the pixels that nobody has marked
 _SHARPEN_PX = 1
 _TRIED = 24  # images at most that sharpening is tried on
@@ -80,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     samples, told = _samples(args, labels, setup)
     check_samples(samples, labels)
     _say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
-    learned = learn_from(samples, told, labels)
+    learned = learn_from(samples, told, labels, _DRAWS)
     save_colours(args.output, learned.image)
     print("\n".join(report(learned)))
     if setup is not None:
@@ -89,10 +92,18 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def learn_from(samples: Samples, told: Told, labels: Mapping[str, int]) -> Learned:
-    """The classes' colours, and whether to sharpen. :raises ConfigError: a class without enough samples."""
+def learn_from(
+    samples: Samples,
+    told: Told,
+    labels: Mapping[str, int],
+    shown: Callable[[Iterable[int]], Iterable[int]] = iter,
+) -> Learned:
+    """The classes' colours, and whether to sharpen. :param shown: as of `learn_colours`.
+
+    :raises ConfigError: a class without enough samples.
+    """
     doubtful = [name for name in samples if name not in labels] if told.by_segmenter else []
-    learned = learn_colours(samples, labels, ImageConfig(), doubtful)
+    learned = learn_colours(samples, labels, ImageConfig(), doubtful, shown=shown)
     return replace(learned, image=sharpened(learned.image, told))
 
 

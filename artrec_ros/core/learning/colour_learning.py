@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -76,7 +76,12 @@ def check_samples(samples: Samples, labels: Collection[str]) -> None:
 
 
 def learn_colours(
-    samples: Samples, labels: Mapping[str, int], image: ImageConfig, doubtful: Collection[str] = (), seed: int = 0
+    samples: Samples,
+    labels: Mapping[str, int],
+    image: ImageConfig,
+    doubtful: Collection[str] = (),
+    seed: int = 0,
+    shown: Callable[[Iterable[int]], Iterable[int]] = iter,
 ) -> Learned:
     """Reference colours from samples: of several draws of these the references that tell best what all are.
 
@@ -88,10 +93,11 @@ def learn_colours(
     :param labels: class -> its label.
     :param image: noise and the like; its classes and background are replaced.
     :param doubtful: backgrounds in which classes are seen, too, as in what a segmenter left without a label.
+    :param shown: passes the draws on, and may show how far they are: they take seconds.
     :raises ConfigError: a class without enough samples, or of pixels too dark to have a colour.
     """
     check_samples(samples, labels)
-    draws = [_drawn(samples, labels, image, doubtful, seed + n) for n in range(_LEARNING.draws)]
+    draws = [_drawn(samples, labels, image, doubtful, seed + n) for n in shown(range(_LEARNING.draws))]
     return max(draws, key=lambda learned: _worth(learned, labels))
 
 

@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
+from tqdm import tqdm
+
 from ...core.base.errors import ConfigError
 from ...core.constraints.constraint_set import ConstraintSet
 from ...core.learning.pair_learning import Example, learn
@@ -45,7 +47,8 @@ def examples_from_joints(args: argparse.Namespace, model: ObjectModel) -> list[E
         raise ConfigError(f"--view-angle: {args.view_angle} is not within 5 .. 150 degrees")
     camera = load_camera(args.camera_info) if args.camera_info else pinhole_camera(_IMAGE_PX, args.view_angle)
     scene = SceneConfig(objects=(1, 1), distractors=0, facing=0.0, margin=0.0, **given_options(args, SceneConfig))
-    return [e for e in joint_examples(Target(model.name, model, 1), camera, scene, args.seed, args.views) if e]
+    views = joint_examples(Target(model.name, model, 1), camera, scene, args.seed, args.views)
+    return [e for e in tqdm(views, total=args.views, unit="view", disable=None, leave=False) if e]
 
 
 def constraints_from(model: ObjectModel, examples: Sequence[Example], coverage: float) -> ConstraintSet:

@@ -34,10 +34,8 @@ class FacingSearch:
     def __init__(self, finder: WholeObjectFinder, config: RecognizerConfig) -> None:
         self.finder, self._config = finder, config
         model, surface = finder.target.model, finder.surface
-        self._guesser, self._limbs = (
-            FacingGuesser(model, surface, config, surface.root),
-            FacingLimbs(model, surface, config),
-        )
+        self._guesser = FacingGuesser(model, surface, config, surface.root)
+        self._limbs = FacingLimbs(model, surface, config)
         self._from_limbs = surface.kinematics.n_joints > 0 or config.required == "visible"
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
@@ -137,7 +135,8 @@ class FacingSearch:
         """Hypotheses that come near to the best of their blobs, of which blob and size each is (H,), and how many of
         each of these shall go on."""
         hurried, config, own = frame.hurried(self._config.facing.guess_share), self._config.facing, sizes * len(mine)
-        poses, _, blob = self._guesser.guess(hurried.hurried(0.5) if limbs else hurried, mine, limits, sizes)
+        early = hurried.hurried(0.5) if limbs else hurried  # as much time is left for these
+        poses, _, blob = self._guesser.guess(early, mine, limits, sizes)
         of_limbs, which = self._limbs.guess(hurried, limbs, limits)
         of_limbs = self.finder.within_limits(frame.camera, of_limbs)
         most = np.full(own + len(limbs), config.per_patch)

@@ -13,6 +13,8 @@ from .surface_model import Poses, SpatialModel
 # times a rotation: its mirror image in the marker's and in the image's plane
 _MIRRORED = np.outer((1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
 
+_ONE = 0.25  # of the required component's size, and of the logarithm of the depth: two so near are not both there
+
 
 class RequiredPlace:
     """The required component of one model."""
@@ -39,6 +41,18 @@ class RequiredPlace:
         radius = self._radius_px(camera, np.maximum(there[:, 2], here[:, 2]))
         distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
+
+    def is_in_place_of(self, poses: Poses, one: Poses, most_turn_rad: float) -> np.ndarray:
+        """(H,) bool: under which the object would be where it is under `one`, nearer than a fourth of the required
+        component's size, turned by less than that."""
+        there, here = self.anchors(poses), self.anchors(one)
+        there[:, 2], here[:, 2] = np.maximum(there[:, 2], 1e-6), np.maximum(here[:, 2], 1e-6)
+        cosine = (np.einsum("hij,ij->h", poses.R, one.R[0]) - 1) / 2
+        near = (
+            np.linalg.norm(there / there[:, 2:] - here / here[:, 2:], axis=1) < _ONE * self._surface.extent / here[:, 2]
+        )
+        alike = np.abs(np.log(there[:, 2] / here[:, 2])) < _ONE
+        return np.asarray(near & alike & (cosine > np.cos(most_turn_rad)))
 
     def flips(self, poses: Poses) -> Poses:
         """Siblings of hypotheses: a flat marker's mirrored turn looks almost the same."""

@@ -107,10 +107,22 @@ class _Field:
         return rows[~np.tril(self._meet(rows, rows), -1).any(axis=1)]
 
     def taken(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Have some stand no longer. Who meets one of them."""
+        """Have some stand no longer, nor what would stand in their very places. Who meets one of them."""
         self.worth[rows] = -np.inf
+        for row in rows.tolist():
+            self._clear(row)
         left = np.flatnonzero(self.worth > -np.inf)
         return left[self._meet(left, rows).any(axis=1)]
+
+    def _clear(self, row: int) -> None:
+        """Where an object stands there is no other one of its target: what it leaves of its rim is none."""
+        g = int(np.searchsorted(self._first, row, side="right")) - 1
+        group, first, last = self._groups[g], self._first[g], self._first[g + 1]
+        left = first + np.flatnonzero(self.worth[first:last] > 0)
+        if len(left):
+            one, turn = group.poses[[row - first]], group.finder.config.search.niche_rad
+            same = group.finder.required.is_in_place_of(group.poses[left - first], one, turn)
+            self.worth[left[same]] = -np.inf
 
     def _meet(self, rows: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(n, m) whether what one owns can matter to the other."""

@@ -9,6 +9,7 @@ from solids import BENT, BLUE, RATIONAL, RED, StubJudge, camera_of, chain, jolte
 
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.transforms import rotation_from_rotvec
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
@@ -122,10 +123,23 @@ def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
     finder, judged = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS), []
     judge = finder.judge
     monkeypatch.setattr(finder, "judge", lambda f, poses, **k: judged.append(len(poses)) or judge(f, poses, **k))
-    poses = Poses.concatenate([LEFT, RIGHT, jolted(np.random.default_rng(1), LEFT, 3, 0.002, 0.02, 0.02)])
-    accepted, _ = share_out([(finder, poses)], frame, JUDGE)
+    turns = [rotation_from_rotvec(np.array([0.0, turn, 0.0])) for turn in (0.4, 0.5, 0.6)]
+    rivals = Poses.concatenate([Poses(turn @ LEFT.R, LEFT.t, LEFT.q) for turn in turns])
+    accepted, _ = share_out([(finder, Poses.concatenate([LEFT, RIGHT, rivals]))], frame, JUDGE)
     assert len(accepted) == 2
     assert judged == [5, 3]  # all of them; then the left one's rivals
+
+
+@pytest.mark.parametrize("cleared", [True, False])
+def test_what_an_object_leaves_of_itself_is_no_other_one(monkeypatch, cleared):
+    """A hypothesis that is a little larger has a rim that the object does not own."""
+    if not cleared:
+        monkeypatch.setattr(ownership._Field, "_clear", lambda *args: None)
+    larger, finder = Poses(LEFT.R, 0.9 * LEFT.t, LEFT.q), WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
+    frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, larger, RED), (TRUCK, RIGHT, RED)])), CAMERA)
+    smaller_first = StubJudge(min_votes=1.0, given=lambda verdict: 1.0 if verdict.claim.poses.t[0, 2] > 0.95 else 0.1)
+    accepted, _ = share_out([(finder, Poses.concatenate([LEFT, larger, RIGHT]))], frame, smaller_first)
+    assert len(accepted) == (2 if cleared else 3)
 
 
 @pytest.mark.parametrize("lens", [(), BENT, RATIONAL, (-0.3, 0.1)], ids=len)

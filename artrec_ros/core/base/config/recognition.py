@@ -61,8 +61,8 @@ class RecognizerConfig:
     )
     min_components: int = param(
         0,
-        "least components found (no more than the object has); 0: two in the image plane, the required one included, "
-        "in space the required one",
+        "least components found (no more than the object has); 0: two of what is found part by part, the required "
+        "one included, the required one of what is found as a whole",
         low=0,
         high=100,
     )

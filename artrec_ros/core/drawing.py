@@ -34,7 +34,7 @@ _NAMED_COLOURS: dict[str, Colour] = {  # BGR, bright: what objects are drawn in 
     "brown": (70, 120, 180),
 }  # fmt: skip
 _MUTED = 0.75  # brightness of a class, against an object's: outlines stand out
-_LEAST_WIDTH_PX = 600
+_LEAST_LENGTH_PX = 600
 _MOST_REJECTIONS = 4
 _NEAR_PX, _CLUSTER_PX = 3.0, 25.0  # of the original image
 
@@ -62,6 +62,12 @@ def _class_table(classes: tuple[tuple[str, int], ...]) -> NDArray[np.uint8]:
     return table
 
 
+def enlargement(image: NDArray[Any]) -> int:
+    """How many times as large an image is drawn, so that text can be read in a small one: by its longer side, for one
+    that is a pixel wide would fill the memory by its shorter one."""
+    return max(1, round(_LEAST_LENGTH_PX / max(*image.shape[:2], 1)))
+
+
 def draw_result(
     image: NDArray[Any], result: FrameResult, object_names: Sequence[str], camera: Camera | None = None
 ) -> Picture:
@@ -72,7 +78,7 @@ def draw_result(
     :param object_names: their order decides the colours.
     :param camera: needed for the objects' frames.
     """
-    zoom = max(1, round(_LEAST_WIDTH_PX / max(*image.shape[:2], 1)))
+    zoom = enlargement(image)
     base = class_picture(image) if image.ndim == 2 else image
     interpolation = cv2.INTER_NEAREST if image.ndim == 2 else cv2.INTER_CUBIC
     picture = np.ascontiguousarray(cv2.resize(base, None, fx=zoom, fy=zoom, interpolation=interpolation))

@@ -36,7 +36,6 @@ class FacingSearch:
         model, surface = finder.target.model, finder.surface
         self._guesser = FacingGuesser(model, surface, config, surface.root)
         self._limbs = FacingLimbs(model, surface, config)
-        self._from_limbs = surface.kinematics.n_joints > 0 or config.required == "visible"
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
         markers = model.required.markers
@@ -89,13 +88,7 @@ class FacingSearch:
         return [piece for piece, yes in zip(left, inside.tolist(), strict=True) if yes]
 
     def limbs(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
-        """The largest blobs of other components' classes of which nobody owns most, where these lead to the object.
-
-        Those of a rigid one with its required component in view do so seldom where that does not, and cost as much time
-        as all the rest: they have no joints that hide where it is, and are judged with it wherever it is tried.
-        """
-        if not self._from_limbs:
-            return []
+        """The largest blobs from which other components may lead to the object, of which nobody owns most."""
         mine = self._in_view(frame, [b for b in blobs if b.label in self._limbs.labels])
         mine = self.unexplained(frame, mine)
         return sorted(mine, key=lambda b: -b.area_px)[: self._config.facing.limb_blobs]

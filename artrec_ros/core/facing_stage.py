@@ -3,9 +3,8 @@ plane on which they lie where that is known."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-
-import numpy as np
 
 from .base.config import RecognizerConfig
 from .base.deferred import Deferred
@@ -36,7 +35,7 @@ class FacingStage:
         self._config = config
         self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
         self.describers = [Describer(s.finder) for s in self._searches]
-        self._judge, self._lacking = Judge.of(config), float(np.log1p(config.guesses.small_px))
+        self._judge, self._lacking = Judge.of(config), math.log1p(config.guesses.small_px)
         self._placer = PlanePlacer(targets, config)
 
     def recognize(self, frame: ImageFrame, blobs: Sequence[Blob]) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:

@@ -169,7 +169,7 @@ def choose_sharpening(image: ImageConfig, pairs: Iterable[Pair], labels: Mapping
     segmenters = [Segmenter(config) for config in tried]
     shares, sizes, ended = [], [], []
     for colours, told in pairs:
-        read = [segmenter.labels(colours) for segmenter in segmenters]
+        read, known = [segmenter.labels(colours) for segmenter in segmenters], np.isin(told, list(labels))
         for number in np.unique(told).tolist():
             if number in labels:
                 own = told == number
@@ -177,7 +177,7 @@ def choose_sharpening(image: ImageConfig, pairs: Iterable[Pair], labels: Mapping
                 if labels[number]:
                     areas = cv2.connectedComponentsWithStats(own.astype(np.uint8))[2][1:, cv2.CC_STAT_AREA]
                     sizes += np.sqrt(areas).tolist()
-                    ended.append(_told_around(own, np.isin(told, list(labels))))
+                    ended.append(_told_around(own, known))
     gain = float(np.diff(np.mean(shares, axis=0))[0]) if shares else 0.0
     told_ends = not ended or float(np.median(ended)) > _ENDED
     if told_ends and abs(gain) >= _ALIKE:

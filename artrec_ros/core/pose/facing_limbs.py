@@ -24,14 +24,18 @@ from .surface_model import Poses, SpatialModel
 
 
 class FacingLimbs:
-    """Lays the components other than the required one on blobs, as `FacingGuesser` does.
+    """Lays the components other than the required one on blobs, as `FacingGuesser` does, where they lead to the object.
 
-    :ivar labels: classes of their blobs.
+    Those of a rigid one with its required component in view do so seldom where that does not, and cost as much time as
+    all the rest: they have no joints that hide where it is, and are judged with it wherever it is tried.
+
+    :ivar labels: classes of their blobs; none of a rigid object whose required component must be seen.
     """
 
     def __init__(self, model: ObjectModel, surface: SpatialModel, config: RecognizerConfig) -> None:
         self._surface, self._config, self._fit = surface, config.facing, config.fit
-        others = [c for c in range(len(model.components)) if c != surface.root]
+        leads = surface.kinematics.n_joints > 0 or config.required == "visible"
+        others = [c for c in range(len(model.components) * leads) if c != surface.root]
         self._guessers = {c: FacingGuesser(model, surface, config, c) for c in others}
         self._patches = {c: np.flatnonzero(np.isin(surface.component, (c, surface.root))) for c in others}
         self.labels = {label for c in others for label in surface.labels[c]}

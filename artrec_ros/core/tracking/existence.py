@@ -68,10 +68,10 @@ class Existence:
         """
         said, weight = log_odds(scores) + config.found_again * new, 1 - config.memory * (1 - new)
         known = config.memory * log_odds(self.probability) + weight * said
-        return Existence.of(_probability(np.maximum(known, log_odds(scores) + np.log(_has_come(age_s, config)))))
+        return Existence.of(np.maximum(_probability(known), newcomers(scores, 1.0, age_s, config)))
 
 
-def newcomers(scores: Array, continuous: float, dt_s: float, config: ExistenceConfig) -> Array:
+def newcomers(scores: Array, continuous: float, dt_s: Array | float, config: ExistenceConfig) -> Array:
     """Probabilities of objects that nobody has seen before.
 
     Alone, a frame is to be believed. In a sequence that goes on, an object that was not there a moment ago is less

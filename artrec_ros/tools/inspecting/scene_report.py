@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.base.errors import ImageError
 from ...core.canvas import Canvas, Colour, Picture
-from ...core.drawing import class_picture
+from ...core.drawing import class_picture, enlargement
 from ...core.geometry.camera import Camera
 from ...core.geometry.field_plane import FieldPlane
 from ...core.geometry.scene import Scene
@@ -24,7 +24,6 @@ from ...io.parameters.parameter_file import Setup
 _REGION: Colour = (60, 220, 255)
 _GRID: Colour = (235, 235, 235)
 _AXES: tuple[Colour, ...] = ((70, 70, 255), (70, 230, 70))  # x red, y green
-_LEAST_WIDTH_PX = 600
 _LINES = 12  # of the grid, about so many in each direction
 _STEPS = 60  # points of a line
 _ON_GRID = 20  # points of an image in each direction at which the scale is told
@@ -58,7 +57,7 @@ def draw_scene(items: Sequence[Item], output: Path) -> str:
 
 def scene_picture(image: Image, scene: Scene) -> Picture:
     """What lies outside of the region darkened; the field's grid with its metres, and its axes at the origin."""
-    zoom = max(1, round(_LEAST_WIDTH_PX / max(image.shape[1], 1)))
+    zoom = enlargement(image)
     base = class_picture(image) if image.ndim == 2 else image
     picture = np.ascontiguousarray(cv2.resize(base, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_NEAREST), np.uint8)
     if scene.region is not None:

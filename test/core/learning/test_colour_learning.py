@@ -159,7 +159,8 @@ class WorseIfSharpened:
 
     def labels(self, image: np.ndarray) -> np.ndarray:
         read = image[..., 0].copy()
-        read[:, ::3] = read[:, ::3] if not self._lost else 9
+        if self._lost:
+            read[:, ::3] = 9
         return read
 
 

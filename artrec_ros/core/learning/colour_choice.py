@@ -60,15 +60,17 @@ def candidates(samples: Mapping[str | None, Sequence[Colours]]) -> list[Referenc
     return found
 
 
-def choose(samples: Mapping[str | None, Sequence[Colours]], image: ImageConfig) -> list[Reference]:
+def choose(
+    samples: Mapping[str | None, Sequence[Colours]], image: ImageConfig, background: float = 1.0
+) -> list[Reference]:
     """The references that together tell best which class a colour is of.
 
     :param samples: class -> groups of its colours (n, 3) BGR 0..1, each group weighs the same; None: the background's.
         Every class has samples.
-    :param image: noise and the like.
+    :param image: noise and the like. :param background: weight of its groups, in those of a class.
     """
     offered = candidates(samples)
-    choice = _Choice(samples, offered, image)
+    choice = _Choice(samples, offered, image, background)
     while (best := choice.next()) is not None:
         choice.take(best)
     choice.drop()
@@ -79,13 +81,17 @@ class _Choice:
     """What has been chosen so far, and what a further candidate would bring."""
 
     def __init__(
-        self, samples: Mapping[str | None, Sequence[Colours]], offered: Sequence[Reference], image: ImageConfig
+        self,
+        samples: Mapping[str | None, Sequence[Colours]],
+        offered: Sequence[Reference],
+        image: ImageConfig,
+        background: float,
     ) -> None:
         owners = [name for name in samples if name is not None]
         self._rest = len(owners)  # the background's row; unknown has the one after it
         rows = {name: n for n, name in enumerate(owners)}
         self._owner = np.array([rows.get(r.owner or "", self._rest) for r in offered])
-        colours, self._true, self._weight = _weighed(samples, [*owners, None])
+        colours, self._true, self._weight = _weighed(samples, [*owners, None], background)
         self._likelihood = np.exp(-_costs(colours, offered, image).astype(float) / 2)  # (candidates, samples)
         self._unknown = np.exp(-(image.max_deviation**2) / 2)
         self.taken: list[int] = []
@@ -150,14 +156,14 @@ def _loss(own: Array, every: Array) -> Array:
 
 
 def _weighed(
-    samples: Mapping[str | None, Sequence[Colours]], owners: Sequence[str | None]
+    samples: Mapping[str | None, Sequence[Colours]], owners: Sequence[str | None], background: float
 ) -> tuple[Colours, NDArray[np.intp], Array]:
     """Colours (n, 3), some of them in other light as well, the row of each one's owner, its weight; weights add up to
     1."""
     colours, rows, weights = list[Colours](), list[NDArray[np.intp]](), list[Array]()
     for row, owner in enumerate(owners):
         groups = samples.get(owner, ())
-        total = _LEARNING.weight_background if owner is None else 1.0
+        total = background if owner is None else 1.0
         for group in groups:
             count = int(np.ceil(_LEARNING.share_other_light * len(group)))
             shown = [group]

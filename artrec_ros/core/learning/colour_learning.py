@@ -86,8 +86,9 @@ def learn_colours(
     """Reference colours from samples: of several draws of these the references that tell best what all are.
 
     Which draw it is can decide whether a class is told or half of it lost, for a choice that goes step by step ends
-    where it began to go. The best has the greatest product of the shares that are right, of the classes and of the
-    background: a share near nothing is not made up for by others.
+    where it began to go. How much the background counts in it can do the same: what glares white in a class is lost
+    where white floor weighs more. The best has the greatest product of the shares that are right, of the classes and of
+    the background: a share near nothing is not made up for by others.
 
     :param samples: name -> (n, 3) uint8 BGR; names that are no class are background.
     :param labels: class -> its label.
@@ -97,7 +98,11 @@ def learn_colours(
     :raises ConfigError: a class without enough samples, or of pixels too dark to have a colour.
     """
     check_samples(samples, labels)
-    draws = [_drawn(samples, labels, image, doubtful, seed + n) for n in shown(range(_LEARNING.draws))]
+    weights = _LEARNING.weights_background
+    draws = [
+        _drawn(samples, labels, image, doubtful, seed + n // len(weights), weights[n % len(weights)])
+        for n in shown(range(_LEARNING.draws * len(weights)))
+    ]
     return max(draws, key=lambda learned: _worth(learned, labels))
 
 
@@ -110,17 +115,18 @@ def _worth(learned: Learned, labels: Collection[str]) -> float:
 
 
 def _drawn(
-    samples: Samples, labels: Mapping[str, int], image: ImageConfig, doubtful: Collection[str], seed: int
+    samples: Samples, labels: Mapping[str, int], image: ImageConfig, doubtful: Collection[str], seed: int, weight: float
 ) -> Learned:
-    """What one draw of the samples tells."""
+    """What one draw of the samples tells. :param weight: of the background."""
     rng = np.random.default_rng(seed)
     own: dict[str | None, Sequence[Colours]] = {name: [_samples(name, samples, image, rng)] for name in labels}
     rest = {name: _scaled(_some(c, 3 * _KEPT, rng)) for name, c in samples.items() if name not in labels}
     rest = {name: without_classes(c, own) if name in doubtful else c for name, c in rest.items()}
-    chosen = choose({**own, None: [c for c in rest.values() if len(c) >= _LEARNING.least_samples]}, image)
+    background = [c for c in rest.values() if len(c) >= _LEARNING.least_samples]
+    chosen = choose({**own, None: background}, image, weight)
     classes = {name: _class(label, [r for r in chosen if r.owner == name]) for name, label in labels.items()}
-    background = _as_rgb([r.colour for r in chosen if r.owner is None])
-    learned = replace(image, kind="colour", classes=classes, background=background)
+    rest_of_it = _as_rgb([r.colour for r in chosen if r.owner is None])
+    learned = replace(image, kind="colour", classes=classes, background=rest_of_it)
     counted = {name: _some(colours, _COUNTED, rng) for name, colours in samples.items() if len(colours)}
     return Learned(learned, _confusion(counted, learned), {name: len(c) for name, c in samples.items()})
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import cv2
 import numpy as np
 import pytest
@@ -186,5 +188,6 @@ def test_of_several_draws_the_one_is_kept_that_tells_best() -> None:
     }
     labels = {"yellow": 1, "violet": 2}
     kept = _worth(learn_colours(samples, labels, ImageConfig()), labels)
-    draws = [_worth(_drawn(samples, labels, ImageConfig(), (), n), labels) for n in range(LearningConfig().draws)]
+    tried = itertools.product(range(LearningConfig().draws), LearningConfig().weights_background)
+    draws = [_worth(_drawn(samples, labels, ImageConfig(), (), *each), labels) for each in tried]
     assert kept == max(draws) and min(draws) < kept

@@ -63,11 +63,11 @@ class LearningConfig(Room):
         origin="half as many again as references",
     )
     draws: int = param(
-        6,
-        "draws of samples from which reference colours are learned; the best is kept",
+        4,
+        "draws of samples that reference colours are learned from with each weight of the background; the best is kept",
         low=1,
         high=1000,
-        origin="with overhead robots two draws of six lost half of a class's pixels; a second each",
+        origin="with overhead robots two draws of six lost half of a class's pixels; half a second each",
     )
     clusters_background: int = param(
         20,
@@ -90,12 +90,13 @@ class LearningConfig(Room):
         high=1,
         origin="small robots in changing light: with half of it three more references, one robot in 100 more",
     )
-    weight_background: float = param(
-        3.0,
-        "weight of the background's samples, in those of a class",
-        low=0,
+    weights_background: tuple[float, ...] = param(
+        (3.0, 1.0, 0.3),
+        "weights of the background's samples that are tried, in those of a class",
+        low=0.01,
         high=100,
-        origin="small robots in changing light: with 2, a quarter more of the floor gets a class",
+        origin="overhead robots in changing light, learned from five pictures drawn by chance: of 1,320 in the others "
+        "1,187 are right with 3 alone, 1,306 with all",
     )
     share_other_light: float = param(
         0.3,

@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 from acceptance import COLUMNS, PART_INDEX, Model, arguments, fitted_parts, report, summary, write
 from acceptance_claims import RANGE_PX, RANGE_SHARE, SIZE_PX, SIZE_SHARE, Claims, Parts, Watcher, joined, load, save
-from numpy.typing import NDArray
-from random_flat import flat_frames, flat_world, world_colours
+from random_flat import FlatScene, flat_frames, flat_world, world_colours
 from tqdm import tqdm
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
@@ -55,9 +54,10 @@ WIDER = 0.05, 0.4  # limits of the scale are wider than what there is, logarithm
 _Verdicts = tuple[Sequence[Verdict], Sequence[Verdict]]
 
 
-def is_there(verdict: Verdict, truth: ObjectTruth, faced: ImageFrame, frame: SimulatedFrame) -> bool:
-    """Whether a claim's required component is where the image shows it, within a third of its size, at its scale."""
-    placed, model = truth.placed, truth.placed.target.model
+def is_there(verdict: Verdict, truth: ObjectTruth, faced: ImageFrame, scene: FlatScene) -> bool:
+    """Whether a claim's required component is where the image shows it, within a third of its size, at its scale: what
+    moves is seen larger by its way."""
+    placed, model, frame = truth.placed, truth.placed.target.model, scene.frame
     if placed.target.name != verdict.claim.finder.target.name:
         return False
     claimed = verdict.claim.finder.required.anchors(verdict.claim.poses)
@@ -67,7 +67,10 @@ def is_there(verdict: Verdict, truth: ObjectTruth, faced: ImageFrame, frame: Sim
     scale = faced.camera.focal_px / claimed[0, 2], frame.camera.focal_px / true[0, 2]
     size_px = scale[1] * np.sqrt(model.required.markers[0].area)
     off_scale = abs(np.log(scale[0] / scale[1]))
-    return bool(off_px <= SIZE_SHARE * size_px + SIZE_PX and off_scale <= max(1.5 * RANGE_SHARE, RANGE_PX / size_px))
+    return bool(
+        off_px <= SIZE_SHARE * size_px + SIZE_PX
+        and off_scale <= max(1.5 * RANGE_SHARE, (RANGE_PX + scene.way_px) / size_px)
+    )
 
 
 def true_scales(truths: Sequence[ObjectTruth], frame: SimulatedFrame) -> list[float]:
@@ -88,16 +91,16 @@ class FacingWatcher(Watcher):
         self._targets, self._segmenter, self._required = targets, Segmenter(colours), required
         self._rng = np.random.default_rng([24, seed])
 
-    def see(self, frame: SimulatedFrame, picture: NDArray[np.uint8] | None) -> None:
+    def see(self, scene: FlatScene) -> None:
         """Search a scene by its labels, or in a picture of it; at all scales, and between limits."""
-        for limits in (ScaleLimits(0.0, 0.0), self._limits(frame)):
+        for limits in (ScaleLimits(0.0, 0.0), self._limits(scene.frame)):
             config = RecognizerConfig(
                 min_component_probability=0.0,
                 min_scale=limits.least,
                 max_scale=limits.greatest,
                 required=self._required,
             )
-            self._search(frame, picture, config)
+            self._search(scene, config)
 
     def _limits(self, frame: SimulatedFrame) -> ScaleLimits:
         """About what there is; about anything where nothing is."""
@@ -108,14 +111,15 @@ class FacingWatcher(Watcher):
         wider = np.exp(self._rng.uniform(*WIDER))
         return ScaleLimits(min(scales, default=any_one) / wider, max(scales, default=any_one) * wider)
 
-    def _search(self, frame: SimulatedFrame, picture: NDArray[np.uint8] | None, config: RecognizerConfig) -> None:
+    def _search(self, scene: FlatScene, config: RecognizerConfig) -> None:
+        frame, picture, _ = scene
         if picture is None:
             field = LabelField(frame.labels)
         else:
             field = LabelField(self._segmenter.codes(picture), meaning=self._segmenter.meaning)
         image = ImageFrame(field, image=picture).faced()
         shared = self._verdicts(image, config, field.meaning)
-        self._note(Judge.of(config), *shared, frame.truths, image, partial(is_there, faced=image, frame=frame))
+        self._note(Judge.of(config), *shared, frame.truths, image, partial(is_there, faced=image, scene=scene))
 
     def _verdicts(self, image: ImageFrame, config: RecognizerConfig, codes: Codes) -> _Verdicts:
         """On objects, and on the best of the others at each place."""
@@ -149,9 +153,9 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
         world, colours = flat_world(number), world_colours(number)
         looks = FirstLooks(world.targets, colours, number)
         both = FacingWatcher(world.targets, colours, number, "visible" if number // 2 % 2 else "strict")
-        for frame, picture in flat_frames(world, number, scenes):
-            looks.see(frame, picture)
-            both.see(frame, picture)
+        for scene in flat_frames(world, number, scenes):
+            looks.see(scene)
+            both.see(scene)
         found = [c for c in looks.claims if c[1].case not in UNSEEN] + [c for c in both.claims if c[1].case in UNSEEN]
         claims.append(Claims.of(number, found))
         parts.append(Parts.of(number, both.parts))

@@ -9,8 +9,9 @@ or they are painted, blurred and compressed, as a camera's colours are, for the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -19,17 +20,35 @@ from random_patterns import random_clutter, shaded
 from random_solids import BODY, LABELS, OTHER, SHARES, SIZES, World, random_tree
 
 from artrec_ros.core.base.config import ClassConfig, ImageConfig
+from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Array, Pose
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer
-from artrec_ros.simulation.scene import sample_scene
+from artrec_ros.simulation.scene import PlacedObject, sample_scene
+from artrec_ros.simulation.sensor import smeared
 from artrec_ros.simulation.simulator import SimulatedFrame, pinhole_camera, render_frame
+from artrec_ros.simulation.surfaces import component_poses
 
 THIRD = 4  # a further class
 PAINTED = (*LABELS, THIRD, BODY, OTHER)
 UP = np.eye(3)
+MOVING, MOTION_PX = 1 / 3, 8.0  # share of the painted scenes that move during the exposure, and how far at most
+CUT, BEYOND = (
+    1 / 4,
+    (0.4, 1.2),
+)  # share of the scenes, and how far beyond the border a required component is, in its sizes
+
+
+class FlatScene(NamedTuple):
+    """A scene of a world. :param picture: (H, W, 3) what a camera makes of it; None: labels are read. :param way_px: of
+    the image during the exposure."""
+
+    frame: SimulatedFrame
+    picture: NDArray[np.uint8] | None = None
+    way_px: float = 0.0
 
 
 def flat_world(seed: int) -> World:
@@ -105,23 +124,49 @@ def world_colours(seed: int) -> ImageConfig:
     return ImageConfig(kind="colour", classes=classes, background=rgb[-1])
 
 
-def painted(labels: NDArray[np.uint8], colours: ImageConfig, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """(H, W, 3) what a camera makes of labels: light that falls off, blur of up to a pixel and a half, noise, JPEG."""
+def painted(frame: SimulatedFrame, colours: ImageConfig, rng: np.random.Generator) -> FlatScene:
+    """What a camera makes of labels: light that falls off, blur of up to a pixel and a half, at times motion during the
+    exposure, noise, JPEG."""
     table = np.tile(np.array(colours.background, float), (256, 1))
     for cls in colours.classes.values():
         table[cls.label] = cls.rgb
-    image, (height, width) = table[labels][..., ::-1], labels.shape
+    image, (height, width) = table[frame.labels][..., ::-1], frame.labels.shape
     x, y = np.meshgrid(np.linspace(-1, 1, width), np.linspace(-1, 1, height))
     light = rng.uniform(0.7, 1.25) * (1 + rng.uniform(-0.25, 0.25) * x + rng.uniform(-0.25, 0.25) * y)
     image = cv2.GaussianBlur(image * light[..., None], (0, 0), rng.uniform(0.3, 1.5))
+    way_px = rng.uniform(0, MOTION_PX) * (rng.random() < MOVING)
+    if way_px:
+        image = smeared(image, way_px, rng.uniform(0, np.pi))
     image += rng.normal(0, rng.uniform(1, 6), image.shape)
     coded = cv2.imencode(".jpg", np.clip(image, 0, 255).astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, 85])[1]
-    return np.asarray(cv2.imdecode(coded, cv2.IMREAD_COLOR), np.uint8)
+    return FlatScene(frame, np.asarray(cv2.imdecode(coded, cv2.IMREAD_COLOR), np.uint8), float(way_px))
 
 
-def flat_frames(world: World, seed: int, scenes: int) -> Iterator[tuple[SimulatedFrame, NDArray[np.uint8] | None]]:
+def cut(camera: Camera, objects: Sequence[PlacedObject], rng: np.random.Generator) -> Camera:
+    """One that looks elsewhere, so that its border takes the required component of one object and leaves as many of the
+    others as may be, two at least; the same where that can't be."""
+    size, beyond = np.array(camera.size), rng.uniform(*BEYOND)
+    most, best = 1, np.zeros(2)
+    for placed in objects:
+        model, poses = placed.target.model, component_poses(placed.target.model, placed.joints)
+        middles = [
+            (placed.T_camera_object @ poses[c.name]).apply(c.markers[0].centre[None])[0] for c in model.components
+        ]
+        root = model.components.index(model.required)
+        px = project(camera, np.array(middles))
+        far = beyond * np.sqrt(model.required.markers[0].area) * camera.focal_px / middles[root][2]
+        for axis, wanted in ((0, -far), (0, size[0] + far), (1, -far), (1, size[1] + far)):
+            shift = (wanted - px[root, axis]) * np.eye(2)[axis]
+            left = int(((px + shift > 0) & (px + shift < size)).all(axis=1).sum())
+            most, best = (left, shift) if left > most else (most, best)
+    matrix = camera.matrix.copy()
+    matrix[:2, 2] += best
+    return replace(camera, matrix=matrix)
+
+
+def flat_frames(world: World, seed: int, scenes: int) -> Iterator[FlatScene]:
     """Scenes of a world, each with a size, crowding, clutter and a segmentation of its own, seen from above; every
-    second one is painted (H, W, 3)."""
+    second one is painted."""
     colours = world_colours(seed)
     for number in range(scenes):
         rng, in_colour = np.random.default_rng([22, seed, number]), number % 2 == 1
@@ -142,5 +187,7 @@ def flat_frames(world: World, seed: int, scenes: int) -> Iterator[tuple[Simulate
             depth = max((p.T_camera_object.position[2] for p in drawn.objects), default=1.0)
             clutter = random_clutter(camera, LABELS[0], rng.uniform(0.05, 0.35), float(depth), rng)
             drawn = replace(drawn, distractors=(*drawn.distractors, *clutter))
+        if rng.random() < CUT:
+            camera = cut(camera, drawn.objects, rng)
         frame = render_frame(0, Renderer(camera), drawn, sensor, rng)
-        yield (frame, painted(frame.labels, colours, rng)) if in_colour else (shaded(frame, rng), None)
+        yield painted(frame, colours, rng) if in_colour else FlatScene(shaded(frame, rng))

@@ -58,7 +58,7 @@ def colour_image(rendering: Rendering, config: SensorConfig, rng: np.random.Gene
     if config.blur_px > 0:
         image = cv2.GaussianBlur(image, (0, 0), config.blur_px)
     if config.motion_blur_px > 0:
-        image = _smeared(image, rng.uniform(0, config.motion_blur_px), rng.uniform(0, np.pi))
+        image = smeared(image, rng.uniform(0, config.motion_blur_px), rng.uniform(0, np.pi))
     if config.pixel_noise > 0:
         image += rng.normal(0, config.pixel_noise * 255, image.shape)
     return np.clip(np.rint(image), 0, 255).astype(np.uint8)
@@ -70,7 +70,7 @@ def _light(size: tuple[int, int], sigma: float, rng: np.random.Generator) -> NDA
     return np.exp(cv2.resize(coarse, size, interpolation=cv2.INTER_CUBIC))
 
 
-def _smeared(image: NDArray[np.float32], way_px: float, direction_rad: float) -> NDArray[np.float32]:
+def smeared(image: NDArray[np.float32], way_px: float, direction_rad: float) -> NDArray[np.float32]:
     """The mean of the image along a way of that length."""
     steps = int(np.ceil(way_px)) * 2 + 1
     offsets = np.linspace(-way_px / 2, way_px / 2, steps)

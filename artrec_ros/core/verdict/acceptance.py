@@ -167,13 +167,24 @@ class Verdict:
             return f"its outline fits by {self.evidence.edge:.2f}, and no other component should be in view"
         root, names = self.claim.finder.root, [c.name for c in self.claim.finder.surface.model.components]
         seen = [names[c] for c in self.others]
-        missing = (c for c in range(len(names)) if c not in self.others and c != root)
-        votes = self.marker_votes
+        text = [f"confirmed {', '.join(seen)}" if seen else "no other component confirmed"]
+        if self.without_required:
+            text.append(f"its required component {names[root]} {self.without_required}")
+        votes, scores, markers_of = self.marker_votes, self.claim.scores, self.claim.finder.surface.markers_of
+        area_px = [float(scores.area_px[0, mine].sum()) for mine in markers_of]
+        missing = (c for c in range(len(names)) if c not in self.others and c != root and area_px[c] > 0)
         nearest = max(missing, key=lambda c: votes[c], default=None)
-        text = f"confirmed {', '.join(seen)}" if seen else "no other component confirmed"
         if nearest is not None:
-            text += f"; nearest to it {names[nearest]} with {votes[nearest]:.0f} votes"
-        return text
+            agree = float((scores.agree * scores.area_px)[0, markers_of[nearest]].sum()) / area_px[nearest]
+            said = f"{votes[nearest]:.0f} votes" if votes[nearest] < 0 else f"its class on {agree:.0%} of its pixels"
+            text.append(f"nearest to it {names[nearest]} with {said}")
+        return "; ".join(text)
+
+    @property
+    def without_required(self) -> str:
+        """Why its required component shows no labels, as far as that is known."""
+        case = self.case
+        return "is out of sight" if case.startswith("unseen") else "bears no labels" if case.startswith("faded") else ""
 
 
 def verdicts_of(claims: Claims) -> Verdicts:

@@ -26,7 +26,8 @@ class Judge:
     :param min_votes: least votes of a claim. :param min_probability: least probability of an object.
     :param min_components: least components that the labels confirm; no more than there are.
     :param reach: where objects are looked for.
-    :param unseen: whether an object may be one whose required component cannot be seen.
+    :param unseen: whether an object whose required component cannot be seen is told. Its pixels it owns in any case:
+        they are no other's.
     """
 
     min_votes: float
@@ -61,24 +62,28 @@ class Judge:
         return np.asarray(verdicts.claims.votes >= self.min_votes)
 
     def accepts(self, verdicts: Verdicts) -> NDArray[np.bool_]:
-        """(H,) whether each claim is an object: nothing speaks against it that `reason` would tell."""
+        """(H,) whether each claim is an object, be it one that is not told: else `reason` has nothing against it."""
         claims, confirmed = verdicts.claims, verdicts.confirmed
         wanted = min(self.min_components, confirmed.shape[1])
         enough = self.may_stand(verdicts) & (verdicts.probability >= self.min_probability)
-        shown = self._shows_required(verdicts) & (confirmed.sum(axis=1) >= wanted)
+        shown = self._shows_required(verdicts, unseen=True) & (confirmed.sum(axis=1) >= wanted)
         held = self.reach.holds(claims.depth_m, claims.scale) & np.array([m is None for m in claims.misplaced], bool)
         return np.asarray(enough & shown & held)
 
-    def _shows_required(self, verdicts: Verdicts) -> NDArray[np.bool_]:
+    def _shows_required(self, verdicts: Verdicts, *, unseen: bool) -> NDArray[np.bool_]:
         """(H,) whether the required component is confirmed, or cannot be seen where that is no matter."""
         confirmed = np.asarray(verdicts.confirmed[:, verdicts.claims.finder.root], bool)
-        if not self.unseen:
+        if not unseen:
             return confirmed
         return np.asarray(confirmed | np.isin(verdicts.case, _WITHOUT_REQUIRED))
 
     def shows_required(self, verdict: Verdict) -> bool:
-        """The same of one."""
-        return bool(self._shows_required(verdict.among)[verdict.row])
+        """Whether a claim's required component is confirmed, or cannot be seen where that is no matter."""
+        return bool(self._shows_required(verdict.among, unseen=self.unseen)[verdict.row])
+
+    def tells(self, verdict: Verdict) -> bool:
+        """Whether an object is told, and does not only own its pixels."""
+        return self.unseen or not verdict.without_required
 
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
@@ -94,7 +99,7 @@ class Judge:
             return f"{verdict.claim.votes:.0f} votes of the labels, {self.min_votes:.0f} are wanted"
         if not self.shows_required(verdict):
             required = verdict.claim.finder.surface.model.required.name
-            return f"its required component {required} is not confirmed"
+            return f"its required component {required} {verdict.without_required or 'is not confirmed'}"
         out_of_reach = self.reach.reason(verdict.claim.depth_m, verdict.claim.scale)
         if out_of_reach is not None:
             return out_of_reach

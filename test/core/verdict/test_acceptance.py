@@ -220,6 +220,19 @@ def test_a_low_probability_is_named_with_what_was_confirmed_and_what_came_neares
     assert "nearest" not in STRICT.reason(verdict_of(claim(WHOLE)))
 
 
+@pytest.mark.parametrize("against, said", [(-50.0, "nearest to it fore with -50 votes"), (5.0, "with its class on 0%")])
+def test_of_what_comes_nearest_it_is_told_what_speaks_against_it(against, said):
+    reason = STRICT.reason(verdict_of(claim({TORSO: 300.0, HIND: 60.0}, against=against)))
+    assert said in reason
+
+
+def test_what_is_out_of_view_is_not_said_to_be_near():
+    one = claim({TORSO: 300.0, HIND: 60.0})
+    fore = [n for n, p in enumerate(one.finder.surface.patches) if p.component == 1]
+    one.scores.area_px[0, fore] = 0.0
+    assert "nearest" not in STRICT.reason(verdict_of(one))
+
+
 def test_an_object_of_one_component_needs_no_other():
     verdict = verdict_of(claim({FACE: 500.0}, votes=2250.0, name="sign"))
     assert JUDGE.reason(verdict) is None

@@ -137,7 +137,9 @@ def test_what_an_object_leaves_of_itself_is_no_other_one(monkeypatch, cleared):
         monkeypatch.setattr(ownership._Field, "_clear", lambda *args: None)
     larger, finder = Poses(LEFT.R, 0.9 * LEFT.t, LEFT.q), WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, larger, RED), (TRUCK, RIGHT, RED)])), CAMERA)
-    smaller_first = StubJudge(min_votes=1.0, given=lambda verdict: 1.0 if verdict.claim.poses.t[0, 2] > 0.95 else 0.1)
+    smaller_first = StubJudge(
+        min_votes=1.0, unseen=True, given=lambda verdict: 1.0 if verdict.claim.poses.t[0, 2] > 0.95 else 0.1
+    )
     accepted, _ = share_out([(finder, Poses.concatenate([LEFT, larger, RIGHT]))], frame, smaller_first)
     assert len(accepted) == (2 if cleared else 3)
 

@@ -163,12 +163,13 @@ class Tracker:
             self._tracks, self._joints, self._config, result.size, scores=likely if self._in_doubt else None
         )
         seen = [teller.seen(found[n], row_of[n]) for n in told]
-        here = set(row_of.values())
-        expected = teller.expected([row for row in range(len(self._tracks)) if row not in here])
-        kept = np.ones(len(self._tracks), bool)
-        whose = {(self._tracks.names[row], self._tracks.ids[row]) for row in here if self._tracks.ids[row] is not None}
-        for row in range(len(self._tracks)):  # who was alone and has been lost has given the id away
-            kept[row] = row in here or (self._tracks.names[row], self._tracks.ids[row]) not in whose
+        here, whose = set(row_of.values()), list(zip(self._tracks.names, self._tracks.ids, strict=True))
+        taken = {whose[row] for row in here if self._tracks.ids[row] is not None}
+        # who was alone and has been lost has given the id away
+        away = [row for row in range(len(whose)) if row not in here and whose[row] not in taken]
+        expected = teller.expected(away)
+        kept = np.zeros(len(whose), bool)
+        kept[[*here, *away]] = True
         self._keep(kept)
         return replace(result, detections=(*seen, *expected))
 

@@ -218,6 +218,12 @@ def test_after_a_cut_nothing_is_predicted():
     assert all(not d.predicted for found in told([*before, *after], config)[30:] for d in found)
 
 
+def test_who_gave_the_id_away_is_not_predicted():
+    steps = [[at(0.0)]] * 5 + [[at(0.9, z=2.0)]] * 3
+    detections = told(steps, with_values(TrackingConfig(), {"predict": 1.0}))
+    assert [[(d.id, d.predicted) for d in found] for found in detections[4:]] == [[(0, False)]] * 4
+
+
 def test_in_the_image_it_is_predicted_too():
     steps = [[flat(100), flat(300 + 3 * k)] for k in range(20)]
     steps = [[replace(d, score=0.99) for d in found] for found in [*steps, [flat(100)]]]

@@ -115,7 +115,7 @@ def _replay(
     try:
         with (
             engine_of(args) as engine,
-            Pictures(folder.path, options, sources.parts, targets, recording) as pictures,
+            Pictures(folder.path, options, sources.parts, targets, folder.check, recording) as pictures,
             tqdm(total=sources.count, unit="frame", disable=not sys.stderr.isatty()) as bar,
         ):
             take = counted(summaries, folder, not args.no_timing, bar.update)
@@ -130,6 +130,7 @@ def _replay(
         summaries[0].interrupted, summaries[0].problems = bool(interrupted), sources.problems
         folder.finish(_content(args, order.setup, summaries), done=not interrupted)
     except OSError as error:
+        folder.check()
         raise SourceError(
             f"{folder.path}: cannot be written: {error.strerror or error}; the {summaries[0].frames} frames done so "
             "far are whole: make room, and the same command goes on"

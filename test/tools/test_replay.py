@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 from pathlib import Path
 
@@ -276,6 +277,24 @@ def test_no_two_replays_write_to_one_folder(tmp_path, params, recogniser, capsys
     assert run(params, source, out) == 0
     assert codes == [1] and "another run is writing there" in capsys.readouterr().err
     assert len(list(read_results(out / "detections.jsonl"))) == 2
+
+
+@pytest.mark.parametrize("anew", [False, True])
+def test_a_folder_that_is_removed_meanwhile_ends_the_replay(tmp_path, params, recogniser, capsys, anew):
+    """Where another run has made it anew, nothing is written into that one, and nothing removed from it."""
+    out, others = tmp_path / "out", "unfinished/video.mp4"
+
+    def removed() -> None:
+        out.rename(tmp_path / "old") if anew else shutil.rmtree(out)
+        if anew:
+            (out / "unfinished").mkdir(parents=True)
+            (out / others).touch()
+
+    recogniser.at_frame = {2: removed}
+    assert run(params, bag(tmp_path / "bag", [1, 2, 3]), out) == 1
+    assert "is gone" in (said := capsys.readouterr().err) and "make room" not in said
+    assert recogniser.seen == 2
+    assert [p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file()] == [others] * anew
 
 
 def test_each_source_has_its_counts_and_its_lines(tmp_path, params, recogniser):

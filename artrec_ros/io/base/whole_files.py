@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 
@@ -24,16 +25,29 @@ def write_whole(path: Path, content: bytes | str) -> None:
 
 
 @contextmanager
-def held(folder: Path) -> Iterator[None]:
-    """One process at a time holds a folder. :raises SourceError: another one does. :raises OSError: no such folder."""
+def held(folder: Path) -> Iterator[Callable[[], None]]:
+    """One process at a time holds a folder. Gives a check, which raises `SourceError` once it is gone.
+
+    :raises SourceError: another process holds it. :raises OSError: no such folder.
+    """
     handle = os.open(folder, os.O_RDONLY)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield
+        yield partial(_check_there, folder, handle)
     except BlockingIOError as error:
         raise SourceError(f"{folder}: another run is writing there; wait for it, or name another folder") from error
     finally:
         os.close(handle)
+
+
+def _check_there(folder: Path, handle: int) -> None:
+    """Whether a folder's name still leads to the one that is open: another run may have made it anew."""
+    try:
+        same = os.path.samestat(os.fstat(handle), os.stat(folder))
+    except OSError:
+        same = False
+    if not same:
+        raise SourceError(f"{folder} is gone: it was removed or renamed while results were written; begin anew")
 
 
 class LineFile:
@@ -65,7 +79,9 @@ class LineFile:
             yield line.decode().removesuffix("\n")
 
     def append(self, line: str) -> None:
-        """:raises OSError: it cannot be written; the file is as it was before."""
+        """:raises OSError: it cannot be written; the file is as it was before. :raises SourceError: it was removed."""
+        if not os.fstat(self._handle).st_nlink:  # writing to it would go on without an error
+            raise SourceError(f"{self._path} is gone: it was removed while it was written; begin anew")
         data = f"{line}\n".encode()
         try:
             written = 0

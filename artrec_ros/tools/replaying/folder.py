@@ -27,7 +27,7 @@ class ReplayFolder:
     """A context manager; one process at a time holds it.
 
     :ivar known: what an earlier run recognised, by the frame's number.
-    :ivar finished: there is nothing left to do.
+    :ivar finished: there is nothing left to do. :ivar check: raises SourceError where the folder is gone.
     """
 
     def __init__(self, path: Path, plan: Mapping[str, Any], parameters: str, overwrite: bool) -> None:
@@ -36,7 +36,7 @@ class ReplayFolder:
         self._stack = ExitStack()
         try:
             (path / FRAMES_FOLDER).mkdir(parents=True, exist_ok=True)
-            self._stack.enter_context(held(path))
+            self.check = self._stack.enter_context(held(path))
             if overwrite:
                 clear(path)
             begun = any((path / name).exists() for name in (PLAN_FILE, DETECTIONS_FILE))
@@ -70,7 +70,8 @@ class ReplayFolder:
         self._count = 0
 
     def write(self, source: int, record: FrameRecord) -> None:
-        """The next frame. :raises OSError: it cannot be written; earlier ones stay whole."""
+        """The next frame. :raises OSError: it cannot be written; earlier ones stay whole. :raises SourceError: gone."""
+        self.check()
         self._count += 1
         if self._count > self._there:
             record = dataclasses.replace(record, source=source) if self._several else record
@@ -78,6 +79,7 @@ class ReplayFolder:
 
     def finish(self, summary: Mapping[str, Any], done: bool) -> None:
         """:param done: nothing is left to do; what an interrupted replay would go on from goes."""
+        self.check()
         write_whole(self.path / SUMMARY_FILE, json.dumps(summary, indent=2, ensure_ascii=False) + "\n")
         if done:
             (self.path / JOURNAL_FILE).unlink()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,6 +46,7 @@ class PictureOptions:
 class Pictures:
     """Files, video and bags in a folder. A context manager; what is closed halfway is whole as far as it goes.
 
+    :param check: raises SourceError where the folder is gone: another run's may have its name by then.
     :param recording: gets the frames, too.
     """
 
@@ -55,6 +56,7 @@ class Pictures:
         options: PictureOptions,
         sources: Sequence[Source],
         targets: Sequence[Target],
+        check: Callable[[], None],
         recording: RerunFile | None = None,
     ) -> None:
         self._folder, self._options, self._sources, self._targets = folder, options, sources, targets
@@ -62,7 +64,7 @@ class Pictures:
         self._video: VideoWriter | None = None
         self._bag: ResultBag | None = None
         self._bag_number = -1
-        self._recording = recording
+        self._check, self._recording = check, recording
 
     def __enter__(self) -> Pictures:
         shutil.rmtree(self._unfinished, ignore_errors=True)
@@ -77,6 +79,7 @@ class Pictures:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
             if kind is None:
+                self._check()
                 self._close_video()
                 self._close_bag()
                 if self._recording is not None:
@@ -84,7 +87,9 @@ class Pictures:
             else:
                 self._drop()
         finally:  # of what could not be finished nothing stays
-            shutil.rmtree(self._unfinished, ignore_errors=True)
+            with suppress(SourceError):
+                self._check()
+                shutil.rmtree(self._unfinished, ignore_errors=True)
 
     def _drop(self) -> None:
         """Something failed, perhaps for want of room: video and bag cannot be finished either."""
@@ -106,6 +111,7 @@ class Pictures:
 
     def add(self, number: int, source: int, frame: Recognised, drawn: Drawn | None) -> None:
         """The frames in their order. :raises OSError, SourceError: something cannot be written."""
+        self._check()
         if drawn is not None and drawn.png is not None:
             write_whole(self._path(number, frame), drawn.png)
         if self._recording is not None:

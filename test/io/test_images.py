@@ -13,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from artrec_ros.core.base.errors import ImageError
-from artrec_ros.io.images.decoding import decode_compressed, decode_encoded, decode_image, read_image
+from artrec_ros.io.images.decoding import decode_compressed, decode_encoded, decode_file, decode_image, read_image
+from artrec_ros.io.images.headers import orientation_of
 
 RNG = np.random.default_rng(3)
 GREY = RNG.integers(0, 256, (5, 7), np.uint8)
@@ -129,10 +130,6 @@ def test_sixteen_bit_colours_are_refused():
 
 def png_claiming(width: int, height: int) -> bytes:
     """A well-formed PNG whose header claims this size and whose data are a few bytes."""
-
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
     header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
     return (
         b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(bytes(100))) + chunk(b"IEND", b"")
@@ -156,6 +153,44 @@ def test_every_truncation_is_refused(suffix):
         with pytest.raises(ImageError) as caught:
             decode_encoded(encoded[:length])
         assert "\n" not in str(caught.value)
+
+
+def chunk(kind: bytes, data: bytes) -> bytes:
+    """Of a PNG."""
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def turned(suffix: str, orientation: int, order: str = ">") -> bytes:
+    """An image whose EXIF data say so."""
+    encoded = cv2.imencode(suffix, cv2.resize(BGR, (70, 50)))[1].tobytes()
+    exif = {">": b"MM\0*", "<": b"II*\0"}[order] + struct.pack(
+        order + "IHHHIHHHHIHHI", 8, 2, 0x10F, 3, 1, 9, 0, 0x112, 3, 1, orientation, 0, 0
+    )
+    if suffix == ".png":
+        return encoded[:33] + chunk(b"eXIf", exif) + encoded[33:]
+    return encoded[:2] + b"\xff\xe1" + struct.pack(">H", len(exif) + 8) + b"Exif\0\0" + exif + encoded[2:]
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg"])
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_files_are_upright_as_opencv_reads_them_and_messages_as_they_lie(tmp_path, suffix, orientation):
+    for order in "<>":
+        encoded = np.frombuffer(turned(suffix, orientation, order), np.uint8)
+        (path := tmp_path / f"a{suffix}").write_bytes(encoded)
+        assert np.array_equal(read_image(path), cv2.imread(str(path)))
+        assert np.array_equal(decode_compressed(suffix[1:], encoded), cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED))
+
+
+def test_damaged_exif_data_cost_no_image():
+    whole = turned(".png", 6)
+    at = whole.find(b"MM\0*")
+    for place in range(at, at + 38):
+        for value in (0, 255):
+            damaged = whole[:place] + bytes([value]) + whole[place + 1 :]
+            assert orientation_of(damaged) in range(1, 9)
+    assert orientation_of(turned(".jpg", 99)) == orientation_of(b"") == orientation_of(b"\xff\xd8") == 1
+    four = np.dstack([BGR, GREY])
+    assert np.array_equal(decode_file(cv2.imencode(".png", four)[1].tobytes()), four)  # what is in no need of turning
 
 
 @settings(max_examples=300, deadline=None)

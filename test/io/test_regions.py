@@ -56,6 +56,15 @@ def test_a_region_that_makes_no_sense_is_refused(tmp_path: Path, annotation: dic
         load_regions([coco(tmp_path, annotation)])
 
 
+def test_an_image_of_another_size_than_the_file_tells_is_refused(tmp_path: Path) -> None:
+    path = coco(tmp_path, {"bbox": [0, 0, 2, 2]}, image=np.zeros((20, 30, 3), np.uint8))
+    content = json.loads(path.read_text())
+    content["images"][0] |= {"width": 20, "height": 30}
+    path.write_text(json.dumps(content))
+    with pytest.raises(ConfigError, match="a.png: has 30x20 pixels; its COCO file says 20x30"):
+        load_regions([path])[0].read({"red": 1}, 255)
+
+
 def test_an_image_that_is_not_there_or_has_no_colour_is_refused(tmp_path: Path) -> None:
     marked = load_regions([coco(tmp_path, {"bbox": [0, 0, 2, 2]})])
     with pytest.raises(ConfigError, match="a.png"):

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import struct
 import subprocess
 import sys
 
@@ -136,6 +137,17 @@ def test_encoded_images_of_a_folder_stay_as_they_are(tmp_path, targets, suffix, 
     expected = {1: "mono8", 3: "bgr8", 4: "bgra8" if suffix == ".png" else "bgr8"}[channels]
     assert packed[0].format.startswith(f"{expected}; {'jpeg' if suffix == '.jpg' else 'png'} compressed")
     assert np.array_equal(decode_message(packed[0]), read_image(folder / f"0{suffix}"))
+
+
+def test_a_file_that_exif_data_turn_is_written_upright(tmp_path, targets):
+    (folder := tmp_path / "images").mkdir()
+    exif = b"Exif\0\0MM\0*" + struct.pack(">IHHHIHHI", 8, 1, 0x112, 3, 1, 6, 0, 0)
+    encoded = cv2.imencode(".jpg", np.full((60, 80, 3), 90, np.uint8))[1].tobytes()
+    segment = b"\xff\xe1" + struct.pack(">H", len(exif) + 2) + exif
+    (folder / "0.jpg").write_bytes(encoded[:2] + segment + encoded[2:])
+    messages = write(tmp_path / "out", folder, targets, [recognised(0, True)])
+    (raw,) = of_topic(messages, "/image")
+    assert (raw.width, raw.height) == (60, 80) and not of_topic(messages, "/image/compressed")
 
 
 def test_the_objects_frames_go_to_tf_for_viewers(tmp_path, targets, ros2, write_rosbag2, pictures):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...core.base.errors import ConfigError, ImageError
 from ..base.yaml_files import read_bytes
+from .headers import orientation_of, size_of
 
 Image = NDArray[Any]
 
@@ -33,8 +32,6 @@ ENCODINGS: dict[str, tuple[int, int, int | None]] = {
     "bgra8": (4, 1, cv2.COLOR_BGRA2BGR),
     "rgba8": (4, 1, cv2.COLOR_RGBA2BGR),
 }
-_PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
-_JPEG_START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 
 
 def decode_image(encoding: str, height: int, width: int, step: int, is_bigendian: bool, data: Any) -> Image:
@@ -65,7 +62,8 @@ def decode_image(encoding: str, height: int, width: int, step: int, is_bigendian
 
 
 def decode_compressed(image_format: str, data: Any) -> Image:
-    """The pixels of a sensor_msgs/CompressedImage that holds PNG or JPEG.
+    """The pixels of a sensor_msgs/CompressedImage that holds PNG or JPEG, as they lie: EXIF data turn nothing, since
+    the calibration beside it is for that.
 
     :param image_format: the message's `format`, such as 'png', 'mono8; png compressed', 'bgr8; jpeg compressed bgr8'.
     :return: as `decode_image`; an alpha channel is dropped.
@@ -85,11 +83,7 @@ def decode_unchanged(data: Any) -> Image:
     """As `decode_encoded`, with whatever channels and depth the image has."""
     raw = np.frombuffer(data, np.uint8)
     encoded = raw.tobytes()
-    size_of = _size_reader(encoded)
-    try:
-        width, height = size_of(encoded)
-    except (struct.error, IndexError) as error:
-        raise ImageError(f"the image ends within its header ({len(encoded)} bytes)") from error
+    width, height = size_of(encoded)
     _check_size(width, height, "compressed image")
     try:
         image = cv2.imdecode(raw, cv2.IMREAD_UNCHANGED)
@@ -100,31 +94,23 @@ def decode_unchanged(data: Any) -> Image:
     return image
 
 
-def transport_format(data: bytes) -> str | None:
-    """What image_transport calls an encoded image, the `format` of a CompressedImage; None: it knows no such format.
-
-    :raises ImageError: the image ends within its header.
-    """
-    try:
-        if data.startswith(_PNG_MAGIC):
-            depth, colours = data[24], data[25]
-            encoding = ("mono16" if depth == 16 else "mono8") if colours == 0 else "bgra8" if colours == 6 else "bgr8"
-            return f"{encoding}; png compressed {encoding}"
-        if data.startswith(b"\xff\xd8"):
-            encoding = "mono8" if data[_jpeg_frame(data) + 9] == 1 else "bgr8"
-            return f"{encoding}; jpeg compressed {encoding}"
-    except (struct.error, IndexError) as error:
-        raise ImageError(f"the image ends within its header ({len(data)} bytes)") from error
-    return None
+def decode_file(data: bytes) -> Image:
+    """As `decode_unchanged`, of a file: upright as its EXIF data say, as viewers and annotation tools show it."""
+    image = decode_unchanged(data)
+    turned, mirrored = divmod(orientation_of(data) - 1, 4)
+    if turned:
+        image = image.swapaxes(0, 1)
+    rows, columns = mirrored in (2, 3), mirrored in (1, 2)
+    return np.ascontiguousarray(image[:: -1 if rows else 1, :: -1 if columns else 1])
 
 
 def read_image(path: Path) -> Image:
-    """The pixels of an image file: as `decode_compressed`. The error's text does not repeat the path."""
+    """The pixels of an image file: upright, else as `decode_compressed`. The error's text does not repeat the path."""
     try:
         data = read_bytes(path)
     except ConfigError as error:
         raise ImageError(str(error).removeprefix(f"{path}: ")) from error
-    return decode_encoded(data)
+    return _as_supported(decode_file(data))
 
 
 def _as_supported(image: Image) -> Image:
@@ -143,62 +129,3 @@ def _check_size(width: int, height: int, what: str) -> None:
         raise ImageError(f"{what} of {width}x{height} pixels: nothing to look at")
     if width * height > MAX_PIXELS:
         raise ImageError(f"{what} of {width}x{height} pixels is implausible (more than {MAX_PIXELS} pixels)")
-
-
-def _size_reader(encoded: bytes) -> Callable[[bytes], tuple[int, int]]:
-    if encoded.startswith(_PNG_MAGIC):
-        return _png_size
-    if encoded.startswith(b"\xff\xd8"):
-        return _jpeg_size
-    if encoded.startswith(b"BM"):
-        return _bmp_size
-    if encoded.startswith(b"GIF8"):
-        return _gif_size
-    raise ImageError(
-        f"{len(encoded)} bytes that are neither PNG, JPEG, BMP nor GIF (they start with '{encoded[:8].hex(' ')}')"
-    )
-
-
-def _png_size(encoded: bytes) -> tuple[int, int]:
-    width, height = struct.unpack_from(">II", encoded, 16)
-    position, kind = len(_PNG_MAGIC), b""
-    while kind != b"IEND":  # a decoder fills a truncated image with black in silence
-        if position + 12 > len(encoded):
-            raise ImageError(f"truncated PNG: {len(encoded)} bytes without its end")
-        length, kind = struct.unpack_from(">I4s", encoded, position)
-        position += 12 + length
-    return width, height
-
-
-def _jpeg_frame(encoded: bytes) -> int:
-    """Where the frame header begins."""
-    position = 2
-    while True:
-        while encoded[position] == 0xFF and encoded[position + 1] == 0xFF:  # fill bytes before a marker
-            position += 1
-        if encoded[position] != 0xFF:
-            raise ImageError(f"damaged JPEG: no marker at byte {position}")
-        marker, length = struct.unpack_from(">BH", encoded, position + 1)
-        if marker in _JPEG_START_OF_FRAME:
-            return position
-        if marker in (0xD9, 0xDA):
-            raise ImageError("damaged JPEG: it has no frame header")
-        position += 2 + length
-
-
-def _jpeg_size(encoded: bytes) -> tuple[int, int]:
-    position = _jpeg_frame(encoded)
-    height, width = struct.unpack_from(">HH", encoded, position + 5)
-    if encoded.find(b"\xff\xd9", position) < 0:  # a decoder fills a truncated image with grey in silence
-        raise ImageError(f"truncated JPEG: {len(encoded)} bytes without its end")
-    return width, height
-
-
-def _gif_size(encoded: bytes) -> tuple[int, int]:
-    width, height = struct.unpack_from("<HH", encoded, 6)
-    return width, height
-
-
-def _bmp_size(encoded: bytes) -> tuple[int, int]:
-    width, height = struct.unpack_from("<ii", encoded, 18)
-    return width, abs(height)

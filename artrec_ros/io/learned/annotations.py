@@ -13,12 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.base.errors import ConfigError
+from ...core.base.errors import ConfigError, ImageError
 from ...core.geometry.transforms import Array
 from ...core.model.found import Instance
 from ...core.model.objects import Marker, ObjectModel
 from ..base.kinds import COCO, mistaken
 from ..base.yaml_files import Value, load_value, nearest, read_text
+from ..images.decoding import Image, read_image
 
 Key = tuple[str, str]  # (component, marker)
 _MOST_BYTES = 2**30  # COCO itself has a quarter of that
@@ -193,6 +194,18 @@ def coco_image(value: Value, folder: Path) -> tuple[int, tuple[Path, tuple[int, 
     if "width" in entries and "height" in entries:
         size = (int(entries["width"].number(1)), int(entries["height"].number(1)))
     return coco_entry(value, "id").integer(), (folder / coco_entry(value, "file_name").text(), size)
+
+
+def annotated_image(path: Path, size: tuple[int, int] | None) -> Image:
+    """An image's pixels. :raises ImageError: it cannot be read, or its file's (width, height) are not its own."""
+    image = read_image(path)
+    height, width = image.shape[:2]
+    if size is not None and size != (width, height):
+        raise ImageError(
+            f"has {width}x{height} pixels; its COCO file says {size[0]}x{size[1]}, so that what is marked lies "
+            "elsewhere: give the very image that was annotated"
+        )
+    return image
 
 
 def _annotation(

@@ -48,8 +48,11 @@ def load_marked_objects(
         ignored[o.image] += hidden_parts(o)
     for image, outline in crowds(paths, images_folder):
         ignored[image].append(outline)
+    sizes = {o.image: o.size for o in annotations.objects}
     return [
-        MarkedImage(image, tuple(own), REST, around_px, tuple(ignored[image])) for image, own in regions.items() if own
+        MarkedImage(image, tuple(own), REST, around_px, tuple(ignored[image]), sizes[image])
+        for image, own in regions.items()
+        if own
     ]
 
 

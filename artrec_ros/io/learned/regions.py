@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from ...core.base.errors import ConfigError, ImageError
 from ...core.geometry.transforms import Array
 from ..base.yaml_files import Value
-from ..images.decoding import read_image
-from .annotations import coco_entry, coco_image, read_coco
+from .annotations import annotated_image, coco_entry, coco_image, read_coco
 
 _SUBPIXEL_BITS = 4
 
@@ -27,6 +26,7 @@ class MarkedImage:
     :param rest: category of what lies outside all regions; None: nobody has marked it.
     :param around_px: what is farther than this from every region is not marked at all.
     :param ignored: outlines of what is not marked, whatever lies there; regions go before.
+    :param size: width and height, where its file tells them.
     """
 
     path: Path
@@ -34,11 +34,12 @@ class MarkedImage:
     rest: str | None = None
     around_px: float = math.inf
     ignored: tuple[Array, ...] = ()
+    size: tuple[int, int] | None = None
 
     def read(self, numbers: dict[str, int], unmarked: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """The image (H, W, 3) BGR, and (H, W) each category's number, `unmarked` elsewhere."""
         try:
-            image = read_image(self.path)
+            image = annotated_image(self.path, self.size)
         except ImageError as error:
             raise ConfigError(f"{self.path}: {error}") from None
         if image.ndim != 3:
@@ -67,7 +68,7 @@ def load_regions(paths: Iterable[str | Path]) -> list[MarkedImage]:
     for path in map(Path, paths):
         top = read_coco(path)
         names = {coco_entry(v, "id").integer(): coco_entry(v, "name").text() for v in top["categories"].items()}
-        images = {number: image for number, (image, _) in (coco_image(v, path.parent) for v in top["images"].items())}
+        images = dict(coco_image(v, path.parent) for v in top["images"].items())
         regions: dict[int, list[tuple[str, Array]]] = {number: [] for number in images}
         for annotation in top["annotations"].items():
             category, image = coco_entry(annotation, "category_id"), coco_entry(annotation, "image_id")
@@ -76,7 +77,9 @@ def load_regions(paths: Iterable[str | Path]) -> list[MarkedImage]:
             if image.integer() not in images:
                 raise image.error(f"there is no image {image.raw}")
             regions[image.raw] += [(names[category.raw], outline) for outline in outlines_of(annotation)]
-        marked += [MarkedImage(images[number], tuple(own)) for number, own in regions.items() if own]
+        for number, own in regions.items():
+            image_path, size = images[number]
+            marked += [MarkedImage(image_path, tuple(own), size=size)] if own else []
     return marked
 
 

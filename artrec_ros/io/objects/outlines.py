@@ -11,7 +11,7 @@ import numpy as np
 from ...core.base.errors import ConfigError, ImageError
 from ...core.geometry.transforms import Array
 from ..base.yaml_files import read_bytes
-from ..images.decoding import decode_unchanged
+from ..images.decoding import decode_file
 
 _DISC_POINTS = 64  # the inscribed polygon then misses 0.16 % of the disc's area
 _EDGE_SIGMA_PX = 1.0  # blur under which the staircase of a binary image becomes a straight edge
@@ -88,7 +88,7 @@ def silhouette_outline(path: Path, width_m: float) -> Array:
 def _shape_level(path: Path) -> Array:
     """(H, W) 0 on the background, 1 on the shape, between them on a soft edge."""
     try:
-        image = decode_unchanged(read_bytes(path))
+        image = decode_file(read_bytes(path))
     except ImageError as error:
         raise ConfigError(f"{path}: cannot be read as an image: {error}") from None
     shrink = _GREATEST_SIDE_PX / max(image.shape[:2])

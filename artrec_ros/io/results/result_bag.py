@@ -15,7 +15,7 @@ from ...core.model.target import Target
 from ..bags.recovery import RawMessage
 from ..bags.writer import BagWriter
 from ..base.yaml_files import read_bytes
-from ..images.decoding import transport_format
+from ..images.headers import orientation_of, transport_format
 from ..messages import node_topics
 from ..messages.detection_messages import Message, header, object_frames
 from ..messages.marker_messages import MarkerScene
@@ -107,7 +107,7 @@ def _copy_frame(frame: Frame, path: Path, writer: BagWriter) -> tuple[int, str]:
     if frame.image is None:  # the replay has told why
         return frame.stamp_ns, frame_id
     data = read_bytes(path)
-    image_format = transport_format(data)
+    image_format = transport_format(data) if orientation_of(data) == 1 else None  # nobody turns a message's image
     if image_format is None:
         writer.write_image(f"/{node_topics.IMAGE.name}", frame.stamp_ns, frame_id, frame.image)
     else:

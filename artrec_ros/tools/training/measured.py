@@ -21,8 +21,7 @@ from ...core.model.objects import ObjectModel
 from ...core.recognizer import Recognizer
 from ...core.ways import PAPER, PLANE, way_of
 from ...io.base.shared_files import resolve_path
-from ...io.images.decoding import read_image
-from ...io.learned.annotations import AnnotatedObject, Annotations
+from ...io.learned.annotations import AnnotatedObject, Annotations, annotated_image
 from ...io.parameters.parameter_file import Setup, read_flat, setup_from_flat
 from ..getting_ready import progress
 
@@ -118,7 +117,7 @@ def way_out(
 
 def _recognized(recognizer: Recognizer, path: Path, annotated: AnnotatedObject) -> Sequence[Detection]:
     try:
-        return recognizer.recognize(read_image(path)).detections
+        return recognizer.recognize(annotated_image(path, annotated.size)).detections
     except ImageError as error:
         raise ConfigError(f"{annotated.place}: {path}: {error}; --images tells where the images lie") from None
 

@@ -118,6 +118,18 @@ def test_an_alpha_channel_is_dropped():
     assert np.array_equal(decode_encoded(cv2.imencode(".png", np.dstack([BGR, GREY]))[1]), BGR)
 
 
+@pytest.mark.parametrize("bits", [1, 2, 4, 8])
+def test_grey_of_few_bits_keeps_its_class_numbers(tmp_path, bits):
+    row = np.arange(8) % 2**bits
+    packed = np.packbits(((row[:, None] >> np.arange(bits - 1, -1, -1)) & 1).astype(np.uint8)).tobytes()
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", 8, 2, bits, 0, 0, 0, 0))
+    rows = chunk(b"IDAT", zlib.compress(b"\0" + packed + b"\0" + packed))
+    encoded = b"\x89PNG\r\n\x1a\n" + header + rows + chunk(b"IEND", b"")
+    (tmp_path / "a.png").write_bytes(encoded)
+    for image in (read_image(tmp_path / "a.png"), decode_compressed("png", encoded)):
+        assert image.dtype == np.uint8 and np.array_equal(image, [row, row])
+
+
 def test_depth_images_are_refused():
     with pytest.raises(ImageError, match="depth"):
         decode_compressed("16UC1; compressedDepth png", cv2.imencode(".png", DEEP)[1])

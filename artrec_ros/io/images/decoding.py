@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...core.base.errors import ConfigError, ImageError
 from ..base.yaml_files import read_bytes
-from .headers import orientation_of, size_of
+from .headers import grey_bits_of, orientation_of, size_of
 
 Image = NDArray[Any]
 
@@ -76,17 +76,16 @@ def decode_compressed(image_format: str, data: Any) -> Image:
 
 def decode_encoded(data: Any) -> Image:
     """The pixels of an encoded image (PNG, JPEG, BMP, GIF): as `decode_compressed`."""
-    return _as_supported(decode_unchanged(data))
+    encoded = np.frombuffer(data, np.uint8).tobytes()
+    return _as_supported(_unchanged(encoded), encoded)
 
 
-def decode_unchanged(data: Any) -> Image:
+def _unchanged(encoded: bytes) -> Image:
     """As `decode_encoded`, with whatever channels and depth the image has."""
-    raw = np.frombuffer(data, np.uint8)
-    encoded = raw.tobytes()
     width, height = size_of(encoded)
     _check_size(width, height, "compressed image")
     try:
-        image = cv2.imdecode(raw, cv2.IMREAD_UNCHANGED)
+        image = cv2.imdecode(np.frombuffer(encoded, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error as error:
         raise ImageError(f"damaged image of {len(encoded)} bytes: {error.err}") from error
     if image is None:
@@ -95,8 +94,11 @@ def decode_unchanged(data: Any) -> Image:
 
 
 def decode_file(data: bytes) -> Image:
-    """As `decode_unchanged`, of a file: upright as its EXIF data say, as viewers and annotation tools show it."""
-    image = decode_unchanged(data)
+    """An image file with whatever channels and depth it has, upright as its EXIF data say: as annotation tools show it.
+
+    :raises ImageError: as `decode_encoded`.
+    """
+    image = _unchanged(data)
     turned, mirrored = divmod(orientation_of(data) - 1, 4)
     if turned:
         image = image.swapaxes(0, 1)
@@ -110,13 +112,15 @@ def read_image(path: Path) -> Image:
         data = read_bytes(path)
     except ConfigError as error:
         raise ImageError(str(error).removeprefix(f"{path}: ")) from error
-    return _as_supported(decode_file(data))
+    return _as_supported(decode_file(data), data)
 
 
-def _as_supported(image: Image) -> Image:
+def _as_supported(image: Image, encoded: bytes) -> Image:
     """An image as OpenCV decoded it, brought to the forms that `decode_image` gives."""
     if image.ndim == 3 and image.shape[2] == 1:
         image = image[:, :, 0]
+    if image.ndim == 2 and (bits := grey_bits_of(encoded)) < 8:  # OpenCV spreads them over 0..255: no class numbers
+        image = image // (255 // (2**bits - 1))
     if image.ndim == 2 and image.dtype in (np.uint8, np.uint16):
         return image
     if image.ndim == 3 and image.dtype == np.uint8:

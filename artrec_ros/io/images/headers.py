@@ -39,6 +39,12 @@ def transport_format(encoded: bytes) -> str | None:
     return None
 
 
+def grey_bits_of(encoded: bytes) -> int:
+    """Of a PNG of one channel with less than 8 bits a pixel, so many; else 8."""
+    is_grey = encoded.startswith(_PNG_MAGIC) and encoded[25:26] == b"\0"
+    return min(encoded[24], 8) if is_grey else 8
+
+
 def orientation_of(encoded: bytes) -> int:
     """EXIF's orientation of a JPEG or PNG, 1 to 8; 1, as it lies, where none is told."""
     try:

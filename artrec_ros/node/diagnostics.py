@@ -35,6 +35,7 @@ class Counters:
 class NodeState:
     """What is known of inputs and outputs at the moment of a report.
 
+    :param wrong_type: what else than images is published there, and the way out; empty: nothing.
     :param dropped: images that a newer one replaced before they were looked at. :param lost: that never arrived.
     :param calibration: empty: calibrated; else why not.
     :param unheard: who subscribes to results and gets none, a line each.
@@ -59,6 +60,7 @@ class NodeState:
     getting_ready: float | None = None
     fault: str = ""
     on_plane: bool = False
+    wrong_type: str = ""
 
 
 def getting_ready(share: float) -> str:
@@ -142,6 +144,8 @@ class Diagnostics:
             level, text = ERROR, f"{new.dropped} image(s) dropped: there is no recogniser"
         elif silent and not state.publishers:
             level, text = WARN, f"no images: nobody publishes {state.topic}"
+        elif silent and state.wrong_type:
+            level, text = ERROR, f"no images: {state.wrong_type}"
         elif silent and state.incompatible:
             level, text = ERROR, f"QoS mismatch on {state.topic}: {state.incompatible}"
         elif silent:
@@ -203,7 +207,7 @@ class Diagnostics:
         return self._status("recognition", level, text, values)
 
     def _output(self, state: NodeState) -> DiagnosticStatus:
-        problems = [f"shared: {line}" for line in state.shared] + [f"QoS mismatch on {line}" for line in state.unheard]
+        problems = [*(f"shared: {line}" for line in state.shared), *state.unheard]
         if problems:
             return self._status("output", WARN, "; ".join(problems), {})
         return self._status("output", OK, "every subscriber can hear it", {})

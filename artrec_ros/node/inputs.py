@@ -9,9 +9,10 @@ from rclpy.node import Node
 
 from ..core.base.config import NodeConfig
 from ..io.messages import node_topics as topics
-from .conversions import message_class
 from .subscription import FollowingSubscription
 from .worker import LiveQueue
+
+_SUFFIX = "/compressed"
 
 
 class Inputs:
@@ -24,20 +25,21 @@ class Inputs:
         on_camera_info: Callable[[Any], None],
         on_image: Callable[[Any, int], None],
     ) -> None:
+        self._node = node
         compressed = config.image_transport == "compressed"
         of = topics.COMPRESSED if compressed else topics.IMAGE
         # as image_transport does: a remapped `image` takes the suffix along
-        topic = node.resolve_topic_name(topics.IMAGE.name) + ("/compressed" if compressed else "")
+        topic = node.resolve_topic_name(topics.IMAGE.name) + (_SUFFIX if compressed else "")
         self._worker = LiveQueue[tuple[Any, int]](
             lambda item: on_image(*item), f"{node.get_name()} images", config.queue_size
         )
         info = topics.CAMERA_INFO
         self._camera_info = FollowingSubscription(  # before images: of what waits, calibrations come first
-            node, message_class(info.type), info.name, lambda msg, _: on_camera_info(msg), depth=info.depth
+            node, info.type, info.name, lambda msg, _: on_camera_info(msg), depth=info.depth
         )
         self.image = FollowingSubscription(
             node,
-            message_class(of.type),
+            of.type,
             topic,
             lambda msg, received_ns: self._worker.offer((msg, received_ns)),
             depth=of.depth,
@@ -54,10 +56,27 @@ class Inputs:
         """Since when one image is looked at; 0: none is."""
         return self._worker.busy_s
 
+    @property
+    def wrong_type(self) -> str:
+        """Of whoever publishes something else than images of this transport as images, and the way out; else empty."""
+        image, other = self.image, self.image.other_type
+        if not other:
+            return ""
+        base = image.topic.removesuffix(_SUFFIX)
+        ways = {
+            topics.IMAGE.type: f"set image_transport: raw, and remap image to {image.topic}",
+            topics.COMPRESSED.type: "set image_transport: compressed, and remap "
+            + (f"image/compressed, not image, to {base}" if base == image.topic else f"image to {base}"),
+        }
+        return f"{image.topic} is {other}, not {image.type}: {ways.get(other, 'take another topic')}"
+
     def follow(self) -> None:
         """Look at the publishers: they may have come, gone or changed."""
+        before = self.wrong_type
         self._camera_info.follow()
         self.image.follow()
+        if self.wrong_type not in ("", before):
+            self._node.get_logger().warning(self.wrong_type)
 
     def close(self) -> None:
         self.image.close()

@@ -111,6 +111,8 @@ class LiveImages:
 
     def _why_silent(self) -> str:
         image = self._inputs.image
+        if image.other_type:
+            return f"it is {image.other_type}, not {image.type}; /compressed behind a topic tells compressed images"
         if image.incompatible:
             return image.incompatible
         if image.publishers:

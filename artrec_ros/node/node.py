@@ -245,6 +245,7 @@ class RecognizerNode(LifecycleNode):
             topic=image.topic,
             publishers=image.publishers,
             incompatible=image.incompatible,
+            wrong_type=inputs.wrong_type,
             dropped=inputs.dropped + early,
             lost=image.lost,
             busy_s=inputs.busy_s,

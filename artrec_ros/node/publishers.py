@@ -78,16 +78,19 @@ class Publishers:
         self._markers.publish(self._scene.update([], Header(stamp=self._node.get_clock().now().to_msg())))
 
     def unheard(self) -> list[str]:
-        """A line for each subscriber that asks for another quality of service than is offered, and so gets nothing."""
+        """A line for each subscriber that gets nothing, for it asks for another type or quality of service."""
         lines = []
         own = self._node.get_name(), self._node.get_namespace()
         for topic in (p.topic_name for p in self._all):
             publishers = self._node.get_publishers_info_by_topic(topic)
-            offered = [p.qos_profile for p in publishers if (p.node_name, p.node_namespace) == own]
+            offered = [p for p in publishers if (p.node_name, p.node_namespace) == own]
             for subscriber in self._node.get_subscriptions_info_by_topic(topic) if offered else []:
-                compatible, reason = qos_check_compatible(offered[0], subscriber.qos_profile)
-                if compatible == QoSCompatibility.ERROR:
-                    lines.append(f"{topic}: {subscriber.node_name} hears nothing: {reason.rstrip(';')}")
+                told = f"on {topic}: {subscriber.node_name} hears nothing"
+                compatible, reason = qos_check_compatible(offered[0].qos_profile, subscriber.qos_profile)
+                if subscriber.topic_type != (own_type := offered[0].topic_type):
+                    lines.append(f"wrong type {told}: it asks for {subscriber.topic_type}, not {own_type}")
+                elif compatible == QoSCompatibility.ERROR:
+                    lines.append(f"QoS mismatch {told}: {reason.rstrip(';')}")
         return lines
 
     def shared(self) -> list[str]:

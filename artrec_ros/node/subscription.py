@@ -9,29 +9,34 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSCompatibility, QoSProfile, ReliabilityPolicy, qos_check_compatible
 
+from .conversions import message_class
+
 RELIABILITY = {"reliable": ReliabilityPolicy.RELIABLE, "best_effort": ReliabilityPolicy.BEST_EFFORT}
 
 
 class FollowingSubscription:
     """Hands each message to `receive(message, received_ns)`; received_ns is the system clock's.
 
+    :param message_type: such as sensor_msgs/msg/Image.
     :param reliability: 'auto': as the publishers offer; else 'reliable' or 'best_effort'.
     :ivar lost: messages that were sent and never handed on, by the publisher's numbering (with one publisher only).
     :ivar incompatible: which publisher offers what does not fit; empty where all fits; as of the last `follow`.
     :ivar publishers: how many there are on the topic, compatible or not; as of the last `follow`.
+    :ivar other_type: of a publisher that sends other messages, which are not heard; empty: none does. The same.
     """
 
     def __init__(
         self,
         node: Node,
-        message_type: type,
+        message_type: str,
         topic: str,
         receive: Callable[[Any, int], None],
         *,
         depth: int = 1,
         reliability: str = "auto",
     ) -> None:
-        self._node, self._type, self._receive = node, message_type, receive
+        self._node, self._receive = node, receive
+        self.type, self.other_type = message_type, ""
         self.topic = node.resolve_topic_name(topic)
         self._asked = reliability
         self.lost, self.incompatible, self.publishers = 0, "", 0
@@ -53,6 +58,8 @@ class FollowingSubscription:
         """
         offered = self._node.get_publishers_info_by_topic(self.topic)
         self.publishers = len(offered)
+        self.other_type = next((p.topic_type for p in offered if p.topic_type != self.type), "")
+        offered = [p for p in offered if p.topic_type == self.type]
         present = frozenset(bytes(p.endpoint_gid) for p in offered)
         if present != self._known:  # a new publisher numbers from its own beginning
             self._known, self._last_number = present, None
@@ -79,7 +86,7 @@ class FollowingSubscription:
         # no event handlers: each costs every turn of the executor time, and none tells that a publisher has gone
         events = SubscriptionEventCallbacks(use_default_callbacks=False)
         return self._node.create_subscription(
-            self._type, self.topic, self._on_message, self._profile(), event_callbacks=events
+            message_class(self.type), self.topic, self._on_message, self._profile(), event_callbacks=events
         )
 
     def _profile(self) -> QoSProfile:

@@ -92,8 +92,16 @@ def test_losses_cut_off_searches_and_poor_headers_are_told(diagnostics: Diagnost
 
 def test_those_who_hear_nothing_are_named(diagnostics: Diagnostics) -> None:
     assert report(diagnostics, 101)["output"].level == OK
-    status = report(diagnostics, 102, unheard=("/red/poses: rviz hears nothing",))["output"]
+    status = report(diagnostics, 102, unheard=("QoS mismatch on /red/poses: rviz hears nothing",))["output"]
     assert status.level == WARN and "QoS mismatch on /red/poses: rviz" in status.message
+
+
+def test_a_topic_of_another_type_is_told_while_no_images_come(diagnostics: Diagnostics) -> None:
+    wrong = "/image is sensor_msgs/msg/CompressedImage: set image_transport: compressed"
+    status = report(diagnostics, 103, wrong_type=wrong)["input"]
+    assert status.level == ERROR and wrong in status.message
+    diagnostics.image_processed(104, frame(1.0, 1))
+    assert report(diagnostics, 104, wrong_type=wrong)["input"].level == OK
 
 
 def test_an_inactive_node_complains_of_nothing(diagnostics: Diagnostics) -> None:

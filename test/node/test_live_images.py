@@ -14,12 +14,16 @@ pytest.importorskip("rclpy")
 import cv2
 import toy
 from peer import Peer, wait_until
-from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
+from artrec_ros.core.base.config import NodeConfig
 from artrec_ros.core.base.errors import SourceError
 from artrec_ros.node import conversions
+from artrec_ros.node.graph import Graph
+from artrec_ros.node.inputs import Inputs
 from artrec_ros.node.live_images import LiveImages
+from artrec_ros.node.publishers import Publishers
 
 TOPIC = "/camera/image_raw"
 
@@ -95,8 +99,6 @@ def test_the_calibration_beside_the_topic_holds() -> None:
 
 
 def _mono(picture: np.ndarray) -> Any:
-    from sensor_msgs.msg import Image
-
     height, width = picture.shape
     return Image(height=height, width=width, encoding="mono8", step=width, data=picture.tobytes())
 
@@ -124,6 +126,47 @@ def test_where_no_image_comes_the_reason_is_told() -> None:
             live.wait(0.2)
         with listening() as silent:
             assert wait_until(lambda: "sends nothing" in silent.state(), lambda: time.sleep(0.1)), peer
+
+
+PACKED, RAW = "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"
+
+
+@pytest.mark.parametrize(
+    ("topic", "sent", "other", "way"),
+    [
+        ("/eye/left", CompressedImage, PACKED, ": compressed, and remap image/compressed, not image, to /eye/left"),
+        ("/eye/compressed", Image, RAW, "set image_transport: raw, and remap image to /eye/compressed"),
+        ("/eye/odd", Header, "std_msgs/msg/Header", "take another topic"),
+    ],
+)
+def test_a_topic_of_another_type_is_told_with_the_way_out(topic: str, sent: Any, other: str, way: str) -> None:
+    with Peer(topic, image_type=sent), listening(topic) as live:
+        assert wait_until(lambda: other in live.state(), lambda: time.sleep(0.1)), live.state()
+        told = live._inputs.wrong_type
+        assert told.startswith(f"{topic} is {other}, not ") and told.endswith(way)
+
+
+def test_the_way_out_for_compressed_images_under_any_name_is_one() -> None:
+    graph = Graph("remapped", ["image/compressed:=/eye/left"])
+    inputs = Inputs(graph.node, NodeConfig(image_transport="compressed"), print, print)
+    try:
+        assert inputs.image._subscription.topic_name == inputs.image.topic == "/eye/left"
+    finally:
+        inputs.close()
+        graph.close()
+
+
+def test_subscribers_of_another_type_are_told() -> None:
+    graph = Graph("published")
+    outputs = Publishers(graph.node, [])
+    try:
+        with Peer() as peer:
+            peer.listen("debug/image", CompressedImage)
+            told = f"wrong type on /debug/image: peer hears nothing: it asks for {PACKED}, not {RAW}"
+            assert wait_until(lambda: outputs.unheard() == [told], lambda: time.sleep(0.1))  # names come after topics
+    finally:
+        outputs.close()
+        graph.close()
 
 
 @pytest.mark.parametrize("topic", ["no topic", "a//b", "{camera}/image", "", "/compressed"])

@@ -48,9 +48,9 @@ class FrameReport:
 class Pipeline:
     """Processes images, one at a time, whoever calls. Parameters may change between two of them.
 
-    A thread builds the recogniser. Images that come before it is there are dropped, and counted.
+    A thread builds the recogniser. An image that comes before it is there waits for it.
 
-    :ivar dropped: so many.
+    :ivar dropped: images for which none could be built.
     :ivar problem: why the newest parameters are not in use, a line; empty: they are, or will be soon.
     :param on_fault: called, in another thread, with a line when a recogniser could not be built, or what is compiled
         for it not be kept.
@@ -69,6 +69,7 @@ class Pipeline:
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
         self._memory: tuple[Recognizer, Memory | None] | None = None  # whose it is, and what the last image left
         self._withdrawn = 0  # counts
+        self._news = threading.Condition()  # of the recogniser, or that nobody waits for it any more
         check_targets(setup.targets)
         self.dropped, self.problem = 0, ""
         self._share: float | None = None
@@ -100,6 +101,8 @@ class Pipeline:
         """Publish nothing of what is under way, nor of what waits for it. Returns before that ends."""
         with self._publishing:
             self._withdrawn += 1
+        with self._news:
+            self._news.notify_all()
 
     def close(self) -> None:
         """Publish nothing of what is under way, and forget changed parameters."""
@@ -123,15 +126,19 @@ class Pipeline:
             self._current = setup, recognizer
         finally:
             self._share = None
+            with self._news:
+                self._news.notify_all()
 
     def process(self, msg: Any, received_ns: int) -> FrameReport | None:
-        """Recognise and publish. None: withdrawn meanwhile.
+        """Recognise and publish, once there is a recogniser. None: withdrawn meanwhile, or there will be none.
 
         :raises ArtrecError: the image cannot be used.
         """
-        withdrawn, current = self._withdrawn, self._current
-        if current is None:
-            self.dropped += 1
+        withdrawn = self._withdrawn
+        with self._news:
+            self._news.wait_for(lambda: self._current or self.problem or withdrawn != self._withdrawn)
+        if self._current is None:
+            self.dropped += withdrawn == self._withdrawn
             return None
         with self._one_at_a_time:
             return self._process(msg, received_ns, withdrawn) if withdrawn == self._withdrawn else None

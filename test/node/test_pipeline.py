@@ -136,18 +136,35 @@ def test_it_answers_reports_and_counts_while_it_gets_ready(
     building = gate(monkeypatch, Setup, "build")
     assert node.trigger_configure() == node.trigger_activate() == TransitionCallbackReturn.SUCCESS
     assert building.begun.wait(WAIT_S) and not node.is_ready
+    inputs = node._inputs
     for _ in range(3):
-        node.take_image(label_image(picture), time.time_ns())
+        inputs._worker.offer((label_image(picture), time.time_ns()))
+        assert wait_until(lambda: inputs.busy_s > 0)
     node._pipeline._told(0.4)  # as the compiler does
     status = statuses(node, monkeypatch)
     assert "getting ready, 40%" in status["recognition"].message
-    assert "3 image(s) dropped" in status["input"].message
-    assert {v.key: v.value for v in status["input"].values}["dropped"] == "3"
+    assert "1 image(s) dropped" in status["input"].message
+    assert {v.key: v.value for v in status["input"].values}["dropped"] == "1"
     building.go_on.set()
-    assert wait_until(lambda: node.is_ready)
-    node.take_image(label_image(picture), time.time_ns())
-    assert node.counters.processed == node.counters.objects == 1
+    assert wait_until(lambda: node.counters.processed == 2), "the first, which may be the only one, and the newest"
+    assert node.is_ready and node.counters.objects == 2
     assert not [s for s in statuses(node, monkeypatch).values() if "getting ready" in s.message]
+
+
+def test_an_image_that_waits_for_the_recognizer_is_let_go_where_nobody_asks_any_more(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert node.trigger_deactivate() == node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
+    building = gate(monkeypatch, Setup, "build")
+    assert node.trigger_configure() == node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+    assert building.begun.wait(WAIT_S)
+    thread = start(node, picture)
+    assert wait_until(lambda: list(node._pipeline._news._waiters))
+    assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
+    thread.join(WAIT_S)
+    assert not thread.is_alive()
+    building.go_on.set()
+    assert wait_until(lambda: node.is_ready) and node.counters.processed == node._pipeline.dropped == 0
 
 
 def test_a_recognizer_that_cannot_be_built_is_told_of_refused_and_tried_anew(

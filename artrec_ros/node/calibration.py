@@ -11,6 +11,7 @@ from ..core.base.errors import ConfigError
 from ..core.geometry.camera import Camera
 from .conversions import camera_from_msg, stamp_ns
 
+NONE_RECEIVED = "no camera_info received"
 _KEPT = 16  # a calibration may come before its image while others still wait for theirs
 
 
@@ -24,7 +25,7 @@ class Calibrations:
         self._lock = threading.Lock()
         self._received: deque[CameraInfo] = deque(maxlen=_KEPT)
         self._ready: tuple[tuple[object, ...], Camera | str] | None = None
-        self.problem = "no camera_info received"
+        self.problem = NONE_RECEIVED
 
     def receive(self, msg: CameraInfo) -> None:
         with self._lock:
@@ -36,7 +37,7 @@ class Calibrations:
         :param size: (width, height), pixels. :param rectified: the image is.
         """
         msg = self._choose(image_stamp_ns)
-        camera = "no camera_info received" if msg is None else self._read(msg, rectified)
+        camera = NONE_RECEIVED if msg is None else self._read(msg, rectified)
         if isinstance(camera, Camera) and camera.size != size:
             width, height = camera.size
             camera = f"camera_info is for {width}x{height} images, these are {size[0]}x{size[1]}"

@@ -9,6 +9,7 @@ from rclpy.node import Node
 
 from ..core.base.config import NodeConfig
 from ..io.messages import node_topics as topics
+from .calibration import NONE_RECEIVED
 from .subscription import FollowingSubscription
 from .worker import LiveQueue
 
@@ -35,7 +36,7 @@ class Inputs:
         )
         info = topics.CAMERA_INFO
         self._camera_info = FollowingSubscription(  # before images: of what waits, calibrations come first
-            node, info.type, info.name, lambda msg, _: on_camera_info(msg), depth=info.depth
+            node, info.type, info.name, lambda msg, _: on_camera_info(msg), depth=info.depth, may_repeat=True
         )
         self.image = FollowingSubscription(
             node,
@@ -69,6 +70,17 @@ class Inputs:
             + (f"image/compressed, not image, to {base}" if base == image.topic else f"image to {base}"),
         }
         return f"{image.topic} is {other}, not {image.type}: {ways.get(other, 'take another topic')}"
+
+    def uncalibrated(self, problem: str) -> str:
+        """`Calibrations.problem`, with what is known of the topic where nothing has come from there."""
+        info = self._camera_info
+        if problem != NONE_RECEIVED:
+            return problem
+        if not info.publishers:
+            return f"{problem}: nobody publishes {info.topic}"
+        if info.other_type:
+            return f"{problem}: {info.topic} is {info.other_type}, not {info.type}"
+        return f"{problem}: {info.publishers} publisher(s) of {info.topic} sent none"
 
     def follow(self) -> None:
         """Look at the publishers: they may have come, gone or changed."""

@@ -98,7 +98,7 @@ class LiveImages:
             return f"{self.topic}: {self._why_silent()}"
         times = [received_ns for _, received_ns in held[-_RATED:]]
         rate = f"{(len(times) - 1) * 1e9 / (times[-1] - times[0]):.0f} Hz" if times[-1] > times[0] else "images come"
-        problem = self._calibrations.problem
+        problem = self._inputs.uncalibrated(self._calibrations.problem)
         return f"{self.topic}: {rate}, {'calibrated' if not problem else f'without calibration ({problem})'}"
 
     def wait(self, patience_s: float) -> None:

@@ -193,9 +193,13 @@ class RecognizerNode(LifecycleNode):
         """Count an image whose results were published."""
         self._diagnostics.image_processed(time.monotonic(), report)
         if self._calibrations.problem and not self._on_plane:
-            self.get_logger().warning(
-                f"metric poses are withheld: {self._calibrations.problem}", throttle_duration_sec=10.0
-            )
+            self.get_logger().warning(f"metric poses are withheld: {self._uncalibrated}", throttle_duration_sec=10.0)
+
+    @property
+    def _uncalibrated(self) -> str:
+        """Why there is no calibration; empty: there is one."""
+        problem, inputs = self._calibrations.problem, self._inputs
+        return problem if inputs is None else inputs.uncalibrated(problem)
 
     @property
     def _on_plane(self) -> bool:
@@ -221,7 +225,7 @@ class RecognizerNode(LifecycleNode):
         self._diagnostics_out.publish(self._diagnostics.report(state, silence_s, time.monotonic(), header))
 
     def _state(self) -> NodeState:
-        problem, inputs = self._calibrations.problem, self._inputs
+        problem, inputs = self._uncalibrated, self._inputs
         outputs = self._outputs
         unheard, shared = (tuple(outputs.unheard()), tuple(outputs.shared())) if outputs is not None else ((), ())
         if shared:

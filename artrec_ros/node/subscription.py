@@ -19,6 +19,7 @@ class FollowingSubscription:
 
     :param message_type: such as sensor_msgs/msg/Image.
     :param reliability: 'auto': as the publishers offer; else 'reliable' or 'best_effort'.
+    :param may_repeat: a message may be handed on twice: then latched ones are heard beside a publisher that is not so.
     :ivar lost: messages that were sent and never handed on, by the publisher's numbering (with one publisher only).
     :ivar incompatible: which publisher offers what does not fit; empty where all fits; as of the last `follow`.
     :ivar publishers: how many there are on the topic, compatible or not; as of the last `follow`.
@@ -34,27 +35,29 @@ class FollowingSubscription:
         *,
         depth: int = 1,
         reliability: str = "auto",
+        may_repeat: bool = False,
     ) -> None:
         self._node, self._receive = node, receive
         self.type, self.other_type = message_type, ""
         self.topic = node.resolve_topic_name(topic)
         self._asked = reliability
         self.lost, self.incompatible, self.publishers = 0, "", 0
-        self._depth = depth
+        self._depth, self._may_repeat = depth, may_repeat
         self._last_number: int | None = None
         self._known: frozenset[bytes] = frozenset()
-        self._qos = (RELIABILITY.get(reliability, ReliabilityPolicy.BEST_EFFORT), DurabilityPolicy.VOLATILE)
-        self._subscription = self._subscribe()
+        self._qos = [(RELIABILITY.get(reliability, ReliabilityPolicy.BEST_EFFORT), DurabilityPolicy.VOLATILE)]
+        self._subscriptions = self._subscribe()
 
     def close(self) -> None:
-        self._node.destroy_subscription(self._subscription)
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
 
     def follow(self) -> None:
         """Look at the publishers, and subscribe anew where they offer another quality than is asked for.
 
         A best-effort subscription hears every publisher but loses large messages; a reliable one hears none that is
         best-effort; only a transient-local one gets what was sent before it began. So the stronger quality is right
-        where all publishers offer it.
+        where all publishers offer it; where some are latched, a second subscription hears what these have sent.
         """
         offered = self._node.get_publishers_info_by_topic(self.topic)
         self.publishers = len(offered)
@@ -69,29 +72,30 @@ class FollowingSubscription:
 
     def _ask_as(self, offered: Sequence[Any]) -> None:
         reliable = all(p.qos_profile.reliability == ReliabilityPolicy.RELIABLE for p in offered)
-        latched = all(p.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for p in offered)
-        qos = (
-            ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-            DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-        )
+        latched = [p.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for p in offered]
+        reliability = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
+        qos = [(reliability, DurabilityPolicy.TRANSIENT_LOCAL if all(latched) else DurabilityPolicy.VOLATILE)]
+        if self._may_repeat and any(latched) and not all(latched):
+            qos.append((ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL))
         if qos != self._qos:
             self._qos = qos
             self.close()
-            self._subscription = self._subscribe()
-            names = " and ".join(policy.name.lower() for policy in qos)
+            self._subscriptions = self._subscribe()
+            names = ", and ".join(" and ".join(policy.name.lower() for policy in policies) for policies in qos)
             self._node.get_logger().info(f"{self.topic}: subscribed {names}, as its publishers offer")
 
-    def _subscribe(self) -> Any:
+    def _subscribe(self) -> list[Any]:
         self._last_number = None
         # no event handlers: each costs every turn of the executor time, and none tells that a publisher has gone
         events = SubscriptionEventCallbacks(use_default_callbacks=False)
-        return self._node.create_subscription(
-            message_class(self.type), self.topic, self._on_message, self._profile(), event_callbacks=events
-        )
+        kind, hear = message_class(self.type), self._on_message
+        return [
+            self._node.create_subscription(kind, self.topic, hear, profile, event_callbacks=events)
+            for profile in self._profiles()
+        ]
 
-    def _profile(self) -> QoSProfile:
-        reliability, durability = self._qos
-        return QoSProfile(depth=self._depth, reliability=reliability, durability=durability)
+    def _profiles(self) -> list[QoSProfile]:
+        return [QoSProfile(depth=self._depth, reliability=r, durability=d) for r, d in self._qos]
 
     def _on_message(self, msg: Any, info: dict[str, Any]) -> None:
         number = info.get("publication_sequence_number")
@@ -104,7 +108,7 @@ class FollowingSubscription:
         """Name a publisher that cannot be heard, while it is there."""
         before, self.incompatible = self.incompatible, ""
         for publisher in offered:
-            compatible, reason = qos_check_compatible(publisher.qos_profile, self._profile())
+            compatible, reason = qos_check_compatible(publisher.qos_profile, self._profiles()[0])
             if compatible == QoSCompatibility.ERROR:
                 self.incompatible = f"{publisher.node_name} cannot be heard: {reason.rstrip(';')}"
         if self.incompatible and self.incompatible != before:

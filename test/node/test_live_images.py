@@ -14,7 +14,8 @@ pytest.importorskip("rclpy")
 import cv2
 import toy
 from peer import Peer, wait_until
-from sensor_msgs.msg import CompressedImage, Image
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
 from artrec_ros.core.base.config import NodeConfig
@@ -70,7 +71,7 @@ def test_the_last_images_are_kept_with_their_stamps_and_pixels(reliable: bool) -
         assert newest.image is not None and newest.camera is None
         np.testing.assert_array_equal(newest.image, gradient(11))
         assert newest.stamp_ns % 10**9 == 250 and newest.stamp_ns <= (1_700_000_000 + peer.sent) * 10**9 + 250
-        assert "without calibration (no camera_info received)" in live.state()
+        assert "without calibration (no camera_info received: nobody publishes /camera/camera_info)" in live.state()
 
 
 def test_compressed_images_come_too() -> None:
@@ -96,6 +97,28 @@ def test_the_calibration_beside_the_topic_holds() -> None:
     with Peer("image_raw", namespace="camera") as peer, listening(info="/other/camera_info") as live:
         assert wait_until(lambda: peer.node.count_subscribers("/other/camera_info"))
         assert peer.node.count_subscribers("/camera/camera_info") == 0
+
+
+def test_a_latched_calibration_is_heard_beside_a_publisher_that_is_not() -> None:
+    with Peer("image_raw", namespace="camera") as peer:
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        peer.node.create_publisher(CameraInfo, "camera_info", latched).publish(toy.camera_info())
+        with listening() as live:
+            send_until(peer, live, _mono(np.zeros(toy.SIZE[::-1], np.uint8)))
+            assert wait_until(lambda: live.frame(live.held()[-1]).camera is not None)
+            peer.send(_mono(np.zeros(toy.SIZE[::-1], np.uint8)))
+            assert len(live.held()) == len({m.header.stamp.sec for m, _ in live.held()})
+
+
+def test_where_no_calibration_comes_its_topic_is_told() -> None:
+    with Peer(TOPIC) as peer, listening() as live:
+        send_until(peer, live, conversions.image_to_msg(gradient(0), Header()))
+        live.frame(live.held()[-1])
+        named = peer.node.create_publisher(Header, "/camera/camera_info", 1)
+        assert wait_until(lambda: "camera_info is std_msgs/msg/Header, not sensor_msgs/msg/CameraInfo" in live.state())
+        peer.node.destroy_publisher(named)
+        peer.node.create_publisher(CameraInfo, "/camera/camera_info", 1)
+        assert wait_until(lambda: "1 publisher(s) of /camera/camera_info sent none" in live.state())
 
 
 def _mono(picture: np.ndarray) -> Any:
@@ -150,7 +173,7 @@ def test_the_way_out_for_compressed_images_under_any_name_is_one() -> None:
     graph = Graph("remapped", ["image/compressed:=/eye/left"])
     inputs = Inputs(graph.node, NodeConfig(image_transport="compressed"), print, print)
     try:
-        assert inputs.image._subscription.topic_name == inputs.image.topic == "/eye/left"
+        assert inputs.image._subscriptions[0].topic_name == inputs.image.topic == "/eye/left"
     finally:
         inputs.close()
         graph.close()

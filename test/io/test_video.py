@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -42,3 +44,13 @@ def test_one_picture_is_a_video_and_none_is_no_file(tmp_path):
     with VideoWriter(tmp_path / "none.mp4"):
         pass
     assert not (tmp_path / "none.mp4").exists()
+
+
+@pytest.mark.parametrize("name", ["12:30", "http:x", "pipe:1"])
+def test_a_folder_may_have_any_name(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    path = Path(name) / "v.mp4"
+    path.parent.mkdir()
+    with VideoWriter(path) as video:
+        video.add(0, np.zeros((64, 96, 3), np.uint8))
+    assert len(frames_of(path.absolute())[0]) == 1

@@ -101,6 +101,12 @@ def test_everything_promised_is_written(tmp_path, params, recogniser, capsys):
     assert "3" in capsys.readouterr().out
 
 
+def test_an_output_folder_may_have_any_name(tmp_path, params, recogniser, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run(params, bag(tmp_path / "bag", [1, 2]), "http:x/out") == 0
+    assert cv2.VideoCapture(str(tmp_path / "http:x/out/video.mp4")).get(cv2.CAP_PROP_FRAME_COUNT) == 2
+
+
 def test_overlays_are_named_after_their_frames_in_order_and_each_once(tmp_path, params, recogniser):
     folders = [tmp_path / "a", tmp_path / "b"]
     names = ["x_2.png", "x_10.jpg", "x_10.png", f"{'y' * 240}.png"]

@@ -21,7 +21,7 @@ class VideoWriter:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path = path
+        self._path = path.absolute()  # FFmpeg takes the beginning of 'http:x/v.mp4' for a protocol
         self._first: tuple[int, NDArray[Any]] | None = None
         self._writer: cv2.VideoWriter | None = None
         self._size = (0, 0)

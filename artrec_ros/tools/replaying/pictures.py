@@ -150,6 +150,6 @@ class Pictures:
         path = self._unfinished / VIDEO_FILE
         if not path.exists():  # no frame at all
             return
-        if not cv2.VideoCapture(str(path)).isOpened():  # OpenCV does not say when the disk is full
+        if not cv2.VideoCapture(str(path.absolute())).isOpened():  # OpenCV does not say when the disk is full
             raise SourceError(f"{self._folder / VIDEO_FILE}: cannot be written whole; make room, or use --no-video")
         os.replace(path, self._folder / VIDEO_FILE)

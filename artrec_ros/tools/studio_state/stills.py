@@ -194,7 +194,7 @@ class _Video:
     """A video file as `Sources` are: a context manager to be iterated once. `count`: frames to expect."""
 
     def __init__(self, path: Path) -> None:
-        self._path, self._video = path, cv2.VideoCapture(str(path))
+        self._path, self._video = path, cv2.VideoCapture(str(path.absolute()))
         if not path.is_file():
             raise SourceError(f"{path}: there is no such file")
         if not self._video.isOpened():

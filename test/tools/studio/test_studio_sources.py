@@ -42,12 +42,16 @@ def test_a_bag_becomes_files_that_are_taken_again(tmp_path: Path) -> None:
     assert len(said) == 1 and taken.files == stills.files and taken.camera is not None
 
 
-def test_a_video_is_a_source(tmp_path: Path) -> None:
-    writer = cv2.VideoWriter(str(tmp_path / "film.mp4"), cv2.VideoWriter.fourcc(*"mp4v"), 10.0, (64, 48))
+@pytest.mark.parametrize("folder", [".", "http:x"])
+def test_a_video_is_a_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    film = Path(folder) / "film.mp4"
+    film.parent.mkdir(exist_ok=True)
+    writer = cv2.VideoWriter(str(film.absolute()), cv2.VideoWriter.fourcc(*"mp4v"), 10.0, (64, 48))
     for level in range(6):
         writer.write(np.full((48, 64, 3), 40 * level, np.uint8))
     writer.release()
-    stills = open_stills(tmp_path / "film.mp4", SourceOptions(), 3, tmp_path / "frames", print)
+    stills = open_stills(film, SourceOptions(), 3, tmp_path / "frames", print)
     assert stills.stamps_ns == [0, 200_000_000, 400_000_000]
     assert abs(float(stills.image(2).mean()) - 160) < 6
 

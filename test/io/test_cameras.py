@@ -115,3 +115,9 @@ def test_a_file_of_a_rectified_camera(tmp_path):
 def test_implausible_calibrations_are_refused(changes):
     with pytest.raises(ConfigError):
         camera_from_info(**{"width": 640, "height": 480, "matrix": K, "distortion": [], "model": "", **changes})
+
+
+@pytest.mark.parametrize("roi", [(100, 0, 600, 480), (0, 100, 640, 400), (1, 0, 0, 0), (2**31, 0, 10, 10)])
+def test_a_region_beyond_the_image_is_refused(roi):
+    with pytest.raises(ConfigError, match=r"region of interest, .* reaches beyond its image of 640x480"):
+        camera_from_info(640, 480, K, [], "", roi=roi)

@@ -135,6 +135,14 @@ def test_depth_images_are_refused():
         decode_compressed("16UC1; compressedDepth png", cv2.imencode(".png", DEEP)[1])
 
 
+def test_what_a_message_calls_its_unknown_content_is_told():
+    with pytest.raises(ImageError, match=r"neither PNG, .*; the message's format is 'h264'$"):
+        decode_compressed("h264", b"\0\0\0\1gd")
+    with pytest.raises(ImageError) as caught:
+        decode_compressed("\n" * 1000, b"")
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
+
+
 def test_sixteen_bit_colours_are_refused():
     with pytest.raises(ImageError, match="8 bits"):
         decode_encoded(cv2.imencode(".png", np.dstack([DEEP] * 3))[1])

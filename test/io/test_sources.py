@@ -209,6 +209,13 @@ def test_a_folder_without_images_or_bags_is_refused(tmp_path):
         read([tmp_path])
 
 
+def test_a_video_is_no_source_and_the_way_out_is_told(tmp_path):
+    (tmp_path / "film.MP4").touch()
+    for source in (tmp_path, tmp_path / "film.MP4"):
+        with pytest.raises(SourceError, match="'ffmpeg -i film.MP4 FOLDER/%06d.png'"):
+            read([source])
+
+
 def test_images_one_level_below_are_pointed_at(tmp_path, pictures):
     save(tmp_path / "recorded", ["0.png"], pictures)
     with pytest.raises(SourceError, match="look in .*recorded$"):

@@ -64,7 +64,8 @@ class Segmenter:
         if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
             raise ImageError(
                 f"image.kind 'labels' needs one channel (mono8, 8UC1, mono16, 16UC1), got {_kind(image)};"
-                " set image.kind to palette or colour for colour images"
+                " set image.kind to palette or colour for colour images; an indexed PNG is read as one: save it as"
+                " 8-bit grey, or set image.kind: palette"
             )
         if image.max() > GREATEST_LABEL:
             image = cv2.threshold(image, GREATEST_LABEL, 0, cv2.THRESH_TOZERO_INV)[1]

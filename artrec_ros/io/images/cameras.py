@@ -51,9 +51,15 @@ def camera_from_info(
     _check_matrix(K, "P, which holds for rectified images, is" if projection is not None else "K is")
     bx, by = (max(1, b) for b in binning)
     x_px, y_px, roi_width, roi_height = roi
-    size = (roi_width or width) // bx, (roi_height or height) // by
+    part = roi_width or width, roi_height or height
+    size = part[0] // bx, part[1] // by
     if min(size) <= 0:
         raise ConfigError(f"the camera's calibration is for images of {size[0]}x{size[1]} pixels")
+    if x_px + part[0] > width or y_px + part[1] > height:
+        raise ConfigError(
+            f"the camera's region of interest, {part[0]}x{part[1]} pixels from ({x_px}, {y_px}) on, reaches beyond its "
+            f"image of {width}x{height}: width and height are the full image's"
+        )
     K[:2, 2] -= (x_px + (bx - 1) / 2, y_px + (by - 1) / 2)
     K[0] /= bx
     K[1] /= by

@@ -19,6 +19,7 @@ MAX_PIXELS = 64 * 2**20
 """An image that claims more is taken for damaged: it is refused before memory is spent on it."""
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
+_SHOWN = 60  # letters of a text of unknown length
 
 # encoding -> channels, bytes per channel, OpenCV conversion to BGR
 ENCODINGS: dict[str, tuple[int, int, int | None]] = {
@@ -70,8 +71,13 @@ def decode_compressed(image_format: str, data: Any) -> Image:
     :raises ImageError: depth images, other formats, damaged or truncated data, implausible sizes.
     """
     if "compressedDepth" in image_format:
-        raise ImageError(f"format '{image_format}': depth images hold no classes and no colours; choose another topic")
-    return decode_encoded(data)
+        raise ImageError(
+            f"format {image_format[:_SHOWN]!r}: depth images hold no classes and no colours; choose another topic"
+        )
+    try:
+        return decode_encoded(data)
+    except ImageError as error:
+        raise ImageError(f"{error}; the message's format is {image_format[:_SHOWN]!r}") from error
 
 
 def decode_encoded(data: Any) -> Image:

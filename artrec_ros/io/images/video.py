@@ -1,4 +1,4 @@
-"""Videos of overlay pictures."""
+"""Videos: of overlay pictures, and such as somebody has."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from ...core.base.errors import SourceError
 
+VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm")
 _SLOWEST_HZ, _FASTEST_HZ = 1.0, 60.0
+
+
+def frames_of_video(path: Path) -> str:
+    """The end of a message to somebody who gave a video where bags and folders of images are wanted."""
+    return f"take the frames of a video out of it first, as with 'ffmpeg -i {path.name} FOLDER/%06d.png'"
 
 
 class VideoWriter:

@@ -13,6 +13,7 @@ from ..bags.metadata import BAG_SUFFIXES, is_storage
 from ..bags.reader import Bag
 from ..bags.topics import Report
 from ..images.decoding import IMAGE_SUFFIXES, read_image
+from ..images.video import VIDEO_SUFFIXES, frames_of_video
 from .bag_source import BagSource
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
 
@@ -32,7 +33,7 @@ class FolderSource(Source):
         files = sorted((p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES), key=_natural)
         if not files:
             bags, images = ", ".join(BAG_SUFFIXES), ", ".join(IMAGE_SUFFIXES)
-            raise SourceError(f"{folder}: neither a bag ({bags}) nor images ({images}){_below(folder)}")
+            raise SourceError(f"{folder}: neither a bag ({bags}) nor images ({images}){_instead(folder)}")
         named = all(p.stem.isdecimal() and len(p.stem) >= STAMP_DIGITS and int(p.stem) <= _LAST_NS for p in files)
         stamps = [int(p.stem) if named else round(i * 1e9 / options.rate_hz) for i, p in enumerate(files)]
         start_ns, stop_ns = options.span_ns(stamps[0])
@@ -64,8 +65,11 @@ def _printable(text: str) -> str:
     return os.fsencode(text).decode("utf-8", "backslashreplace")
 
 
-def _below(folder: Path) -> str:
-    """What to name instead, where bags or images lie one level below a folder."""
+def _instead(folder: Path) -> str:
+    """What to do instead, where videos lie in a folder, or bags or images one level below."""
+    videos = sorted(p for p in folder.iterdir() if p.suffix.lower() in VIDEO_SUFFIXES)
+    if videos:
+        return f"; {frames_of_video(videos[0])}"
     kinds = (*BAG_SUFFIXES, *IMAGE_SUFFIXES)
     holders = sorted({str(p.parent) for p in folder.glob("*/*") if p.suffix.lower() in kinds})
     return f"; look in {' or '.join(holders[:3])}" if holders else ""
@@ -103,6 +107,8 @@ class Sources:
     def _open(self, path: Path, options: SourceOptions, report: Report) -> Source:
         if path.is_dir() and not holds_bag(path):
             return FolderSource(path, options, report)
+        if path.is_file() and path.suffix.lower() in VIDEO_SUFFIXES:
+            raise SourceError(f"{path}: neither a bag nor a folder of images; {frames_of_video(path)}")
         return BagSource(self._stack.enter_context(Bag(path, options.storage)), options, report)
 
 

@@ -14,11 +14,11 @@ from ...core.geometry.camera import Camera
 from ...io.base.whole_files import write_whole
 from ...io.images.cameras import camera_yaml, load_camera
 from ...io.images.decoding import Image, read_image
+from ...io.images.video import VIDEO_SUFFIXES
 from ...io.sources.frames import Frame, SourceOptions, fitting
 from ...io.sources.opening import FolderSource, holds_bag, open_sources
 from .ros import Live
 
-VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm")
 FRAMES, CAMERA_FILE = "frames", "camera.yaml"
 _NAME_DIGITS = 19  # of a stamp in nanoseconds: names of so many digits are read as stamps again
 _KEPT = 24  # frames that are kept decoded

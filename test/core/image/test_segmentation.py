@@ -135,7 +135,7 @@ def test_smoothing_removes_single_pixels_and_leaves_its_input():
 @pytest.mark.parametrize(
     "kind, image, words",
     [
-        ("labels", np.zeros((4, 4, 3), np.uint8), "3 channels of uint8"),
+        ("labels", np.zeros((4, 4, 3), np.uint8), "3 channels of uint8.* indexed PNG"),
         ("labels", np.zeros((4, 4), np.float32), "1 channel of float32"),
         ("colour", np.zeros((4, 4), np.uint8), "1 channel of uint8"),
         ("colour", np.zeros((4, 4, 4), np.uint8), "4 channels of uint8"),

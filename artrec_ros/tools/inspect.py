@@ -83,6 +83,8 @@ def describe(item: Item) -> Iterator[str]:
         yield from _bag(head, content)
     elif isinstance(content, Sample):
         yield f"{head}, {counted(content.count, 'file')}, {_pixels(content)}"
+        if content.passed_over:
+            yield f"passed over: {content.passed_over}"
     elif isinstance(content, ObjectModel):
         yield from _object(f"{item.path}: object ", content)
     elif isinstance(content, ConstraintContent):

@@ -114,6 +114,16 @@ def test_jpeg_comes_back_nearly():
     assert np.abs(image.astype(int) - smooth).mean() < 6
 
 
+@pytest.mark.parametrize("quality", [101, 80])
+@pytest.mark.parametrize("shape", [(50, 70, 3), (50, 70, 4), (1, 300, 3)])
+def test_webp_comes_back(quality, shape):
+    smooth = cv2.resize(np.dstack([BGR, GREY])[:, :, : shape[2]], shape[1::-1])
+    image = decode_compressed("webp", cv2.imencode(".webp", smooth, [cv2.IMWRITE_WEBP_QUALITY, quality])[1])
+    assert image.shape == (*shape[:2], 3)
+    if quality > 100 and shape[2] == 3:
+        assert np.array_equal(image, smooth)
+
+
 def test_an_alpha_channel_is_dropped():
     assert np.array_equal(decode_encoded(cv2.imencode(".png", np.dstack([BGR, GREY]))[1]), BGR)
 
@@ -166,7 +176,7 @@ def test_an_implausible_size_is_refused_before_it_is_decoded():
         decode_encoded(bytes(jpeg))
 
 
-@pytest.mark.parametrize("suffix", [".png", ".jpg", ".bmp"])
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".webp", ".bmp"])
 def test_every_truncation_is_refused(suffix):
     encoded = cv2.imencode(suffix, BGR)[1].tobytes()
     for length in range(len(encoded)):
@@ -186,19 +196,40 @@ def turned(suffix: str, orientation: int, order: str = ">") -> bytes:
     exif = {">": b"MM\0*", "<": b"II*\0"}[order] + struct.pack(
         order + "IHHHIHHHHIHHI", 8, 2, 0x10F, 3, 1, 9, 0, 0x112, 3, 1, orientation, 0, 0
     )
+    if suffix == ".webp":
+        size = struct.pack("<BxxxI", 8, 69)[:7] + struct.pack("<I", 49)[:3]
+        chunks = (
+            b"WEBPVP8X" + struct.pack("<I", 10) + size + encoded[12:] + b"EXIF" + struct.pack("<I", len(exif)) + exif
+        )
+        return b"RIFF" + struct.pack("<I", len(chunks)) + chunks
     if suffix == ".png":
         return encoded[:33] + chunk(b"eXIf", exif) + encoded[33:]
     return encoded[:2] + b"\xff\xe1" + struct.pack(">H", len(exif) + 8) + b"Exif\0\0" + exif + encoded[2:]
 
 
-@pytest.mark.parametrize("suffix", [".png", ".jpg"])
+UPRIGHT = {
+    1: lambda image: image,
+    2: lambda image: cv2.flip(image, 1),
+    3: lambda image: cv2.rotate(image, cv2.ROTATE_180),
+    4: lambda image: cv2.flip(image, 0),
+    5: cv2.transpose,
+    6: lambda image: cv2.rotate(image, cv2.ROTATE_90_CLOCKWISE),
+    7: lambda image: cv2.flip(cv2.transpose(image), -1),
+    8: lambda image: cv2.rotate(image, cv2.ROTATE_90_COUNTERCLOCKWISE),
+}
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".webp"])
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_files_are_upright_as_opencv_reads_them_and_messages_as_they_lie(tmp_path, suffix, orientation):
     for order in "<>":
         encoded = np.frombuffer(turned(suffix, orientation, order), np.uint8)
         (path := tmp_path / f"a{suffix}").write_bytes(encoded)
-        assert np.array_equal(read_image(path), cv2.imread(str(path)))
-        assert np.array_equal(decode_compressed(suffix[1:], encoded), cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED))
+        lies = cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED)
+        assert np.array_equal(decode_compressed(suffix[1:], encoded), lies)
+        assert np.array_equal(read_image(path), UPRIGHT[orientation](lies))
+        if suffix == ".jpg":  # of others not every OpenCV reads them
+            assert np.array_equal(read_image(path), cv2.imread(str(path)))
 
 
 def test_damaged_exif_data_cost_no_image():
@@ -214,7 +245,7 @@ def test_damaged_exif_data_cost_no_image():
 
 
 @settings(max_examples=300, deadline=None)
-@given(st.sampled_from([".png", ".jpg", ".bmp"]), st.data())
+@given(st.sampled_from([".png", ".jpg", ".webp", ".bmp"]), st.data())
 def test_damaged_files_give_an_image_or_an_image_error(suffix, data):
     encoded = bytearray(cv2.imencode(suffix, BGR)[1].tobytes())
     for _ in range(data.draw(st.integers(1, 8))):
@@ -228,7 +259,10 @@ def test_damaged_files_give_an_image_or_an_image_error(suffix, data):
 
 
 @settings(max_examples=200, deadline=None)
-@given(st.sampled_from([b"", b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd8\xff", b"BM"]), st.binary(max_size=60))
+@given(
+    st.sampled_from([b"", b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd8\xff", b"BM", b"RIFF\0\0\0\0WEBPVP8X"]),
+    st.binary(max_size=60),
+)
 def test_noise_is_an_image_error(start, noise):
     with pytest.raises(ImageError):
         decode_encoded(start + noise)

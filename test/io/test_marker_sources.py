@@ -169,7 +169,7 @@ def test_pictures_without_a_whole_shape_are_refused(tmp_path):
         with pytest.raises(ConfigError, match=message):
             image_marker(tmp_path / f"{name}.png", 0.1)
     (tmp_path / "text.png").write_text("no image")
-    with pytest.raises(ConfigError, match="neither PNG, JPEG, BMP nor GIF"):
+    with pytest.raises(ConfigError, match="neither PNG, JPEG, WebP, BMP nor GIF"):
         image_marker(tmp_path / "text.png", 0.1)
     with pytest.raises(ConfigError, match="no such file"):
         image_marker(tmp_path / "none.png", 0.1)

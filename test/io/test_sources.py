@@ -10,6 +10,7 @@ import pytest
 
 from artrec_ros.core.base.errors import SourceError
 from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.io.images.decoding import IMAGE_SUFFIXES
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
 
 STEP_NS = 10**8
@@ -207,6 +208,24 @@ def test_sources_follow_one_another(tmp_path, two_topics, pictures):
 def test_a_folder_without_images_or_bags_is_refused(tmp_path):
     with pytest.raises(SourceError, match=r"neither a bag .*\)$"):
         read([tmp_path])
+
+
+def test_files_of_other_kinds_in_a_folder_are_told_once(tmp_path, pictures):
+    save(tmp_path / "images", ["0.png", "1.webp"], pictures)
+    said = []
+    for name in ("a.tif", "b.TIF", "c.gif", "notes.txt", "camera.yaml", ".hidden", "none"):
+        (tmp_path / "images" / name).touch()
+    (tmp_path / "images" / "folder.tif").mkdir()
+    with open_sources([tmp_path / "images"], report=said.append) as sources:
+        (source,) = sources.parts
+        assert len(list(source.read(next(source.parts(10))))) == len(list(source)) == 2
+    assert said == [
+        f"{tmp_path / 'images'}: passed over: 1 .gif, 2 .tif, 1 without suffix; images are {', '.join(IMAGE_SUFFIXES)}"
+    ]
+    (tmp_path / "images" / "0.png").unlink()
+    (tmp_path / "images" / "1.webp").unlink()
+    with pytest.raises(SourceError, match="; it holds 1 .gif, 2 .tif, 1 without suffix$"):
+        read([tmp_path / "images"])
 
 
 def test_a_video_is_no_source_and_the_way_out_is_told(tmp_path):

@@ -208,7 +208,10 @@ def test_folders_are_looked_into(tmp_path, capsys):
     for kind in ("bag, ", "annotations, ", "truth, "):
         assert kind in printed
     code, printed, _ = inspect(capsys, tmp_path / "s/images")
-    assert code == 0 and "images, 2 files, 320x240, 1 channel" in printed
+    assert code == 0 and "images, 2 files, 320x240, 1 channel" in printed and "passed over" not in printed
+    (tmp_path / "s/images/0002.TIF").touch()
+    code, printed, _ = inspect(capsys, tmp_path / "s/images")
+    assert code == 0 and "passed over: 1 .tif" in printed
 
 
 @pytest.mark.parametrize(
@@ -222,7 +225,7 @@ def test_folders_are_looked_into(tmp_path, capsys):
         ("a.json", "{", "no valid JSON"),
         ("a.jsonl", "{}", "line 1 is no line of truth"),
         ("a.mcap", "no bag", "nothing could be read"),
-        ("a.png", "no picture", "neither PNG, JPEG, BMP nor GIF"),
+        ("a.png", "no picture", "neither PNG, JPEG, WebP, BMP nor GIF"),
     ],
 )
 def test_what_cannot_be_read_is_one_line(tmp_path, capsys, name, text, message):

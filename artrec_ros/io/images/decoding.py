@@ -18,7 +18,7 @@ Image = NDArray[Any]
 MAX_PIXELS = 64 * 2**20
 """An image that claims more is taken for damaged: it is refused before memory is spent on it."""
 
-IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".bmp")
 _SHOWN = 60  # letters of a text of unknown length
 
 # encoding -> channels, bytes per channel, OpenCV conversion to BGR
@@ -81,7 +81,7 @@ def decode_compressed(image_format: str, data: Any) -> Image:
 
 
 def decode_encoded(data: Any) -> Image:
-    """The pixels of an encoded image (PNG, JPEG, BMP, GIF): as `decode_compressed`."""
+    """The pixels of an encoded image (PNG, JPEG, WebP, BMP, GIF): as `decode_compressed`."""
     encoded = np.frombuffer(data, np.uint8).tobytes()
     return _as_supported(_unchanged(encoded), encoded)
 

@@ -46,7 +46,7 @@ def grey_bits_of(encoded: bytes) -> int:
 
 
 def orientation_of(encoded: bytes) -> int:
-    """EXIF's orientation of a JPEG or PNG, 1 to 8; 1, as it lies, where none is told."""
+    """EXIF's orientation of a JPEG, PNG or WebP, 1 to 8; 1, as it lies, where none is told."""
     try:
         return _orientation(next(_exif(encoded), b""))
     except (struct.error, IndexError, ImageError):  # a damaged note costs no image
@@ -62,6 +62,9 @@ def _exif(encoded: bytes) -> Iterator[bytes]:
                 yield data[len(_EXIF) :]
     elif encoded.startswith(_PNG_MAGIC):
         yield from (encoded[begin:end] for kind, begin, end in _png_chunks(encoded) if kind == b"eXIf")
+    elif _is_webp(encoded):
+        notes = (encoded[begin:end] for kind, begin, end in _webp_chunks(encoded) if kind == b"EXIF")
+        yield from (note.removeprefix(_EXIF) for note in notes)
 
 
 def _orientation(tiff: bytes) -> int:
@@ -86,12 +89,14 @@ def _size_reader(encoded: bytes) -> Callable[[bytes], tuple[int, int]]:
         return _png_size
     if encoded.startswith(_JPEG_MAGIC):
         return _jpeg_size
+    if _is_webp(encoded):
+        return _webp_size
     if encoded.startswith(b"BM"):
         return _bmp_size
     if encoded.startswith(b"GIF8"):
         return _gif_size
     raise ImageError(
-        f"{len(encoded)} bytes that are neither PNG, JPEG, BMP nor GIF (they start with '{encoded[:8].hex(' ')}')"
+        f"{len(encoded)} bytes that are neither PNG, JPEG, WebP, BMP nor GIF (they start with '{encoded[:8].hex(' ')}')"
     )
 
 
@@ -140,6 +145,35 @@ def _jpeg_size(encoded: bytes) -> tuple[int, int]:
     if encoded.find(b"\xff\xd9", position) < 0:  # a decoder fills a truncated image with grey in silence
         raise ImageError(f"truncated JPEG: {len(encoded)} bytes without its end")
     return width, height
+
+
+def _is_webp(encoded: bytes) -> bool:
+    return encoded.startswith(b"RIFF") and encoded[8:12] == b"WEBP"
+
+
+def _webp_chunks(encoded: bytes) -> Iterator[tuple[bytes, int, int]]:
+    """Kind, begin and end of each one's data, of those that are whole."""
+    position = 12
+    while position + 8 <= len(encoded):
+        kind, length = struct.unpack_from("<4sI", encoded, position)
+        yield kind, position + 8, position + 8 + length
+        position += 8 + length + length % 2
+
+
+def _webp_size(encoded: bytes) -> tuple[int, int]:
+    if struct.unpack_from("<I", encoded, 4)[0] + 8 > len(encoded):
+        raise ImageError(f"truncated WebP: {len(encoded)} bytes without its end")
+    kind, begin, _ = next(_webp_chunks(encoded), (b"", 0, 0))
+    if kind == b"VP8 ":  # lossy
+        width, height = struct.unpack_from("<HH", encoded, begin + 6)
+        return width & 0x3FFF, height & 0x3FFF
+    if kind == b"VP8L":
+        (bits,) = struct.unpack_from("<I", encoded, begin + 1)
+        return (bits & 0x3FFF) + 1, (bits >> 14 & 0x3FFF) + 1
+    if kind == b"VP8X":  # with alpha, movement or notes
+        width, height = (int.from_bytes(encoded[begin + at : begin + at + 3], "little") + 1 for at in (4, 7))
+        return width, height
+    raise ImageError("damaged WebP: it has no frame header")
 
 
 def _gif_size(encoded: bytes) -> tuple[int, int]:

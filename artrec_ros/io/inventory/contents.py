@@ -23,6 +23,7 @@ class Sample:
     """A few images of one topic or folder.
 
     :param camera: the calibration beside them; None: none that can be used, and `camera_problem` says why.
+    :param passed_over: what lies beside the images of a folder and is not read; empty: nothing.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Sample:
     problems: tuple[str, ...] = ()
     camera: Camera | None = None
     camera_problem: str | None = None
+    passed_over: str = ""
 
     @property
     def size(self) -> tuple[int, int] | None:

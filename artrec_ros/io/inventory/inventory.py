@@ -19,6 +19,7 @@ from ..base.kinds import COCO, kind_of
 from ..base.yaml_files import load_value
 from ..images.cameras import load_camera
 from ..images.decoding import IMAGE_SUFFIXES, read_image
+from ..images.folders import images_of, passed_over
 from ..learned.annotations import load_coco, read_json
 from ..learned.constraints import FORMAT as CONSTRAINT_FORMAT
 from ..objects.object_reader import FORMAT as OBJECT_FORMAT
@@ -51,9 +52,9 @@ def _is_supplement(path: Path) -> bool:
 
 
 def _look(path: Path, more: Sequence[Path]) -> Iterator[Item]:
-    if path.is_dir() and not _is_bag(path) and not _images(path):
+    if path.is_dir() and not _is_bag(path) and not images_of(path):
         inside = sorted(path.iterdir())
-        parts = [p for p in inside if _known_kind(p)] or [p for p in inside if p.is_dir() and _images(p)]
+        parts = [p for p in inside if _known_kind(p)] or [p for p in inside if p.is_dir() and images_of(p)]
         if not parts:
             yield Item(path, "folder", error="neither a bag, nor images, nor files that artrec reads")
         for part in parts:
@@ -130,12 +131,8 @@ def _is_bag(path: Path) -> bool:
     return any(p.name == "metadata.yaml" or is_storage(p) for p in path.iterdir())
 
 
-def _images(folder: Path) -> list[Path]:
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)
-
-
 def _read_images(path: Path) -> Sample:
-    files = _images(path) if path.is_dir() else [path]
+    files = images_of(path) if path.is_dir() else [path]
     chosen = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, _SAMPLES).astype(int))]
     images, problems = [], []
     for file in chosen:
@@ -143,7 +140,8 @@ def _read_images(path: Path) -> Sample:
             images.append(read_image(file))
         except ImageError as error:
             problems.append(f"{file.name}: {error}")
-    return Sample(str(path), len(files), tuple(images), tuple(problems))
+    others = passed_over(path) if path.is_dir() else ""
+    return Sample(str(path), len(files), tuple(images), tuple(problems), passed_over=others)
 
 
 def _read_bag(path: Path) -> BagContent:

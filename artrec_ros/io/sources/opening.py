@@ -13,6 +13,7 @@ from ..bags.metadata import BAG_SUFFIXES, is_storage
 from ..bags.reader import Bag
 from ..bags.topics import Report
 from ..images.decoding import IMAGE_SUFFIXES, read_image
+from ..images.folders import images_of, passed_over
 from ..images.video import VIDEO_SUFFIXES, frames_of_video
 from .bag_source import BagSource
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
@@ -30,7 +31,7 @@ class FolderSource(Source):
     """
 
     def __init__(self, folder: Path, options: SourceOptions, report: Report = lambda _: None) -> None:
-        files = sorted((p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES), key=_natural)
+        files = sorted(images_of(folder), key=_natural)
         if not files:
             bags, images = ", ".join(BAG_SUFFIXES), ", ".join(IMAGE_SUFFIXES)
             raise SourceError(f"{folder}: neither a bag ({bags}) nor images ({images}){_instead(folder)}")
@@ -40,14 +41,21 @@ class FolderSource(Source):
         self.files = [
             (t, p) for t, p in zip(stamps, files, strict=True) if start_ns <= t and (stop_ns is None or t < stop_ns)
         ]
-        self._camera, self._report = options.camera, once(report)
+        self._folder, self._camera, self._report = folder, options.camera, once(report)
         self.count, self.calibrated = len(self.files), options.camera is not None
 
     def __iter__(self) -> Iterator[Frame]:
+        self._tell()
         return self.read(Part(0, self.count))
 
     def parts(self, size: int) -> Iterator[Part]:
+        self._tell()
         return (Part(first, min(size, self.count - first)) for first in range(0, self.count, size))
+
+    def _tell(self) -> None:
+        """Said by whoever reads all, not by each worker."""
+        if others := passed_over(self._folder):
+            self._report(f"{self._folder}: passed over: {others}; images are {', '.join(IMAGE_SUFFIXES)}")
 
     def read(self, part: Part) -> Iterator[Frame]:
         for stamp_ns, path in self.files[part.first : part.first + part.count]:
@@ -66,10 +74,12 @@ def _printable(text: str) -> str:
 
 
 def _instead(folder: Path) -> str:
-    """What to do instead, where videos lie in a folder, or bags or images one level below."""
+    """What to do instead, where videos or other files lie in a folder, or bags or images one level below."""
     videos = sorted(p for p in folder.iterdir() if p.suffix.lower() in VIDEO_SUFFIXES)
     if videos:
         return f"; {frames_of_video(videos[0])}"
+    if others := passed_over(folder):
+        return f"; it holds {others}"
     kinds = (*BAG_SUFFIXES, *IMAGE_SUFFIXES)
     holders = sorted({str(p.parent) for p in folder.glob("*/*") if p.suffix.lower() in kinds})
     return f"; look in {' or '.join(holders[:3])}" if holders else ""

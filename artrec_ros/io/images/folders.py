@@ -1,0 +1,23 @@
+"""Folders of images: what of them is read, and what is not."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from .decoding import IMAGE_SUFFIXES
+
+_BESIDE = (".json", ".jsonl", ".yaml", ".yml", ".xml", ".csv", ".txt", ".md")  # what tells of images, not shows them
+
+
+def images_of(folder: Path) -> list[Path]:
+    """Its image files, sorted by name."""
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)
+
+
+def passed_over(folder: Path) -> str:
+    """How many files of which other kinds lie in it, such as '3 .gif, 1 .tif': they may be meant as images."""
+    known = (*IMAGE_SUFFIXES, *_BESIDE)
+    others = [p for p in folder.iterdir() if p.suffix.lower() not in known and p.name[0] != "." and p.is_file()]
+    kinds = Counter(p.suffix.lower() or "without suffix" for p in others)
+    return ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))

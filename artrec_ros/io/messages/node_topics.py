@@ -34,7 +34,7 @@ IMAGE = NodeTopic(
 COMPRESSED = NodeTopic(
     "image/compressed",
     "sensor_msgs/msg/CompressedImage",
-    "in place of `image` where `image_transport` is `compressed`: PNG, JPEG or BMP",
+    "in place of `image` where `image_transport` is `compressed`: PNG, JPEG, WebP or BMP",
     1,
 )
 CAMERA_INFO = NodeTopic(

@@ -66,8 +66,7 @@ def test_what_will_be_ambiguous_is_told(toy):
         "warning: base/bar, lid/bar are the same shape: 'base', from which all starts",
         "warning: the markers of 'arm' have the class of its body (5)",
         "for 4 m make it",
-        "note: 'lid' has no joint",
-        "note: 'lid' has no body",
+        "note: without joint, and so taken to be fixed to the object's frame: arm, lid",
     ):
         assert expected in text, expected
     assert [line.split(":")[0] for line in lines] == sorted((line.split(":")[0] for line in lines), reverse=True)
@@ -78,6 +77,31 @@ def test_a_good_object_gives_no_warning_near_by_and_some_far_off():
     camera = pinhole_camera((640, 480), 60)
     assert not [line for line in advice(found, camera, 1.0) if line.startswith("warning")]
     assert [line for line in advice(found, camera, 10.0) if line.startswith("warning")]
+
+
+FINGERS = """\
+format: artrec_object/1
+name: fingers
+markers:
+  palm: {outline: [[-0.05, -0.04], [0.05, -0.04], [0.06, 0.05], [-0.04, 0.05]], axis: [[0, -0.04], [0, 0.05]]}
+  near: {outline: [[-0.014, 0.008], [0.014, 0.008], [0.011, 0.05], [-0.011, 0.05]], axis: [[0, 0.008], [0, 0.05]]}
+  far: {outline: [[-0.012, 0.014], [0.012, 0.014], [0.007, 0.049], [-0.007, 0.049]], axis: [[0, 0.014], [0, 0.049]]}
+components:
+  palm: {required: true, markers: {palm: {pose: {xyz: [0, 0, 0]}}}}
+  one: {markers: {near: {pose: {xyz: [-0.03, 0.07, 0]}}}}
+  two: {markers: {near: {pose: {xyz: [0.03, 0.07, 0]}}}}
+  three: {markers: {far: {pose: {xyz: [-0.03, 0.13, 0]}}}}
+  four: {markers: {far: {pose: {xyz: [0.03, 0.13, 0]}}}}
+"""
+
+
+def test_of_several_markers_of_one_shape_one_speaks_for_all(tmp_path):
+    (tmp_path / "fingers.yaml").write_text(FINGERS)
+    found = find_ambiguities(load_object(tmp_path / "fingers.yaml", {}))
+    lines = advice(found, pinhole_camera((640, 480), 60), None)
+    (told,) = [line for line in lines if "told apart" in line]
+    assert "one/near (and 1 of its shape) and three/far (and 1 of its shape)" in told
+    assert "without body" not in "".join(lines)  # flat: there is no far side
 
 
 def test_a_drawing_becomes_an_object_file(tmp_path, capsys):

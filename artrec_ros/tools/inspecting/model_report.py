@@ -157,15 +157,24 @@ def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iter
                     f"warning: {r.names} is found to {r.found_m:.2f} m only; for {distance_m:g} m make it "
                     f"{scale:.1f} times as large"
                 )
+    same = {key: group for group in _groups([p for p in found.alike if p.same]) for key in group}
+    told = set()  # of several of one shape one speaks for all
     for p in found.alike:
         reach = f / p.told
-        if p.same or (distance_m is not None and reach >= distance_m):
+        first, second = (same.get(key, [key]) for key in (p.first, p.second))
+        if p.same or (distance_m is not None and reach >= distance_m) or (one := (first[0], second[0])) in told:
             continue
+        told |= {one, one[::-1]}
         yield (
-            f"{'note' if distance_m is None else 'warning'}: {'/'.join(p.first)} and {'/'.join(p.second)} are told "
+            f"{'note' if distance_m is None else 'warning'}: {_named(first)} and {_named(second)} are told "
             f"apart to {reach:.2f} m only ({'mirror images, ' if p.mirrored else ''}most alike at "
             f"{math.degrees(p.turn_rad):.0f} degrees)"
         )
+
+
+def _named(group: Sequence[Key]) -> str:
+    rest = f" (and {len(group) - 1} of its shape)" if len(group) > 1 else ""
+    return "/".join(group[0]) + rest
 
 
 def _structure(model: ObjectModel) -> Iterator[str]:
@@ -174,8 +183,9 @@ def _structure(model: ObjectModel) -> Iterator[str]:
         shown = ", ".join(loose[:4]) + (f" and {len(loose) - 4} more" if len(loose) > 4 else "")
         yield f"note: {shown}: no pose: the object is found in the image plane only, with constraints from artrec train"
         return
-    for c in model.components:
-        if c.joint is None and not c.required:
-            yield f"note: '{c.name}' has no joint: it is taken to be fixed to the object's frame"
-        if not c.bodies:
-            yield f"note: '{c.name}' has no body: what it hides, and that it hides its own far side, is not known"
+    fixed = [c.name for c in model.components if c.joint is None and not c.required]
+    bare = [c.name for c in model.components if not c.bodies]
+    if fixed:
+        yield f"note: without joint, and so taken to be fixed to the object's frame: {', '.join(fixed)}"
+    if bare and not model.is_flat:
+        yield f"note: without body, so that what they hide, their own far side too, is not known: {', '.join(bare)}"

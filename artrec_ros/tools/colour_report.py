@@ -62,7 +62,7 @@ def _advice(learned: Learned) -> Iterator[str]:
             if other in learned.image.classes and share >= _MUCH:
                 yield (
                     f"{other} takes {share:.0%} of '{name}'. {_why(name)}it is too like: choose another colour, or "
-                    f"lower image.{other}.spread"
+                    f"lower image.{other}.spread ({learned.image.classes[other].spread:g})"
                 )
 
 

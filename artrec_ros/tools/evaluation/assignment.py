@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,14 +18,18 @@ from .runs import Run
 
 @dataclass(frozen=True)
 class Choice:
-    """Which objects of a truth go by a run's object name: those of a name, or of a class label."""
+    """Which objects of a truth go by a run's object name: those of a name, or of a class label.
+
+    :param identified: their names where these say besides which one of several like objects it is: yellow_gr.
+    """
 
     name: str | None = None
     label: int | None = None
+    identified: frozenset[str] = frozenset()
 
     def of(self, objects: Sequence[TrueObject]) -> list[TrueObject]:
         if self.name is not None:
-            return [o for o in objects if o.name == self.name]
+            return [o for o in objects if o.name == self.name or o.name in self.identified]
         return [o for o in objects if o.label == self.label]
 
 
@@ -39,8 +43,9 @@ def choose_objects(truth: Truth, run: Run, names: Mapping[str, str] | None = Non
     labels = Counter(o.label for o in truth.objects() if o.label is not None)
     if names is not None:
         return {name: _named(name, wanted, run, there, labels) for name, wanted in names.items()}
-    if any(name in run.objects for name in there):
-        return {name: Choice(name=name) for name in run.objects}
+    identified = {name: frozenset(n for n in there if _identified(n, run.objects) == name) for name in run.objects}
+    if any(name in run.objects for name in there) or any(identified.values()):
+        return {name: Choice(name, identified=identified[name]) for name in run.objects}
     if any(o.label in labels for o in run.objects.values()) or not (there or labels):
         return {name: Choice(label=o.label) for name, o in run.objects.items()}
     known = [f"'{n}'" for n in there] or [f"label {n}" for n in labels]
@@ -49,6 +54,12 @@ def choose_objects(truth: Truth, run: Run, names: Mapping[str, str] | None = Non
         f"{truth.source}: holds objects {', '.join(known)}; {run.folder} looked for {looked_for}; say which is which "
         f"with --names {next(iter(run.objects), 'NAME')}={next(iter(there or labels))}"
     )
+
+
+def _identified(name: str, known: Iterable[str]) -> str | None:
+    """The longest of the known names that a name begins with which says, too, which one it is."""
+    begun = [k for k in known if name.startswith(f"{k}_")]
+    return max(begun, key=len) if begun and name not in known else None
 
 
 def _named(name: str, wanted: str, run: Run, there: Mapping[str, int], labels: Mapping[int, int]) -> Choice:

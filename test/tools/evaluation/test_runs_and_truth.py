@@ -61,6 +61,15 @@ class TestNames:
         truth = truth_of(0, objects=(true_thing(name="red", label=9),))
         assert choose_objects(truth, run_of(0, objects=self.two))["red"] == Choice(name="red")
 
+    def test_a_name_may_say_besides_which_one_it_is(self):
+        """As learn-colours takes it: yellow_gr is a yellow one. What is an object's own name stays that."""
+        objects = {"red": LookedFor(3, "base"), "red_tall": LookedFor(2, "base")}
+        truth = truth_of(0, objects=tuple(true_thing(name=n) for n in ("red_gr", "red_tall_gr", "red_tall", "redder")))
+        chosen = choose_objects(truth, run_of(0, objects=objects))
+        names = {run: [o.name for o in choice.of(truth.frames[0])] for run, choice in chosen.items()}
+        assert names == {"red": ["red_gr"], "red_tall": ["red_tall_gr", "red_tall"]}
+        assert strangers(truth, chosen) == {"redder": 1}
+
     def test_else_by_label(self):
         truth = truth_of(0, objects=(true_thing(name="car"),))
         chosen = choose_objects(truth, run_of(0, objects=self.two))

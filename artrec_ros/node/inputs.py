@@ -90,6 +90,10 @@ class Inputs:
         if self.wrong_type not in ("", before):
             self._node.get_logger().warning(self.wrong_type)
 
+    def end(self) -> None:
+        """Hand on no more images."""
+        self._worker.end()
+
     def close(self) -> None:
         self.image.close()
         self._camera_info.close()

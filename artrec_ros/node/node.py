@@ -141,6 +141,8 @@ class RecognizerNode(LifecycleNode):
         self._state_machine.destroy_when_not_in_use()  # rclpy 7.1 forgets it, and with it the node stays in the graph
 
     def _stop(self) -> None:
+        if self._inputs is not None:
+            self._inputs.end()  # else the next image would come after what is withdrawn
         if self._pipeline is not None:
             self._pipeline.withdraw()
         if self._inputs is not None:
@@ -148,9 +150,9 @@ class RecognizerNode(LifecycleNode):
             self._inputs = None
 
     def _release(self) -> None:
+        self._stop()
         if self._pipeline is not None:
             self._pipeline.close()
-        self._stop()
         if self._outputs is not None:
             self._outputs.close()
         self._pipeline = self._outputs = None

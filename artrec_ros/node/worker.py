@@ -78,12 +78,16 @@ class LiveQueue(Generic[Item]):
                 self._dropped += 1
             self._change.notify()
 
-    def close(self) -> None:
-        """Forget what waits and end the thread; what is under way may end by itself."""
+    def end(self) -> None:
+        """Forget what waits, and take nothing more; what is under way may end by itself."""
         with self._change:
             self._open = False
             self._waiting.clear()
             self._change.notify()
+
+    def close(self) -> None:
+        """The same, and wait for the thread to end."""
+        self.end()
         self._thread.join(_PATIENCE_S)
 
     def _run(self) -> None:

@@ -4,6 +4,7 @@ import os
 import struct
 import subprocess
 import sys
+import zlib
 
 import cv2
 import numpy as np
@@ -148,6 +149,17 @@ def test_a_file_that_exif_data_turn_is_written_upright(tmp_path, targets):
     messages = write(tmp_path / "out", folder, targets, [recognised(0, True)])
     (raw,) = of_topic(messages, "/image")
     assert (raw.width, raw.height) == (60, 80) and not of_topic(messages, "/image/compressed")
+
+
+def test_grey_of_few_bits_is_written_as_class_numbers(tmp_path, targets):
+    """Whoever decodes its PNG spreads them over all of a byte."""
+    (folder := tmp_path / "images").mkdir()
+    kinds = (b"IHDR", struct.pack(">IIBBBBB", 2, 1, 4, 0, 0, 0, 0)), (b"IDAT", zlib.compress(b"\0\x2a")), (b"IEND", b"")
+    parts = [struct.pack(">I", len(d)) + k + d + struct.pack(">I", zlib.crc32(k + d)) for k, d in kinds]
+    (folder / "0.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(parts))
+    messages = write(tmp_path / "out", folder, targets, [recognised(0, True)])
+    (raw,) = of_topic(messages, "/image")
+    assert bytes(raw.data) == bytes([2, 10]) and not of_topic(messages, "/image/compressed")
 
 
 def test_the_objects_frames_go_to_tf_for_viewers(tmp_path, targets, ros2, write_rosbag2, pictures):

@@ -237,6 +237,8 @@ def test_a_video_is_no_source_and_the_way_out_is_told(tmp_path):
 
 def test_images_one_level_below_are_pointed_at(tmp_path, pictures):
     save(tmp_path / "recorded", ["0.png"], pictures)
+    (tmp_path / "film.mp4").touch()
+    (tmp_path / "run.sh").touch()
     with pytest.raises(SourceError, match="look in .*recorded$"):
         read([tmp_path])
 

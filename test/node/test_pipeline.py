@@ -26,6 +26,7 @@ from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.node import pipeline, publishers, worker
 from artrec_ros.node.conversions import to_ros
+from artrec_ros.node.inputs import Inputs
 from artrec_ros.node.node import RecognizerNode
 
 
@@ -165,6 +166,18 @@ def test_an_image_that_waits_for_the_recognizer_is_let_go_where_nobody_asks_any_
     assert not thread.is_alive()
     building.go_on.set()
     assert wait_until(lambda: node.is_ready) and node.counters.processed == node._pipeline.dropped == 0
+
+
+def test_no_further_image_is_taken_before_what_is_under_way_is_withdrawn(
+    node: RecognizerNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else it would wait for the recogniser after that, and be published by a node that is not active."""
+    order: list[str] = []
+    for of, name in ((Inputs, "end"), (pipeline.Pipeline, "withdraw")):
+        old = getattr(of, name)
+        monkeypatch.setattr(of, name, lambda self, old=old, name=name: (order.append(name), old(self))[1])
+    assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
+    assert order == ["end", "withdraw"]
 
 
 def test_a_recognizer_that_cannot_be_built_is_told_of_refused_and_tried_anew(

@@ -70,6 +70,26 @@ def test_closing_forgets_what_waits_and_ends_the_thread() -> None:
     assert seen == [1]
 
 
+def test_once_ended_nothing_more_is_taken_though_the_thread_still_works() -> None:
+    begun, go_on = threading.Event(), threading.Event()
+    seen: list[int] = []
+
+    def work(item: int) -> None:
+        seen.append(item)
+        begun.set()
+        assert go_on.wait(WAIT_S)
+
+    worker = LiveQueue(work, "test")
+    worker.offer(1)
+    assert begun.wait(WAIT_S)
+    worker.offer(2)
+    worker.end()
+    worker.offer(3)
+    go_on.set()
+    worker.close()
+    assert seen == [1]
+
+
 def test_it_tells_how_long_it_works_on_one_item() -> None:
     begun, go_on = threading.Event(), threading.Event()
 

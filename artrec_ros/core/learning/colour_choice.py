@@ -60,9 +60,7 @@ def candidates(samples: Mapping[str | None, Sequence[Colours]]) -> list[Referenc
     return found
 
 
-def choose(
-    samples: Mapping[str | None, Sequence[Colours]], image: ImageConfig, background: float = 1.0
-) -> list[Reference]:
+def choose(samples: Mapping[str | None, Sequence[Colours]], image: ImageConfig, background: float) -> list[Reference]:
     """The references that together tell best which class a colour is of.
 
     :param samples: class -> groups of its colours (n, 3) BGR 0..1, each group weighs the same; None: the background's.

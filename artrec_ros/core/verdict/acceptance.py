@@ -176,7 +176,9 @@ class Verdict:
         nearest = max(missing, key=lambda c: votes[c], default=None)
         if nearest is not None:
             agree = float((scores.agree * scores.area_px)[0, markers_of[nearest]].sum()) / area_px[nearest]
-            said = f"{votes[nearest]:.0f} votes" if votes[nearest] < 0 else f"its class on {agree:.0%} of its pixels"
+            said = (
+                f"{votes[nearest]:.0f} votes" if votes[nearest] <= -0.5 else f"its class on {agree:.0%} of its pixels"
+            )
             text.append(f"nearest to it {names[nearest]} with {said}")
         return "; ".join(text)
 

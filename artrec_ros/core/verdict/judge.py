@@ -81,10 +81,6 @@ class Judge:
         """Whether a claim's required component is confirmed, or cannot be seen where that is no matter."""
         return bool(self._shows_required(verdict.among, unseen=self.unseen)[verdict.row])
 
-    def tells(self, verdict: Verdict) -> bool:
-        """Whether an object is told, and does not only own its pixels."""
-        return self.unseen or not verdict.without_required
-
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
         return self.trust(self.verdicts(finder, poses[:1], frame)[0]) if len(poses) else 0.0

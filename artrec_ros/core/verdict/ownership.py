@@ -45,10 +45,10 @@ def share_out(
             frame = frame.without(field.silhouettes(best))
             field.judge(met, frame)
     accepted.sort(key=lambda both: -both[0])
-    told = [verdict for _, verdict in accepted if judge.tells(verdict)]
+    told = [verdict for _, verdict in accepted if judge.shows_required(verdict)]
     if frame.deadline.expired:
         return told, ()
-    left = [verdict for _, verdict in accepted if not judge.tells(verdict)]
+    left = [verdict for _, verdict in accepted if not judge.shows_required(verdict)]
     left += [field.verdict(row) for row in field.standing]
     return told, Deferred(lambda: _best_of_each_place(left, frame.camera))
 

@@ -63,8 +63,8 @@ def decode_image(encoding: str, height: int, width: int, step: int, is_bigendian
 
 
 def decode_compressed(image_format: str, data: Any) -> Image:
-    """The pixels of a sensor_msgs/CompressedImage that holds PNG or JPEG, as they lie: EXIF data turn nothing, since
-    the calibration beside it is for that.
+    """The pixels of a sensor_msgs/CompressedImage that holds PNG, JPEG, WebP or BMP, as they lie: EXIF data turn
+    nothing, for the calibration beside it is of the pixels as they lie.
 
     :param image_format: the message's `format`, such as 'png', 'mono8; png compressed', 'bgr8; jpeg compressed bgr8'.
     :return: as `decode_image`; an alpha channel is dropped.

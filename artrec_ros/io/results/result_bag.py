@@ -15,7 +15,7 @@ from ...core.model.target import Target
 from ..bags.recovery import RawMessage
 from ..bags.writer import BagWriter
 from ..base.yaml_files import read_bytes
-from ..images.headers import orientation_of, transport_format
+from ..images.headers import grey_bits_of, orientation_of, transport_format
 from ..messages import node_topics
 from ..messages.detection_messages import Message, header, object_frames
 from ..messages.marker_messages import MarkerScene
@@ -107,7 +107,9 @@ def _copy_frame(frame: Frame, path: Path, writer: BagWriter) -> tuple[int, str]:
     if frame.image is None:  # the replay has told why
         return frame.stamp_ns, frame_id
     data = read_bytes(path)
-    image_format = transport_format(data) if orientation_of(data) == 1 else None  # nobody turns a message's image
+    # nobody turns a message's image, and whoever decodes grey of few bits spreads it
+    as_it_is = orientation_of(data) == 1 and grey_bits_of(data) >= 8
+    image_format = transport_format(data) if as_it_is else None
     if image_format is None:
         writer.write_image(f"/{node_topics.IMAGE.name}", frame.stamp_ns, frame_id, frame.image)
     else:

@@ -74,15 +74,16 @@ def _printable(text: str) -> str:
 
 
 def _instead(folder: Path) -> str:
-    """What to do instead, where videos or other files lie in a folder, or bags or images one level below."""
+    """What to do instead, where bags or images lie one level below, or videos or other files in a folder."""
+    kinds = (*BAG_SUFFIXES, *IMAGE_SUFFIXES)
+    holders = sorted({str(p.parent) for p in folder.glob("*/*") if p.suffix.lower() in kinds})
+    if holders:
+        return f"; look in {' or '.join(holders[:3])}"
     videos = sorted(p for p in folder.iterdir() if p.suffix.lower() in VIDEO_SUFFIXES)
     if videos:
         return f"; {frames_of_video(videos[0])}"
-    if others := passed_over(folder):
-        return f"; it holds {others}"
-    kinds = (*BAG_SUFFIXES, *IMAGE_SUFFIXES)
-    holders = sorted({str(p.parent) for p in folder.glob("*/*") if p.suffix.lower() in kinds})
-    return f"; look in {' or '.join(holders[:3])}" if holders else ""
+    others = passed_over(folder)
+    return f"; it holds {others}" if others else ""
 
 
 class Sources:

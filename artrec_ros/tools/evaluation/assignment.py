@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,7 +43,7 @@ def choose_objects(truth: Truth, run: Run, names: Mapping[str, str] | None = Non
     labels = Counter(o.label for o in truth.objects() if o.label is not None)
     if names is not None:
         return {name: _named(name, wanted, run, there, labels) for name, wanted in names.items()}
-    identified = {name: frozenset(n for n in there if _identified(n, run.objects) == name) for name in run.objects}
+    identified = {name: _identified(name, run) & there.keys() for name in run.objects}
     if any(name in run.objects for name in there) or any(identified.values()):
         return {name: Choice(name, identified=identified[name]) for name in run.objects}
     if any(o.label in labels for o in run.objects.values()) or not (there or labels):
@@ -56,10 +56,11 @@ def choose_objects(truth: Truth, run: Run, names: Mapping[str, str] | None = Non
     )
 
 
-def _identified(name: str, known: Iterable[str]) -> str | None:
-    """The longest of the known names that a name begins with which says, too, which one it is."""
-    begun = [k for k in known if name.startswith(f"{k}_")]
-    return max(begun, key=len) if begun and name not in known else None
+def _identified(name: str, run: Run) -> frozenset[str]:
+    """What a run's object is called where that says which one it is: yellow_gr."""
+    model = run.models.get(name)
+    called = {f"{name}_{identity.name}" for identity in model.identities} if model is not None else set()
+    return frozenset(called - run.objects.keys())
 
 
 def _named(name: str, wanted: str, run: Run, there: Mapping[str, int], labels: Mapping[int, int]) -> Choice:

@@ -158,13 +158,14 @@ def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iter
                     f"{scale:.1f} times as large"
                 )
     same = {key: group for group in _groups([p for p in found.alike if p.same]) for key in group}
-    told = set()  # of several of one shape one speaks for all
-    for p in found.alike:
+    told = set[frozenset[Key]]()
+    for p in sorted((p for p in found.alike if not p.same), key=lambda p: -p.told):
         reach = f / p.told
         first, second = (same.get(key, [key]) for key in (p.first, p.second))
-        if p.same or (distance_m is not None and reach >= distance_m) or (one := (first[0], second[0])) in told:
+        both = frozenset((first[0], second[0]))  # of several of one shape those speak for all that are most alike
+        if first is second or both in told or (distance_m is not None and reach >= distance_m):
             continue
-        told |= {one, one[::-1]}
+        told.add(both)
         yield (
             f"{'note' if distance_m is None else 'warning'}: {_named(first)} and {_named(second)} are told "
             f"apart to {reach:.2f} m only ({'mirror images, ' if p.mirrored else ''}most alike at "

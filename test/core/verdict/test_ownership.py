@@ -130,18 +130,30 @@ def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
     assert judged == [5, 3]  # all of them; then the left one's rivals
 
 
+def shared_with_a_larger_one(unseen):
+    """What is told and what is not where two trucks stand, and a hypothesis of one of them that is a little larger."""
+    larger, finder = Poses(LEFT.R, 0.9 * LEFT.t, LEFT.q), WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
+    frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, larger, RED), (TRUCK, RIGHT, RED)])), CAMERA)
+    smaller_first = StubJudge(
+        min_votes=1.0, unseen=unseen, given=lambda verdict: 1.0 if verdict.claim.poses.t[0, 2] > 0.95 else 0.1
+    )
+    return share_out([(finder, Poses.concatenate([LEFT, larger, RIGHT]))], frame, smaller_first)
+
+
 @pytest.mark.parametrize("cleared", [True, False])
 def test_what_an_object_leaves_of_itself_is_no_other_one(monkeypatch, cleared):
     """A hypothesis that is a little larger has a rim that the object does not own."""
     if not cleared:
         monkeypatch.setattr(ownership._Field, "_clear", lambda *args: None)
-    larger, finder = Poses(LEFT.R, 0.9 * LEFT.t, LEFT.q), WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
-    frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, larger, RED), (TRUCK, RIGHT, RED)])), CAMERA)
-    smaller_first = StubJudge(
-        min_votes=1.0, unseen=True, given=lambda verdict: 1.0 if verdict.claim.poses.t[0, 2] > 0.95 else 0.1
-    )
-    accepted, _ = share_out([(finder, Poses.concatenate([LEFT, larger, RIGHT]))], frame, smaller_first)
+    accepted, _ = shared_with_a_larger_one(unseen=True)
     assert len(accepted) == (2 if cleared else 3)
+
+
+def test_one_whose_required_component_is_out_of_sight_is_told_only_where_that_is_asked_for(monkeypatch):
+    monkeypatch.setattr(ownership._Field, "_clear", lambda *args: None)
+    accepted, others = shared_with_a_larger_one(unseen=False)
+    assert len(accepted) == 2
+    assert [v.without_required for v in others] == ["is out of sight"]
 
 
 @pytest.mark.parametrize("lens", [(), BENT, RATIONAL, (-0.3, 0.1)], ids=len)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -62,13 +63,15 @@ class TestNames:
         assert choose_objects(truth, run_of(0, objects=self.two))["red"] == Choice(name="red")
 
     def test_a_name_may_say_besides_which_one_it_is(self):
-        """As learn-colours takes it: yellow_gr is a yellow one. What is an object's own name stays that."""
-        objects = {"red": LookedFor(3, "base"), "red_tall": LookedFor(2, "base")}
-        truth = truth_of(0, objects=tuple(true_thing(name=n) for n in ("red_gr", "red_tall_gr", "red_tall", "redder")))
-        chosen = choose_objects(truth, run_of(0, objects=objects))
+        """As learn-colours takes it: red_gr is a red one. What is an object's own name stays that."""
+        objects = {name: LookedFor(3, "team") for name in ("red", "red_gv")}
+        model = load_object(Path(__file__).parents[3] / "config/objects/mirosot.yaml")
+        run = replace(run_of(0, objects=objects), models=dict.fromkeys(objects, model))
+        truth = truth_of(0, objects=tuple(true_thing(name=n) for n in ("red_gr", "red_gv_vr", "red_gv", "red_big")))
+        chosen = choose_objects(truth, run)
         names = {run: [o.name for o in choice.of(truth.frames[0])] for run, choice in chosen.items()}
-        assert names == {"red": ["red_gr"], "red_tall": ["red_tall_gr", "red_tall"]}
-        assert strangers(truth, chosen) == {"redder": 1}
+        assert names == {"red": ["red_gr"], "red_gv": ["red_gv_vr", "red_gv"]}
+        assert strangers(truth, chosen) == {"red_big": 1}
 
     def test_else_by_label(self):
         truth = truth_of(0, objects=(true_thing(name="car"),))

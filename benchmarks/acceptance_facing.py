@@ -11,8 +11,10 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from acceptance import COLUMNS, PART_INDEX, Model, arguments, fitted_parts, report, summary, write
+from acceptance import COLUMNS, PART_INDEX, Model, arguments, fitted_parts, report, rows_of, summary, write
 from acceptance_claims import RANGE_PX, RANGE_SHARE, SIZE_PX, SIZE_SHARE, Claims, Parts, Watcher, joined, load, save
+from acceptance_fit import best_of_several
+from numpy.typing import NDArray
 from random_flat import FlatScene, flat_frames, flat_world, world_colours
 from tqdm import tqdm
 
@@ -48,6 +50,8 @@ FACING |= {
     f"{case} in colour": (*dict.fromkeys((*names, "others")), "known", "even") for case, names in OF_LABELS.items()
 }
 UNSEEN = [case for case in FACING if case.startswith(("unseen", "faded"))]
+RARE = "unseen", "unseen in colour"  # few and seldom right: fitted together, on all worlds, by what labels tell
+FACING |= dict.fromkeys(RARE, FACING["unseen"])
 LEAST_PX, MOST_PX = 8.0, 60.0  # of a required component: between these lie limits of the scale where no object is
 WIDER = 0.05, 0.4  # limits of the scale are wider than what there is, logarithm
 
@@ -162,6 +166,15 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
     return joined(claims), joined(parts)
 
 
+def fitted(claims: Claims, even: NDArray[np.bool_]) -> Model:
+    """:param even: (n,) which claims are of even-numbered worlds."""
+    model, rare = Model.fitted(claims[even], FACING), claims[np.isin(claims.case, RARE)]
+    curves, note = best_of_several(rows_of(rare, FACING["unseen"]), rare.right, rare.world)
+    model.curves.update(dict.fromkeys(RARE, curves))
+    model.notes.update(dict.fromkeys(RARE, note))
+    return model
+
+
 def main() -> None:
     args = arguments(__doc__, 340, 14, OUT)
     claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
@@ -171,11 +184,12 @@ def main() -> None:
     report("as they scored", claims[~even].score, claims[~even])
     report("components as they scored", parts[~even_part].score, parts[~even_part], "components")
     if args.fit:
-        model, of_parts, rest = Model.fitted(claims[even], FACING), fitted_parts(parts[even_part]), claims[~even]
+        model, of_parts, rest = fitted(claims, even), fitted_parts(parts[even_part]), claims[~even]
         p, p_parts = model.probability(rest), of_parts[0].probability(parts[~even_part].evidence[:, PART_INDEX])
         said = (
             f"Fitted on {even.sum()} claims and {even_part.sum()} components in the even-numbered of worlds "
-            f"{claims.world.min()} to {claims.world.max()}.",
+            f"{claims.world.min()} to {claims.world.max()}; those whose required component is out of sight in all, "
+            "together.",
             f"On the odd-numbered ones: {summary(p, rest)}; {summary(p_parts, parts[~even_part], 'components')}.",
         )
         write(model, of_parts, said, OUT, Path(__file__).name)

@@ -233,6 +233,18 @@ def test_what_is_out_of_view_is_not_said_to_be_near():
     assert "nearest" not in STRICT.reason(verdict_of(one))
 
 
+def test_what_is_out_of_sight_owns_its_pixels_and_is_told_where_that_is_asked_for():
+    one = claim({FORE: 600.0, HIND: 600.0}, votes=5000.0)
+    root = [n for n, p in enumerate(one.finder.surface.patches) if p.component == 0 and p.marker is not None]
+    one.scores.area_px[0, root] = one.scores.votes[0, root] = 0.0
+    verdict = verdict_of(one)
+    strict, visible = Judge(0.0, 0.0), Judge(0.0, 0.0, unseen=True)
+    assert verdict.case == "unseen"
+    assert strict.worth(verdict.among)[0] == visible.worth(verdict.among)[0] > 0
+    assert strict.reason(verdict) == "its required component torso is out of sight"
+    assert visible.reason(verdict) is None and visible.shows_required(verdict) and not strict.shows_required(verdict)
+
+
 def test_an_object_of_one_component_needs_no_other():
     verdict = verdict_of(claim({FACE: 500.0}, votes=2250.0, name="sign"))
     assert JUDGE.reason(verdict) is None

@@ -36,7 +36,7 @@ THIRD = 4  # a further class
 PAINTED = (*LABELS, THIRD, BODY, OTHER)
 UP = np.eye(3)
 # Share of the worlds in which things of other shapes bear the objects' colours. These are chosen for that to be seldom:
-# with 0.6, of robots that others drew as two cameras show them, 0.84 were told, not 0.92
+# with 0.6, of robots that others drew as a poor camera shows them, 0.87 are told, not 0.96
 STRANGE = 0.2
 # Share of the painted scenes that move during the exposure, and how far at most
 MOVING, MOTION_PX = 1 / 3, 8.0

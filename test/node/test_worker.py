@@ -46,7 +46,8 @@ def test_every_item_is_worked_where_there_is_time() -> None:
     worker.close()
 
 
-def test_closing_forgets_what_waits_and_ends_the_thread() -> None:
+def at_work() -> tuple[LiveQueue[int], list[int], threading.Event]:
+    """A queue whose first item, 1, is worked on until the event is set; and what it has worked on."""
     begun, go_on = threading.Event(), threading.Event()
     seen: list[int] = []
 
@@ -55,10 +56,15 @@ def test_closing_forgets_what_waits_and_ends_the_thread() -> None:
         begun.set()
         assert go_on.wait(WAIT_S)
 
-    before = threading.active_count()
     worker = LiveQueue(work, "test")
     worker.offer(1)
     assert begun.wait(WAIT_S)
+    return worker, seen, go_on
+
+
+def test_closing_forgets_what_waits_and_ends_the_thread() -> None:
+    before = threading.active_count()
+    worker, seen, go_on = at_work()
     worker.offer(2)
     closing = threading.Thread(target=worker.close)
     closing.start()
@@ -71,17 +77,7 @@ def test_closing_forgets_what_waits_and_ends_the_thread() -> None:
 
 
 def test_once_ended_nothing_more_is_taken_though_the_thread_still_works() -> None:
-    begun, go_on = threading.Event(), threading.Event()
-    seen: list[int] = []
-
-    def work(item: int) -> None:
-        seen.append(item)
-        begun.set()
-        assert go_on.wait(WAIT_S)
-
-    worker = LiveQueue(work, "test")
-    worker.offer(1)
-    assert begun.wait(WAIT_S)
+    worker, seen, go_on = at_work()
     worker.offer(2)
     worker.end()
     worker.offer(3)

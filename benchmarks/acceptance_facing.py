@@ -168,11 +168,11 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
 
 def fitted(claims: Claims, even: NDArray[np.bool_]) -> Model:
     """:param even: (n,) which claims are of even-numbered worlds."""
-    model, rare = Model.fitted(claims[even], FACING), claims[np.isin(claims.case, RARE)]
+    usual = Model.fitted(claims[even], {case: names for case, names in FACING.items() if case not in RARE})
+    rare = claims[np.isin(claims.case, RARE)]
     curves, note = best_of_several(rows_of(rare, FACING["unseen"]), rare.right, rare.world)
-    model.curves.update(dict.fromkeys(RARE, curves))
-    model.notes.update(dict.fromkeys(RARE, note))
-    return model
+    of_all = {case: usual.curves.get(case, curves) for case in FACING}
+    return Model(FACING, of_all, {case: usual.notes.get(case, note) for case in FACING})
 
 
 def main() -> None:

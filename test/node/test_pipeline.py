@@ -73,6 +73,15 @@ def gate(monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> Gate:
     return made
 
 
+def getting_ready(node: RecognizerNode, monkeypatch: pytest.MonkeyPatch) -> Gate:
+    """The node begins anew; its recogniser is there once the gate opens."""
+    assert node.trigger_deactivate() == node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
+    building = gate(monkeypatch, Setup, "build")
+    assert node.trigger_configure() == node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+    assert building.begun.wait(WAIT_S)
+    return building
+
+
 def statuses(node: RecognizerNode, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """What the node reports now, by the part that it reports of."""
     said: list[Any] = []
@@ -133,10 +142,8 @@ def test_a_change_is_answered_at_once_and_works_when_its_recognizer_is_built(
 def test_it_answers_reports_and_counts_while_it_gets_ready(
     node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert node.trigger_deactivate() == node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
-    building = gate(monkeypatch, Setup, "build")
-    assert node.trigger_configure() == node.trigger_activate() == TransitionCallbackReturn.SUCCESS
-    assert building.begun.wait(WAIT_S) and not node.is_ready
+    building = getting_ready(node, monkeypatch)
+    assert not node.is_ready
     inputs = node._inputs
     for _ in range(3):
         inputs._worker.offer((label_image(picture), time.time_ns()))
@@ -155,10 +162,7 @@ def test_it_answers_reports_and_counts_while_it_gets_ready(
 def test_an_image_that_waits_for_the_recognizer_is_let_go_where_nobody_asks_any_more(
     node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert node.trigger_deactivate() == node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
-    building = gate(monkeypatch, Setup, "build")
-    assert node.trigger_configure() == node.trigger_activate() == TransitionCallbackReturn.SUCCESS
-    assert building.begun.wait(WAIT_S)
+    building = getting_ready(node, monkeypatch)
     thread = start(node, picture)
     assert wait_until(lambda: list(node._pipeline._news._waiters))
     assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import cv2
 import numpy as np
@@ -98,11 +99,8 @@ def learn_colours(
     :raises ConfigError: a class without enough samples, or of pixels too dark to have a colour.
     """
     check_samples(samples, labels)
-    weights = _LEARNING.weights_background
-    draws = [
-        _drawn(samples, labels, image, doubtful, seed + n // len(weights), weights[n % len(weights)])
-        for n in shown(range(_LEARNING.draws * len(weights)))
-    ]
+    tried = list(product(range(seed, seed + _LEARNING.draws), _LEARNING.weights_background))
+    draws = [_drawn(samples, labels, image, doubtful, *tried[n]) for n in shown(range(len(tried)))]
     return max(draws, key=lambda learned: _worth(learned, labels))
 
 
@@ -122,11 +120,10 @@ def _drawn(
     own: dict[str | None, Sequence[Colours]] = {name: [_samples(name, samples, image, rng)] for name in labels}
     rest = {name: _scaled(_some(c, 3 * _KEPT, rng)) for name, c in samples.items() if name not in labels}
     rest = {name: without_classes(c, own) if name in doubtful else c for name, c in rest.items()}
-    background = [c for c in rest.values() if len(c) >= _LEARNING.least_samples]
-    chosen = choose({**own, None: background}, image, weight)
+    chosen = choose({**own, None: [c for c in rest.values() if len(c) >= _LEARNING.least_samples]}, image, weight)
     classes = {name: _class(label, [r for r in chosen if r.owner == name]) for name, label in labels.items()}
-    rest_of_it = _as_rgb([r.colour for r in chosen if r.owner is None])
-    learned = replace(image, kind="colour", classes=classes, background=rest_of_it)
+    background = _as_rgb([r.colour for r in chosen if r.owner is None])
+    learned = replace(image, kind="colour", classes=classes, background=background)
     counted = {name: _some(colours, _COUNTED, rng) for name, colours in samples.items() if len(colours)}
     return Learned(learned, _confusion(counted, learned), {name: len(c) for name, c in samples.items()})
 

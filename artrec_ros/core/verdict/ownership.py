@@ -48,8 +48,8 @@ def share_out(
     told = [verdict for _, verdict in accepted if judge.shows_required(verdict)]
     if frame.deadline.expired:
         return told, ()
-    left = [verdict for _, verdict in accepted if not judge.shows_required(verdict)]
-    left += [field.verdict(row) for row in field.standing]
+    untold = [verdict for _, verdict in accepted if not judge.shows_required(verdict)]
+    left = [*untold, *map(field.verdict, field.standing)]
     return told, Deferred(lambda: _best_of_each_place(left, frame.camera))
 
 

@@ -55,11 +55,7 @@ def camera_from_info(
     size = part[0] // bx, part[1] // by
     if min(size) <= 0:
         raise ConfigError(f"the camera's calibration is for images of {size[0]}x{size[1]} pixels")
-    if x_px + part[0] > width or y_px + part[1] > height:
-        raise ConfigError(
-            f"the camera's region of interest, {part[0]}x{part[1]} pixels from ({x_px}, {y_px}) on, reaches beyond its "
-            f"image of {width}x{height}: width and height are the full image's"
-        )
+    _check_region((x_px, y_px), part, (width, height))
     K[:2, 2] -= (x_px + (bx - 1) / 2, y_px + (by - 1) / 2)
     K[0] /= bx
     K[1] /= by
@@ -79,6 +75,14 @@ def _distortion(coefficients: Sequence[float], model: str) -> Array:
     if D.size not in _MODELS[model]:
         raise ConfigError(f"distortion model '{model}' cannot have {D.size} coefficients")
     return D
+
+
+def _check_region(first: tuple[int, int], part: tuple[int, int], whole: tuple[int, int]) -> None:
+    if first[0] + part[0] > whole[0] or first[1] + part[1] > whole[1]:
+        raise ConfigError(
+            f"the camera's region of interest, {part[0]}x{part[1]} pixels from {first} on, reaches beyond its image of "
+            f"{whole[0]}x{whole[1]}: width and height are the full image's"
+        )
 
 
 def _check_matrix(K: Array, what: str) -> None:

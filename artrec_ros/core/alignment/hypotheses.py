@@ -1,4 +1,4 @@
-"""Hypotheses of where a shape lies: couples of anchors, whole blobs, circles (paper, step 4)."""
+"""Hypotheses of where a shape lies: couples of anchors, circles (paper, step 4)."""
 
 from __future__ import annotations
 
@@ -47,12 +47,14 @@ def centroid(blob: Blob) -> complex:
 
 
 def circles(blob: Blob, shape: Shape, config: AlignmentConfig) -> tuple[np.ndarray, np.ndarray]:
-    """(t, z) of circles through three contour points: discs that are merged with, or cut by, something else."""
+    """(t, z) of the circle that is as large as the blob, and of those through three contour points: discs that are
+    merged with, or cut by, something else."""
     p = blob.contour @ np.array([1, 1j])
     at = np.unique(np.linspace(0, len(p), config.arc_points, endpoint=False).astype(int))
     steps = [max(1, int(share * len(p) / 2)) for share in config.arc_spans]
     found = [_circumcircles(p[at - step], p[at], p[(at + step) % len(p)]) for step in steps]
     centres, radii = (np.concatenate(column) for column in zip(*found, strict=True))
+    centres, radii = np.append(centres, centroid(blob)), np.append(radii, np.sqrt(blob.area_px / np.pi))
     return centres, radii.astype(complex) / float(np.sqrt(shape.area_m2 / np.pi))
 
 

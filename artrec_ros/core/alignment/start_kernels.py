@@ -40,9 +40,9 @@ class Couples(NamedTuple):
 
 class BlobArrays(NamedTuple):
     """Blobs packed. `polygon_first[polygons[b]]` starts blob b's first polygon of anchors; `wanted_first` bounds its
-    shapes in `wanted`; `extra_first` the circles (t, z) proposed for each such shape.
+    shapes in `wanted`; `extra_first` what (t, z) is proposed for each such shape besides couples.
 
-    :param quota: (B,) hypotheses to keep of each shape. :param turns: (W,) of the shape laid over the whole blob.
+    :param quota: (B,) hypotheses to keep of each shape.
     :param coupled: (W,) whether the shape's anchors are to be used.
     """
 
@@ -50,12 +50,10 @@ class BlobArrays(NamedTuple):
     polygon_first: np.ndarray
     polygons: np.ndarray
     area: np.ndarray
-    centre: np.ndarray
     slot: np.ndarray
     quota: np.ndarray
     wanted: np.ndarray
     wanted_first: np.ndarray
-    turns: np.ndarray
     coupled: np.ndarray
     extra_t: np.ndarray
     extra_z: np.ndarray
@@ -91,22 +89,18 @@ def _couples(blobs: Any, b: int, spans: Any) -> Any:
 
 
 @jit
-def _propose(p1: Any, p2: Any, blobs: Any, b: int, w: int, shapes: Any, couples: Any) -> Any:
-    """(t, z) of all of blob b's hypotheses of one shape: over the whole blob, circles, T(q1) = p1 and T(q2) = p2.
+def _propose(p1: Any, p2: Any, blobs: Any, w: int, couples: Any) -> Any:
+    """(t, z) of all of blob b's hypotheses of one shape: those proposed besides, and T(q1) = p1 and T(q2) = p2.
 
     Both contours run the same way round, so q2 -> q1 on p1 -> p2 would turn the shape's inside out of the blob: it
     need not be tried.
     """
-    s, turns, t_whole = blobs.wanted[w], blobs.turns[w], blobs.centre[b]
-    extra_from, extra_to = blobs.extra_first[w], blobs.extra_first[w + 1]
+    s, extra_from, extra_to = blobs.wanted[w], blobs.extra_first[w], blobs.extra_first[w + 1]
     first, last = couples.first[s], couples.first[s + 1] if blobs.coupled[w] else couples.first[s]
-    n = turns + extra_to - extra_from
+    n = extra_to - extra_from
     count = n + len(p1) * (last - first)
     t, z = np.empty(count, np.complex128), np.empty(count, np.complex128)
-    whole = np.sqrt(blobs.area[b] / shapes.area[s])
-    for i in range(turns):
-        t[i], z[i] = t_whole, whole * np.exp(2j * np.pi * i / turns)
-    t[turns:n], z[turns:n] = blobs.extra_t[extra_from:extra_to], blobs.extra_z[extra_from:extra_to]
+    t[:n], z[:n] = blobs.extra_t[extra_from:extra_to], blobs.extra_z[extra_from:extra_to]
     q1, turn = couples.q1[first:last], couples.turn[first:last]
     for p in range(len(p1)):
         side, start = p2[p] - p1[p], p1[p]
@@ -175,7 +169,7 @@ def find_starts(
         p1, p2 = _couples(blobs, b, spans)
         for w in range(blobs.wanted_first[b], blobs.wanted_first[b + 1]):
             s = blobs.wanted[w]
-            t, z = _propose(p1, p2, blobs, b, w, shapes, couples)
+            t, z = _propose(p1, p2, blobs, w, couples)
             t, z = _plausible(t, z, shapes.area[s], blobs.area[b], limits)
             t, z, count = _count_coarsely(t, z, b, s, blobs, shapes, field, limits)
             t, z, count = _count_fully(t, z, count, b, s, blobs, shapes, field, limits)

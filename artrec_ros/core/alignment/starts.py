@@ -9,16 +9,17 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.config import RecognizerConfig
+from ..base.config import AlignmentConfig, RecognizerConfig
 from ..base.deadline import Deadline
 from ..geometry.range_limits import ScaleLimits, scale_limits
 from ..image.blobs import Blob, blob_anchors
 from . import start_kernels as compiled
 from .contour_map import ContourMap
 from .counting_kernels import Limits
-from .hypotheses import centroid, circles, is_round, pack_couples
+from .hypotheses import circles, is_round, pack_couples
 from .placements import Placements, tolerance_of
 from .shapes import Shape, pack_shapes
+from .whole_contours import WholeContours
 
 _CHUNK = 60_000  # hypotheses between looks at the clock: a few milliseconds of compiled work
 
@@ -102,27 +103,43 @@ def _pack_blobs(
     round_ = {(s, n): is_round(shapes[s], typical[n], config) for n, mine in shapes_of.items() for s in mine}
     rows = [(b, s) for b in blobs for s in shapes_of[b.label]]
     is_disc = np.array([round_[s, b.label] for b, s in rows], bool)
-    none = np.zeros(0, complex)
-    extra = [
-        circles(b, shapes[s], config.alignment) if disc else (none, none)
-        for (b, s), disc in zip(rows, is_disc, strict=True)
-    ]
+    extra_t, extra_z, extra_first = _besides_couples(blobs, shapes, rows, is_disc, config.alignment)
     return compiled.BlobArrays(
         np.concatenate(polygons).view(complex)[:, 0],
         _starts_of(polygons),
         np.arange(len(blobs) + 1) * len(config.blobs.anchor_tolerances_px),
         area,
-        np.array([centroid(b) for b in blobs]),
         np.array([cmap.slots[b.label] for b in blobs], np.int32),
         np.array([_quota(b, config) for b in blobs]),
         np.array([s for _, s in rows], np.int32),
         _starts_of([shapes_of[b.label] for b in blobs]),
-        np.where(is_disc, 1, config.alignment.whole_blob_turns),
         ~is_disc,
-        np.concatenate([t for t, _ in extra] or [none]),
-        np.concatenate([z for _, z in extra] or [none]),
-        _starts_of([t for t, _ in extra]),
+        extra_t,
+        extra_z,
+        extra_first,
     )
+
+
+def _besides_couples(
+    blobs: tuple[Blob, ...],
+    shapes: list[Shape],
+    rows: Sequence[tuple[Blob, int]],
+    is_disc: NDArray[np.bool_],
+    config: AlignmentConfig,
+) -> tuple[np.ndarray, np.ndarray, NDArray[np.int64]]:
+    """(t, z) proposed for each blob and shape in `rows`, one row's after the other's, and where each row's start:
+    circles for discs, and else the shape's whole outline on the whole contour."""
+    discs = {n: circles(rows[n][0], shapes[rows[n][1]], config) for n in np.flatnonzero(is_disc).tolist()}
+    first = np.array([0, *accumulate(len(discs[n][0]) if n in discs else config.whole_ways for n in range(len(rows)))])
+    t, z = np.empty(first[-1], complex), np.empty(first[-1], complex)
+    for n, circle in discs.items():
+        t[first[n] : first[n + 1]], z[first[n] : first[n + 1]] = circle
+    if len(discs) < len(rows):
+        number = {id(b): n for n, b in enumerate(blobs)}
+        blob, shape = np.array([(number[id(b)], s) for b, s in rows])[~is_disc].T
+        at = first[:-1][~is_disc, None] + np.arange(config.whole_ways)
+        t[at], z[at] = WholeContours(blobs).laid(shapes, blob, shape, config.whole_ways)
+    return t, z, first
 
 
 def _starts_of(parts: Sequence[Sized]) -> NDArray[np.int64]:

@@ -2,7 +2,6 @@
 
 import itertools
 
-import cv2
 import numpy as np
 import pytest
 from cranes import RED, placed_points
@@ -11,6 +10,7 @@ from settings import settings
 from artrec_ros.core.alignment.counting_kernels import by_count
 from artrec_ros.core.alignment.placements import matched_share
 from artrec_ros.core.alignment.starts import find_starts
+from artrec_ros.core.alignment.whole_contours import WholeContours
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.image.blobs import blob_anchors
 
@@ -42,7 +42,7 @@ def test_counts_are_sorted_and_equal_ones_keep_their_order():
 
 @pytest.mark.parametrize("changes", [{}, {"coarse_keep": 20, "couple_spans": (1, 3)}, {"max_scale": 33.0}])
 def test_starts_are_the_best_of_all_hypotheses(scene, changes):
-    """Of every couple of anchors and every turn over the whole blob, tried one by one."""
+    """Of every couple of anchors and every way to lie on the whole contour, tried one by one."""
     config = settings(coarse_step=8, **changes)
     found = find_starts(scene.blobs, scene.cmap, scene.shapes, {(0, RED)}, config, Deadline())
     shape, most = scene.shapes[0], config.max_scale or np.inf
@@ -59,10 +59,8 @@ def test_starts_are_the_best_of_all_hypotheses(scene, changes):
                 if span < len(p) and other < len(q):
                     z = (p[(i + span) % len(p)] - p[i]) / (q[(j + other) % len(q)] - q[j])
                     tried.append((p[i] - z * q[j], z))
-        moments = cv2.moments(blob.polygon)
-        centre = complex(moments["m10"], moments["m01"]) / moments["m00"]
-        k = np.sqrt(blob.area_px / shape.area_m2)
-        tried += [(centre, k * np.exp(2j * np.pi * turn / 24)) for turn in range(24)]
+        laid = WholeContours([blob]).laid([shape], *np.zeros((2, 1), int), config.alignment.whole_ways)
+        tried += [(t[0], z[0]) for t, z in zip(*(np.array(laid).transpose(0, 2, 1)), strict=True)]
         t, z = np.array(tried).T
         area = shape.area_m2 * np.abs(z) ** 2
         low = max(config.min_blob_px, config.alignment.min_area_ratio * blob.area_px)

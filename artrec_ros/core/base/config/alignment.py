@@ -30,13 +30,13 @@ class AlignmentConfig(Room):
         paths=("plane", "paper"),
         origin="outlines are drawn exactly: only what no image shows goes",
     )
-    whole_blob_turns: int = param(
-        24,
-        "turns in which a shape is laid over a whole blob",
+    whole_ways: int = param(
+        12,
+        "ways in which a shape's whole outline is laid on a blob's whole contour, the best",
         low=1,
-        high=360,
+        high=60,
         paths=_PLANE,
-        origin="15 degrees apart: refinement reaches half of that",
+        origin="a shape may all but repeat itself so often; of turned and scaled shapes four find as many, no faster",
     )
     arc_spans: tuple[float, ...] = param(
         (0.08, 0.16, 0.32),

@@ -233,6 +233,18 @@ def test_a_single_component_object_needs_no_constraints():
     assert len(result.detections) == 1 and agrees(result.detections[0], {("sign", "flag"): truth})
 
 
+def test_what_lies_beyond_the_image_explains_nothing():
+    """Turned by a quarter and larger, two sides out of the image, the plate matches three of its own sides."""
+    plate = polygon("plate", (-37, -43), (-15.4, -43), (-15.4, -38), (-6, -38), (-6, -43), (37, -43), (37, 43), (-37, 43),
+                    axis=((-1, 0), (1, 0)))  # fmt: skip
+    model = ObjectModel("plate", (Component("plate", (plate,), required=True),))
+    labels = np.zeros((156, 156), np.uint8)
+    draw(labels, plate, Placed(78, 78, 0.0, 1.5), RED)
+    (found,) = recognizer(Target("plate", model, RED)).recognize(labels).detections
+    assert found.score > 0.9 and found.image.scale == pytest.approx(1.5, rel=0.01)
+    assert np.angle(np.exp(1j * found.image.theta)) == pytest.approx(0, abs=0.02)
+
+
 def test_an_object_that_nothing_supports_must_match_well():
     model = ObjectModel("sign", (Component("sign", (flag(),), required=True),))
     labels = np.zeros(SIZE[::-1], np.uint8)

@@ -49,7 +49,7 @@ class Matches:
     def packed(self) -> Found:
         """As compiled code takes them."""
         p, e = self.placed, self.evidence
-        return Found(p.t, p.z, p.w, p.shape, self.labels, e.share, p.score, self.perimeter_px)
+        return Found(p.t, p.z, p.w, p.shape, self.labels, e.share, p.score, e.visible * self.perimeter_px)
 
     @cached_property
     def perimeter_px(self) -> Array1:
@@ -135,7 +135,7 @@ def accept(
 
 
 class Found(NamedTuple):
-    """Instances: (K,) arrays of `Placements` and `Evidence`; :param perimeter: of the placed outline, px."""
+    """Instances: (K,) arrays of `Placements` and `Evidence`; :param in_view: of the placed outline, px."""
 
     t: np.ndarray
     z: np.ndarray
@@ -144,4 +144,4 @@ class Found(NamedTuple):
     label: np.ndarray
     share: np.ndarray
     score: np.ndarray
-    perimeter: np.ndarray
+    in_view: np.ndarray

@@ -61,7 +61,7 @@ def candidates(found: Any, roles: Any, shapes: Any, symmetry_px: float, noise_px
                 real[2, i], real[3, i] = wrapped(theta, 2 * math.pi), scale
                 real[4, i], real[5, i], real[6, i] = place, relative if order > 0 else math.pi, relative
                 real[7, i], real[8, i] = found.share[k], found.score[k]
-                real[9, i] = found.score[k] * found.perimeter[k]
+                real[9, i] = found.score[k] * found.in_view[k]
                 whole[0, i], whole[1, i], whole[2, i], whole[3, i] = roles.component[r], r, k, roles.marker[r]
                 i += 1
     poses = PoseArrays(real[0], real[1], real[2], real[3], real[4], real[5], real[6], whole[0], whole[1], whole[2])

@@ -42,7 +42,8 @@ def test_candidates_are_instances_in_every_role_and_direction(matches, candidate
             axis = np.exp(1j * MARKERS[s].axis_angle)
             turn = pose.theta - np.angle(matches.placed.z[k] * axis + matches.placed.w[k] * np.conj(axis))
             assert np.exp(1j * turn * max(order, 1)) == pytest.approx(1)
-            assert candidates.weight[n] == pytest.approx(matches.placed.score[k] * matches.perimeter_px[k])
+            in_view_px = matches.evidence.visible[k] * matches.perimeter_px[k]
+            assert candidates.weight[n] == pytest.approx(matches.placed.score[k] * in_view_px)
         for role in roles:
             thetas = [candidates.poses.theta[n] for n in mine if candidates.key(n) == role]
             assert len({round(float(theta), 6) for theta in thetas}) == max(order, 1)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.geometry.transforms import Array
 from ..core.learning.colour_learning import Learned
-from ..io.learned.marked_objects import REST
+from ..io.learned.marked_objects import BESIDE, REST
 
 _WORTH_TELLING = 0.01  # share of a class that gets another's label
 _WIDER = 1.25  # limits of the scale, over what was marked: that of small patches is found to a tenth, or less
@@ -68,6 +68,11 @@ def _advice(learned: Learned) -> Iterator[str]:
 
 def _why(name: str) -> str:
     """What may be wrong with what nobody has marked; of what somebody has, nothing is."""
+    if name == BESIDE:
+        return (
+            "Outlines are lost there: if it belongs to the object, such as a plate that bears the marker, give the "
+            "component a body of that size with a class of its own; else "
+        )
     if name != REST:
         return "As marked, "
     return (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..core.base.config import ImageConfig
@@ -15,11 +15,16 @@ from ..io.parameters.parameter_file import read_flat, setup_from_flat
 
 @dataclass(frozen=True)
 class ColourSetup:
-    """The objects, the labels of the classes that their markers have, by name, and the rectangles to ignore."""
+    """The objects, and the rectangles to ignore.
+
+    :param labels: of the classes that axes show, by name: those of markers, and of bodies of what lies flat.
+    :param hidden: of the classes of other bodies alone, which axes do not show.
+    """
 
     targets: tuple[Target, ...]
     labels: Mapping[str, int]
     blank: tuple[int, ...]
+    hidden: Mapping[str, int] = field(default_factory=dict)
 
 
 def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourSetup:
@@ -39,23 +44,28 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
     folder, config_dir, source = paths[0].absolute().parent, flat.get("config_dir"), ", ".join(map(str, paths))
     setup = setup_from_flat(kept, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, source)
     named = {cls.label: name for name, cls in reversed(setup.image.classes.items())} | {n: k for k, n in more.items()}
-    labels: dict[str, int] = {}
-    for name, label in _shown(setup.targets):
+    labels, hidden = dict[str, int](), dict[str, int]()
+    for name, label, shown in _classes(setup.targets):
         name = named.setdefault(label, name)
-        if labels.setdefault(name, label) != label or name in vars(ImageConfig()):
+        if {**labels, **hidden}.get(name, label) != label or name in vars(ImageConfig()):
             raise ConfigError(
                 f"{source}: label {label} has no name for its class; give one with --classes NAME={label}"
             )
-    return ColourSetup(setup.targets, labels, setup.image.blank)
+        (labels if shown else hidden)[name] = label
+    return ColourSetup(
+        setup.targets, labels, setup.image.blank, {name: label for name, label in hidden.items() if name not in labels}
+    )
 
 
-def _shown(targets: tuple[Target, ...]) -> Iterator[tuple[str, int]]:
-    """A name for each label that markers may have, in the objects' order."""
+def _classes(targets: tuple[Target, ...]) -> Iterator[tuple[str, int, bool]]:
+    """A name for each label that an object may have, in the objects' order, and whether axes show its class."""
     for target in targets:
         for component in target.model.components:
             if component.classes:
-                yield from ((name, label) for name, label in component.classes.items() if label is not None)
+                yield from ((name, label, True) for name, label in component.classes.items() if label is not None)
             elif component.label is None:
-                yield target.name, target.label
+                yield target.name, target.label, True
             else:
-                yield component.name, component.label
+                yield component.name, component.label, True
+            if component.body_label is not None:
+                yield f"{component.name}_body", component.body_label, target.model.is_flat

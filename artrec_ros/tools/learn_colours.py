@@ -23,12 +23,13 @@ from ..core.learning.colour_learning import (
     check_samples,
     choose_sharpening,
     learn_colours,
+    sample_beside,
     sample_colours,
 )
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
-from ..io.learned.marked_objects import REST, load_marked_objects, marked_scales
-from ..io.learned.regions import MarkedImage, load_regions
+from ..io.learned.marked_objects import BESIDE, REST, load_marked_objects, marked_scales
+from ..io.learned.regions import MarkedImage, drawn_regions, load_regions
 from ..io.sources.opening import Frame, SourceOptions, open_sources
 from .colour_report import report, scale_line
 from .colour_setup import ColourSetup, load_colour_setup
@@ -79,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
     """Learns, writes the colours, prints how well they tell the classes apart."""
     check(args)
     setup = load_colour_setup(args.params_file, dict(args.classes)) if args.params_file else None
-    labels = dict(args.classes) if setup is None else dict(setup.labels)
+    labels = dict(args.classes) if setup is None else _told_labels(args, setup)
     samples, told = _samples(args, labels, setup)
     check_samples(samples, labels)
     _say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
@@ -90,6 +91,18 @@ def run(args: argparse.Namespace) -> int:
         print(scale_line(marked_scales(args.annotations, setup.targets)))
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")
     return 0
+
+
+def _told_labels(args: argparse.Namespace, setup: ColourSetup) -> dict[str, int]:
+    """The classes that are annotated, by axes or by regions of their names."""
+    drawn = {name for own in drawn_regions(args.annotations, args.images).values() for name, _ in own}
+    for name, label in setup.hidden.items():
+        if name not in drawn:
+            _say(
+                f"Class '{name}' (label {label}) is not learned: it is of bodies alone, and nobody has drawn it; mark "
+                f"boxes or polygons of category '{name}'"
+            )
+    return {**setup.labels, **{name: label for name, label in setup.hidden.items() if name in drawn}}
 
 
 def learn_from(
@@ -144,7 +157,7 @@ class Told:
 
 def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup | None) -> tuple[Samples, Told]:
     if setup is not None:
-        names = {label: name for name, label in setup.labels.items()}
+        names = {label: name for name, label in labels.items()}
         marked = load_marked_objects(args.annotations, setup.targets, names, args.images, args.around)
         return samples_of_regions(marked[:: args.every], labels, setup.blank)
     if args.annotations:
@@ -185,6 +198,8 @@ def _collect(
     for image, numbers in pairs:
         for name, colours in sample_colours(image, numbers, names, rng).items():
             found[name].append(colours)
+        if names.get(0) == REST and len(colours := sample_beside(image, numbers, _UNMARKED, rng)):
+            found[BESIDE].append(colours)
         if len(told.pairs) < _TRIED:
             told.pairs.append((image, numbers))
     return {name: np.concatenate(parts) for name, parts in found.items()}, told

@@ -235,8 +235,8 @@ def test_a_single_component_object_needs_no_constraints():
 
 def test_what_lies_beyond_the_image_explains_nothing():
     """Turned by a quarter and larger, two sides out of the image, the plate matches three of its own sides."""
-    plate = polygon("plate", (-37, -43), (-15.4, -43), (-15.4, -38), (-6, -38), (-6, -43), (37, -43), (37, 43), (-37, 43),
-                    axis=((-1, 0), (1, 0)))  # fmt: skip
+    notch = (-15.4, -43), (-15.4, -38), (-6, -38), (-6, -43)
+    plate = polygon("plate", (-37, -43), *notch, (37, -43), (37, 43), (-37, 43), axis=((-1, 0), (1, 0)))
     model = ObjectModel("plate", (Component("plate", (plate,), required=True),))
     labels = np.zeros((156, 156), np.uint8)
     draw(labels, plate, Placed(78, 78, 0.0, 1.5), RED)

@@ -123,3 +123,34 @@ def test_an_image_in_two_files_is_one(tmp_path: Path, targets: list[Target]) -> 
     paths = [coco(tmp_path, green), coco(tmp_path, away, name="b")]
     (marked,) = load_marked_objects(paths, targets, NAMES)
     assert len(marked.regions) == 4
+
+
+def test_bodies_of_what_lies_flat_follow_from_the_axes(tmp_path: Path) -> None:
+    """What shows a body for sure, the markers on it, and nothing of what may be it or the floor."""
+    body = "{label: 5, boxes: [{xyz: [0, 0, -0.5], size: [6, 4, 1]}]}"
+    markers, given = "markers: {team: {}}", f"markers: {{team: {{pose: {{xyz: [0, 0, 0]}}}}}}, body: {body}"
+    text = OBJECT.replace(markers, given).replace("{patch: {}}", "{patch: {pose: {xyz: [0, 0, 0]}}}")
+    (tmp_path / "plate.yaml").write_text(text)
+    targets = [Target("yellow", load_object(tmp_path / "plate.yaml", {}), 1)]
+    (marked,) = load_marked_objects(
+        [coco(tmp_path, {"attributes": {"identity": "green"}})], targets, {**NAMES, 5: "plate"}
+    )
+    labels = marked.read({**numbers(), "plate": 5}, 255)[1]
+    assert labels[15, 30] == 1 and labels[25, 30] == 3  # six metres are 30 px, from row 5 to 35; four from column 20
+    assert labels[8, 30] == 5 and labels[20, 22] == 5 and labels[33, 30] == 5
+    assert labels[6, 30] == 255 and labels[20, 20] == 255 and labels[3, 30] == 0 and labels[20, 17] == 0
+
+
+def test_regions_of_other_categories_go_with_axes(tmp_path: Path, targets: list[Target]) -> None:
+    path = coco(tmp_path, {"attributes": {"identity": "green"}})
+    content = json.loads(path.read_text())
+    content["categories"].append({"id": 9, "name": "ball"})
+    content["annotations"] += [
+        {"image_id": 7, "category_id": 9, "bbox": [45, 5, 6, 6]},
+        {"image_id": 7, "category_id": 9, "bbox": [5, 5, 6, 6], "iscrowd": 1},
+    ]
+    path.write_text(json.dumps(content))
+    (marked,) = load_marked_objects([path], targets, NAMES)
+    assert [name for name, _ in marked.regions] == ["ball", "yellow", "green"]
+    labels = marked.read({**numbers(), "ball": 6}, 255)[1]
+    assert labels[8, 48] == 6 and labels[8, 8] == 255 and labels[15, 30] == 1

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
@@ -226,6 +227,49 @@ def test_objects_that_nobody_marked_are_told_of_and_left_out_with_around(robots:
     assert "team takes" in (printed := capsys.readouterr().out) and "--around" in printed
     assert learn_robots(robots, "--around", "8") == 0
     assert "takes" not in capsys.readouterr().out
+
+
+def with_body(folder: Path, pose: str) -> None:
+    """The robots' floor-coloured plates as bodies of a class of their own, which no marker has."""
+    body = ", body: {label: plate, boxes: [{xyz: [0.1, 0.1, -0.02], size: [0.3, 0.3, 0.02]}]}"
+    text = ROBOT.replace("markers: {square: {}}}", f"markers: {{square: {pose}}}{body}}}", 1)
+    (folder / "robot.yaml").write_text(text.replace("{square: {}}", f"{{square: {pose}}}"))
+    text = ROBOTS.replace("[red, blue]", "[red, blue, plate]").replace("blue: {", "plate: {label: 5}\n      blue: {")
+    (folder / "robots.yaml").write_text(text)
+
+
+def test_a_class_of_bodies_is_learned_where_they_lie_flat(robots: Path, capsys) -> None:
+    with_body(robots, "{pose: {xyz: [0, 0, 0]}}")
+    assert learn_robots(robots) == 0
+    setup = load_parameters(robots / "robots.yaml", robots / "colours.yaml")
+    assert {name: c.label for name, c in setup.image.classes.items()} == {"team": 1, "plate": 5, "red": 3, "blue": 2}
+    assert "is not learned" not in capsys.readouterr().err
+
+
+def test_a_class_of_other_bodies_is_learned_where_somebody_drew_it(robots: Path, capsys) -> None:
+    with_body(robots, "{}")
+    assert learn_robots(robots) == 0
+    assert "Class 'plate' (label 5) is not learned: it is of bodies alone" in capsys.readouterr().err
+    with pytest.raises(ConfigError, match="'plate' is not in image.classes of the last file"):
+        load_parameters(robots / "robots.yaml", robots / "colours.yaml")
+    coco = json.loads((robots / "coco.json").read_text())
+    coco["categories"].append({"id": 2, "name": "plate"})
+    coco["annotations"] += [{"image_id": n, "category_id": 2, "bbox": [8, 50, 30, 8]} for n in range(3)]
+    (robots / "coco.json").write_text(json.dumps(coco))
+    assert learn_robots(robots) == 0
+    assert "plate" in load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.classes
+    assert "is not learned" not in capsys.readouterr().err
+
+
+def test_what_is_taken_beside_markers_is_told_with_what_to_do(robots: Path, capsys) -> None:
+    """A rim of a class' own colour around one robot's patches."""
+    for n in range(3):
+        picture = cv2.imread(str(robots / f"{n}.png"))
+        picture[31:49, 5:10] = picture[31:49, 26:31] = picture[35, 13]
+        cv2.imwrite(str(robots / f"{n}.png"), picture)
+    assert learn_robots(robots) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"red takes \d+% of 'beside markers'.*a body of that size with a class of its own", printed)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,8 @@
 """Regions of classes from COCO keypoint files: where objects are annotated for training, nothing is marked twice.
 
 The two ends of a marker's axis fix its place, so its outline in the image follows, and the object file knows its class.
-What lies outside all outlines of an image is background.
+So do those of the bodies of an object that lies flat. What lies outside all outlines of an image is background. What
+else is drawn there, boxes and polygons of other categories, is of the class of that name, or background of its own.
 """
 
 from __future__ import annotations
@@ -9,8 +10,10 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from ...core.base.errors import ConfigError
@@ -20,10 +23,14 @@ from ...core.model.objects import Component, Marker
 from ...core.model.target import Target
 from ..base.yaml_files import nearest
 from .annotations import AnnotatedObject, Annotations, coco_entry, coco_image, load_coco, read_coco
-from .regions import MarkedImage, outlines_of
+from .regions import MarkedImage, drawn_regions, outlines_of
 
 REST = "unmarked"
 """Category of what lies outside all outlines."""
+BESIDE = "beside markers"
+"""The part of it that lies around them."""
+_SURE_OF_BODY = 0.85  # of a box' sides
+_CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))  # of a box, in its sizes
 
 
 def load_marked_objects(
@@ -42,24 +49,29 @@ def load_marked_objects(
     """
     annotations = load_coco(paths, images_folder)
     regions: dict[Path, list[tuple[str, Array]]] = defaultdict(list)
-    ignored: dict[Path, list[Array]] = defaultdict(list)
+    bodies, ignored = defaultdict(list, drawn_regions(paths, images_folder)), defaultdict(list)
     for o in annotations.objects:
-        regions[o.image] += object_regions(o, annotations, targets, names)
+        for component, marker, place, label in shown_markers(o, annotations, targets, names):
+            regions[o.image].append((names[label], outline_px(marker, place)))
+            for body_label in {*component.body_labels} & {*names}:
+                for outline in body_outlines(component, marker, place):
+                    bodies[o.image].append((names[body_label], inner_part(outline)))
+                    ignored[o.image].append(outline)
         ignored[o.image] += hidden_parts(o)
     for image, outline in crowds(paths, images_folder):
         ignored[image].append(outline)
     sizes = {o.image: o.size for o in annotations.objects}
     return [
-        MarkedImage(image, tuple(own), REST, around_px, tuple(ignored[image]), sizes[image])
+        MarkedImage(image, (*bodies[image], *own), REST, around_px, tuple(ignored[image]), sizes[image])
         for image, own in regions.items()
         if own
     ]
 
 
-def object_regions(
+def shown_markers(
     annotated: AnnotatedObject, annotations: Annotations, targets: Sequence[Target], names: Mapping[int, str]
-) -> Iterator[tuple[str, Array]]:
-    """Class name and outline (n, 2) in pixels of each marker whose axis is annotated."""
+) -> Iterator[tuple[Component, Marker, Instance, int]]:
+    """Each marker whose axis is annotated: its component, its place, its class' label."""
     target, shown = what_is_shown(annotated, targets)
     keypoints = {annotated.category: annotations.categories[annotated.category]}
     example = Annotations(keypoints, (annotated,)).examples(target.model)[0]
@@ -68,7 +80,7 @@ def object_regions(
         label = label_of(component, target.label, shown.get(name), annotated)
         if label not in names:
             raise ConfigError(f"{annotated.place}: component '{name}' has the label {label}, which no class has")
-        yield names[label], outline_px(component.marker(marker), place)
+        yield component, component.marker(marker), place, label
 
 
 def marked_scales(paths: Sequence[str | Path], targets: Sequence[Target]) -> Array:
@@ -144,9 +156,31 @@ def label_of(component: Component, own: int, class_name: str | None, annotated: 
 
 def outline_px(marker: Marker, place: Instance) -> Array:
     """(n, 2) a marker's outline at its place in the image."""
+    return _placed_px(marker.outline, marker, place)
+
+
+def _placed_px(points: Array, marker: Marker, place: Instance) -> Array:
+    """(n, 2) pixels of points (n, 2) in a marker's plane, metres, which is at its place in the image."""
     z = place.scale * np.exp(1j * (place.theta - marker.axis_angle))
-    points = complex(place.x, place.y) + z * (marker.image_outline @ np.array([1, 1j]))
-    return np.stack([points.real, points.imag], axis=1)
+    at = complex(place.x, place.y) + z * ((points - marker.centroid) @ np.array([1, -1j]))
+    return np.stack([at.real, at.imag], axis=1)
+
+
+def body_outlines(component: Component, marker: Marker, place: Instance) -> Iterator[Array]:
+    """(n, 2) pixels of the outline of each box of a component that lies flat, of which a marker is at its place in the
+    image; none where the marker's place on it is not known."""
+    if marker.T_component_marker is None:
+        return
+    to_marker = marker.T_component_marker.inverse()
+    for box in component.bodies:
+        corners = to_marker.apply(box.T_component_box.apply(_CORNERS * box.size))[:, :2]
+        yield _placed_px(cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float), marker, place)
+
+
+def inner_part(outline: Array) -> Array:
+    """(n, 2) what of an outline shows a body for sure, though its box is rough."""
+    middle = outline.mean(axis=0)
+    return np.asarray(middle + _SURE_OF_BODY * (outline - middle))
 
 
 def hidden_parts(annotated: AnnotatedObject) -> list[Array]:

@@ -66,21 +66,45 @@ def load_regions(paths: Iterable[str | Path]) -> list[MarkedImage]:
     """The images of COCO files that have regions; images lie beside their file."""
     marked = []
     for path in map(Path, paths):
-        top = read_coco(path)
-        names = {coco_entry(v, "id").integer(): coco_entry(v, "name").text() for v in top["categories"].items()}
-        images = dict(coco_image(v, path.parent) for v in top["images"].items())
-        regions: dict[int, list[tuple[str, Array]]] = {number: [] for number in images}
-        for annotation in top["annotations"].items():
-            category, image = coco_entry(annotation, "category_id"), coco_entry(annotation, "image_id")
-            if category.integer() not in names:
-                raise category.error(f"there is no category {category.raw}")
-            if image.integer() not in images:
-                raise image.error(f"there is no image {image.raw}")
-            regions[image.raw] += [(names[category.raw], outline) for outline in outlines_of(annotation)]
-        for number, own in regions.items():
-            image_path, size = images[number]
-            marked += [MarkedImage(image_path, tuple(own), size=size)] if own else []
+        regions, sizes = _regions_of(path, path.parent, keypoints=True)
+        marked += [MarkedImage(image, tuple(own), size=sizes[image]) for image, own in regions.items() if own]
     return marked
+
+
+def drawn_regions(paths: Iterable[str | Path], images_folder: Path | None) -> dict[Path, list[tuple[str, Array]]]:
+    """Image -> category and outline of what is drawn there of categories without keypoints; crowds are passed over.
+
+    :param images_folder: where the images lie; without it, beside each file.
+    """
+    found: dict[Path, list[tuple[str, Array]]] = {}
+    for path in map(Path, paths):
+        for image, own in _regions_of(path, images_folder or path.parent, keypoints=False)[0].items():
+            found.setdefault(image, []).extend(own)
+    return found
+
+
+def _regions_of(
+    path: Path, folder: Path, *, keypoints: bool
+) -> tuple[dict[Path, list[tuple[str, Array]]], dict[Path, tuple[int, int] | None]]:
+    """Each image's regions, and its size where the file tells it.
+
+    :param keypoints: of objects with keypoints, too; else of no others, nor of crowds.
+    """
+    top = read_coco(path)
+    categories = {coco_entry(v, "id").integer(): v for v in top["categories"].items()}
+    images = dict(coco_image(v, folder) for v in top["images"].items())
+    regions: dict[Path, list[tuple[str, Array]]] = {image: [] for image, _ in images.values()}
+    for annotation in top["annotations"].items():
+        category, image = coco_entry(annotation, "category_id"), coco_entry(annotation, "image_id")
+        if category.integer() not in categories:
+            raise category.error(f"there is no category {category.raw}")
+        if image.integer() not in images:
+            raise image.error(f"there is no image {image.raw}")
+        entry = categories[category.raw]
+        if keypoints or not ("keypoints" in entry.entries() or annotation.raw.get("iscrowd") in (1, True)):
+            name = coco_entry(entry, "name").text()
+            regions[images[image.raw][0]] += [(name, outline) for outline in outlines_of(annotation)]
+    return regions, dict(images.values())
 
 
 def outlines_of(annotation: Value) -> Iterator[Array]:

@@ -213,7 +213,10 @@ def _plain(raw: Any) -> Any:
 
 def hint(key: str, specs: Mapping[str, Spec]) -> str:
     """For an unknown parameter: the nearest known name, and the names beside it rather than all of them."""
-    group = key.rpartition(".")[0]
+    group, _, name = key.rpartition(".")
+    if group.startswith("image.") and name in {f.name for f in dataclasses.fields(ClassConfig)}:
+        known = {n.split(".")[1] for n in specs if n.startswith("image.") and n.endswith(f".{name}")}
+        return f": '{group[6:]}' is not in image.classes of the last file that lists them{nearest(group[6:], known)}"
     beside = [name for name in specs if name.rpartition(".")[0] == group]
     return nearest(key, beside or specs)
 

@@ -12,7 +12,14 @@ from artrec_ros.core.base.config import ClassConfig, ImageConfig, LearningConfig
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning import colour_learning
-from artrec_ros.core.learning.colour_learning import _drawn, _worth, choose_sharpening, learn_colours, sample_colours
+from artrec_ros.core.learning.colour_learning import (
+    _drawn,
+    _worth,
+    choose_sharpening,
+    learn_colours,
+    sample_beside,
+    sample_colours,
+)
 
 RED, BLUE, GREEN, WHITE = (200, 40, 45), (40, 65, 170), (50, 140, 45), (215, 215, 215)
 
@@ -102,6 +109,22 @@ def test_samples_leave_out_edges_and_numbers_without_a_name() -> None:
     assert sorted(found) == ["red", "rest"]
     assert len(found["red"]) == 8 * 8 and (found["red"] == 30).all()
     assert (found["rest"] == 0).all()
+
+
+def test_what_lies_beside_markers_is_sampled_by_itself() -> None:
+    """Not an edge's blur, nor what lies farther off than a third of a marker's width, nor what is beside what is
+    ignored."""
+    labels = np.zeros((60, 120), np.uint8)
+    labels[15:45, 15:45] = 3
+    labels[15:45, 80:110] = 255
+    image = np.repeat(np.where(labels == 0, 90, 10).astype(np.uint8)[..., None], 3, axis=2)
+    off = cv2.distanceTransform((labels != 3).astype(np.uint8), cv2.DIST_L2, 5)
+    image[off > 10] = 200
+    image[(off > 0) & (off <= 2)] = 30
+    found = sample_beside(image, labels, 255, np.random.default_rng(0))
+    assert len(found) > 500 and (found == 90).all()
+    labels[15:45, 15:45] = 0
+    assert len(sample_beside(image, labels, 255, np.random.default_rng(0))) == 0
 
 
 def test_a_grey_floor_is_kept_and_stays_background_in_the_shade() -> None:

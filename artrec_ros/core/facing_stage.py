@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from .base.config import RecognizerConfig
 from .base.deferred import Deferred
 from .facing_search import FacingSearch
+from .from_above import FromAbove, in_image, rejection_in_image
 from .geometry.range_limits import ScaleLimits, scale_limits
 from .image.blobs import Blob
 from .image.codes import LABELS, Codes
@@ -37,13 +38,28 @@ class FacingStage:
         self.describers = [Describer(s.finder) for s in self._searches]
         self._judge, self._lacking = Judge.of(config), math.log1p(config.guesses.small_px)
         self._placer = PlanePlacer(targets, config)
+        self._from_above = FromAbove(
+            config, {label for s in self._searches for labels in s.finder.surface.labels for label in labels}
+        )
 
     def recognize(self, frame: ImageFrame, blobs: Sequence[Blob]) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
         """Detections by target and score, and what was turned down, with reasons: worked out when looked at."""
         if not self._searches:
             return (), ()
-        faced = frame.faced()
-        accepted, others = self.verdicts(faced, blobs, scale_limits(self._config, frame.calibration))
+        view = self._from_above.view(frame)
+        if view is None:
+            return self._recognize(frame.faced(), blobs, scale_limits(self._config, frame.calibration))
+        found, turned_down = self._recognize(*self._from_above.seen(frame, view), scale_limits(self._config, None))
+        return (
+            in_image(found, view),
+            Deferred(lambda: tuple(rejection_in_image(r, view) for r in turned_down)),
+        )
+
+    def _recognize(
+        self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits
+    ) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
+        """As `recognize`, in a frame whose camera objects face."""
+        accepted, others = self.verdicts(faced, blobs, limits)
         detections, surplus = list[Detection](), list[Verdict]()
         for describer in self.describers:
             told, none_left = describer.without_surplus(accepted, faced)

@@ -1,0 +1,82 @@
+"""Frames as a camera straight above the scene's plane would see them, and what is found there brought back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .base.config import RecognizerConfig
+from .geometry.camera import Camera
+from .geometry.range_limits import scale_limits
+from .geometry.scene import Scene
+from .geometry.top_view import TopView
+from .geometry.transforms import Array
+from .image.blobs import Blob, centres, find_blobs
+from .image.codes import OUTSIDE
+from .image.image_frame import ImageFrame
+from .image.label_field import LabelField
+from .model.found import Detection, ImagePose, Instance, Rejection
+
+
+class FromAbove:
+    """Keeps the view of the last scene: it takes longer to make than to look through."""
+
+    def __init__(self, config: RecognizerConfig, labels: Iterable[int]) -> None:
+        """:param labels: classes whose blobs are looked for."""
+        self._config, self._labels = config, set(labels)
+        self._last: tuple[Scene, tuple[int, int], TopView | None] | None = None
+
+    def view(self, frame: ImageFrame) -> TopView | None:
+        """Of the plane on which objects lie; None where there is none, or the camera itself looks straight at it."""
+        if self._last is None or self._last[0] is not frame.scene or self._last[1] != frame.size:
+            limits = scale_limits(self._config, None)
+            self._last = frame.scene, frame.size, TopView.of(frame.scene, frame.size, limits)
+        return self._last[2]
+
+    def seen(self, frame: ImageFrame, view: TopView) -> tuple[ImageFrame, tuple[Blob, ...]]:
+        """The frame as it is from above, and the blobs in it."""
+        field = LabelField(view.codes(frame.field.codes, OUTSIDE), self._config.seams, frame.field.meaning)
+        image = None if frame.image is None else view.colours(frame.image)
+        camera = Camera.facing(view.size)
+        above = replace(frame, field=field, calibration=camera, image=image, scene=view.scene)
+        blobs = find_blobs(field.labels, self._labels, self._config, deadline=frame.deadline)
+        inside = view.scene.inside(centres(blobs)) if blobs else np.zeros(0, bool)
+        return above, tuple(b for b, yes in zip(blobs, inside, strict=True) if yes)
+
+
+def in_image(detections: Sequence[Detection], view: TopView) -> tuple[Detection, ...]:
+    """Detections with all that they tell in pixels where it is in the image."""
+    if not detections:
+        return ()
+    placed = np.array([(p.x, p.y, p.theta, p.scale) for d in detections for p in _placed(d)])
+    at, theta, larger = view.turned(placed[:, :2], placed[:, 2])
+    contours = [part.contour for d in detections for part in d.components]
+    ends = np.cumsum([len(c) for c in contours])
+    outlines = iter(np.split(view.in_image(np.concatenate([np.zeros((0, 2)), *contours])), ends[:-1]))
+    rows = iter(np.column_stack([at, theta, larger * placed[:, 3]]).tolist())
+    return tuple(
+        replace(
+            d,
+            image=ImagePose(*next(rows)),
+            components=tuple(_instance(part, next(rows), next(outlines)) for part in d.components),
+        )
+        for d in detections
+    )
+
+
+def _placed(detection: Detection) -> Iterator[ImagePose | Instance]:
+    yield detection.image
+    yield from detection.components
+
+
+def _instance(part: Instance, there: Sequence[float], contour: Array) -> Instance:
+    x, y, theta, scale = there
+    return replace(part, x=x, y=y, theta=theta, scale=scale, contour=contour)
+
+
+def rejection_in_image(rejection: Rejection, view: TopView) -> Rejection:
+    """The same of what was turned down."""
+    x, y = np.nan_to_num(view.in_image(np.array([[rejection.x, rejection.y]])))[0].tolist()
+    return replace(rejection, x=x, y=y)

@@ -62,7 +62,10 @@ def errors(detections: tuple[Detection, ...], truth: np.ndarray, at: tuple[float
     return np.array(out)
 
 
-@pytest.mark.parametrize(("slant", "bend", "degrees"), [(0.0, (), 1.2), (20.0, (), 2.0), (20.0, LENS, 2.0)])
+@pytest.mark.parametrize(
+    ("slant", "bend", "degrees"),
+    [(0.0, (), 1.2), (20.0, (), 2.0), (20.0, LENS, 2.0), (55.0, (), 2.0), (55.0, LENS, 2.0)],
+)
 def test_whole_robots_are_placed_to_a_millimetre(slant: float, bend: tuple[float, ...], degrees: float) -> None:
     camera, truth = fields.camera(bend=bend), robots(3)
     scene = SceneConfig(plane=fields.plane(camera, slant))
@@ -159,3 +162,38 @@ def test_the_way_of_flat_objects_is_that_of_the_plane_where_it_is_known() -> Non
     assert way_of(parts, known, calibrated=True) == PLANE
     assert all_on_plane((whole, parts), known) and not all_on_plane((whole, parts), RecognizerConfig())
     assert way_of(whole, replace(known, whole_object=False), calibrated=True) == PLANE
+
+
+@pytest.mark.parametrize("bend", [(), LENS])
+def test_what_is_told_in_pixels_is_the_images_however_the_plane_is_seen(bend: tuple[float, ...]) -> None:
+    """Place, direction, size and outlines of the required square of robots at a slant of 50 degrees."""
+    camera, truth, slant = fields.camera(bend=bend), robots(5), 50.0
+    scene = SceneConfig(plane=fields.plane(camera, slant))
+    result = found(fields.render(camera, slant, SIDE, truth), scene, camera if bend else None)
+    assert len(result.detections) == len(truth)
+    turn = np.stack([np.cos(truth[:, 2]), np.sin(truth[:, 2])], axis=1)
+    across = np.stack([-turn[:, 1], turn[:, 0]], axis=1)
+    middles = truth[:, :2] - SIDE / 2 * (turn + across)
+    at = fields.seen(camera, slant, middles)
+    ahead = fields.seen(camera, slant, middles + 1e-3 * turn) - at
+    aside = fields.seen(camera, slant, middles + 1e-3 * across) - at
+    scales = 1e3 * np.sqrt(np.abs(ahead[:, 0] * aside[:, 1] - ahead[:, 1] * aside[:, 0]))
+    for d in result.detections:
+        off = np.linalg.norm(at - (d.image.x, d.image.y), axis=1)
+        n = int(off.argmin())
+        assert off[n] < 1.0
+        assert abs(np.angle(np.exp(1j * (d.image.theta - np.arctan2(ahead[n, 1], ahead[n, 0]))))) < 0.06
+        assert d.image.scale == pytest.approx(scales[n], rel=0.06)
+        corners = [middles[n] + SIDE / 2 * (a * turn[n] + b * across[n]) for a in (-1, 1) for b in (-1, 1)]
+        outline = d.components[0].contour
+        for corner in fields.seen(camera, slant, np.array(corners)):
+            assert np.linalg.norm(outline - corner, axis=1).min() < 2.0
+
+
+def test_what_is_turned_down_is_told_where_the_image_has_it() -> None:
+    camera, slant = fields.camera(), 45.0
+    scene = SceneConfig(plane=fields.plane(camera, slant))
+    truth = np.array([[0.4, 0.3, 1.0]])
+    (rejected, *_) = found(fields.render(camera, slant, 2 * SIDE, truth), scene).rejected
+    at = fields.seen(camera, slant, truth[:, :2])[0]
+    assert np.linalg.norm(at - (rejected.x, rejected.y)) < 2 * SIDE * 450

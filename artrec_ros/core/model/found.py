@@ -89,7 +89,8 @@ class IdentityFit:
 class Motion:
     """How an object moves, by a filter over time.
 
-    :param twist: (6,) of the object's origin, m/s, and about x, y, z, rad/s, along the axes of the camera's frame.
+    :param twist: (6,) of the object's origin, m/s, and about x, y, z, rad/s, along the axes of the frame
+        in which the pose is.
     :param joints: component name -> rate, rad/s (m/s for prismatic joints).
     """
 
@@ -167,10 +168,12 @@ class Detection:
     @property
     def name(self) -> str:
         """What it is called in messages and pictures: by its identity, yellow_gr, where it is known and there is one of
-        each; else by its number, red_0."""
+        each; else by its number, red_0, or yellow_unknown_0 where its name is not known: names may be numbers, too."""
         fit = self.identity
-        if fit is None or fit.name is None:
+        if fit is None:
             return f"{self.object}_{self.id}"
+        if fit.name is None:
+            return f"{self.object}_unknown_{self.id}"
         return f"{self.object}_{fit.name}" if fit.unique else f"{self.object}_{fit.name}_{self.id}"
 
 

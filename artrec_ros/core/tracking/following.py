@@ -35,11 +35,11 @@ def begun(
         MotionState.first_seen(s.place, s.noise, s.unit, model),
         s.theta,
         _bodies(s, model, config),
-        s.posed,
+        s.placed,
         Existence.of(likely),
         np.zeros(n),
         np.zeros(n, np.intp),
-        s.posed.astype(np.intp),
+        s.placed.astype(np.intp),
     )
 
 
@@ -80,7 +80,7 @@ def followed(
         age_s=age_s,
         existence=existence,
     )
-    return _in_space(tracks, rows[s.posed], s[np.flatnonzero(s.posed).tolist()], dt_s, model, config)
+    return _in_space(tracks, rows[s.placed], s[np.flatnonzero(s.placed).tolist()], dt_s, model, config)
 
 
 def _in_space(

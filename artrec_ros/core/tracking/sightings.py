@@ -26,7 +26,8 @@ class Sightings:
 
     :param place, unit: (D, 3) in the image, and what a metre is along each axis. :param noise: (D, 3, 3).
     :param theta: (D,) direction in the image. :param posed: (D,) whether it has a pose in space that tells
-        more than the image from which it is. :param position, turn: (D, 3), (D, 3, 3). :param pose_noise: (D, 6, 6).
+        more than the image from which it is. :param placed: (D,) whether it has one that a filter follows, be it one on
+        a plane, in that plane's frame. :param position, turn: (D, 3), (D, 3, 3). :param pose_noise: (D, 6, 6).
     :param range_m: (D,). :param size_m: (D,) of their required components; 0: not known.
     """
 
@@ -35,6 +36,7 @@ class Sightings:
     unit: Array
     theta: Array
     posed: Flags
+    placed: Flags
     position: Array
     turn: Array
     pose_noise: Array
@@ -57,13 +59,19 @@ class Sightings:
         position, turn, pose_noise = (np.array([p[i] for p in poses]) for i in range(3)) if n else _NO_POSES
         untold = np.array([n for n, p in enumerate(poses) if p[2] is _UNTOLD], int)
         posed = np.array([d.pose is not None and d.pose_from == "fit" for d in detections], bool)
+        placed = np.array([is_placed(d) for d in detections], bool)
         range_m = np.maximum(np.sqrt((position**2).sum(axis=1)), _LEAST_RANGE_M)
         noise = np.broadcast_to(noise, (n, 3, 3))
         usual = np.repeat([config.range_share, config.turn_rad], 3)
         pose_noise[untold] = np.square(range_m[untold, None] ** (np.arange(6) < 3) * usual)[:, None] * np.eye(6)
         pose_noise = pose_noise + _LEAST_NOISE
         size_m = np.array([sizes.get(d.object, 0.0) for d in detections])
-        return cls(place, noise, unit, image[:, 3], posed, position, turn, pose_noise, range_m, size_m)
+        return cls(place, noise, unit, image[:, 3], posed, placed, position, turn, pose_noise, range_m, size_m)
+
+
+def is_placed(d: Detection) -> bool:
+    """Whether it has a pose of which a filter makes sense: what is known by its size alone leaps to and fro."""
+    return d.pose is not None and d.pose_from in ("fit", "plane")
 
 
 def sizes_of(targets: Sequence[Target]) -> dict[str, float]:
@@ -77,7 +85,7 @@ _NO_POSES = np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 6, 6))
 
 
 def _pose(d: Detection) -> tuple[Array, Array, Array]:
-    if d.pose is None or d.pose_from != "fit":
+    if d.pose is None or not is_placed(d):
         return _NOWHERE
     return d.pose.position, d.pose.rotation, _UNTOLD if d.pose_covariance is None else d.pose_covariance
 

@@ -11,6 +11,7 @@ from ..base.config import TrackingConfig
 from ..geometry.transforms import Pose
 from ..model.found import Detection, Filtered, ImagePose, Motion
 from .joints import Joints
+from .sightings import is_placed
 from .tracks import Tracks
 
 
@@ -33,7 +34,7 @@ class Teller:
     def seen(self, detection: Detection, row: int) -> Detection:
         """What was found, as the track says."""
         motion = filtered = None
-        if self._posed[row] and detection.pose is not None and detection.pose_from == "fit":
+        if self._posed[row] and is_placed(detection):
             motion = self._motion(row, detection) if self._times[row] > 1 else None
             filtered = self._filtered(row, detection) if self._config.smooth else None
         number, identity = self._tracks.ids[row], self._tracks.identities[row]
@@ -76,8 +77,9 @@ class Teller:
         """None: it would be out of view."""
         tracks, last = self._tracks, self._tracks.last[row]
         x, y, scale = tracks.image.place[row].tolist()
-        pose = self._pose(row) if self._posed[row] and last.pose_from == "fit" else None
-        if not (0 <= x <= self._size[0] and 0 <= y <= self._size[1]) or (pose is not None and pose.position[2] <= 0):
+        pose = self._pose(row) if self._posed[row] and is_placed(last) else None
+        behind = pose is not None and last.pose_from == "fit" and pose.position[2] <= 0
+        if behind or not (0 <= x <= self._size[0] and 0 <= y <= self._size[1]):
             return None
         number = tracks.ids[row]
         assert number is not None  # it has been told
@@ -87,6 +89,8 @@ class Teller:
             {name: q for name, q, _, _ in self._joints.get(row, ())} if pose is not None else {},
             None if pose is None else tracks.bodies.motion.place_covariance[row],
             identity=tracks.identities[row],
+            frame_id="" if pose is None else last.frame_id,
+            pose_from=last.pose_from,
             predicted=True,
         )  # fmt: skip
         return detection if pose is None else replace(detection, motion=self._motion(row, detection))

@@ -93,3 +93,20 @@ def test_what_has_no_pose_of_its_own_has_no_motion():
         by_size = replace(posed(0.3), pose_from="size", score=0.99)
         found = tracker.update(START + k * PERIOD, frame(replace(flat(100), score=0.99), by_size)).detections
     assert all(d.motion is None and d.filtered is None for d in found)
+
+
+def test_what_moves_on_a_plane_has_speeds_and_a_filtered_pose_in_the_planes_frame():
+    """Though its place there says nothing of how far it is from the camera: here it passes the plane's origin."""
+    rng, tracker = np.random.default_rng(4), Tracker(replace(SMOOTH, predict=0.5))
+    covariance = np.diag([1e-3, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2]) ** 2
+    for k in range(60):
+        x, y = 0.9 * (k - 30) / 30, 0.3 * (k - 30) / 30
+        d = replace(posed(x), pose_from="plane", frame_id="field", score=0.99, pose_covariance=covariance)
+        pose = replace(d.pose, position=np.array([x, y, 0.0]) + rng.normal(0, 1e-3, 3) * (1, 1, 0))
+        (found,) = tracker.update(START + k * PERIOD, frame(replace(d, pose=pose))).detections
+    assert (found.id, found.frame_id) == (0, "field")
+    np.testing.assert_allclose(found.motion.twist[:3], (0.9, 0.3, 0), atol=0.1)
+    np.testing.assert_allclose(found.filtered.pose.position, (x, y, 0), atol=3e-3)
+    (expected,) = tracker.update(START + 60 * PERIOD, frame()).detections
+    assert expected.predicted and (expected.frame_id, expected.pose_from) == ("field", "plane")
+    np.testing.assert_allclose(expected.pose.position, (0.9, 0.3, 0), atol=1e-2)

@@ -79,14 +79,14 @@ def test_a_pose_without_covariance_is_no_best_pose():
 
 
 def test_who_is_known_is_called_by_name(scene):
-    """In all that bears names; who is not known keeps the number."""
+    """In all that bears names; who is not known is said to be unknown, with a number."""
     known = replace(detection(1, 0.75), identity=IdentityFit("gr", 0.9, "gv", True))
     doubt = replace(detection(0, 0.5), identity=IdentityFit(None, 0.6, "gv", True))
     header = messages.header(STAMP, "eye")
-    assert messages.robots([known, doubt], header).fields["joint_names"] == ["toy_gr", "toy_0"]
-    assert messages.joint_states([known, doubt], header).fields["name"] == ["toy_gr/arm", "toy_0/arm"]
+    assert messages.robots([known, doubt], header).fields["joint_names"] == ["toy_gr", "toy_unknown_0"]
+    assert messages.joint_states([known, doubt], header).fields["name"] == ["toy_gr/arm", "toy_unknown_0/arm"]
     shown = scene.update([known, doubt], "eye", lambda frame: messages.header(STAMP, frame))
-    assert {"toy_gr", "toy_0"} <= {text.split()[0] for text in _texts(shown) if text}
+    assert {"toy_gr", "toy_unknown_0"} <= {text.split()[0] for text in _texts(shown) if text}
 
 
 def _texts(message: Message) -> list[str]:

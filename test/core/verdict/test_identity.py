@@ -224,7 +224,7 @@ def test_without_identities_or_objects_nothing_is_told():
     ("fit", "name"),
     [
         (None, "red_3"),
-        (IdentityFit(None, 0.6, "gr", True), "red_3"),
+        (IdentityFit(None, 0.6, "gr", True), "red_unknown_3"),
         (IdentityFit("gr", 0.9, "gv", True), "red_gr"),
         (IdentityFit("gr", 0.9, "gv", False), "red_gr_3"),
     ],

@@ -32,6 +32,7 @@ from .pose.by_size import SizePlacer
 from .pose.on_plane import PlanePlacer
 from .spatial_stage import SpatialStage
 from .verdict.classify import Classifier
+from .verdict.identity import one_of_each
 from .warm_up import Told, get_ready
 from .warm_up_pieces import PLANE as PLANE_PARTS
 from .warm_up_pieces import SPACE as WHOLE_PARTS
@@ -127,6 +128,7 @@ class Recognizer:
         self._scene_camera: Camera | None = None
         self._by_size, self._on_plane = SizePlacer(self._targets, config), PlanePlacer(self._targets, config)
         self._classifier = Classifier(self._targets if config.profile == "default" else (), config)
+        self._models = {t.name: t.model for t in self._targets}
         self._wanted = {
             label for target in self._targets for c in target.model.components for label in c.labels(target.label)
         }
@@ -193,7 +195,8 @@ class Recognizer:
             whole += [self._spatial.recognize(frame, blobs, recall)] if calibrated else []
             for found, turned_down in whole:
                 detections, rejected = (*found, *detections), _joined(turned_down, rejected)
-            detections = self._placed(detections, frame)
+            detections, surplus = one_of_each(detections, self._models)
+            detections, rejected = self._placed(detections, frame), _joined(surplus, rejected)
         detections = self._classifier.classified(detections)
         limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
         ended_by = tuple(name for name, hit in limits.items() if hit)

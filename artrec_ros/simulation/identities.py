@@ -18,9 +18,13 @@ def drawn(model: ObjectModel, taken: Collection[str], rng: np.random.Generator) 
     return names[rng.integers(len(names))] if names else None
 
 
-def all_taken(model: ObjectModel, taken: Collection[str]) -> bool:
-    """Whether there is no other one of an object that has identities, each once."""
-    return model.unique and bool(identities_of(model)) and {i.name for i in identities_of(model)} <= set(taken)
+def all_taken(model: ObjectModel, taken: Collection[str], *, stands: bool = False) -> bool:
+    """Whether there is no other one of an object that occurs once, or in identities that do.
+
+    :param stands: whether one stands there already.
+    """
+    names = {i.name for i in identities_of(model)}
+    return model.unique and (names <= set(taken) if names else stands)
 
 
 def shown_as(target: Target, identity: str | None) -> Target:

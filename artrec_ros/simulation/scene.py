@@ -105,9 +105,10 @@ def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig,
     ground = _sample_ground(targets, extents, camera, config, rng)
     placed: list[PlacedObject] = []
     for target in chosen:
-        taken = [p.identity for p in placed if p.target.name == target.name and p.identity is not None]
+        same = [p for p in placed if p.target.name == target.name]
+        taken = [p.identity for p in same if p.identity is not None]
         position = _find_place(target, extents, placed, ground, camera, config, rng)
-        if position is not None and not all_taken(target.model, taken):
+        if position is not None and not all_taken(target.model, taken, stands=bool(same)):
             identity = drawn(target.model, taken, rng)
             one = _place(shown_as(target, identity), position, extents[target.name].centre, ground, config, rng)
             placed.append(replace(one, identity=identity))

@@ -233,6 +233,21 @@ def test_a_single_component_object_needs_no_constraints():
     assert len(result.detections) == 1 and agrees(result.detections[0], {("sign", "flag"): truth})
 
 
+def test_of_an_object_that_occurs_once_the_likeliest_is_told():
+    labels = np.zeros(SIZE[::-1], np.uint8)
+    draw(labels, flag(), Placed(100, 100, 0.4, 50), RED)
+    draw(labels, flag(), Placed(300, 120, 1.4, 50), RED)
+    labels[:, 310:316] = 0
+    model = ObjectModel("sign", (Component("sign", (flag(),), required=True),))
+    both = recognizer(Target("sign", model, RED), min_alone_match=0.6).recognize(labels)
+    assert len(both.detections) == 2
+    once = Target("sign", dataclasses.replace(model, unique=True), RED)
+    result = recognizer(once, min_alone_match=0.6).recognize(labels)
+    assert [round(d.image.x) for d in result.detections] == [100]
+    (other,) = [r for r in result.rejected if "occurs once" in r.reason]
+    assert round(other.x) == pytest.approx(300, abs=5)
+
+
 def test_what_lies_beyond_the_image_explains_nothing():
     """Turned by a quarter and larger, two sides out of the image, the plate matches three of its own sides."""
     notch = (-15.4, -43), (-15.4, -38), (-6, -38), (-6, -43)

@@ -106,7 +106,11 @@ def test_mistakes_are_refused_by_their_key(tmp_path: Path, change: str, value: A
 
 def test_identities_without_alternatives_are_refused(tmp_path: Path) -> None:
     bare = changed(changed(GOOD, "components/left/classes", None), "components/right/classes", None)
-    with pytest.raises(ConfigError, match="unique: true means nothing here: no component has alternative classes"):
-        _load(tmp_path, bare)
     with pytest.raises(ConfigError, match="each component that has alternatives: none has"):
-        _load(tmp_path, changed(bare, "unique", None))
+        _load(tmp_path, bare)
+
+
+def test_an_object_without_alternatives_may_occur_once(tmp_path: Path) -> None:
+    bare = changed(changed(GOOD, "components/left/classes", None), "components/right/classes", None)
+    model = _load(tmp_path, changed(bare, "identities", None))
+    assert model.unique and not model.identities

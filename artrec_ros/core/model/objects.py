@@ -186,7 +186,7 @@ class ObjectModel:
     """An articulated object. Components are ordered parents first where joints are declared.
 
     :param identities: those that exist, of an object whose components have alternative classes; else none.
-    :param unique: whether each identity occurs once at most.
+    :param unique: whether each identity occurs once at most; of an object without identities, whether it does.
     """
 
     name: str

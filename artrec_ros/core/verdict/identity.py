@@ -8,7 +8,7 @@ probability is that of the best naming of all against the best one in which it h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -21,12 +21,13 @@ from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.codes import Codes
 from ..image.image_frame import ImageFrame
-from ..model.found import IdentityFit
+from ..model.found import Detection, IdentityFit, Rejection
 from ..model.objects import Identity, ObjectModel
 from ..model.surface import INSIDE_POINTS
 from ..pose.surface_model import Poses, SpatialModel
 
 _LEAST = 1e-9  # nothing is surer than that
+_ANOTHER = "it occurs once (unique), and a likelier one is told"
 _NOT_KNOWN = -1e9  # instead of a forbidden pair: linear_sum_assignment wants numbers
 
 
@@ -100,6 +101,22 @@ class Identifier:
 def _says(codes: Codes, floor: float) -> Array:
     """(256 labels, 256 codes) log-likelihood of a code on a marker of a label, up to a constant."""
     return np.log(np.maximum(codes.share.T, floor))
+
+
+def one_of_each(
+    detections: Sequence[Detection], models: Mapping[str, ObjectModel]
+) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
+    """Detections, of objects that occur once and have no identities the likeliest one alone; and the others.
+
+    :param models: by the objects' names.
+    """
+    best: dict[str, Detection] = {}
+    for d in detections:
+        if models[d.object].unique and not identities_of(models[d.object]):
+            best[d.object] = max(best.get(d.object, d), d, key=lambda one: one.score)
+    told = tuple(d for d in detections if best.get(d.object, d) is d)
+    others = (d for d in detections if best.get(d.object, d) is not d)
+    return told, tuple(Rejection(d.object, _ANOTHER, d.score, d.image.x, d.image.y) for d in others)
 
 
 def named(evidence: Array, names: Sequence[str], unique: bool, least: float) -> list[IdentityFit]:

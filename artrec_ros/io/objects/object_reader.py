@@ -36,8 +36,6 @@ def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None)
     components = tuple(_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items())
     identities = _read_identities(top["identities"]) if "identities" in top else ()
     unique = top["unique"].boolean() if "unique" in top else False
-    if unique and not any(c.classes for c in components):
-        raise top["unique"].error("true means nothing here: no component has alternative classes")
     try:
         return ObjectModel(top["name"].text(), components, identities, unique)
     except ConfigError as error:

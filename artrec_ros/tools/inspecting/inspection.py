@@ -88,7 +88,7 @@ def _annotations(path: Path, coco: Annotations, models: Mapping[str, ObjectModel
         yield f"{path}: holds no annotation with keypoints"
     for category in coco.categories if models else ():
         reasons = []
-        for model in models.values():
+        for model in _likeliest_first(models, category):
             try:
                 coco.of([category]).examples(model)
                 yield from _identities([o for o in coco.objects if o.category == category], model)
@@ -97,6 +97,16 @@ def _annotations(path: Path, coco: Annotations, models: Mapping[str, ObjectModel
                 reasons.append(str(error))
         else:
             yield f"{path}: category '{category}' is of none of the objects: {reasons[0]}"
+
+
+def _likeliest_first(models: Mapping[str, ObjectModel], category: str) -> Iterator[ObjectModel]:
+    """Objects, first those whose name a category is, or begins with: several may have the same keypoints."""
+
+    def named(key: str) -> bool:
+        name = key.rpartition(": ")[2]
+        return category == name or category.startswith(f"{name}_")
+
+    yield from (models[key] for key in sorted(models, key=named, reverse=True))
 
 
 def _identities(annotated: Sequence[AnnotatedObject], model: ObjectModel) -> Iterator[str]:

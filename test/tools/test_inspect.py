@@ -168,6 +168,32 @@ def test_annotations_tell_which_one_of_several_like_objects_it_is(tmp_path, conf
     assert all(any(words in line for line in problems) for words in said)
 
 
+def test_a_category_is_of_the_object_that_it_names_though_others_have_its_keypoints(tmp_path, config, capsys):
+    text = (config / "objects/mirosot.yaml").read_text()
+    (tmp_path / "one.yaml").write_text(text)
+    (tmp_path / "two.yaml").write_text(text.replace("  gr: {", "  first: {"))
+    objects = {"objects": ["blue", "pink"], "blue": {"object_file": "one.yaml", "label": 1}}
+    objects |= {"pink": {"object_file": "two.yaml", "label": 2}}
+    colours = {name: {"label": label} for label, name in enumerate(("green", "red", "violet"), 3)}
+    objects["image"] = {"kind": "labels", "classes": list(colours), **colours}
+    for team in ("blue", "pink"):
+        names = [f"{part}/{part}.{end}" for part in ("team", "left", "right") for end in ("tail", "head")]
+        points = [v for n in range(6) for v in (10.0 + 7 * n, 12.0 + n * n, 2)]
+        one = {"image_id": 1, "id": 1, "category_id": 1, "keypoints": points}
+        one["attributes"] = {"identity": "gr" if team == "blue" else "first"}
+        cv2.imwrite(str(tmp_path / "a.png"), np.zeros((60, 80), np.uint8))
+        content = {
+            "images": [{"id": 1, "file_name": "a.png"}],
+            "categories": [{"id": 1, "name": team, "keypoints": names}],
+            "annotations": [one],
+        }
+        (tmp_path / "coco.json").write_text(json.dumps(content))
+        (tmp_path / "robots.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": objects}}))
+        _, printed, problems = inspect(capsys, tmp_path / "robots.yaml", tmp_path / "coco.json")
+        assert "not readable" not in printed
+        assert not [line for line in problems if "identity" in line or "none of the objects" in line], problems
+
+
 def test_truth_and_results_must_share_labels_names_and_stamps(tmp_path, config, capsys):
     bag = write_bag(tmp_path / "bag")
     far = write_truth(tmp_path / "truth.jsonl", label=7, first=STAMP + 5 * 10**9)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..core.base.config import ImageConfig
+from ..core.base.config import ImageConfig, PlaneConfig
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
 from ..io.base.shared_files import resolve_path
@@ -19,12 +19,14 @@ class ColourSetup:
 
     :param labels: of the classes that axes show, by name: those of markers, and of bodies of what lies flat.
     :param hidden: of the classes of other bodies alone, which axes do not show.
+    :param plane: on which objects lie.
     """
 
     targets: tuple[Target, ...]
     labels: Mapping[str, int]
     blank: tuple[int, ...]
     hidden: Mapping[str, int] = field(default_factory=dict)
+    plane: PlaneConfig = PlaneConfig()
 
 
 def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourSetup:
@@ -52,9 +54,8 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
                 f"{source}: label {label} has no name for its class; give one with --classes NAME={label}"
             )
         (labels if shown else hidden)[name] = label
-    return ColourSetup(
-        setup.targets, labels, setup.image.blank, {name: label for name, label in hidden.items() if name not in labels}
-    )
+    hidden = {name: label for name, label in hidden.items() if name not in labels}
+    return ColourSetup(setup.targets, labels, setup.image.blank, hidden, setup.recognizer.scene.plane)
 
 
 def _classes(targets: tuple[Target, ...]) -> Iterator[tuple[str, int, bool]]:

@@ -17,6 +17,7 @@ from tqdm import tqdm
 
 from ..core.base.config import GREATEST_LABEL, ImageConfig
 from ..core.base.errors import ConfigError
+from ..core.geometry.field_plane import FieldPlane
 from ..core.learning.colour_learning import (
     Learned,
     Pair,
@@ -158,7 +159,8 @@ class Told:
 def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup | None) -> tuple[Samples, Told]:
     if setup is not None:
         names = {label: name for name, label in labels.items()}
-        marked = load_marked_objects(args.annotations, setup.targets, names, args.images, args.around)
+        plane = FieldPlane.of(setup.plane, None) if setup.plane.is_given else None  # a lens bends no outline by much
+        marked = load_marked_objects(args.annotations, setup.targets, names, args.images, args.around, plane)
         return samples_of_regions(marked[:: args.every], labels, setup.blank)
     if args.annotations:
         return samples_of_regions(load_regions(args.annotations)[:: args.every], labels)

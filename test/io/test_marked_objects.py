@@ -10,7 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
+from artrec_ros.core.base.config import PlaneConfig
 from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.geometry.field_plane import FieldPlane
 from artrec_ros.core.model.target import Target
 from artrec_ros.io.learned.marked_objects import REST, load_marked_objects
 from artrec_ros.io.objects.object_reader import load_object
@@ -154,3 +156,18 @@ def test_regions_of_other_categories_go_with_axes(tmp_path: Path, targets: list[
     assert [name for name, _ in marked.regions] == ["ball", "yellow", "green"]
     labels = marked.read({**numbers(), "ball": 6}, 255)[1]
     assert labels[8, 48] == 6 and labels[8, 8] == 255 and labels[15, 30] == 1
+
+
+def test_outlines_on_a_plane_are_squeezed_as_it_is(tmp_path: Path, targets: list[Target]) -> None:
+    """A plane seen at a slant: twice as many pixels a metre across as ahead, here without perspective."""
+    corners = (0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)  # x is up in the image, y to the left
+    pixels = [(40 - 10 * y, 35 - 5 * x) for x, y in corners]
+    config = PlaneConfig(tuple(v for p in pixels for v in p), tuple(v for p in corners for v in p))
+    points = [30, 20, 2, 30, 10, 2, 30, 30, 2, 30, 20, 2]  # both axes ahead: 2 m are 10 px
+    path = coco(tmp_path, {"attributes": {"identity": "green"}, "keypoints": points})
+    (marked,) = load_marked_objects([path], targets, NAMES, plane=FieldPlane.of(config, None))
+    outlines = {name: {tuple(p) for p in np.round(outline, 4).tolist()} for name, outline in marked.regions}
+    assert outlines == {
+        "yellow": {(20, 20), (20, 10), (40, 10), (40, 20)},
+        "green": {(20, 30), (20, 20), (40, 20), (40, 30)},
+    }

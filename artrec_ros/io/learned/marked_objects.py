@@ -17,12 +17,13 @@ import cv2
 import numpy as np
 
 from ...core.base.errors import ConfigError
+from ...core.geometry.field_plane import FieldPlane
 from ...core.geometry.transforms import Array
 from ...core.model.found import Instance
 from ...core.model.objects import Component, Marker
 from ...core.model.target import Target
 from ..base.yaml_files import nearest
-from .annotations import AnnotatedObject, Annotations, coco_entry, coco_image, load_coco, read_coco
+from .annotations import AnnotatedObject, Annotations, axis_px, coco_entry, coco_image, load_coco, read_coco
 from .regions import MarkedImage, drawn_regions, outlines_of
 
 REST = "unmarked"
@@ -39,12 +40,14 @@ def load_marked_objects(
     names: Mapping[int, str],
     images_folder: Path | None = None,
     around_px: float = math.inf,
+    plane: FieldPlane | None = None,
 ) -> list[MarkedImage]:
     """The images of COCO keypoint files that have annotated objects; crowds (`iscrowd`) are regions to ignore.
 
     :param names: class label -> name.
     :param images_folder: where the images lie; without it, beside each file.
     :param around_px: what is farther than this from all markers is no background either.
+    :param plane: on which the markers lie, and by which outlines are squeezed; None: they face the camera.
     :raises ConfigError: an annotation that is of none of the targets, or does not tell a component's class.
     """
     annotations = load_coco(paths, images_folder)
@@ -52,9 +55,9 @@ def load_marked_objects(
     bodies, ignored = defaultdict(list, drawn_regions(paths, images_folder)), defaultdict(list)
     for o in annotations.objects:
         for component, marker, place, label in shown_markers(o, annotations, targets, names):
-            regions[o.image].append((names[label], outline_px(marker, place)))
+            regions[o.image].append((names[label], outline_px(marker, place, plane)))
             for body_label in {*component.body_labels} & {*names}:
-                for outline in body_outlines(component, marker, place):
+                for outline in body_outlines(component, marker, place, plane):
                     bodies[o.image].append((names[body_label], inner_part(outline)))
                     ignored[o.image].append(outline)
         ignored[o.image] += hidden_parts(o)
@@ -154,27 +157,37 @@ def label_of(component: Component, own: int, class_name: str | None, annotated: 
     return label
 
 
-def outline_px(marker: Marker, place: Instance) -> Array:
-    """(n, 2) a marker's outline at its place in the image."""
-    return _placed_px(marker.outline, marker, place)
+def outline_px(marker: Marker, place: Instance, plane: FieldPlane | None = None) -> Array:
+    """(n, 2) a marker's outline at its place in the image.
+
+    :param plane: in which it lies; None: it faces the camera.
+    """
+    return _placed_px(marker.outline, marker, place, plane)
 
 
-def _placed_px(points: Array, marker: Marker, place: Instance) -> Array:
+def _placed_px(points: Array, marker: Marker, place: Instance, plane: FieldPlane | None) -> Array:
     """(n, 2) pixels of points (n, 2) in a marker's plane, metres, which is at its place in the image."""
-    z = place.scale * np.exp(1j * (place.theta - marker.axis_angle))
-    at = complex(place.x, place.y) + z * ((points - marker.centroid) @ np.array([1, -1j]))
+    tail, head = axis_px(marker, place) @ np.array([1, 1j])
+    own, up = (points - marker.tail) @ np.array([1, 1j]), (marker.head - marker.tail) @ np.array([1, 1j])
+    if plane is not None:
+        there = plane.places(np.array([[tail.real, tail.imag], [head.real, head.imag]])) @ np.array([1, 1j])
+        at = there[0] + own * (there[1] - there[0]) / up
+        return plane.pixels(np.stack([at.real, at.imag], axis=1))
+    at = tail + np.conj(own / up) * (head - tail)  # the image's y is down
     return np.stack([at.real, at.imag], axis=1)
 
 
-def body_outlines(component: Component, marker: Marker, place: Instance) -> Iterator[Array]:
+def body_outlines(
+    component: Component, marker: Marker, place: Instance, plane: FieldPlane | None = None
+) -> Iterator[Array]:
     """(n, 2) pixels of the outline of each box of a component that lies flat, of which a marker is at its place in the
-    image; none where the marker's place on it is not known."""
+    image; none where the marker's place on it is not known. :param plane: as of `outline_px`."""
     if marker.T_component_marker is None:
         return
     to_marker = marker.T_component_marker.inverse()
     for box in component.bodies:
         corners = to_marker.apply(box.T_component_box.apply(_CORNERS * box.size))[:, :2]
-        yield _placed_px(cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float), marker, place)
+        yield _placed_px(cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float), marker, place, plane)
 
 
 def inner_part(outline: Array) -> Array:

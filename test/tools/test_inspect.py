@@ -249,7 +249,7 @@ def test_folders_are_looked_into(tmp_path, capsys):
         ("a.yaml", "format: artrec_object/9", "this release reads version 1"),
         ("a.yaml", "x: [", "expected"),
         ("a.json", "{", "no valid JSON"),
-        ("a.jsonl", "{}", "line 1 is no line of truth"),
+        ("a.jsonl", "{}", "line 1 is no line of truth: the key 'stamp_ns' is missing"),
         ("a.mcap", "no bag", "nothing could be read"),
         ("a.png", "no picture", "neither PNG, JPEG, WebP, BMP nor GIF"),
     ],

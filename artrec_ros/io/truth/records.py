@@ -108,7 +108,9 @@ def load_truth(path: Path) -> dict[int, tuple[TrueObject, ...]]:
             if problem := mistaken(record, TRUTH):
                 raise SourceError(f"{path}: {problem}")
             stamp_ns, objects = int(record["stamp_ns"]), tuple(_object(o) for o in record["objects"])
-        except (KeyError, TypeError, ValueError) as error:
+        except KeyError as error:
+            raise SourceError(f"{path}: line {number} is no line of truth: the key {error} is missing") from error
+        except (TypeError, ValueError) as error:
             raise SourceError(f"{path}: line {number} is no line of truth: {error!r}") from error
         if stamp_ns in truth:
             raise SourceError(f"{path}: line {number}: the stamp {stamp_ns} is there twice")

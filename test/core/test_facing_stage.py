@@ -277,7 +277,7 @@ def test_a_team_patch_alone_is_one_of_no_name(robots):
     labels = rendered(at)
     labels[np.isin(labels, list(COLOURS.values()))] = 9
     for d in robots.recognize(labels).detections:
-        assert d.identity.name is None and d.name == "robot_0"
+        assert d.identity.name is None and d.name == "robot_unknown_0"
 
 
 def test_calibrated_or_not_the_same_object_is_at_the_same_place():

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from .base.config import RecognizerConfig
 from .base.deferred import Deferred
 from .facing_search import FacingSearch
-from .from_above import FromAbove, in_image, rejection_in_image
+from .from_above import FromAbove, in_image, rejection_in_image, within
 from .geometry.range_limits import ScaleLimits, scale_limits
 from .image.blobs import Blob
 from .image.codes import LABELS, Codes
@@ -50,10 +50,8 @@ class FacingStage:
         if view is None:
             return self._recognize(frame.faced(), blobs, scale_limits(self._config, frame.calibration))
         found, turned_down = self._recognize(*self._from_above.seen(frame, view), scale_limits(self._config, None))
-        return (
-            in_image(found, view),
-            Deferred(lambda: tuple(rejection_in_image(r, view) for r in turned_down)),
-        )
+        told, beyond = within(in_image(found, view), scale_limits(self._config, frame.calibration))
+        return told, Deferred(lambda: (*beyond, *(rejection_in_image(r, view) for r in turned_down)))
 
     def _recognize(
         self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits

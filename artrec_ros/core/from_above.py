@@ -9,7 +9,7 @@ import numpy as np
 
 from .base.config import RecognizerConfig
 from .geometry.camera import Camera
-from .geometry.range_limits import scale_limits
+from .geometry.range_limits import ScaleLimits, scale_limits
 from .geometry.scene import Scene
 from .geometry.top_view import TopView
 from .geometry.transforms import Array
@@ -18,6 +18,8 @@ from .image.codes import OUTSIDE
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
 from .model.found import Detection, ImagePose, Instance, Rejection
+
+_OUT_OF_LIMITS = "out of the limits of the scale or the range"
 
 
 class FromAbove:
@@ -31,13 +33,13 @@ class FromAbove:
     def view(self, frame: ImageFrame) -> TopView | None:
         """Of the plane on which objects lie; None where there is none, or the camera itself looks straight at it."""
         if self._last is None or self._last[0] is not frame.scene or self._last[1] != frame.size:
-            limits = scale_limits(self._config, None)
+            limits = scale_limits(self._config, frame.calibration)
             self._last = frame.scene, frame.size, TopView.of(frame.scene, frame.size, limits)
         return self._last[2]
 
     def seen(self, frame: ImageFrame, view: TopView) -> tuple[ImageFrame, tuple[Blob, ...]]:
         """The frame as it is from above, and the blobs in it."""
-        field = LabelField(view.codes(frame.field.codes, OUTSIDE), self._config.seams, frame.field.meaning)
+        field = LabelField(view.codes(frame.field.blanked(OUTSIDE), OUTSIDE), self._config.seams, frame.field.meaning)
         image = None if frame.image is None else view.colours(frame.image)
         camera = Camera.facing(view.size)
         above = replace(frame, field=field, calibration=camera, image=image, scene=view.scene)
@@ -74,6 +76,16 @@ def _placed(detection: Detection) -> Iterator[ImagePose | Instance]:
 def _instance(part: Instance, there: Sequence[float], contour: Array) -> Instance:
     x, y, theta, scale = there
     return replace(part, x=x, y=y, theta=theta, scale=scale, contour=contour)
+
+
+def within(detections: Sequence[Detection], limits: ScaleLimits) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
+    """Those whose scale in the image lies within the limits, and the others, which are none."""
+    told = tuple(d for d in detections if limits.least <= d.image.scale <= limits.greatest)
+    others = (d for d in detections if not limits.least <= d.image.scale <= limits.greatest)
+    return told, tuple(
+        Rejection(d.object, f"{d.image.scale:.3g} px/m, {_OUT_OF_LIMITS}", d.score, d.image.x, d.image.y)
+        for d in others
+    )
 
 
 def rejection_in_image(rejection: Rejection, view: TopView) -> Rejection:

@@ -18,6 +18,7 @@ class ColourSetup:
     """The objects, and the rectangles to ignore.
 
     :param labels: of the classes that axes show, by name: those of markers, and of bodies of what lies flat.
+    :param bodies: those of them that are of bodies alone.
     :param hidden: of the classes of other bodies alone, which axes do not show.
     :param plane: on which objects lie.
     """
@@ -25,6 +26,7 @@ class ColourSetup:
     targets: tuple[Target, ...]
     labels: Mapping[str, int]
     blank: tuple[int, ...]
+    bodies: frozenset[str] = frozenset()
     hidden: Mapping[str, int] = field(default_factory=dict)
     plane: PlaneConfig = PlaneConfig()
 
@@ -47,26 +49,31 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
     setup = setup_from_flat(kept, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, source)
     named = {cls.label: name for name, cls in reversed(setup.image.classes.items())} | {n: k for k, n in more.items()}
     labels, hidden = dict[str, int](), dict[str, int]()
-    for name, label, shown in _classes(setup.targets):
+    on_markers = set[str]()
+    for name, label, shown, body in _classes(setup.targets):
         name = named.setdefault(label, name)
         if {**labels, **hidden}.get(name, label) != label or name in vars(ImageConfig()):
             raise ConfigError(
                 f"{source}: label {label} has no name for its class; give one with --classes NAME={label}"
             )
         (labels if shown else hidden)[name] = label
+        on_markers |= set() if body else {name}
     hidden = {name: label for name, label in hidden.items() if name not in labels}
-    return ColourSetup(setup.targets, labels, setup.image.blank, hidden, setup.recognizer.scene.plane)
+    bodies = frozenset(labels) - on_markers
+    return ColourSetup(setup.targets, labels, setup.image.blank, bodies, hidden, setup.recognizer.scene.plane)
 
 
-def _classes(targets: tuple[Target, ...]) -> Iterator[tuple[str, int, bool]]:
-    """A name for each label that an object may have, in the objects' order, and whether axes show its class."""
+def _classes(targets: tuple[Target, ...]) -> Iterator[tuple[str, int, bool, bool]]:
+    """A name for each label that an object may have, in the objects' order, whether axes show its class, and whether it
+    is a body's."""
     for target in targets:
         for component in target.model.components:
             if component.classes:
-                yield from ((name, label, True) for name, label in component.classes.items() if label is not None)
+                known = component.classes.items()
+                yield from ((name, label, True, False) for name, label in known if label is not None)
             elif component.label is None:
-                yield target.name, target.label, True
+                yield target.name, target.label, True, False
             else:
-                yield component.name, component.label, True
+                yield component.name, component.label, True, False
             if component.body_label is not None:
-                yield f"{component.name}_body", component.body_label, target.model.is_flat
+                yield f"{component.name}_body", component.body_label, target.model.is_flat, True

@@ -23,6 +23,7 @@ from ..core.learning.colour_learning import (
     Pair,
     check_samples,
     choose_sharpening,
+    enough,
     learn_colours,
     sample_beside,
     sample_colours,
@@ -83,6 +84,9 @@ def run(args: argparse.Namespace) -> int:
     setup = load_colour_setup(args.params_file, dict(args.classes)) if args.params_file else None
     labels = dict(args.classes) if setup is None else _told_labels(args, setup)
     samples, told = _samples(args, labels, setup)
+    for name in lacking_bodies(samples, setup) if setup is not None else ():
+        _say(f"Class '{name}' (label {labels.pop(name)}) is not learned: too little of it shows beside the markers")
+        samples.pop(name, None)
     check_samples(samples, labels)
     _say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
     learned = learn_from(samples, told, labels, _DRAWS)
@@ -104,6 +108,11 @@ def _told_labels(args: argparse.Namespace, setup: ColourSetup) -> dict[str, int]
                 f"boxes or polygons of category '{name}'"
             )
     return {**setup.labels, **{name: label for name, label in setup.hidden.items() if name in drawn}}
+
+
+def lacking_bodies(samples: Samples, setup: ColourSetup) -> list[str]:
+    """Classes of bodies alone of which too little is seen to learn them: objects are found without."""
+    return [name for name in setup.labels if name in setup.bodies and not enough(samples, name)]
 
 
 def learn_from(

@@ -197,3 +197,31 @@ def test_what_is_turned_down_is_told_where_the_image_has_it() -> None:
     (rejected, *_) = found(fields.render(camera, slant, 2 * SIDE, truth), scene).rejected
     at = fields.seen(camera, slant, truth[:, :2])[0]
     assert np.linalg.norm(at - (rejected.x, rejected.y)) < 2 * SIDE * 450
+
+
+def test_limits_of_the_scale_are_those_of_the_image_on_a_plane_too() -> None:
+    """At 45 degrees the field has 320 to 500 px/m: what is nearer and larger than 420 is out of the limits."""
+    camera, truth, slant = fields.camera(), robots(5), 45.0
+    scene = SceneConfig(plane=fields.plane(camera, slant))
+    labels = fields.render(camera, slant, SIDE, truth)
+    segmenter = Segmenter(ImageConfig(kind="labels"))
+    all_of_them = found(labels, scene).detections
+    assert len(all_of_them) == len(truth)
+    config = RecognizerConfig(scene=scene, max_scale=420.0)
+    small = Recognizer((target(),), config, segmenter, calibrated=False).recognize(labels)
+    assert 0 < len(small.detections) < len(truth)
+    assert all(d.image.scale <= 420 for d in small.detections)
+    assert len(small.detections) >= sum(d.image.scale < 410 for d in all_of_them)
+
+
+def test_another_size_of_images_and_a_changed_scene_have_views_of_their_own() -> None:
+    camera, truth, slant = fields.camera(), robots(5), 45.0
+    scene = SceneConfig(plane=fields.plane(camera, slant))
+    labels = fields.render(camera, slant, SIDE, truth)
+    recognizer = Recognizer((target(),), RecognizerConfig(scene=scene), Segmenter(ImageConfig()), calibrated=False)
+    assert len(recognizer.recognize(labels).detections) == len(truth)
+    cut = recognizer.recognize(np.ascontiguousarray(labels[:, :420])).detections
+    assert 0 < len(cut) < len(truth)
+    assert len(recognizer.recognize(labels).detections) == len(truth)
+    tiny = recognizer.recognize(np.zeros((1, 1), np.uint8))
+    assert tiny.detections == ()

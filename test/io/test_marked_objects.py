@@ -143,6 +143,18 @@ def test_bodies_of_what_lies_flat_follow_from_the_axes(tmp_path: Path) -> None:
     assert labels[6, 30] == 255 and labels[20, 20] == 255 and labels[3, 30] == 0 and labels[20, 17] == 0
 
 
+def test_bodies_of_what_does_not_lie_flat_are_left_to_be_drawn(tmp_path: Path) -> None:
+    body = "{label: 5, boxes: [{xyz: [0, 0, -0.5], size: [6, 4, 1]}]}"
+    text = OBJECT.replace("markers: {team: {}}", f"markers: {{team: {{pose: {{xyz: [0, 0, 0]}}}}}}, body: {body}")
+    text = text.replace("{patch: {}}", "{patch: {pose: {xyz: [0, 0, 0], rpy: [1.57, 0, 0]}}}")
+    (tmp_path / "upright.yaml").write_text(text)
+    targets = [Target("yellow", load_object(tmp_path / "upright.yaml", {}), 1)]
+    assert targets[0].model.is_spatial and not targets[0].model.is_flat
+    path = coco(tmp_path, {"attributes": {"identity": "green"}})
+    (marked,) = load_marked_objects([path], targets, {**NAMES, 5: "plate"})
+    assert [name for name, _ in marked.regions] == ["yellow", "green"] and not marked.ignored
+
+
 def test_regions_of_other_categories_go_with_axes(tmp_path: Path, targets: list[Target]) -> None:
     path = coco(tmp_path, {"attributes": {"identity": "green"}})
     content = json.loads(path.read_text())
@@ -150,10 +162,16 @@ def test_regions_of_other_categories_go_with_axes(tmp_path: Path, targets: list[
     content["annotations"] += [
         {"image_id": 7, "category_id": 9, "bbox": [45, 5, 6, 6]},
         {"image_id": 7, "category_id": 9, "bbox": [5, 5, 6, 6], "iscrowd": 1},
+        {"image_id": 7, "category_id": 9, "bbox": [0, 0, 0, 0]},
+        {"image_id": 7, "category_id": 9, "bbox": None},
+        {"image_id": 8, "category_id": 9, "bbox": [5, 5, 6, 6], "keypoints": []},
     ]
+    content["categories"][-1]["keypoints"] = []
+    content["images"].append({"id": 8, "file_name": "b.png"})
     path.write_text(json.dumps(content))
-    (marked,) = load_marked_objects([path], targets, NAMES)
+    marked, other = load_marked_objects([path], targets, NAMES)
     assert [name for name, _ in marked.regions] == ["ball", "yellow", "green"]
+    assert [name for name, _ in other.regions] == ["ball"] and other.rest is None  # nobody has marked the robots there
     labels = marked.read({**numbers(), "ball": 6}, 255)[1]
     assert labels[8, 48] == 6 and labels[8, 8] == 255 and labels[15, 30] == 1
 

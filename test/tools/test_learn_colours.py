@@ -246,6 +246,14 @@ def test_a_class_of_bodies_is_learned_where_they_lie_flat(robots: Path, capsys) 
     assert "is not learned" not in capsys.readouterr().err
 
 
+def test_a_body_of_which_nothing_shows_is_passed_over_with_a_word(robots: Path, capsys) -> None:
+    with_body(robots, "{pose: {xyz: [0, 0, 0]}}")
+    text = (robots / "robot.yaml").read_text()
+    (robots / "robot.yaml").write_text(text.replace("size: [0.3, 0.3, 0.02]", "size: [0.2, 0.2, 0.02]"))
+    assert learn_robots(robots) == 0
+    assert "Class 'plate' (label 5) is not learned: too little of it shows" in capsys.readouterr().err
+
+
 def test_a_class_of_other_bodies_is_learned_where_somebody_drew_it(robots: Path, capsys) -> None:
     with_body(robots, "{}")
     assert learn_robots(robots) == 0

@@ -21,8 +21,9 @@ from .transforms import Array
 
 _LOOKS = 24  # along each side of the image: where the plane is looked at
 _SQUEEZED = 1.05  # longest over shortest scale of some place; less is lost in what warping costs: 18 degrees of slant
-_FAR = 0.25  # share of the greatest scale: what lies farther off than this many times is not looked at
-_MOST_AREA = 2.0  # of the view, in those of the image
+_FAR = 0.1  # share of the greatest scale: where the plane has less it nears its horizon, and nobody looks
+_MOST_AREA, _MOST_SIDES = 2.0, 4.0  # of the view, in those of the image
+_LEAST_PX = 2.0  # of its sides: a smaller one is none
 _EDGE_STEPS = 16  # of each side of a region: lenses bend them
 _STEP_PX = 8  # of places that are worked out one by one: a lens bends what is between by a hundredth of a pixel
 _NOWHERE = -1e4
@@ -44,25 +45,27 @@ class TopView:
 
     @classmethod
     def of(cls, scene: Scene, size: tuple[int, int], limits: ScaleLimits) -> TopView | None:
-        """Of what images of this size (width, height) show; None where there is no plane, or nothing on it is squeezed.
+        """Of what images of this size (width, height) show; None where there is no plane, nothing on it is squeezed, or
+        nothing of it is looked at.
 
-        :param limits: of the scale: that of the view lies amid them.
+        :param limits: of the scale in the image: where the plane has others, nobody looks.
         """
         plane = scene.plane
         pixels = _looked_at(scene, size)
         if plane is None or not len(pixels):
             return None
-        scales = plane.scales(pixels)
-        near = scales > _FAR * scales.max()
-        longest, shortest = np.linalg.svd(plane.jacobian(pixels[near]), compute_uv=False).T
-        if not near.any() or (longest / shortest).max() < _SQUEEZED:
+        scales, tolerance = plane.scales(pixels), 1 + plane.config.scale_tolerance
+        seen = (scales > _FAR * scales.max()) & (scales * tolerance >= limits.least)
+        seen &= scales <= limits.greatest * tolerance
+        if not seen.any():
             return None
-        places = plane.places(pixels[near])
+        longest, shortest = np.linalg.svd(plane.jacobian(pixels[seen]), compute_uv=False).T
+        places = plane.places(pixels[seen])
         low, high = places.min(axis=0), places.max(axis=0)
-        tolerance = 1 + plane.config.scale_tolerance
-        scale = float(np.median(scales[near]))
-        scale = min(scale, math.sqrt(_MOST_AREA * size[0] * size[1] / float(np.prod(high - low))))
-        scale = min(max(scale, limits.least * tolerance), limits.greatest / tolerance)
+        scale = min(max(float(np.median(scales[seen])), limits.least), limits.greatest)
+        scale = min(scale, _most_scale(high - low, size))
+        if (longest / shortest).max() < _SQUEEZED or ((high - low) * scale < _LEAST_PX).any():
+            return None
         to_plane = np.array([[1 / scale, 0, low[0]], [0, -1 / scale, high[1]], [0, 0, 1.0]])
         width, height = (np.ceil((high - low) * scale).astype(int) + 1).tolist()
         columns, rows = _where(plane, to_plane, width, height)
@@ -136,13 +139,22 @@ def _where(
     return columns, rows
 
 
+def _most_scale(extent: Array, size: tuple[int, int]) -> float:
+    """Of a view of so many metres (2,): one that is not much larger than the image."""
+    room = _MOST_AREA * size[0] * size[1]
+    return min(math.sqrt(room / max(float(np.prod(extent)), 1e-12)), _MOST_SIDES * max(size) / float(extent.max() or 1))
+
+
 def _looked_at(scene: Scene, size: tuple[int, int]) -> Array:
-    """(n, 2) pixels all over an image at which objects may be."""
-    sides = (np.linspace(0, side - 1, _LOOKS) for side in size)
+    """(n, 2) pixels all over what of an image objects may be in."""
+    low, high = np.zeros(2), np.array(size) - 1.0
+    corners = np.zeros((0, 2)) if scene.region is None else scene.region
+    if len(corners):
+        low, high = np.maximum(low, corners.min(axis=0)), np.minimum(high, corners.max(axis=0))
+    if scene.plane is None or (low > high).any():
+        return np.zeros((0, 2))
+    sides = (np.linspace(a, b, _LOOKS) for a, b in zip(low, high, strict=True))
     pixels = np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)
-    if scene.region is not None:
-        pixels = np.concatenate([pixels, np.clip(scene.region, 0, np.array(size) - 1)])
-        pixels = pixels[scene.inside(pixels) | (np.arange(len(pixels)) >= _LOOKS**2)]
-    if scene.plane is None:
-        return pixels
-    return pixels[scene.plane.scales(pixels) > 0]
+    corners = corners[((corners >= low) & (corners <= high)).all(axis=1)]
+    pixels = np.concatenate([pixels[scene.inside(pixels)], corners])
+    return np.asarray(pixels[scene.plane.scales(pixels) > 0]) if len(pixels) else pixels

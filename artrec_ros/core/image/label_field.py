@@ -76,6 +76,15 @@ class LabelField:
         """What each code of `padded` is named."""
         return self.padded if self.meaning is LABELS else cv2.LUT(self.padded, self.meaning.label).ravel()
 
+    def blanked(self, code: int) -> NDArray[np.uint8]:
+        """(H, W) the codes, with one of their own where nothing is known; not to be changed."""
+        if not len(self._ignored):
+            return self.codes
+        codes = self.codes.copy()
+        for x, y, width, height in np.reshape(self._ignored, (-1, 4)).astype(int).tolist():
+            codes[max(y, 0) : max(y + height, 0), max(x, 0) : max(x + width, 0)] = code
+        return codes
+
     def at(self, pixels: Array) -> NDArray[np.uint8]:
         """Codes (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
         height, width = self.codes.shape

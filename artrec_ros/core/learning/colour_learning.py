@@ -86,11 +86,16 @@ def sample_beside(
     return _some(image[beside], _KEPT_PER_IMAGE, rng)
 
 
+def enough(samples: Samples, name: str) -> bool:
+    """Whether a class has samples enough to be learned."""
+    return len(samples.get(name, ())) >= _LEARNING.least_samples
+
+
 def check_samples(samples: Samples, labels: Collection[str]) -> None:
     """:raises ConfigError: a class without enough samples."""
     for name in labels:
         count = len(samples.get(name, ()))
-        if count < _LEARNING.least_samples:
+        if not enough(samples, name):
             raise ConfigError(f"class '{name}': {count} pixels show it, at least {_LEARNING.least_samples} are needed")
 
 

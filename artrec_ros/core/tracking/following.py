@@ -11,7 +11,7 @@ from ..base.config import TrackingConfig
 from ..geometry.transforms import Array
 from ..model.found import Detection
 from .existence import Existence
-from .motion import Bodies, Counts, MotionModel, MotionState, calmed
+from .motion import Bodies, Counts, Flags, MotionModel, MotionState, calmed
 from .names import remembered
 from .sightings import Sightings
 from .tracks import Tracks
@@ -68,6 +68,7 @@ def followed(
     theta, age_s = tracks.theta.copy(), tracks.age_s.copy()
     theta[rows], age_s[rows] = s.theta, 0.0
     identities, last = list(tracks.identities), list(tracks.last)
+    other_frame = np.array([_frame(found[n]) != _frame(last[row]) for n, row in row_of.items()], bool)
     for n, row in row_of.items():
         last[row] = found[n]
         identities[row] = remembered(found[n].identity, identities[row], config.sightings.identity_memory)
@@ -80,23 +81,38 @@ def followed(
         age_s=age_s,
         existence=existence,
     )
-    return _in_space(tracks, rows[s.placed], s[np.flatnonzero(s.placed).tolist()], dt_s, model, config)
+    placed = np.flatnonzero(s.placed)
+    return _in_space(tracks, rows[placed], s[placed.tolist()], other_frame[placed], dt_s, model, config)
+
+
+def _frame(d: Detection) -> tuple[str, str]:
+    """In which its pose is."""
+    return d.pose_from, d.frame_id
 
 
 def _in_space(
-    tracks: Tracks, rows: Counts, s: Sightings, dt_s: float, model: MotionModel, config: TrackingConfig
+    tracks: Tracks,
+    rows: Counts,
+    s: Sightings,
+    other_frame: Flags,
+    dt_s: float,
+    model: MotionModel,
+    config: TrackingConfig,
 ) -> Tracks:
-    """Those of tracks that were seen with poses. What is far off does not count, unless it lasts."""
+    """Those of tracks that were seen with poses. What is far off does not count, unless it lasts.
+
+    :param other_frame: (n,) whose poses are in another frame than before: they begin anew.
+    """
     if not len(rows):
         return tracks
     of, mine = config.sightings, tracks.bodies[rows]
     error = mine.error(s.position, s.turn)
     S = mine.motion.place_covariance + s.pose_noise
     far = (error * np.linalg.solve(S, error[..., None])[..., 0]).sum(axis=1)
-    agrees = tracks.posed[rows] & (far <= of.far)
+    agrees = tracks.posed[rows] & (far <= of.far) & ~other_frame
     strange, times, posed = tracks.strange.copy(), tracks.times.copy(), tracks.posed.copy()
     strange[rows] = np.where(agrees, 0, strange[rows] + 1)
-    anew = ~agrees & (~posed[rows] | (strange[rows] > of.strange))
+    anew = ~agrees & (~posed[rows] | other_frame | (strange[rows] > of.strange))
     doubt = np.maximum(far / of.usual, 1.0)[:, None, None]  # errors have longer tails than normal ones
     seen = mine.seen(s.position, s.turn, s.pose_noise * doubt)
     seen = replace(seen, motion=calmed(seen.motion, dt_s, _most(len(rows), config), 3, model, of.calm))
@@ -156,7 +172,7 @@ def _could_be_seen(tracks: Tracks, found: Sequence[Detection], s: Sightings, siz
     behind what was found."""
     middle = tracks.image.place[:, :2]
     hidden = ((middle < 0) | (middle > size)).any(axis=1)
-    range_m = np.where(tracks.posed, np.linalg.norm(tracks.bodies.motion.place[:, :3], axis=1), np.inf)
+    range_m = np.where(tracks.in_camera, np.linalg.norm(tracks.bodies.motion.place[:, :3], axis=1), np.inf)
     for n, d in enumerate(found):
         outlines = [c.contour for c in d.components if len(c.contour)]
         if outlines:

@@ -105,7 +105,7 @@ def agreement(s: Sightings, tracks: Tracks, possible: Flags, area_px: float, con
     place = _place_ratio(s.place[d] - image.place[t], image.place_covariance[t] + s.noise[d], area_px)
     wrong = of.misturned
     odds[d, t] = place * ((1 - wrong) * _turn_ratio(angle, variance, 1) + wrong)
-    both = s.posed[d] & tracks.posed[t]
+    both = s.posed[d] & tracks.in_camera[t]
     if both.any():
         d, t, wrong = d[both], t[both], of.misplaced
         off_px = of.off_share * s.unit[d, 0] * s.size_m[d]

@@ -22,7 +22,8 @@ class Tracks:
     :param names: the object's name of each. :param ids: None: it has not been told of. :param identities: what has been
         seen of which one of several like objects each is. :param last: as each was seen last.
     :param image: x, y and log scale in the image. :param theta: (T,) last direction in it.
-    :param posed: (T,) whether it was seen in space or on a plane; `bodies` says nothing of others.
+    :param posed: (T,) whether it was seen in space or on a plane, in the frame of `last`; `bodies` says nothing of
+        others.
     :param age_s: (T,) since it was seen. :param strange: (T,) frames in a row that showed it elsewhere in space.
     :param times: (T,) how often it was seen where it was expected in space.
     """
@@ -39,6 +40,12 @@ class Tracks:
     age_s: Array
     strange: Counts
     times: Counts
+
+    @property
+    def in_camera(self) -> Flags:
+        """(T,) whether `bodies` says where it is before the camera: not on a plane, which has a frame of its own."""
+        fitted = np.array([d.pose_from == "fit" for d in self.last], bool)
+        return np.asarray(self.posed & fitted)
 
     def __len__(self) -> int:
         return len(self.names)

@@ -135,7 +135,8 @@ def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) ->
     objects: list[AnnotatedObject] = []
     for path in map(Path, paths):
         top = read_coco(path)
-        own = dict(_category(v) for v in top["categories"].items() if "keypoints" in v.entries())
+        with_points = (v for v in top["categories"].items() if v.entries().get("keypoints", v).raw)  # or an empty list
+        own = dict(_category(v) for v in with_points if "keypoints" in v.entries())
         for name, keypoints in own.values():
             if categories.setdefault(name, keypoints) != keypoints:
                 raise ConfigError(f"{path}: category '{name}': its keypoints differ from those of the files before it")

@@ -46,7 +46,7 @@ def load_marked_objects(
 
     :param names: class label -> name.
     :param images_folder: where the images lie; without it, beside each file.
-    :param around_px: what is farther than this from all markers is no background either.
+    :param around_px: what is farther than this from all regions is no background either.
     :param plane: on which the markers lie, and by which outlines are squeezed; None: they face the camera.
     :raises ConfigError: an annotation that is of none of the targets, or does not tell a component's class.
     """
@@ -56,7 +56,7 @@ def load_marked_objects(
     for o in annotations.objects:
         for component, marker, place, label in shown_markers(o, annotations, targets, names):
             regions[o.image].append((names[label], outline_px(marker, place, plane)))
-            for body_label in {*component.body_labels} & {*names}:
+            for body_label in {*component.body_labels} & {*names} if lies_flat(o, targets) else ():
                 for outline in body_outlines(component, marker, place, plane):
                     bodies[o.image].append((names[body_label], inner_part(outline)))
                     ignored[o.image].append(outline)
@@ -64,11 +64,18 @@ def load_marked_objects(
     for image, outline in crowds(paths, images_folder):
         ignored[image].append(outline)
     sizes = {o.image: o.size for o in annotations.objects}
-    return [
+    marked = [
         MarkedImage(image, (*bodies[image], *own), REST, around_px, tuple(ignored[image]), sizes[image])
         for image, own in regions.items()
         if own
     ]
+    # where no object is annotated nobody has said that the rest is background
+    return marked + [MarkedImage(image, tuple(own)) for image, own in bodies.items() if own and not regions.get(image)]
+
+
+def lies_flat(annotated: AnnotatedObject, targets: Sequence[Target]) -> bool:
+    """Whether an annotation is of an object whose bodies follow from its axes."""
+    return what_is_shown(annotated, targets)[0].model.is_flat
 
 
 def shown_markers(

@@ -101,10 +101,19 @@ def _regions_of(
         if image.integer() not in images:
             raise image.error(f"there is no image {image.raw}")
         entry = categories[category.raw]
-        if keypoints or not ("keypoints" in entry.entries() or annotation.raw.get("iscrowd") in (1, True)):
+        if keypoints or _is_drawn(annotation, entry):
             name = coco_entry(entry, "name").text()
             regions[images[image.raw][0]] += [(name, outline) for outline in outlines_of(annotation)]
     return regions, dict(images.values())
+
+
+def _is_drawn(annotation: Value, category: Value) -> bool:
+    """Whether it is a box or a polygon of a category without keypoints, and no crowd."""
+    if category.raw.get("keypoints") or annotation.raw.get("iscrowd") in (1, True):
+        return False
+    box = annotation.raw.get("bbox")
+    has_box = isinstance(box, list) and len(box) == 4 and all(isinstance(v, (int, float)) for v in box)
+    return bool(annotation.raw.get("segmentation")) or (has_box and box[2] > 0 and box[3] > 0)
 
 
 def outlines_of(annotation: Value) -> Iterator[Array]:

@@ -216,6 +216,8 @@ def hint(key: str, specs: Mapping[str, Spec]) -> str:
     group, _, name = key.rpartition(".")
     if group.startswith("image.") and name in {f.name for f in dataclasses.fields(ClassConfig)}:
         known = {n.split(".")[1] for n in specs if n.startswith("image.") and n.endswith(f".{name}")}
+        if not known:
+            return ": image.classes lists no class"
         return f": '{group[6:]}' is not in image.classes of the last file that lists them{nearest(group[6:], known)}"
     beside = [name for name in specs if name.rpartition(".")[0] == group]
     return nearest(key, beside or specs)

@@ -104,7 +104,8 @@ def _likeliest_first(models: Mapping[str, ObjectModel], category: str) -> Iterat
 
     def named(key: str) -> bool:
         name = key.rpartition(": ")[2]
-        return category == name or category.startswith(f"{name}_")
+        identities = {i.name for i in models[key].identities}
+        return category == name or category.startswith(f"{name}_") or category in identities
 
     yield from (models[key] for key in sorted(models, key=named, reverse=True))
 

@@ -65,10 +65,12 @@ def test_what_is_seen_straight_on_needs_no_view() -> None:
     assert TopView.of(Scene(), fields.SIZE, ANY) is None
 
 
-def test_its_scale_lies_amid_the_limits_and_its_region_is_the_scenes() -> None:
-    wide, narrow = view(40.0), view(40.0, limits=ScaleLimits(800.0, 2000.0))
+def test_its_scale_lies_within_the_limits_and_its_region_is_the_scenes() -> None:
+    wide, narrow = view(40.0), view(40.0, limits=ScaleLimits(480.0, 2000.0))
     assert wide is not None and narrow is not None
-    assert wide.scale < 800 < narrow.scale / 1.39
+    assert wide.scale < 480 <= narrow.scale
+    assert narrow.size[1] < 0.8 * wide.size[1]  # what is farther is not looked at
+    assert view(40.0, limits=ScaleLimits(20000.0, 1e6)) is None and view(40.0, limits=ScaleLimits(0.0, 2.0)) is None
     region = (200.0, 150.0, 400.0, 150.0, 420.0, 300.0, 190.0, 300.0)
     within = view(40.0, region=region)
     assert within is not None and np.prod(within.size) < np.prod(wide.size) / 2
@@ -87,3 +89,23 @@ def test_codes_are_taken_as_they_are_and_nothing_is_known_beyond_the_image() -> 
     assert (codes[inside] == image[at]).mean() > 0.98  # halves may be rounded otherwise
     beyond = (made.columns < -1) | (made.columns > width) | (made.rows < -1) | (made.rows > height)
     assert beyond.any() and (codes[beyond] == 255).all()
+
+
+@pytest.mark.parametrize(
+    "region",
+    [
+        (700.0, 10.0, 900.0, 10.0, 900.0, 400.0, 700.0, 400.0),
+        (10.0, 500.0, 600.0, 500.0, 600.0, 900.0, 10.0, 900.0),
+        (-300.0, -300.0, -10.0, -300.0, -10.0, -10.0, -300.0, -10.0),
+        (639.0, 100.0, 900.0, 100.0, 900.0, 100.5, 639.0, 100.5),
+    ],
+)
+def test_a_region_beyond_the_image_makes_no_view(region) -> None:
+    assert view(45.0, region=region) is None
+
+
+@pytest.mark.parametrize("slant", [60.0, 75.0, 82.0])
+def test_a_plane_that_nears_its_horizon_makes_no_huge_view(slant: float) -> None:
+    made = view(slant)
+    assert made is not None
+    assert np.prod(made.size) < 2.2 * np.prod(fields.SIZE) and max(made.size) < 4.1 * max(fields.SIZE)

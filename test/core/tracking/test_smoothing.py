@@ -110,3 +110,15 @@ def test_what_moves_on_a_plane_has_speeds_and_a_filtered_pose_in_the_planes_fram
     (expected,) = tracker.update(START + 60 * PERIOD, frame()).detections
     assert expected.predicted and (expected.frame_id, expected.pose_from) == ("field", "plane")
     np.testing.assert_allclose(expected.pose.position, (0.9, 0.3, 0), atol=1e-2)
+
+
+def test_where_poses_come_in_another_frame_the_filter_begins_anew():
+    tracker = Tracker(SMOOTH)
+    for n in range(10):
+        before = replace(posed(0.3), score=0.99)
+        tracker.update(START + n * PERIOD, frame(before))
+    on_plane = replace(posed(0.3), pose_from="plane", frame_id="field", score=0.99)
+    pose = replace(on_plane.pose, position=np.array([0.1, -0.2, 0.0]))
+    (found,) = tracker.update(START + 10 * PERIOD, frame(replace(on_plane, pose=pose))).detections
+    assert found.id == 0 and found.motion is None
+    np.testing.assert_allclose(found.filtered.pose.position, (0.1, -0.2, 0), atol=1e-9)

@@ -34,7 +34,8 @@ class FromAbove:
         """Of the plane on which objects lie; None where there is none, or the camera itself looks straight at it."""
         if self._last is None or self._last[0] is not frame.scene or self._last[1] != frame.size:
             limits = scale_limits(self._config, frame.calibration)
-            self._last = frame.scene, frame.size, TopView.of(frame.scene, frame.size, limits)
+            view = TopView.of(frame.scene, frame.size, limits, self._config.facing)
+            self._last = frame.scene, frame.size, view
         return self._last[2]
 
     def seen(self, frame: ImageFrame, view: TopView) -> tuple[ImageFrame, tuple[Blob, ...]]:

@@ -156,8 +156,8 @@ in that one: where a name has poses in several frames, as a message for each.
 With `tracking.smooth` poses and joints are those of a filter over time, and `pose` has its covariance
 ([method.md](method.md#from-frame-to-frame)); else each is what one image says. Either way `robots` has `twist` and
 `joint_states` `velocity`, from the filter, for objects seen at least twice: of the object's origin, m/s, and about the
-axes, rad/s, along the axes of the header's frame, relative to the camera. Where none is known they are empty; NaN is
-what is not known of one of several.
+axes, rad/s, along the axes of the header's frame, relative to the camera or the plane whose it is. Where none is known
+they are empty; NaN is what is not known of one of several.
 
 With `tracking.predict` an object that is missed goes on being sent for so long, where it is expected, as if it were
 seen, but for `pose` and `image_components`. In `markers` and `debug/image` it is faint.

@@ -14,15 +14,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.config import FacingConfig
 from .field_plane import FieldPlane
 from .range_limits import ScaleLimits
 from .scene import Scene
 from .transforms import Array
 
 _LOOKS = 24  # along each side of the image: where the plane is looked at
-_SQUEEZED = 1.05  # longest over shortest scale of some place; less is lost in what warping costs: 18 degrees of slant
-_FAR = 0.1  # share of the greatest scale: where the plane has less it nears its horizon, and nobody looks
-_MOST_AREA, _MOST_SIDES = 2.0, 4.0  # of the view, in those of the image
+_MOST_SIDES = 4.0  # of the view, in the image's longer one
 _LEAST_PX = 2.0  # of its sides: a smaller one is none
 _EDGE_STEPS = 16  # of each side of a region: lenses bend them
 _STEP_PX = 8  # of places that are worked out one by one: a lens bends what is between by a hundredth of a pixel
@@ -44,18 +43,21 @@ class TopView:
     rows: NDArray[np.float32]
 
     @classmethod
-    def of(cls, scene: Scene, size: tuple[int, int], limits: ScaleLimits) -> TopView | None:
+    def of(
+        cls, scene: Scene, size: tuple[int, int], limits: ScaleLimits, config: FacingConfig | None = None
+    ) -> TopView | None:
         """Of what images of this size (width, height) show; None where there is no plane, nothing on it is squeezed, or
         nothing of it is looked at.
 
         :param limits: of the scale in the image: where the plane has others, nobody looks.
+        :param config: None: the default.
         """
-        plane = scene.plane
+        plane, config = scene.plane, config or FacingConfig()
         pixels = _looked_at(scene, size)
         if plane is None or not len(pixels):
             return None
         scales, tolerance = plane.scales(pixels), 1 + plane.config.scale_tolerance
-        seen = (scales > _FAR * scales.max()) & (scales * tolerance >= limits.least)
+        seen = (scales > config.horizon * scales.max()) & (scales * tolerance >= limits.least)
         seen &= scales <= limits.greatest * tolerance
         if not seen.any():
             return None
@@ -63,8 +65,8 @@ class TopView:
         places = plane.places(pixels[seen])
         low, high = places.min(axis=0), places.max(axis=0)
         scale = min(max(float(np.median(scales[seen])), limits.least), limits.greatest)
-        scale = min(scale, _most_scale(high - low, size))
-        if (longest / shortest).max() < _SQUEEZED or ((high - low) * scale < _LEAST_PX).any():
+        scale = min(scale, _most_scale(high - low, size, config.view_area))
+        if (longest / shortest).max() < config.squeezed or ((high - low) * scale < _LEAST_PX).any():
             return None
         to_plane = np.array([[1 / scale, 0, low[0]], [0, -1 / scale, high[1]], [0, 0, 1.0]])
         width, height = (np.ceil((high - low) * scale).astype(int) + 1).tolist()
@@ -139,9 +141,9 @@ def _where(
     return columns, rows
 
 
-def _most_scale(extent: Array, size: tuple[int, int]) -> float:
-    """Of a view of so many metres (2,): one that is not much larger than the image."""
-    room = _MOST_AREA * size[0] * size[1]
+def _most_scale(extent: Array, size: tuple[int, int], area: float) -> float:
+    """Of a view of so many metres (2,): one of so many times the image's area, and sides that are not much longer."""
+    room = area * size[0] * size[1]
     return min(math.sqrt(room / max(float(np.prod(extent)), 1e-12)), _MOST_SIDES * max(size) / float(extent.max() or 1))
 
 

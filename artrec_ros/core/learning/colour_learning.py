@@ -72,7 +72,7 @@ def sample_beside(
     image: NDArray[np.uint8], labels: NDArray[np.uint8], ignored: int, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
     """(n, 3) colours of a part of the pixels of number 0 that lie beside regions of other numbers, no farther off than
-    a third of the median region's width: what outlines must be told from, and a small part of an image.
+    `beside_share` of the median region's width: what outlines must be told from, and a small part of an image.
 
     :param image: (H, W, 3) uint8 BGR. :param labels: (H, W) class numbers. :param ignored: number of what is no region.
     """
@@ -81,8 +81,9 @@ def sample_beside(
     if not len(areas):
         return np.zeros((0, 3), np.uint8)
     off, off_any = (cv2.distanceTransform(1 - r, cv2.DIST_L2, 5) for r in (regions, (labels != 0).astype(np.uint8)))
-    least = _LEARNING.margin_px + 1  # an edge's blur
-    beside = (off > least) & (off <= max(2.0 * least, float(np.median(np.sqrt(areas))) / 3)) & (off <= off_any)
+    least = _LEARNING.beside_px
+    most = max(2 * least, _LEARNING.beside_share * float(np.median(np.sqrt(areas))))
+    beside = (off > least) & (off <= most) & (off <= off_any)
     return _some(image[beside], _KEPT_PER_IMAGE, rng)
 
 

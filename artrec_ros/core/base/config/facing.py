@@ -133,6 +133,30 @@ class FacingConfig(Room):
         paths=_FACING,
         origin="as the last climb's",
     )
+    squeezed: float = param(
+        1.05,
+        "longest over shortest scale at some place of a given plane from which on it is looked at from above",
+        low=1.0,
+        high=100,
+        paths=_FACING,
+        origin="18 degrees of slant: less harms less than warping an image does",
+    )
+    horizon: float = param(
+        0.1,
+        "where a given plane has less than this share of its greatest scale in the image, nobody looks",
+        low=0.001,
+        high=1,
+        paths=_FACING,
+        origin="a view that reached the horizon would be endless; robots of 9 px are found beside ones of 70",
+    )
+    view_area: float = param(
+        2.0,
+        "most pixels of the view from above, in those of the image; the view's scale is less where it would have more",
+        low=0.1,
+        high=100,
+        paths=_FACING,
+        origin="bounds the time; a field that fills the image has 1.2 at 35 degrees",
+    )
     cell_px: float = param(
         2.0,
         "hypotheses nearer than this in the image are one, if turn and scale are alike",

@@ -85,7 +85,10 @@ def run(args: argparse.Namespace) -> int:
     labels = dict(args.classes) if setup is None else _told_labels(args, setup)
     samples, told = _samples(args, labels, setup)
     for name in lacking_bodies(samples, setup) if setup is not None else ():
-        _say(f"Class '{name}' (label {labels.pop(name)}) is not learned: too little of it shows beside the markers")
+        _say(
+            f"Class '{name}' (label {labels.pop(name)}) is not learned: too little of it shows beside the markers; leave "
+            "it out of image.classes, and its label out of the body"
+        )
         samples.pop(name, None)
     check_samples(samples, labels)
     _say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")

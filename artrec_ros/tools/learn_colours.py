@@ -86,8 +86,8 @@ def run(args: argparse.Namespace) -> int:
     samples, told = _samples(args, labels, setup)
     for name in lacking_bodies(samples, setup) if setup is not None else ():
         _say(
-            f"Class '{name}' (label {labels.pop(name)}) is not learned: too little of it shows beside the markers; leave "
-            "it out of image.classes, and its label out of the body"
+            f"Class '{name}' (label {labels.pop(name)}) is not learned: too little of it shows beside the markers; "
+            "leave it out of image.classes, and its label out of the body"
         )
         samples.pop(name, None)
     check_samples(samples, labels)

@@ -50,7 +50,7 @@ class FacingStage:
         if view is None:
             return self._recognize(frame.faced(), blobs, scale_limits(self._config, frame.calibration))
         found, turned_down = self._recognize(*self._from_above.seen(frame, view), scale_limits(self._config, None))
-        told, beyond = within(in_image(found, view), scale_limits(self._config, frame.calibration))
+        told, beyond = within(in_image(found, view), self._judge.reach, frame.calibration)
         return told, Deferred(lambda: (*beyond, *(rejection_in_image(r, view) for r in turned_down)))
 
     def _recognize(

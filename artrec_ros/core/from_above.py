@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from .base.config import RecognizerConfig
 from .geometry.camera import Camera
-from .geometry.range_limits import ScaleLimits, scale_limits
+from .geometry.range_limits import scale_limits
 from .geometry.scene import Scene
 from .geometry.top_view import TopView
 from .geometry.transforms import Array
@@ -18,8 +19,7 @@ from .image.codes import OUTSIDE
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
 from .model.found import Detection, ImagePose, Instance, Rejection
-
-_OUT_OF_LIMITS = "out of the limits of the scale or the range"
+from .verdict.reach import Reach
 
 
 class FromAbove:
@@ -79,14 +79,18 @@ def _instance(part: Instance, there: Sequence[float], contour: Array) -> Instanc
     return replace(part, x=x, y=y, theta=theta, scale=scale, contour=contour)
 
 
-def within(detections: Sequence[Detection], limits: ScaleLimits) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
-    """Those whose scale in the image lies within the limits, and the others, which are none."""
-    told = tuple(d for d in detections if limits.least <= d.image.scale <= limits.greatest)
-    others = (d for d in detections if not limits.least <= d.image.scale <= limits.greatest)
-    return told, tuple(
-        Rejection(d.object, f"{d.image.scale:.3g} px/m, {_OUT_OF_LIMITS}", d.score, d.image.x, d.image.y)
-        for d in others
-    )
+def within(
+    detections: Sequence[Detection], reach: Reach, camera: Camera | None
+) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
+    """Those that are in reach by their scale in the image, and the others, which are none.
+
+    :param camera: that took the image, by which a scale tells a range; None: it does not.
+    """
+    focal_px = math.nan if camera is None else camera.focal_px
+    reasons = [reach.reason(focal_px / d.image.scale, d.image.scale) for d in detections]
+    both = list(zip(detections, reasons, strict=True))
+    others = tuple(Rejection(d.object, why, d.score, d.image.x, d.image.y) for d, why in both if why is not None)
+    return tuple(d for d, why in both if why is None), others
 
 
 def rejection_in_image(rejection: Rejection, view: TopView) -> Rejection:

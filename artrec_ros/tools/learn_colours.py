@@ -103,6 +103,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _told_labels(args: argparse.Namespace, setup: ColourSetup) -> dict[str, int]:
     """The classes that are annotated, by axes or by regions of their names."""
+    if not setup.hidden:
+        return dict(setup.labels)
     drawn = {name for own in drawn_regions(args.annotations, args.images).values() for name, _ in own}
     for name, label in setup.hidden.items():
         if name not in drawn:

@@ -8,13 +8,15 @@ shape's turn may be as small as a notch in a disc, which no grid of turns and fe
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from .sampling_kernels import sample_evenly
-from .shapes import SAMPLES, Shape
+from .shapes import SAMPLES, Shape, pack_shapes
 
 _CHORDS = 4 * SAMPLES  # along a contour, of which its length is measured
 
@@ -38,10 +40,8 @@ class WholeContours:
 
         :param blob, shape: (n,) which ones.
         """
-        points = np.stack([s.points for s in shapes])
-        middle = points.mean(axis=1)
-        points -= middle[:, None]
-        found = np.fft.ifft(self._spectrum[blob] * np.conj(np.fft.fft(points, axis=1))[shape], axis=1)
+        middle, spectrum, extent = _outlines(tuple(shapes))
+        found = np.fft.ifft(self._spectrum[blob] * spectrum[shape], axis=1)
         size = np.abs(found)
         before, after = np.roll(size, 1, axis=1), np.roll(size, -1, axis=1)
         peaks = np.where((size >= before) & (size > after), size, 0.0)
@@ -52,5 +52,14 @@ class WholeContours:
         off = 0.5 * (low - high) / np.minimum(low - 2 * at + high, -1e-12)
         z = found[each, best] * (1 - off**2)
         z += 0.5 * off * (off - 1) * found[each, best - 1] + 0.5 * off * (off + 1) * found[each, (best + 1) % SAMPLES]
-        z *= (peaks[each, best] > 0) / np.sum(np.abs(points) ** 2, axis=1)[shape, None]
+        z *= (peaks[each, best] > 0) / extent[shape, None]
         return self._middle[blob, None] - z * middle[shape, None], z
+
+
+@lru_cache(maxsize=8)
+def _outlines(shapes: tuple[Shape, ...]) -> tuple[np.ndarray, np.ndarray, Array]:
+    """(S,) middles of shapes' points, (S, SAMPLES) conjugate spectra about these, (S,) sums of squared distances."""
+    points = pack_shapes(shapes).points
+    middle = points.mean(axis=1)
+    about = points - middle[:, None]
+    return middle, np.conj(np.fft.fft(about, axis=1)), np.sum(np.abs(about) ** 2, axis=1)

@@ -59,8 +59,7 @@ class LabelField:
     def _empty(self) -> NDArray[np.uint8]:
         """(H, W) 255 where a pixel is unknown for sure, and all others are that are no farther than a seam is wide."""
         known = cv2.LUT(self.codes, np.where(self.meaning.label == UNKNOWN, 0, 255).astype(np.uint8))
-        for x, y, width, height in np.reshape(self._ignored, (-1, 4)).astype(int).tolist():
-            known[max(y, 0) : max(y + height, 0), max(x, 0) : max(x + width, 0)] = 255
+        self._fill_ignored(known, 255)
         around = 2 * int(np.ceil(self._config.reach_px)) + 1
         near = cv2.dilate(known, np.ones((around, around), np.uint8))
         unknown = np.where(self.meaning.unknown, 255, 0).astype(np.uint8)
@@ -81,9 +80,12 @@ class LabelField:
         if not len(self._ignored):
             return self.codes
         codes = self.codes.copy()
-        for x, y, width, height in np.reshape(self._ignored, (-1, 4)).astype(int).tolist():
-            codes[max(y, 0) : max(y + height, 0), max(x, 0) : max(x + width, 0)] = code
+        self._fill_ignored(codes, code)
         return codes
+
+    def _fill_ignored(self, image: NDArray[np.uint8], value: int) -> None:
+        for x, y, width, height in np.reshape(self._ignored, (-1, 4)).astype(int).tolist():
+            image[max(y, 0) : max(y + height, 0), max(x, 0) : max(x + width, 0)] = value
 
     def at(self, pixels: Array) -> NDArray[np.uint8]:
         """Codes (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""

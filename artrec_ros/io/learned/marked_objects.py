@@ -54,9 +54,10 @@ def load_marked_objects(
     regions: dict[Path, list[tuple[str, Array]]] = defaultdict(list)
     bodies, ignored = defaultdict(list, drawn_regions(paths, images_folder)), defaultdict(list)
     for o in annotations.objects:
+        flat = what_is_shown(o, targets)[0].model.is_flat  # else bodies do not follow from axes
         for component, marker, place, label in shown_markers(o, annotations, targets, names):
             regions[o.image].append((names[label], outline_px(marker, place, plane)))
-            for body_label in {*component.body_labels} & {*names} if lies_flat(o, targets) else ():
+            for body_label in {*component.body_labels} & {*names} if flat else ():
                 for outline in body_outlines(component, marker, place, plane):
                     bodies[o.image].append((names[body_label], inner_part(outline)))
                     ignored[o.image].append(outline)
@@ -71,11 +72,6 @@ def load_marked_objects(
     ]
     # where no object is annotated nobody has said that the rest is background
     return marked + [MarkedImage(image, tuple(own)) for image, own in bodies.items() if own and not regions.get(image)]
-
-
-def lies_flat(annotated: AnnotatedObject, targets: Sequence[Target]) -> bool:
-    """Whether an annotation is of an object whose bodies follow from its axes."""
-    return what_is_shown(annotated, targets)[0].model.is_flat
 
 
 def shown_markers(

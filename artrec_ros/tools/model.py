@@ -17,17 +17,20 @@ from ..core.design.ambiguity import Ambiguities, find_ambiguities
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
+from ..io.images.cameras import load_camera
 from ..io.images.decoding import IMAGE_SUFFIXES
+from ..io.learned.annotations import load_coco
 from ..io.objects.marker_images import image_marker
 from ..io.objects.marker_shapes import object_of, safe_name
 from ..io.objects.object_reader import load_object
-from ..io.objects.object_writer import save_object
+from ..io.objects.object_writer import Labels, save_object
 from ..io.objects.svg import svg_markers
 from ..io.objects.urdf_model import object_from_urdf
 from ..simulation.sheet import MarkerCell, model_sheet
 from .inspecting.model_report import advice, focal_px, shape_rows, summary, table
 from .options.camera_options import add_camera, camera_of
 from .options.picture_sizes import picture_sizes
+from .training.marked_lengths import lines, measured_by
 
 _YAML, _URDF, _SVG = (".yaml", ".yml"), (".urdf", ".xml"), (".svg",)
 _SHOWN_LABEL = 2  # the colour of markers on the sheet whose components name no class
@@ -69,6 +72,11 @@ def add_parser(subparsers: Any) -> None:
         help="URDF: an object file whose components are named after links, each marker with its pose on the link",
     )  # fmt: skip
     p.add_argument("--body-label", type=int, metavar="N", help="URDF: class of the bodies' pixels, where they have one")
+    p.add_argument(
+        "--marks", type=Path, nargs="+", action="extend", default=[], metavar="COCO.json",
+        help="object file: measure its lengths anew by images in which the ends of its markers' axes are marked (as "
+        "for artrec train), straight from above where it is flat, else with --camera-info; -o writes it",
+    )  # fmt: skip
     p.add_argument("--sheet", type=Path, metavar="FILE.png", help="draw the markers, and the object from all sides")
     p.add_argument(
         "--print", type=Path, metavar="PAGE.pdf", dest="printed",
@@ -95,7 +103,8 @@ def run(args: argparse.Namespace) -> int:
     for line in [*table(found, camera), *notes, *advice(found, camera, args.distance)]:
         print(line)
     if args.output:
-        save_object(args.output, model, _comments(args.sources))
+        as_given = Labels.as_in(args.sources[0]) if _kind(args.sources[0]) == "object" else None
+        save_object(args.output, model, _comments([*args.sources, *args.marks]), as_given)
         print(f"Wrote {args.output}; docs/object_file.md has every key.")
     if args.sheet:
         _write_sheet(args.sheet, found, camera, args.label)
@@ -149,8 +158,10 @@ def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
         raise ConfigError(
             "a URDF and --markers go together: the URDF tells how links move, --markers what sits on them"
         )
+    if args.marks and kind != "object":
+        raise ConfigError(f"--marks: measures what an object file has, and {first} is none")
     if kind == "object":
-        return load_object(first), ()
+        return _measured(load_object(first), args) if args.marks else (load_object(first), ())
     if kind == "urdf":
         made = object_from_urdf(first, load_object(args.markers), args.name, args.body_label)
         return made.model, [f"note: {n}" for n in made.notes]
@@ -166,6 +177,13 @@ def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
     ]
     told = [size.told(s.name, marker) for s, size, marker in zip(sources, sizes, pictured, strict=True)]
     return object_of(name, pictured), told
+
+
+def _measured(model: ObjectModel, args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
+    """The object with the lengths that marked images tell, where these are better."""
+    camera = load_camera(args.camera_info) if args.camera_info else None
+    measured = measured_by(load_coco(args.marks), model, camera)
+    return measured.model if measured.helps else model, list(lines(measured))
 
 
 def _kind(source: Path) -> str:

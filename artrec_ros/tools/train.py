@@ -19,6 +19,7 @@ from ..io.learned.annotations import Annotations, load_coco
 from ..io.learned.constraints import save_constraints
 from ..io.objects.object_reader import load_object
 from .training.annotated_joints import JointFitter
+from .training.marked_lengths import hint
 from .training.measured import load_setup, measure_axes, way_out
 from .training.train_from_joints import add_from_joints, constraints_from, examples_from_joints
 from .training.train_report import report
@@ -93,6 +94,7 @@ def run(args: argparse.Namespace) -> int:
         lines.append(f"The recogniser found {measured}.")
         lines += filter(None, [way_out(setup, model, constraints, annotations, measured)])
     save_constraints(args.output, constraints)
+    lines += hint(annotations, model, camera, args.object)
     print("\n".join([*report(model, training.examples, constraints), *lines]))
     if half := annotations.half_labelled():
         print(f"{half} markers have only one end of their axis labelled and were left out.")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,18 +13,61 @@ import yaml
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
 from ...core.model.objects import Component, Joint, Marker, ObjectModel
+from ..base.yaml_files import load_yaml
 from .object_reader import FORMAT
 
 _DECIMALS = 5  # metres: a hundredth of a millimetre
 
 
-def object_yaml(model: ObjectModel, comments: tuple[str, ...] = ()) -> str:
+@dataclass(frozen=True)
+class Labels:
+    """What an object file calls classes of pixels: numbers, or names that it or a parameter file declares.
+
+    :param declared: name -> number. :param label, body: component -> what stands there, if anything.
+    :param classes: component -> short name -> what stands there.
+    """
+
+    declared: Mapping[str, int] = field(default_factory=dict)
+    label: Mapping[str, int | str | None] = field(default_factory=dict)
+    body: Mapping[str, int | str | None] = field(default_factory=dict)
+    classes: Mapping[str, Mapping[str, int | str]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, model: ObjectModel) -> Labels:
+        """:raises ConfigError: a component's alternative classes have names whose numbers are not known."""
+        for c in model.components:
+            if None in c.classes.values():
+                raise ConfigError(
+                    f"component '{c.name}': the labels of its classes are not known, so not to be written"
+                )
+        known = {c.name: {k: label for k, label in c.classes.items() if label is not None} for c in model.components}
+        return cls(
+            {}, {c.name: c.label for c in model.components}, {c.name: c.body_label for c in model.components}, known
+        )
+
+    @classmethod
+    def as_in(cls, path: Path) -> Labels:
+        """As they stand in an object file that can be read."""
+        top = load_yaml(path, FORMAT).entries()
+        parts = {name: value.entries() for name, value in top["components"].entries().items()}
+        bodies = {name: part["body"].entries() for name, part in parts.items() if "body" in part}
+        return cls(
+            top["classes"].raw if "classes" in top else {},
+            {name: part["label"].raw for name, part in parts.items() if "label" in part},
+            {name: body["label"].raw for name, body in bodies.items() if "label" in body},
+            {name: part["classes"].raw for name, part in parts.items() if "classes" in part},
+        )
+
+
+def object_yaml(model: ObjectModel, comments: tuple[str, ...] = (), labels: Labels | None = None) -> str:
     """The text of an object file; outlines and places rounded to a hundredth of a millimetre.
 
-    :param comments: lines for the head of the file.
+    :param comments: lines for the head of the file. :param labels: what stands there for classes; None: their numbers.
     """
-    shapes = _shapes(model)
-    lines = [*(f"# {c}" for c in comments), f"format: {FORMAT}", f"name: {_name(model.name)}", "", "markers:"]
+    shapes, labels = _shapes(model), labels or Labels.of(model)
+    lines = [*(f"# {c}" for c in comments), f"format: {FORMAT}", f"name: {_name(model.name)}"]
+    lines += [f"classes: {_mapping(labels.declared)}"] if labels.declared else []
+    lines += ["", "markers:"]
     written: set[str] = set()
     for component in model.components:
         for marker in component.markers:
@@ -32,21 +77,20 @@ def object_yaml(model: ObjectModel, comments: tuple[str, ...] = ()) -> str:
                 written.add(name)
     lines += ["", "components:"]
     for component in model.components:
-        lines += _component(component, shapes)
+        lines += _component(component, shapes, labels)
     if model.identities:
         lines += ["", "identities:"]
     for identity in model.identities:
-        shown = ", ".join(f"{_name(c)}: {_name(cls)}" for c, cls in identity.classes.items())
-        lines.append(f"  {_name(identity.name)}: {{{shown}}}")
+        lines.append(f"  {_name(identity.name)}: {_mapping(identity.classes)}")
     if model.unique:
         lines += ["", "unique: true"]
     return "\n".join(lines) + "\n"
 
 
-def save_object(path: Path, model: ObjectModel, comments: tuple[str, ...] = ()) -> None:
-    """Writes an object file. :raises ConfigError: where that is not possible."""
+def save_object(path: Path, model: ObjectModel, comments: tuple[str, ...] = (), labels: Labels | None = None) -> None:
+    """Writes an object file as `object_yaml` has it. :raises ConfigError: where that is not possible."""
     try:
-        path.write_text(object_yaml(model, comments), encoding="utf-8")
+        path.write_text(object_yaml(model, comments, labels), encoding="utf-8")
     except OSError as error:
         raise ConfigError(f"{path}: cannot be written: {error.strerror}") from None
 
@@ -77,17 +121,15 @@ def _shape(name: str, m: Marker) -> list[str]:
     return [f"  {_name(name)}:", "    outline: [", *body, f"    {axis}"]
 
 
-def _component(c: Component, shapes: dict[tuple[str, str], str]) -> list[str]:
+def _component(c: Component, shapes: dict[tuple[str, str], str], labels: Labels) -> list[str]:
     lines = [f"  {_name(c.name)}:"]
+    label, body, classes = labels.label.get(c.name), labels.body.get(c.name), labels.classes.get(c.name)
     if c.required:
         lines.append("    required: true")
-    if c.label is not None:
-        lines.append(f"    label: {c.label}")
-    if c.classes:
-        if None in c.classes.values():
-            raise ConfigError(f"component '{c.name}': the labels of its classes are not known, and cannot be written")
-        alternatives = ", ".join(f"{_name(name)}: {label}" for name, label in c.classes.items())
-        lines.append(f"    classes: {{{alternatives}}}")
+    if label is not None:
+        lines.append(f"    label: {_word(label)}")
+    if classes:
+        lines.append(f"    classes: {_mapping(classes)}")
     lines.append("    markers:")
     for m in c.markers:
         given = [] if shapes[c.name, m.name] == m.name else [f"marker: {_name(shapes[c.name, m.name])}"]
@@ -97,7 +139,7 @@ def _component(c: Component, shapes: dict[tuple[str, str], str]) -> list[str]:
     if c.joint is not None:
         lines.append(f"    joint: {_joint(c.joint)}")
     if c.bodies:
-        lines += ["    body:"] + ([] if c.body_label is None else [f"      label: {c.body_label}"]) + ["      boxes:"]
+        lines += ["    body:"] + ([] if body is None else [f"      label: {_word(body)}"]) + ["      boxes:"]
         lines += [f"        - {{{_pose(b.T_component_box)}, size: {_vector(b.size)}}}" for b in c.bodies]
     return lines
 
@@ -119,6 +161,14 @@ def _pose(T: Pose) -> str:
         return xyz
     x, y = T.rotation[:, 0], T.rotation[:, 1]
     return f"{xyz}, x_axis: {_vector(x, 9)}, y_axis: {_vector(y, 9)}"
+
+
+def _mapping(entries: Mapping[str, int | str]) -> str:
+    return f"{{{', '.join(f'{_name(name)}: {_word(value)}' for name, value in entries.items())}}}"
+
+
+def _word(value: int | str) -> str:
+    return _name(value) if isinstance(value, str) else str(value)
 
 
 def _name(name: str) -> str:

@@ -1,0 +1,182 @@
+"""How images show an object whose markers' axes are marked in them, and what its pose and joints are there, about."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..geometry.camera import Camera
+from ..geometry.projection import project
+from ..geometry.transforms import Array, Pose
+from ..model.chain_kernels import Chain, forward
+from ..model.kinematics import Kinematics
+from ..model.objects import Marker, ObjectModel
+from ..pose.surface_model import Poses
+from .keypoint_fit import Points, fit_points
+
+_FACING = np.diag([1.0, -1.0, -1.0])  # a marker's frame as a camera that it faces sees it
+_AROUND = 24  # values of each joint that are looked at
+_WORST_SHARE, _LEAST_WORST_PX = 0.1, 5.0  # of the object's size in the image: marks farther off tell no lengths
+
+
+class Marks(NamedTuple):
+    """The marked axes of an object in one image.
+
+    :param marker: (n,) numbers of the markers, in the order of `markers_of`.
+    :param ends: (n, 2, 2) pixels of each one's tail and head. :param place: where that stands.
+    """
+
+    marker: NDArray[np.int64]
+    ends: Array
+    place: str = ""
+
+    @property
+    def worst_px(self) -> float:
+        """How far off they may be in the mean."""
+        return max(_LEAST_WORST_PX, _WORST_SHARE * float(np.linalg.norm(np.ptp(self.ends.reshape(-1, 2), axis=0))))
+
+
+class Start(NamedTuple):
+    """What is marked in an image, and the pose and joints, one row, that come near to it."""
+
+    marks: Marks
+    poses: Poses
+
+
+def markers_of(model: ObjectModel) -> list[tuple[int, Marker, Pose]]:
+    """All markers of an object whose markers have places: the number of its component, it, and its pose there."""
+    return [
+        (c, marker, marker.T_component_marker)
+        for c, component in enumerate(model.components)
+        for marker in component.markers
+        if marker.T_component_marker is not None
+    ]
+
+
+def marks_of(model: ObjectModel, points: Mapping[str, Array], place: str = "") -> Marks:
+    """The markers of which both ends are marked. :param points: keypoint name -> (2,) pixels."""
+    names = [f"{model.components[c].name}/{marker.name}" for c, marker, _ in markers_of(model)]
+    both = [
+        (n, (points[f"{name}.tail"], points[f"{name}.head"]))
+        for n, name in enumerate(names)
+        if f"{name}.tail" in points and f"{name}.head" in points
+    ]
+    marker, ends = zip(*both, strict=True) if both else ((), ())
+    return Marks(np.array(marker, np.int64), np.array(ends, float).reshape(-1, 2, 2), place)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """An object as far as its markers' axes tell of it.
+
+    :param component: (m,) of each marker. :param places: (m, 2, 3) where its axis' ends lie on its component.
+    """
+
+    chain: Chain
+    component: NDArray[np.int64]
+    places: Array
+
+    @classmethod
+    def of(cls, model: ObjectModel) -> Figure:
+        known = markers_of(model)
+        places = np.array([T.apply(axis_ends(marker)) for _, marker, T in known])
+        return cls(Kinematics(model).chain, np.array([c for c, _, _ in known], np.int64), places)
+
+    def with_lengths(self, joint_shift: Array, places: Array) -> Figure:
+        """The same with joints shifted (C, 3) in their parents, and axes' ends elsewhere (m, 2, 3)."""
+        return replace(self, chain=self.chain._replace(t=self.chain.t + joint_shift), places=places)
+
+    def ends(self, poses: Poses) -> Array:
+        """(H, m, 2, 3) of all axes in the camera."""
+        R, t = self.frames(poses)
+        return np.asarray(np.einsum("hmij,mkj->hmki", R[:, self.component], self.places) + t[:, self.component, None])
+
+    def frames(self, poses: Poses) -> tuple[Array, Array]:
+        """(H, C, 3, 3), (H, C, 3) of the components in the camera."""
+        shape, joints = (len(poses), len(self.chain.parent), 3), (len(poses), poses.q.shape[1], 3)
+        R, t = np.empty((*shape, 3)), np.empty(shape)
+        forward(self.chain, poses.R.copy(), poses.t.copy(), poses.q.copy(), R, t, np.empty(joints), np.empty(joints))
+        return R, t
+
+
+def axis_ends(marker: Marker) -> Array:
+    """(2, 3) of its axis in its own frame."""
+    return np.column_stack([np.stack([marker.tail, marker.head]), np.zeros(2)])
+
+
+@dataclass(frozen=True)
+class Eye:
+    """What sees an object. :param facing: it lies flat and faces the camera, whatever that is: only turned about the
+    line of sight, and moved."""
+
+    model: ObjectModel
+    camera: Camera
+    facing: bool
+
+    def starts(self, marks: Sequence[Marks]) -> list[Start]:
+        """Of what is marked well enough to tell a pose."""
+        figure, kin = Figure.of(self.model), Kinematics(self.model)
+        find = self._facing if self.facing else self._in_space
+        found = [find(figure, kin, m) for m in marks]
+        return [start for start in found if start is not None]
+
+    def pixels(self, figure: Figure, poses: Poses) -> Array:
+        """(H, m, 2, 2) where it shows the ends of all axes."""
+        return project(self.camera, figure.ends(poses))
+
+    def _in_space(self, figure: Figure, kin: Kinematics, marks: Marks) -> Start | None:
+        """A disc's marked ends need not be those of its axis."""
+        known = markers_of(self.model)
+        use = np.array([known[m][1].disc_radius is None for m in marks.marker.tolist()])
+        which = marks.marker[use]
+        normal = np.array([T.rotation[:, 2] for _, _, T in (known[m] for m in which.tolist())]).reshape(-1, 3)
+        points = Points(
+            figure.component[which].repeat(2),
+            figure.places[which].reshape(-1, 3),
+            normal.repeat(2, axis=0),
+            marks.ends[use].reshape(-1, 2),
+        )
+        fit = fit_points(kin, self.camera, points)
+        if fit is None or fit.rms_px > marks.worst_px:
+            return None
+        return Start(marks, Poses(fit.R[None], fit.t[None], fit.q[None]))
+
+    def _facing(self, figure: Figure, kin: Kinematics, marks: Marks) -> Start | None:
+        """One marker tells the pose; then joint by joint what brings all marks nearest, twice around."""
+        q = np.where(np.isfinite(kin.lower + kin.upper), (kin.lower + kin.upper) / 2, 0.0)[None]
+        best = self._laid(figure, marks, q)
+        for joint in [*range(kin.n_joints)] * 2:
+            values = np.append(kin.grid(joint, 2 * np.pi / _AROUND), best.q[0, joint])
+            q = np.repeat(best.q, len(values), axis=0)
+            q[:, joint] = values
+            tried = self._laid(figure, marks, q)
+            best = tried[[int(np.argmin(self._off_px(figure, marks, tried)))]]
+        return Start(marks, best) if self._off_px(figure, marks, best)[0] <= marks.worst_px else None
+
+    def _laid(self, figure: Figure, marks: Marks, q: Array) -> Poses:
+        """Poses that carry one axis, of the required component where that is marked, to its marks, at joints (H, J)."""
+        root = self.model.components.index(self.model.required)
+        first = int(np.argmax(figure.component[marks.marker] == root))
+        marker, (tail, head) = int(marks.marker[first]), marks.ends[first]
+        frames = figure.frames(Poses(np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3)), q))
+        R, t = (v[:, figure.component[marker]] for v in frames)  # of the marker's component in the object
+        front = _FACING @ markers_of(self.model)[marker][2].rotation.T @ R.transpose(0, 2, 1)
+        along = np.diff(figure.places[marker], axis=0)[0]
+        shown, marked = (front @ R @ along)[:, :2] @ np.array([1, 1j]), (head - tail) @ np.array([1, 1j])
+        turns = np.angle(marked / shown)
+        R_object = Rotation.from_rotvec(turns[:, None] * [0.0, 0.0, 1.0]).as_matrix() @ front
+        middle_px = (tail + head) / 2 - self.camera.matrix[:2, 2]
+        depth = self.camera.focal_px * np.linalg.norm(along) / abs(marked)
+        middle = t + R @ figure.places[marker].mean(axis=0)
+        there = depth * np.append(middle_px / self.camera.focal_px, 1.0)
+        return Poses(R_object, there - np.einsum("hij,hj->hi", R_object, middle), q)
+
+    def _off_px(self, figure: Figure, marks: Marks, poses: Poses) -> Array:
+        """(H,) mean distance of the axes' ends from where they are marked; no mistaken axis counts for much."""
+        off = np.linalg.norm(self.pixels(figure, poses)[:, marks.marker] - marks.ends, axis=-1).mean(axis=2)
+        return np.asarray(np.minimum(off, 2 * marks.worst_px).mean(axis=1))

@@ -22,7 +22,7 @@ from ..io.images.decoding import IMAGE_SUFFIXES
 from ..io.learned.annotations import load_coco
 from ..io.objects.marker_images import image_marker
 from ..io.objects.marker_shapes import object_of, safe_name
-from ..io.objects.object_reader import load_object
+from ..io.objects.object_reader import cut_back, load_object
 from ..io.objects.object_writer import Labels, save_object
 from ..io.objects.svg import svg_markers
 from ..io.objects.urdf_model import object_from_urdf
@@ -161,7 +161,7 @@ def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
     if args.marks and kind != "object":
         raise ConfigError(f"--marks: measures what an object file has, and {first} is none")
     if kind == "object":
-        return _measured(load_object(first), args) if args.marks else (load_object(first), ())
+        return _measured(load_object(first), args) if args.marks else (load_object(first), _cut_back(first))
     if kind == "urdf":
         made = object_from_urdf(first, load_object(args.markers), args.name, args.body_label)
         return made.model, [f"note: {n}" for n in made.notes]
@@ -177,6 +177,12 @@ def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
     ]
     told = [size.told(s.name, marker) for s, size, marker in zip(sources, sizes, pictured, strict=True)]
     return object_of(name, pictured), told
+
+
+def _cut_back(path: Path) -> list[str]:
+    markers = cut_back(path)
+    told = f"bodies reach a little beyond {', '.join(markers)}, and are taken to end beneath"
+    return [f"note: {told} {'it' if len(markers) == 1 else 'them'}"] if markers else []
 
 
 def _measured(model: ObjectModel, args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:

@@ -13,6 +13,7 @@ from ..model.objects import ObjectModel
 from ..model.surface import Patch
 
 BEHIND = 1 - 1e-4  # share of the way to a point beyond which a box no longer hides it
+_FLUSH_M = 1e-6
 _CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
 
 
@@ -29,17 +30,14 @@ class BodyBoxes:
     def __len__(self) -> int:
         return len(self.half)
 
-    def behind_patches(self, patches: Sequence[Patch], sunk_m: float) -> np.ndarray:
-        """(P, B) bool: boxes wholly behind a patch of the same component; seen from its front they cannot hide it.
-
-        :param sunk_m: a marker may be declared so much below the face that it sticks on.
-        """
+    def behind_patches(self, patches: Sequence[Patch]) -> np.ndarray:
+        """(P, B) bool: boxes wholly behind a patch of the same component; seen from its front they cannot hide it."""
         out = np.zeros((len(patches), len(self)), bool)
         for b, (component, R, t, half) in enumerate(zip(self.component, self.R, self.t, self.half, strict=True)):
             corners = (_CORNERS * half) @ R.T + t
             for p, patch in enumerate(patches):
                 above = (corners - patch.inside[0]) @ patch.normal
-                out[p, b] = patch.component == component and above.max() < sunk_m
+                out[p, b] = patch.component == component and above.max() < _FLUSH_M
         return out
 
 

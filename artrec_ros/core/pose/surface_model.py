@@ -125,7 +125,7 @@ class SpatialModel:
         self.table = self.roles.table
         self.boxes = BodyBoxes(model)
         self.hulls = hulls_of(model)
-        self.ignored = self.boxes.behind_patches(self.patches, votes.sunk_m)
+        self.ignored = self.boxes.behind_patches(self.patches)
         mine = self.points[(self.component == self.root)[self.point_patch] & self.is_marker[self.point_patch]]
         self.anchor = mine.mean(axis=0)  # amid the required component's markers, in its frame
         whole = self.points[(self.component == self.root)[self.point_patch]]

@@ -10,6 +10,7 @@ import numpy as np
 from ...core.base.config import GREATEST_LABEL
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
+from ...core.model.bodies import beneath_markers
 from ...core.model.objects import Box, Component, Identity, Joint, Marker, ObjectModel
 from ..base.yaml_files import Value, load_yaml, nearest
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
@@ -21,7 +22,7 @@ _MOST_RAD = 1000.0
 
 
 def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None) -> ObjectModel:
-    """An object from its file.
+    """An object from its file, its bodies cut back to the markers that lie a little within them.
 
     :param class_labels: class name -> label, which go before the file's own `classes`. None: labels do not
         matter to the caller (training), so a class name that the file does not declare stays without a number.
@@ -33,13 +34,22 @@ def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None)
     own = {name: value.integer(1, GREATEST_LABEL) for name, value in classes.items()}
     labels = _Labels({**own, **(class_labels or {})}, strict=class_labels is not None)
     shapes = _read_markers(top["markers"])
-    components = tuple(_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items())
+    read = (_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items())
+    components = tuple(beneath_markers(component)[0] for component in read)
     identities = _read_identities(top["identities"]) if "identities" in top else ()
     unique = top["unique"].boolean() if "unique" in top else False
     try:
         return ObjectModel(top["name"].text(), components, identities, unique)
     except ConfigError as error:
         raise top["components"].error(str(error)) from None  # names its object
+
+
+def cut_back(path: str | Path) -> list[str]:
+    """The markers, COMPONENT/MARKER, to which `load_object` cuts bodies back."""
+    top, labels = load_yaml(path, FORMAT).entries(), _Labels({}, strict=False)
+    shapes = _read_markers(top["markers"])
+    read = [_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items()]
+    return [f"{component.name}/{marker}" for component in read for marker in beneath_markers(component)[1]]
 
 
 class _Labels:

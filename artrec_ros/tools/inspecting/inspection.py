@@ -19,6 +19,7 @@ from ...io.inventory.inventory import image_stamps
 from ...io.learned.annotations import AnnotatedObject, Annotations
 from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
+from .model_report import buried
 
 T = TypeVar("T")
 
@@ -34,6 +35,8 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
         yield from _bag_alone(path, bag)
     for path, sample in _all(items, Sample):
         yield from (f"{path}: {p}" for p in sample.problems)
+    for name, model in _models(items).items():
+        yield from (f"{name}: {line}" for line in buried(model))
     for path, coco in _all(items, Annotations):
         yield from _annotations(path, coco, _models(items))
     for path, constraints in _all(items, ConstraintContent):

@@ -83,7 +83,7 @@ def counted(number: int, noun: str) -> str:
 def advice(found: Ambiguities, camera: Camera, distance_m: float | None) -> list[str]:
     """One line for everything that will be ambiguous, hidden or too small: 'warning: ...', then 'note: ...'."""
     lines = [
-        *_placement(found.model),
+        *(f"warning: {line}" for line in buried(found.model)),
         *_own_turns(found),
         *_same(found),
         *_labels(found.model),
@@ -93,10 +93,11 @@ def advice(found: Ambiguities, camera: Camera, distance_m: float | None) -> list
     return sorted(lines, key=lambda line: line.startswith("note"))
 
 
-def _placement(model: ObjectModel) -> Iterator[str]:
+def buried(model: ObjectModel) -> Iterator[str]:
+    """A line for each marker that its own component's body hides."""
     for component, marker in buried_markers(model):
         yield (
-            f"warning: {component}/{marker} lies within its component's body or looks into it and will never be seen; "
+            f"{component}/{marker} lies within its component's body or looks into it and will never be seen; "
             "check its pose and which way its z axis (x_axis cross y_axis) points"
         )
 

@@ -82,5 +82,5 @@ def test_a_box_is_behind_the_patches_of_its_own_faces_and_of_markers_stuck_on_it
                 assert component == patch.component or not surface.ignored[p, b]
                 continue
             highest = ((corners - patch.inside.mean(axis=0)) @ patch.normal).max()
-            assert surface.ignored[p, b] == (highest < DEFAULTS.votes.sunk_m)
+            assert surface.ignored[p, b] == (highest < 1e-6)
     assert surface.ignored.any() and not surface.ignored.all()

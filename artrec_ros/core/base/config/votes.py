@@ -132,16 +132,6 @@ class VotesConfig(Room):
         paths=_WHOLE,
         origin="83 degrees: a marker of 16 px is then 2 px wide",
     )
-    sunk_m: float = param(
-        0.002,
-        "a marker may be declared so much below the face that it sticks on",
-        unit="m",
-        low=0,
-        high=1,
-        paths=_WHOLE,
-        origin="how exactly objects are measured; where markers lie on their faces, as in all that were tried, it "
-        "does nothing",
-    )
     supported_agree: float = param(
         0.4,
         "least share of a marker's pixels with its label for the labels to support it",

@@ -1,10 +1,11 @@
 """Flat objects made up at random, and scenes of them as an uncalibrated camera sees them: what
 `benchmarks/acceptance_facing.py` fits and measures on.
 
-Half of them are trees of flat parts (`random_solids.random_tree`, those of which all markers lie face up); half are
-small rigid patterns, a base that is cut into a few pieces of several classes, as robots bear them that are seen from
-above. They are tilted by up to twenty degrees, stand among clutter and strangers, and are segmented exactly or badly;
-or they are painted, blurred and compressed, as a camera's colours are, for the recogniser to read itself.
+Half of them are trees, chains and hands of flat parts (`random_solids.random_model`, those of which all markers lie
+face up), limbs with a colour of their own at times on bodies of the object's; half are small rigid patterns, a base
+that is cut into a few pieces of several classes, as robots bear them that are seen from above. They are tilted by up to
+twenty degrees, stand among clutter and strangers, and are segmented exactly or badly; or they are painted, blurred and
+compressed, as a camera's colours are, for the recogniser to read itself.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from random_patterns import random_clutter, shaded
-from random_solids import BODY, LABELS, OTHER, SHARES, SIZES, World, random_tree
+from random_solids import BODY, LABELS, OTHER, SHARES, SIZES, World, random_model
 
 from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.geometry.camera import Camera
@@ -38,6 +39,8 @@ UP = np.eye(3)
 # Share of the worlds in which things of other shapes bear the objects' colours. These are chosen for that to be seldom:
 # with 0.6, of robots that others drew as a poor camera shows them, 0.87 are told, not 0.96
 STRANGE = 0.2
+# Share of the trees whose limbs of other colours sit on bodies of the object's own, as a toy's hands do on its arms
+SELF_COLOURED = 1 / 2
 # Share of the painted scenes that move during the exposure, and how far at most
 MOVING, MOTION_PX = 1 / 3, 8.0
 # Share of the scenes in which the border takes a required component, and how far beyond it is, in its sizes
@@ -58,20 +61,24 @@ def flat_world(seed: int) -> World:
     rng = np.random.default_rng([21, seed])
     label = LABELS[0] if rng.random() < 1 / 3 else LABELS[1]
     make = flat_tree if rng.random() < 0.5 else flat_pattern
-    both = (Target("one", make("one", rng), LABELS[0]), Target("two", make("two", rng), label))
-    strangers = (Target("stranger", make("stranger", rng), LABELS[0]),) if rng.random() < STRANGE else ()
+    both = (Target("one", make("one", rng, LABELS[0]), LABELS[0]), Target("two", make("two", rng, label), label))
+    strangers = (Target("stranger", make("stranger", rng, LABELS[0]), LABELS[0]),) if rng.random() < STRANGE else ()
     return World(both[: int(rng.integers(1, 3))], strangers)
 
 
-def flat_tree(name: str, rng: np.random.Generator) -> ObjectModel:
-    """A tree of parts that face up."""
+def flat_tree(name: str, rng: np.random.Generator, label: int) -> ObjectModel:
+    """A tree, chain or hand of parts that face up. :param label: the object's class."""
     while True:
-        model = random_tree(name, rng)
+        model = random_model(name, rng)
         if model.is_flat and np.allclose(model.required.markers[0].T_component_marker.rotation, UP):
-            return model
+            break
+    if rng.random() >= SELF_COLOURED:
+        return model
+    parts = (replace(c, body_label=label) if c.bodies and c.label is not None else c for c in model.components)
+    return replace(model, components=tuple(parts))
 
 
-def flat_pattern(name: str, rng: np.random.Generator) -> ObjectModel:
+def flat_pattern(name: str, rng: np.random.Generator, _label: int) -> ObjectModel:
     """A polygon cut by lines through a point: two to four pieces, the first one of the object's class."""
     corners = int(rng.integers(4, 7))
     angles = 2 * np.pi * (np.arange(corners) + rng.uniform(-0.2, 0.2, corners)) / corners

@@ -17,8 +17,8 @@ _GAP_M = 1e-5  # so far beneath a marker its body ends
 def beneath_markers(component: Component) -> tuple[Component, tuple[str, ...]]:
     """The component with its boxes cut back to the markers that lie a little within them, and these markers' names.
 
-    Whoever measures a body and a marker's place on it with a ruler is a few millimetres off, and what lies within a body
-    would never be seen.
+    Whoever measures a body and a marker's place on it with a ruler is a few millimetres off, and what lies within a
+    body would never be seen.
     """
     cut, boxes = list[str](), []
     for box in component.bodies:

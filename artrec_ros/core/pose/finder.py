@@ -207,9 +207,10 @@ class WholeObjectFinder:
             )  # fmt: skip
         return moved
 
-    def judge(self, frame: ImageFrame, poses: Poses, *, occlusion: bool) -> PatchScores:
-        """What the labels say of every patch under each hypothesis."""
-        return self.surface.score(frame, poses, np.arange(len(self.surface.patches)), occlusion=occlusion)
+    def judge(self, frame: ImageFrame, poses: Poses, *, occlusion: bool, covered: bool = False) -> PatchScores:
+        """What the labels say of every patch under each hypothesis: see `SpatialModel.score`."""
+        patches = np.arange(len(self.surface.patches))
+        return self.surface.score(frame, poses, patches, occlusion=occlusion, covered=covered)
 
     def votes(self, frame: ImageFrame, poses: Poses, *, occlusion: bool) -> Array:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""

@@ -39,6 +39,9 @@ class Surface(NamedTuple):
     ring_role: Any  # (M,)
     rim_role: Any  # (M,)
     open_ring: Any  # (M, m) 1, or 0 where another marker of the object begins at the contour
+    patch_of: Any  # (M,) each marker's patch
+    like: Any  # (M, M) bool: markers of other components that may be of one class
+    like_box: Any  # (M, B) bool: boxes of other components that may be of a marker's class
     table: Any  # (roles, 256) votes
     own: Any  # (roles, 256) how far each code is of the piece's own class
     best: Any  # (roles,) the greatest vote of each
@@ -80,18 +83,26 @@ class Room(NamedTuple):
     box_rotation: Any  # (B, 3, 3)
     eye: Any  # (B, 3)
     middle: Any  # (B, 3)
+    open: Any  # (M, m) `Surface.open_ring`, -1 where another part of the hypothesis lies beyond: `cover_contours`
+    outlines: Any  # (M, 4, m), see `outline_pixels`
+    shown: Any  # (M,) bool: markers that face the camera
+    beyond: Any  # (3, m) points beyond a contour
 
 
 @jit
 def room_of(s: Surface) -> Room:
     """Scratch arrays that fit a surface."""
-    n, m = len(s.half), s.contour.shape[2]
-    most = m
+    n, n_m, m = len(s.half), s.contour.shape[0], s.contour.shape[2]
+    most, is_open = m, np.empty((n_m, m))
+    for k in range(n_m):
+        for i in range(m):
+            is_open[k, i] = s.open_ring[k, i]
     for p in range(len(s.starts) - 1):  # numpy's own functions take longer to compile
         most = max(most, s.starts[p + 1] - s.starts[p])
     return Room(
         np.empty((2, most), np.int32), np.empty(most), np.empty((4, m)), np.empty(most, np.bool_),
         np.empty(n, np.int64), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
+        is_open, np.empty((n_m, 4, m)), np.empty(n_m, np.bool_), np.empty((3, m)),
     )  # fmt: skip
 
 

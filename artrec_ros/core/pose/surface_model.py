@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -160,6 +161,11 @@ class SpatialModel:
             ring_role=self.ring_role,
             rim_role=self.rim_role,
             open_ring=free_contour(self.model, self.patches, own_class=True).astype(float),
+            patch_of=self.markers,
+            like=self._like(self.component[self.markers], self.marker_labels),
+            like_box=self._like(
+                self.boxes.component, [self.model.components[c].body_labels for c in self.boxes.component]
+            ),
             table=self.table,
             own=self.roles.own,
             best=self.table.max(axis=1),
@@ -181,6 +187,18 @@ class SpatialModel:
         """(256,) how far each code is of a known class that is none of the required component's."""
         known = 1 - self.codes.share[:, [UNKNOWN, EMPTY, OWNED, OUTSIDE, *self.labels[self.root]]].sum(axis=1)
         return np.ascontiguousarray(known)
+
+    def _like(self, component: np.ndarray, labels: Sequence[Sequence[int]]) -> NDArray[np.bool_]:
+        """(M, n) which of n pieces of components, with labels, are others than a marker's and may be of its class."""
+        mine = zip(self.component[self.markers], self.marker_labels, strict=True)
+        pieces = list(zip(component.tolist(), labels, strict=True))
+        rows = [[c != other and bool(set(own) & set(theirs)) for other, theirs in pieces] for c, own in mine]
+        return np.array(rows, bool).reshape(len(self.markers), len(pieces))
+
+    @cached_property
+    def overlaps(self) -> bool:
+        """Whether parts of one class can lie over each other's contours."""
+        return bool(self.compiled.like.any() or self.compiled.like_box.any())
 
     @cached_property
     def alike(self) -> NDArray[np.bool_]:
@@ -222,11 +240,17 @@ class SpatialModel:
         shown_contours(self.compiled, frames.R, frames.t, self.markers, used, BEHIND, out)
         return out
 
-    def score(self, frame: ImageFrame, poses: Poses, patches: np.ndarray, *, occlusion: bool) -> PatchScores:
-        """What the labels say of each of `patches` (ascending indices) under each hypothesis."""
+    def score(
+        self, frame: ImageFrame, poses: Poses, patches: np.ndarray, *, occlusion: bool, covered: bool = False
+    ) -> PatchScores:
+        """What the labels say of each of `patches` (ascending indices) under each hypothesis.
+
+        :param covered: with the object's other parts of their class in place around markers' contours.
+        """
         R, t, q = poses.R, poses.t, poses.q
         out, view = PatchScores(*np.empty((3, len(R), len(patches)))), frame.view
-        score_patches(self.compiled, self.kinematics.chain, R, t, q, patches, view, self.limits, occlusion, *out.arrays)
+        looked = occlusion, covered and self.overlaps
+        score_patches(self.compiled, self.kinematics.chain, R, t, q, patches, view, self.limits, *looked, *out.arrays)
         return out
 
     def search_joints(self, frame: ImageFrame, poses: Poses, step: float) -> Poses:

@@ -10,6 +10,7 @@ import numpy as np
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, turned
 from ..model.chain_kernels import Chain, place_all
+from .covering_kernels import COVERED, cover_contours
 from .hiding_kernels import ALL_BOXES, bit_of, boxes_in_camera, boxes_in_front, hide
 from .surface_kernels import (
     LEAST_DEPTH_M,
@@ -23,6 +24,8 @@ from .surface_kernels import (
     room_of,
     weigh_points,
 )
+
+LEAST_KNOWN = 0.5  # of a contour, that what is seen of it speaks for all of it
 
 
 class Scores(NamedTuple):
@@ -40,7 +43,8 @@ def ring_votes(
     room: Room,
 ) -> tuple[float, float]:  # fmt: skip
     """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour
-    within the image that does not lie amid its class; 0 where none is.
+    within the image that does not lie amid its class; 0 where none is. Where other parts of the object's lie, their
+    class is no matter; but where these leave less than half of it, only half of it is known.
 
     :param own: (256,) how far each code is of its class. :param depth: of its middle. :param near: see `is_near`.
     """
@@ -48,34 +52,42 @@ def ring_votes(
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
     outer, inner, ring_px = room.at[0], room.at[1], limits.ring_px
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
-    m, ring, seen, amid, is_open, on = len(u), 0.0, 0, 0.0, s.open_ring[k], s.contour[k]
+    m, ring, seen, amid, within, is_open, on = len(u), 0.0, 0, 0.0, 0, room.open[k], s.contour[k]
     for i in range(m):
         outer[i] = padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)
         inner[i] = padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)
     for i in range(m):
         beyond = view.padded[outer[i]]
         if beyond != limits.outside:  # else not the marker ends there but the image
-            vote = is_open[i] * out[beyond] + into[view.padded[inner[i]]]
+            free = is_open[i]
+            vote = max(free, 0.0) * out[beyond] + into[view.padded[inner[i]]]
             if near:  # lengths shrink with their depth
                 z = A[2, 0] * on[0, i] + A[2, 1] * on[1, i] + A[2, 2] * on[2, i] + b[2]
                 vote *= min(depth / max(z, LEAST_DEPTH_M), MOST_LENGTH)
             ring += vote
-            seen += 1
-            amid += is_open[i] * own[beyond]
-    return ring / m, (seen - amid) / max(seen, 1)
+            within += 1
+            if free != COVERED:
+                seen += 1
+                amid += free * own[beyond]
+    return ring / m, (seen - amid) / max(seen, LEAST_KNOWN * within, 1.0)
 
 
 @jit
 def score_patches(
     s: Surface, chain: Chain, R: Any, t: Any, q: Any, patches: Any, view: LabelView, limits: SurfaceLimits,
-    occlusion: bool, votes: Any, area_px: Any, agree: Any,
+    occlusion: bool, covered: bool, votes: Any, area_px: Any, agree: Any,
 ) -> None:  # fmt: skip
-    """Fill votes, area_px, agree (H, P) of hypotheses R (H, 3, 3), t (H, 3), q (H, J): see `spatial.PatchScores`."""
+    """Fill votes, area_px, agree (H, P) of hypotheses R (H, 3, 3), t (H, 3), q (H, J): see `spatial.PatchScores`.
+
+    :param covered: markers' contours are looked at with the object's other parts in place.
+    """
     room, scratch, n_c = room_of(s), np.empty((3, 3, 3)), len(chain.parent)
     frames_R, frames_t, joints = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, q.shape[1], 3))
     all_moved, near = np.ones(n_c, np.bool_), np.empty(len(patches), np.int64)
     for h in range(len(R)):
         place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
+        if covered:
+            cover_contours(s, frames_R, frames_t, view, limits, room)
         scores = Scores(votes[h], area_px[h], agree[h], near)
         score_hypothesis(s, frames_R, frames_t, patches, all_moved, view, limits, occlusion, room, scores)
 

@@ -202,6 +202,7 @@ def verdicts_of(claims: Claims) -> Verdicts:
         finder.root, n[1], told, surface.several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
         float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
         most, config.required == "visible", surface.root_others,
+        surface.overlaps,
     )  # fmt: skip
     said = Said(*claims.scores.arrays, claims.seen.full_px, claims.votes, claims.scale)
     found = Found(

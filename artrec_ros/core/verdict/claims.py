@@ -93,7 +93,7 @@ class Claims:
 
 def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: Seen | None = None) -> Claims:
     """A claim for each hypothesis. :param seen: None: not known yet."""
-    scores = finder.judge(frame, poses, occlusion=True)
+    scores = finder.judge(frame, poses, occlusion=True, covered=True)
     if seen is None:
         free, even = frame.unowned, np.zeros(len(poses))
         full_px = scores.area_px if free is frame else finder.judge(free, poses, occlusion=True).area_px

@@ -10,7 +10,9 @@ import numpy as np
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, project, turned
 from ..model.chain_kernels import Chain, place_all
+from ..pose.covering_kernels import COVERED, cover_contours
 from ..pose.surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, points_of, room_of
+from ..pose.vote_kernels import LEAST_KNOWN
 
 ALONE, DESERTED, BORNE_OUT, UNSEEN, FADED = range(5)  # see `Verdict.case`
 
@@ -32,6 +34,7 @@ class Criteria(NamedTuple):
     rim: float  # and of what lies at one place of that
     fades: bool  # whether an object may be one whose required component bears no labels where it should be seen
     others: Any  # (256,) how far each code is of a known class that is none of the required component's
+    overlaps: bool  # whether parts of one class can lie over each other's contours
 
 
 class Said(NamedTuple):
@@ -77,18 +80,20 @@ def along_outline(
     """Mean vote of what lies just inside and just outside the outline of marker `p` in a frame (3, 3), (3,), and the
     share of it that does not lie amid its class; of what nobody owns in the image, 0 where that is nothing."""
     k, ring_px, own = s.marker_of[p], limits.ring_px, s.own[s.role[p]]
-    out, into, is_open = s.table[s.ring_role[k]], s.table[s.rim_role[k]], s.open_ring[k]
+    out, into, is_open = s.table[s.ring_role[k]], s.table[s.rim_role[k]], room.open[k]
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
-    votes, seen, amid = 0.0, 0, 0.0
+    votes, seen, amid, known = 0.0, 0, 0.0, 0
     for i in range(len(u)):
         beyond = view.padded[padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)]
         within = view.padded[padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)]
         if beyond != limits.outside and beyond != limits.owned:
-            votes += is_open[i] * out[beyond] + into[within]
-            amid += is_open[i] * own[beyond]
+            votes += max(is_open[i], 0.0) * out[beyond] + into[within]
             seen += 1
-    return votes / max(seen, 1), (seen - amid) / max(seen, 1)
+            if is_open[i] != COVERED:
+                amid += is_open[i] * own[beyond]
+                known += 1
+    return votes / max(seen, 1), (known - amid) / max(known, LEAST_KNOWN * seen, 1.0)
 
 
 @lean
@@ -117,11 +122,13 @@ def confirm(
         found.marker_votes[h, c], found.confirmed[h, c] = total, sure
         found.shown[h, c] = best if shown else -1
         around = by.around * perimeter_px(s, said, h, best)
-        inside = by.inside * said.agree[h, best] * said.area_px[h, best]
+        rim, parted = 0.0, 1.0
+        if said.area_px[h, best] > 0.0:
+            rim, parted = along_outline(s, best, R[c], t[c], view, limits, room)
+        inside = by.inside * said.agree[h, best] * said.area_px[h, best] * parted
         found.outline[h, c] = (said.votes[h, best] - inside) / max(around, 1e-12)  # nothing, where it does not vote
         found.parted[h, c] = 0.0
         if found.shown[h, c] >= 0 and said.area_px[h, best] > 0.0:
-            rim, parted = along_outline(s, best, R[c], t[c], view, limits, room)
             found.parted[h, c] = 1.0 if by.several[best] else parted
             root_rim = rim / max(by.rim, 1e-12) if c == by.root else root_rim
     return root_rim
@@ -221,6 +228,8 @@ def examine(
     joints, room = np.empty((2, n_joints, 3)), room_of(s)
     for h in range(len(R)):
         place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
+        if by.overlaps:
+            cover_contours(s, frames_R, frames_t, view, limits, room)
         rim = confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found)
         A, b = frames_R[by.root], frames_t[by.root]
         weigh(s, said, by, h, aspect(s, found.shown[h, by.root], A, b)[0], rim, found)

@@ -1,11 +1,11 @@
 """Flat objects made up at random, and scenes of them as an uncalibrated camera sees them: what
 `benchmarks/acceptance_facing.py` fits and measures on.
 
-Half of them are trees, chains and hands of flat parts (`random_solids.random_model`, those of which all markers lie
-face up), limbs with a colour of their own at times on bodies of the object's; half are small rigid patterns, a base
-that is cut into a few pieces of several classes, as robots bear them that are seen from above. They are tilted by up to
-twenty degrees, stand among clutter and strangers, and are segmented exactly or badly; or they are painted, blurred and
-compressed, as a camera's colours are, for the recogniser to read itself.
+Half of them are trees of flat parts (`random_solids.random_tree`, those of which all markers lie face up), limbs with a
+colour of their own at times on bodies of the object's; half are small rigid patterns, a base that is cut into a few
+pieces of several classes, as robots bear them that are seen from above. They are tilted by up to twenty degrees, stand
+among clutter and strangers, and are segmented exactly or badly; or they are painted, blurred and compressed, as a
+camera's colours are, for the recogniser to read itself.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from random_patterns import random_clutter, shaded
-from random_solids import BODY, LABELS, OTHER, SHARES, SIZES, World, random_model
+from random_solids import BODY, LABELS, OTHER, SHARES, SIZES, World, random_tree
 
 from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.geometry.camera import Camera
@@ -67,9 +67,9 @@ def flat_world(seed: int) -> World:
 
 
 def flat_tree(name: str, rng: np.random.Generator, label: int) -> ObjectModel:
-    """A tree, chain or hand of parts that face up. :param label: the object's class."""
+    """A tree of parts that face up. :param label: the object's class."""
     while True:
-        model = random_model(name, rng)
+        model = random_tree(name, rng)
         if model.is_flat and np.allclose(model.required.markers[0].T_component_marker.rotation, UP):
             break
     if rng.random() >= SELF_COLOURED:

@@ -153,7 +153,7 @@ class FacingSearch:
         """The same with joints at which the labels like the other components best."""
         if not poses.q.shape[1]:
             return poses
-        return self.finder.surface.search_joints(frame, poses, self._config.search.first_joint_step)
+        return self.finder.surface.search_joints(frame, poses, self.finder.first_grids)
 
     def _near_best(self, votes: Array, blob: NDArray[np.int64]) -> NDArray[np.int64]:
         """Indices of hypotheses that come near to the best one of their blob."""

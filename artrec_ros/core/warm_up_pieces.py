@@ -102,7 +102,7 @@ example = cache(Example)
 
 def _bend() -> None:
     finder = example().finder()
-    finder.surface.search_joints(example().frame, example().ahead(finder), 0.25)
+    finder.surface.search_joints(example().frame, example().ahead(finder), finder.first_grids)
 
 
 def _fit() -> None:

@@ -86,8 +86,9 @@ def test_a_plain_one_is_found():
 
 
 def test_legs_tell_where_a_body_is_that_merged_with_others_of_its_class(monkeypatch):
-    (found,) = recognized(merged()).detections
-    assert np.less(error(found), (4.0, 6.0, 0.1)).all()
+    found, *others = recognized(merged()).detections
+    assert np.less(error(found), (2.0, 3.0, 0.05)).all() and found.score > 0.8
+    assert all(other.score < 0.5 for other in others)  # what is left of the blob may be another one, at the border
     monkeypatch.setattr(FacingSearch, "limbs", lambda *args: [])
     assert not recognized(merged()).detections
 

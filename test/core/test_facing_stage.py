@@ -122,7 +122,7 @@ def test_what_is_a_small_part_of_a_large_blob_is_found(turn):
     way = [at.at([(-0.0375, 0.0)])[0], (150, 130), (30, 130), (30, 180), (270, 180), (270, 130)]
     cv2.polylines(line, [np.rint(way).astype(np.int32)], False, 1, 8)
     picture[(line > 0) & (picture == 0)] = TEAM
-    assert_found(recognizer(robot()).recognize(picture), at, scale=0.03)
+    assert_found(recognizer(robot()).recognize(picture), at, place=0.5, scale=0.03)
 
 
 def test_a_full_field_is_named_together(robots):

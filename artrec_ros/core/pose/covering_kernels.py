@@ -1,4 +1,8 @@
-"""Where an object's own parts lie beyond the contours of its markers: their class there says nothing against these."""
+"""Where parts of an object that are of one class lie over each other.
+
+What lies just beyond a marker's contour then says nothing against it, and where another one lies before it, pixels of
+their class are the other one's: each is explained once.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +14,14 @@ from .hiding_kernels import boxes_in_camera, hide
 from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect
 
 COVERED = -1.0  # in `Room.open`
+_ONE_PLANE = 1e-6  # share of the depth
 _ANYWHERE = 1e9  # times the way to a point: a box behind it covers it, too
 
 
 @lean
-def cover_contours(s: Surface, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, room: Room) -> None:
-    """Fill `room.open` with where no other part of the object's that is of the same class lies beyond a contour.
+def cover(s: Surface, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, room: Room) -> None:
+    """Fill `room.open` with where no other part of the object's that is of the same class lies beyond a contour, and
+    `room.front` with which markers lie before which, in one plane those that come first.
 
     :param R, t: (C, 3, 3), (C, 3) the frames of its components.
     """
@@ -25,6 +31,7 @@ def cover_contours(s: Surface, R: Any, t: Any, view: LabelView, limits: SurfaceL
         A, b = R[s.component[p]], t[s.component[p]]
         cosine, _, _, z = aspect(s, p, A, b)
         room.shown[k] = cosine > limits.least_cosine and z > LEAST_DEPTH_M
+        room.behind[k], room.depth[k] = False, z
         for i in range(m):
             row[i] = s.open_ring[k, i]
         if room.shown[k]:
@@ -32,8 +39,12 @@ def cover_contours(s: Surface, R: Any, t: Any, view: LabelView, limits: SurfaceL
     boxed = False
     for k in range(n_m):
         for j in range(n_m):
-            if s.like[k, j] and room.shown[k] and room.shown[j]:
+            room.front[k, j] = s.like[k, j] and room.shown[k] and room.shown[j]
+            if room.front[k, j]:
                 cover_by_marker(room.outlines[k], room.outlines[j], limits.ring_px, room.open[k])
+                before = (room.depth[k] - room.depth[j]) / room.depth[k]
+                room.front[k, j] = before > _ONE_PLANE or (before > -_ONE_PLANE and j < k)
+                room.behind[k] |= room.front[k, j]
         for j in range(n_b):
             boxed |= s.like_box[k, j] and room.shown[k]
     if boxed:
@@ -44,24 +55,55 @@ def cover_contours(s: Surface, R: Any, t: Any, view: LabelView, limits: SurfaceL
 
 
 @inlined
-def cover_by_marker(mine: Any, other: Any, ring_px: float, row: Any) -> None:
-    """Note where just beyond a contour (4, m) another one lies around it (even-odd rule)."""
-    m = len(row)
-    left, right, top, bottom = other[0, 0], other[0, 0], other[1, 0], other[1, 0]
-    for i in range(1, m):
-        left, right = min(left, other[0, i]), max(right, other[0, i])
-        top, bottom = min(top, other[1, i]), max(bottom, other[1, i])
-    for i in range(m):
-        x, y = mine[0, i] + ring_px * mine[2, i], mine[1, i] + ring_px * mine[3, i]
-        if not (left <= x <= right and top <= y <= bottom):
+def inside(x: float, y: float, outline: Any) -> bool:
+    """Whether a pixel lies within an outline (even-odd rule); u, v in the first rows."""
+    yes, last, m = False, outline.shape[1] - 1, outline.shape[1]
+    for e in range(m):
+        u0, v0, u1, v1 = outline[0, last], outline[1, last], outline[0, e], outline[1, e]
+        if (v0 > y) != (v1 > y) and x < u0 + (y - v0) * (u1 - u0) / (v1 - v0):
+            yes = not yes
+        last = e
+    return yes
+
+
+@inlined
+def box_of(outline: Any) -> tuple[float, float, float, float]:
+    """Least and greatest u, then v."""
+    left, right, top, bottom = outline[0, 0], outline[0, 0], outline[1, 0], outline[1, 0]
+    for i in range(1, outline.shape[1]):
+        left, right = min(left, outline[0, i]), max(right, outline[0, i])
+        top, bottom = min(top, outline[1, i]), max(bottom, outline[1, i])
+    return left, right, top, bottom
+
+
+@inlined
+def hide_by_markers(k: int, count: int, already: bool, view: LabelView, room: Room) -> None:
+    """Note in `room.hidden` where markers of one class lie before the points of marker `k`, whose pixels `room.at` has.
+
+    :param already: boxes hide some of them.
+    """
+    if not already:
+        for i in range(count):
+            room.hidden[i] = False
+    wide = view.width + 2
+    for j in range(len(room.behind)):
+        if not room.front[k, j]:
             continue
-        inside, last = False, m - 1
-        for e in range(m):
-            u0, v0, u1, v1 = other[0, last], other[1, last], other[0, e], other[1, e]
-            if (v0 > y) != (v1 > y) and x < u0 + (y - v0) * (u1 - u0) / (v1 - v0):
-                inside = not inside
-            last = e
-        if inside:
+        left, right, top, bottom = box_of(room.outlines[j])
+        for i in range(count):
+            row = room.at[0, i] // wide
+            x, y = float(room.at[0, i] - row * wide - 1), float(row - 1)
+            if left <= x <= right and top <= y <= bottom and inside(x, y, room.outlines[j]):
+                room.hidden[i] = True
+
+
+@inlined
+def cover_by_marker(mine: Any, other: Any, ring_px: float, row: Any) -> None:
+    """Note where just beyond a contour (4, m) another one lies around it."""
+    left, right, top, bottom = box_of(other)
+    for i in range(len(row)):
+        x, y = mine[0, i] + ring_px * mine[2, i], mine[1, i] + ring_px * mine[3, i]
+        if left <= x <= right and top <= y <= bottom and inside(x, y, other):
             row[i] = COVERED
 
 

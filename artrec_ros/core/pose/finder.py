@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig, SearchConfig
 from ..geometry.camera import Camera
@@ -25,6 +26,7 @@ from .distinct import apart
 from .lookalikes import Lookalikes
 from .pose_fit import fit_poses
 from .ranked import Ranked
+from .rebends import Rebends
 from .region_fit import RegionFit
 from .required_place import RequiredPlace
 from .seeds import Seeds
@@ -65,6 +67,9 @@ class WholeObjectFinder:
         self._steps = _steps(config.search)
         self.required = RequiredPlace(target.model, self.surface)
         self._lookalikes = Lookalikes(self.surface)
+        kin = self.surface.kinematics
+        self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
+        self._rebends = Rebends(self.surface, self.first_grids)
         self.regions = RegionFit(self.surface, config) if facing else None
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
@@ -122,9 +127,34 @@ class WholeObjectFinder:
         found = self._fit_all(frame, found.poses).best(1, search)
         return self._with_rival_flips(frame, found).best(search.flip_keep, search)
 
+    def rebent(self, frame: ImageFrame, found: Ranked) -> Ranked:
+        """The same, the first one with joints bent otherwise where that brings components to light that it should show
+        and does not."""
+        if not self._rebends.any or not len(found):
+            return found
+        best, search = found[:1], self._search
+        while not frame.deadline.expired:
+            joints = self._rebends.joints(self._lacking(frame, best.poses))
+            tried = found[:0]
+            for others in (self._rebends.of(frame, best.poses, j) for j in joints):
+                votes = self.votes(frame, others, occlusion=True)
+                tried += Ranked(others, votes)[np.argsort(-votes, kind="stable")[: search.rebends]]
+            fitted = self._fit_all(frame, self._sweep(frame, tried).poses).best(1, search)
+            if not len(fitted) or fitted.votes[0] <= best.votes[0]:
+                break
+            best = fitted
+        return best + found if best.votes[0] > found.votes[0] else found
+
+    def _lacking(self, frame: ImageFrame, poses: Poses) -> NDArray[np.bool_]:
+        """(C,) components that the labels do not support where the first hypothesis has them, be they hidden there."""
+        shown = self.supported(self.judge(frame, poses[:1], occlusion=True))[0]
+        lacking = np.ones(len(self.target.model.components), bool)
+        lacking[self.surface.component[self.surface.markers[shown]]] = False
+        return lacking
+
     def _with_bent(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the same with joints sought anew: a better pose may show a limb that a worse one missed."""
-        bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, self._search.joint_step)])
+        bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, self._grids)])
         return Ranked(bent, self.votes(frame, bent, occlusion=True))
 
     def moved(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
@@ -139,7 +169,7 @@ class WholeObjectFinder:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
         search = self._search
         poses = self._standing(frame, poses, self.config.guesses.standing_slack)
-        poses = self.surface.search_joints(frame, poses, search.first_joint_step)
+        poses = self.surface.search_joints(frame, poses, self.first_grids)
         found = Ranked(poses, self.votes(frame, poses, occlusion=False)).best(search.joint_keep, search)
         poses = Poses.concatenate([found.poses, self._flips(found)])
         poses = self._standing(frame, poses, self.config.guesses.standing_slack)
@@ -158,7 +188,7 @@ class WholeObjectFinder:
         search = self._search
         for _ in range(_MOST_MOVES * (len(found) > 0 and len(self._lookalikes) > 0)):
             poses = self._lookalikes.of(found.poses[:1])
-            poses = self.surface.search_joints(frame, poses, search.first_joint_step)
+            poses = self.surface.search_joints(frame, poses, self.first_grids)
             others = Ranked(poses, self.votes(frame, poses, occlusion=True)).best(search.flip_keep, search)
             others = others[others.votes > search.rival * found.votes[0]]
             if not len(others):

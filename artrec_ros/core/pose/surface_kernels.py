@@ -40,8 +40,8 @@ class Surface(NamedTuple):
     rim_role: Any  # (M,)
     open_ring: Any  # (M, m) 1, or 0 where another marker of the object begins at the contour
     patch_of: Any  # (M,) each marker's patch
-    like: Any  # (M, M) bool: markers of other components that may be of one class
-    like_box: Any  # (M, B) bool: boxes of other components that may be of a marker's class
+    like: Any  # (M, M) bool: markers that joints move against each other, and that may be of one class
+    like_box: Any  # (M, B) bool: boxes that joints move against a marker, and that may be of its class
     table: Any  # (roles, 256) votes
     own: Any  # (roles, 256) how far each code is of the piece's own class
     best: Any  # (roles,) the greatest vote of each
@@ -83,9 +83,12 @@ class Room(NamedTuple):
     box_rotation: Any  # (B, 3, 3)
     eye: Any  # (B, 3)
     middle: Any  # (B, 3)
-    open: Any  # (M, m) `Surface.open_ring`, -1 where another part of the hypothesis lies beyond: `cover_contours`
+    open: Any  # (M, m) `Surface.open_ring`, -1 where another part of the hypothesis lies beyond: `cover`
     outlines: Any  # (M, 4, m), see `outline_pixels`
     shown: Any  # (M,) bool: markers that face the camera
+    behind: Any  # (M,) bool: of those, what other ones of their class may lie before: `Room.front`
+    front: Any  # (M, M) bool
+    depth: Any  # (M,) of their middles
     beyond: Any  # (3, m) points beyond a contour
 
 
@@ -93,8 +96,9 @@ class Room(NamedTuple):
 def room_of(s: Surface) -> Room:
     """Scratch arrays that fit a surface."""
     n, n_m, m = len(s.half), s.contour.shape[0], s.contour.shape[2]
-    most, is_open = m, np.empty((n_m, m))
+    most, is_open, behind = m, np.empty((n_m, m)), np.empty(n_m, np.bool_)
     for k in range(n_m):
+        behind[k] = False
         for i in range(m):
             is_open[k, i] = s.open_ring[k, i]
     for p in range(len(s.starts) - 1):  # numpy's own functions take longer to compile
@@ -102,7 +106,8 @@ def room_of(s: Surface) -> Room:
     return Room(
         np.empty((2, most), np.int32), np.empty(most), np.empty((4, m)), np.empty(most, np.bool_),
         np.empty(n, np.int64), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
-        is_open, np.empty((n_m, 4, m)), np.empty(n_m, np.bool_), np.empty((3, m)),
+        is_open, np.empty((n_m, 4, m)), np.empty(n_m, np.bool_),
+        behind, np.empty((n_m, n_m), np.bool_), np.empty(n_m), np.empty((3, m)),
     )  # fmt: skip
 
 

@@ -189,10 +189,13 @@ class SpatialModel:
         return np.ascontiguousarray(known)
 
     def _like(self, component: np.ndarray, labels: Sequence[Sequence[int]]) -> NDArray[np.bool_]:
-        """(M, n) which of n pieces of components, with labels, are others than a marker's and may be of its class."""
+        """(M, n) which of n pieces of components joints move against a marker, of those that may be of its class."""
         mine = zip(self.component[self.markers], self.marker_labels, strict=True)
-        pieces = list(zip(component.tolist(), labels, strict=True))
-        rows = [[c != other and bool(set(own) & set(theirs)) for other, theirs in pieces] for c, own in mine]
+        pieces, moves = list(zip(component.tolist(), labels, strict=True)), self.kinematics.moves
+        rows = [
+            [bool((moves[c] != moves[other]).any() and set(own) & set(theirs)) for other, theirs in pieces]
+            for c, own in mine
+        ]
         return np.array(rows, bool).reshape(len(self.markers), len(pieces))
 
     @cached_property
@@ -253,13 +256,13 @@ class SpatialModel:
         score_patches(self.compiled, self.kinematics.chain, R, t, q, patches, view, self.limits, *looked, *out.arrays)
         return out
 
-    def search_joints(self, frame: ImageFrame, poses: Poses, step: float) -> Poses:
-        """Each joint in its parents' order at the value, of its grid of `step`, at which the labels like its component
-        best; occlusion apart. At the deadline the rest stay as they are."""
+    def search_joints(self, frame: ImageFrame, poses: Poses, grids: Array) -> Poses:
+        """Each joint in its parents' order at the value, of its row of `grids` (J, n; NaN ends it), at which the labels
+        like its component best; occlusion apart. At the deadline the rest stay as they are."""
         kin, R, t, q, view = self.kinematics, poses.R, poses.t, poses.q.copy(), frame.view
         for part in frame.deadline.parts(len(poses), _AT_ONCE):
             search_joints(
-                self.compiled, kin.chain, *self._by_component, R[part], t[part], q[part], kin.grids(step), view,
+                self.compiled, kin.chain, *self._by_component, R[part], t[part], q[part], grids, view,
                 self.limits,
             )  # fmt: skip
         return Poses(R, t, q)

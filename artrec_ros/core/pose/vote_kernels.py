@@ -10,7 +10,7 @@ import numpy as np
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, turned
 from ..model.chain_kernels import Chain, place_all
-from .covering_kernels import COVERED, cover_contours
+from .covering_kernels import COVERED, cover, hide_by_markers
 from .hiding_kernels import ALL_BOXES, bit_of, boxes_in_camera, boxes_in_front, hide
 from .surface_kernels import (
     LEAST_DEPTH_M,
@@ -43,8 +43,8 @@ def ring_votes(
     room: Room,
 ) -> tuple[float, float]:  # fmt: skip
     """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour
-    within the image that does not lie amid its class; 0 where none is. Where other parts of the object's lie, their
-    class is no matter; but where these leave less than half of it, only half of it is known.
+    within the image that does not lie amid its class; 0 where none is. Where other parts of the object's lie beyond,
+    nothing is told; where these leave less than half of it, no more is known than of half.
 
     :param own: (256,) how far each code is of its class. :param depth: of its middle. :param near: see `is_near`.
     """
@@ -59,16 +59,16 @@ def ring_votes(
     for i in range(m):
         beyond = view.padded[outer[i]]
         if beyond != limits.outside:  # else not the marker ends there but the image
-            free = is_open[i]
-            vote = max(free, 0.0) * out[beyond] + into[view.padded[inner[i]]]
+            within += 1
+            if is_open[i] == COVERED:
+                continue
+            vote = is_open[i] * out[beyond] + into[view.padded[inner[i]]]
             if near:  # lengths shrink with their depth
                 z = A[2, 0] * on[0, i] + A[2, 1] * on[1, i] + A[2, 2] * on[2, i] + b[2]
                 vote *= min(depth / max(z, LEAST_DEPTH_M), MOST_LENGTH)
             ring += vote
-            within += 1
-            if free != COVERED:
-                seen += 1
-                amid += free * own[beyond]
+            seen += 1
+            amid += is_open[i] * own[beyond]
     return ring / m, (seen - amid) / max(seen, LEAST_KNOWN * within, 1.0)
 
 
@@ -87,7 +87,7 @@ def score_patches(
     for h in range(len(R)):
         place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
         if covered:
-            cover_contours(s, frames_R, frames_t, view, limits, room)
+            cover(s, frames_R, frames_t, view, limits, room)
         scores = Scores(votes[h], area_px[h], agree[h], near)
         score_hypothesis(s, frames_R, frames_t, patches, all_moved, view, limits, occlusion, room, scores)
 
@@ -147,10 +147,14 @@ def said_of(
         weigh_points(A, b, on, depth, room.weight)
     if n_near:
         hide(s, A, b, on, room, n_near, limits.behind)
+    k = s.marker_of[p]
+    covered = k >= 0 and room.behind[k]
+    if covered:
+        hide_by_markers(k, count, n_near > 0, view, room)
     for i in range(count):
         weight = room.weight[i] if near else 1.0
         all_of_it += weight
-        if n_near and room.hidden[i]:
+        if (n_near or covered) and room.hidden[i]:
             continue
         found = view.padded[room.at[0, i]]
         if found == limits.owned:
@@ -161,7 +165,7 @@ def said_of(
         total += weight * role[found]
         same += weight * own[found]
     size, visible = s.area[p] * f2 / depth**2 * cosine, seen / all_of_it
-    value, k = total / count * size, s.marker_of[p]
+    value = total / count * size
     if k >= 0 and visible > limits.ring_visible:
         ring, parted = ring_votes(s, k, own, A, b, depth, near, view, limits, room)
         value = value * parted if value > 0.0 else value  # amid its class there is nothing to tell a marker by

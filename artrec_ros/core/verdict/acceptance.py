@@ -180,6 +180,8 @@ class Verdict:
                 f"{votes[nearest]:.0f} votes" if votes[nearest] <= -0.5 else f"its class on {agree:.0%} of its pixels"
             )
             text.append(f"nearest to it {names[nearest]} with {said}")
+        elif not self.without_required:
+            text.append(f"the outline of {names[root]} fits by {self.evidence.edge:.2f}")
         return "; ".join(text)
 
     @property
@@ -202,7 +204,7 @@ def verdicts_of(claims: Claims) -> Verdicts:
         finder.root, n[1], told, surface.several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
         float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
         most, config.required == "visible", surface.root_others,
-        surface.overlaps,
+        finder.facing, finder.facing and surface.overlaps,
     )  # fmt: skip
     said = Said(*claims.scores.arrays, claims.seen.full_px, claims.votes, claims.scale)
     found = Found(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -93,10 +94,11 @@ class Claims:
 
 def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: Seen | None = None) -> Claims:
     """A claim for each hypothesis. :param seen: None: not known yet."""
-    scores = finder.judge(frame, poses, occlusion=True, covered=True)
+    judge = partial(finder.judge, poses=poses, occlusion=True, covered=finder.facing)
+    scores = judge(frame)
     if seen is None:
         free, even = frame.unowned, np.zeros(len(poses))
-        full_px = scores.area_px if free is frame else finder.judge(free, poses, occlusion=True).area_px
+        full_px = scores.area_px if free is frame else judge(free).area_px
         if finder.regions is not None and frame.image is not None:
             even = finder.regions.evenness(frame, poses)
         seen = Seen(full_px, even)

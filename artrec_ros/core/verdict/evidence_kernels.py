@@ -10,7 +10,7 @@ import numpy as np
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, project, turned
 from ..model.chain_kernels import Chain, place_all
-from ..pose.covering_kernels import COVERED, cover_contours
+from ..pose.covering_kernels import COVERED, cover
 from ..pose.surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, points_of, room_of
 from ..pose.vote_kernels import LEAST_KNOWN
 
@@ -34,6 +34,7 @@ class Criteria(NamedTuple):
     rim: float  # and of what lies at one place of that
     fades: bool  # whether an object may be one whose required component bears no labels where it should be seen
     others: Any  # (256,) how far each code is of a known class that is none of the required component's
+    facing: bool  # of what faces the camera; outlines of what is in space are weighed as its curves were fitted
     overlaps: bool  # whether parts of one class can lie over each other's contours
 
 
@@ -76,9 +77,10 @@ def perimeter_px(s: Surface, said: Said, h: int, p: int) -> float:
 @lean
 def along_outline(
     s: Surface, p: int, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
-) -> tuple[float, float]:
-    """Mean vote of what lies just inside and just outside the outline of marker `p` in a frame (3, 3), (3,), and the
-    share of it that does not lie amid its class; of what nobody owns in the image, 0 where that is nothing."""
+) -> tuple[float, float, float]:
+    """Mean vote of what lies just inside and just outside the outline of marker `p` in a frame (3, 3), (3,), the share
+    of it that does not lie amid its class, and that over which the object's own parts do not lie; of what nobody owns
+    in the image, 0 where that is nothing."""
     k, ring_px, own = s.marker_of[p], limits.ring_px, s.own[s.role[p]]
     out, into, is_open = s.table[s.ring_role[k]], s.table[s.rim_role[k]], room.open[k]
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
@@ -88,12 +90,14 @@ def along_outline(
         beyond = view.padded[padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)]
         within = view.padded[padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)]
         if beyond != limits.outside and beyond != limits.owned:
-            votes += max(is_open[i], 0.0) * out[beyond] + into[within]
             seen += 1
-            if is_open[i] != COVERED:
-                amid += is_open[i] * own[beyond]
-                known += 1
-    return votes / max(seen, 1), (known - amid) / max(known, LEAST_KNOWN * seen, 1.0)
+            if is_open[i] == COVERED:
+                continue
+            votes += is_open[i] * out[beyond] + into[within]
+            amid += is_open[i] * own[beyond]
+            known += 1
+    least = max(known, LEAST_KNOWN * seen, 1.0)
+    return votes / least, (known - amid) / least, least / max(seen, 1)
 
 
 @lean
@@ -122,10 +126,12 @@ def confirm(
         found.marker_votes[h, c], found.confirmed[h, c] = total, sure
         found.shown[h, c] = best if shown else -1
         around = by.around * perimeter_px(s, said, h, best)
-        rim, parted = 0.0, 1.0
+        rim, parted, free = 0.0, 1.0, 1.0
         if said.area_px[h, best] > 0.0:
-            rim, parted = along_outline(s, best, R[c], t[c], view, limits, room)
-        inside = by.inside * said.agree[h, best] * said.area_px[h, best] * parted
+            rim, parted, free = along_outline(s, best, R[c], t[c], view, limits, room)
+        inside = by.inside * said.agree[h, best] * said.area_px[h, best]
+        inside *= parted if by.facing else 1.0  # as far as it votes
+        around *= free
         found.outline[h, c] = (said.votes[h, best] - inside) / max(around, 1e-12)  # nothing, where it does not vote
         found.parted[h, c] = 0.0
         if found.shown[h, c] >= 0 and said.area_px[h, best] > 0.0:
@@ -229,7 +235,7 @@ def examine(
     for h in range(len(R)):
         place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
         if by.overlaps:
-            cover_contours(s, frames_R, frames_t, view, limits, room)
+            cover(s, frames_R, frames_t, view, limits, room)
         rim = confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found)
         A, b = frames_R[by.root], frames_t[by.root]
         weigh(s, said, by, h, aspect(s, found.shown[h, by.root], A, b)[0], rim, found)

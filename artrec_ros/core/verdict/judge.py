@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,5 +106,6 @@ class Judge:
         if confirmed < wanted:
             return f"{confirmed} of its components confirmed, {wanted} are wanted"
         if verdict.probability < self.min_probability:
-            return f"probability {verdict.probability:.2f} is below {self.min_probability:g}: {verdict.doubt}"
+            told = math.floor(100 * verdict.probability) / 100  # rounded up it might be what is wanted
+            return f"probability {told:.2f} is below {self.min_probability:g}: {verdict.doubt}"
         return None

@@ -37,9 +37,16 @@ def wanting(model: ObjectModel, examples: Iterable[Example], constraints: Constr
             yield Wanting(first, second, count, needed - count)
 
 
-def report(model: ObjectModel, examples: Sequence[Example], constraints: ConstraintSet) -> Iterator[str]:
-    """The lines that `artrec train` prints: a table of pairs, classes, axes, then what more examples would help."""
-    more = {frozenset((w.first, w.second)): w for w in wanting(model, examples, constraints)}
+def report(
+    model: ObjectModel, examples: Sequence[Example], constraints: ConstraintSet, *, made_up: bool = False
+) -> Iterator[str]:
+    """The lines that `artrec train` prints: whether all this is asked, a table of pairs, classes, axes, then what more
+    examples would help.
+
+    :param made_up: examples were made, so that nobody has more of them.
+    """
+    yield from _use(model)
+    more = {frozenset((w.first, w.second)): w for w in wanting(model, examples, constraints) if not made_up}
     yield f"{len(examples)} examples of '{model.name}'. Box: what was seen. Covers: share of new examples expected"
     yield "inside that box, and inside the box with its margin, which is what the recogniser checks. By chance: share"
     yield "of unrelated markers nearby that pass the check all the same."
@@ -57,7 +64,6 @@ def report(model: ObjectModel, examples: Sequence[Example], constraints: Constra
             yield f"  {'/'.join(w.first)} - {'/'.join(w.second)}: {w.more} more ({w.examples} seen)"
     yield from _class_lines(constraints)
     yield from _axis_lines(constraints)
-    yield from _use(model)
 
 
 def _use(model: ObjectModel) -> Iterator[str]:

@@ -202,7 +202,7 @@ def test_each_joint_is_found_at_the_value_of_its_grid_that_the_labels_like_best(
     kin, labels = surface.kinematics, np.kron(coarse, np.ones((10, 10), np.uint8))
     frame = ImageFrame(LabelField(labels), CAMERA)
     poses = random_poses(rng, model, 3)
-    found = surface.search_joints(frame, poses, 0.4)
+    found = surface.search_joints(frame, poses, surface.kinematics.grids(0.4))
     for h in range(len(poses)):
         best = poses[[h]]
         for c, j in enumerate(kin.joint_of):
@@ -221,7 +221,7 @@ def test_joints_left_at_the_deadline_stay():
     surface = SpatialModel(truck(), RED, DEFAULTS.votes)
     poses = random_poses(np.random.default_rng(4), truck(), 5)
     late = ImageFrame(LabelField(np.zeros((120, 160), np.uint8)), CAMERA, Deadline(0.0))
-    found = surface.search_joints(late, poses, 0.4)
+    found = surface.search_joints(late, poses, surface.kinematics.grids(0.4))
     np.testing.assert_array_equal(found.q, poses.q)
 
 
@@ -274,7 +274,7 @@ def test_no_hypotheses_give_no_scores():
     scores = judged(surface, np.ones((120, 160), np.uint8), none)
     assert scores.votes.shape == scores.area_px.shape == (0, len(surface.patches))
     frame = ImageFrame(LabelField(np.ones((120, 160), np.uint8)), CAMERA)
-    assert surface.search_joints(frame, none, 0.2).q.shape == none.q.shape
+    assert surface.search_joints(frame, none, surface.kinematics.grids(0.2)).q.shape == none.q.shape
 
 
 def test_patches_scores_do_not_depend_on_which_others_are_asked_for():

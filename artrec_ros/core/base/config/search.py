@@ -105,6 +105,15 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="with 2 right +0 of 244, with 4 +0",
     )
+    rebends: int = param(
+        4,
+        "other values of each joint that are looked at where a component that it and other joints carry is not seen",
+        low=0,
+        high=10000,
+        paths=_SPACE,
+        origin="arms of four joints made by others, three to five a picture: right in all links 78 of 105 without it, "
+        "82 with it; of links all of one colour 47 and 49 of 52",
+    )
     rival: float = param(
         0.8,
         "share of a sure object's votes that makes a rival",

@@ -13,13 +13,13 @@ from scipy.spatial.transform import Rotation
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
-from ..model.chain_kernels import Chain, forward
-from ..model.kinematics import Kinematics
+from ..model.chain_kernels import Chain
+from ..model.kinematics import Frames, Kinematics, frames_of
 from ..model.objects import Marker, ObjectModel
 from ..pose.surface_model import Poses
+from ..pose.views import FACING
 from .keypoint_fit import Points, fit_points
 
-_FACING = np.diag([1.0, -1.0, -1.0])  # a marker's frame as a camera that it faces sees it
 _AROUND = 24  # values of each joint that are looked at
 _WORST_SHARE, _LEAST_WORST_PX = 0.1, 5.0  # of the object's size in the image: marks farther off tell no lengths
 
@@ -93,15 +93,13 @@ class Figure:
 
     def ends(self, poses: Poses) -> Array:
         """(H, m, 2, 3) of all axes in the camera."""
-        R, t = self.frames(poses)
+        frames = self.frames(poses)
+        R, t = frames.R, frames.t
         return np.asarray(np.einsum("hmij,mkj->hmki", R[:, self.component], self.places) + t[:, self.component, None])
 
-    def frames(self, poses: Poses) -> tuple[Array, Array]:
-        """(H, C, 3, 3), (H, C, 3) of the components in the camera."""
-        shape, joints = (len(poses), len(self.chain.parent), 3), (len(poses), poses.q.shape[1], 3)
-        R, t = np.empty((*shape, 3)), np.empty(shape)
-        forward(self.chain, poses.R.copy(), poses.t.copy(), poses.q.copy(), R, t, np.empty(joints), np.empty(joints))
-        return R, t
+    def frames(self, poses: Poses) -> Frames:
+        """Of the components in the camera."""
+        return frames_of(self.chain, poses.R, poses.t, poses.q)
 
 
 def axis_ends(marker: Marker) -> Array:
@@ -164,8 +162,8 @@ class Eye:
         first = int(np.argmax(figure.component[marks.marker] == root))
         marker, (tail, head) = int(marks.marker[first]), marks.ends[first]
         frames = figure.frames(Poses(np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3)), q))
-        R, t = (v[:, figure.component[marker]] for v in frames)  # of the marker's component in the object
-        front = _FACING @ markers_of(self.model)[marker][2].rotation.T @ R.transpose(0, 2, 1)
+        R, t = (v[:, figure.component[marker]] for v in (frames.R, frames.t))  # of the marker's component in the object
+        front = FACING @ markers_of(self.model)[marker][2].rotation.T @ R.transpose(0, 2, 1)
         along = np.diff(figure.places[marker], axis=0)[0]
         shown, marked = (front @ R @ along)[:, :2] @ np.array([1, 1j]), (head - tail) @ np.array([1, 1j])
         turns = np.angle(marked / shown)

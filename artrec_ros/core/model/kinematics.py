@@ -99,16 +99,16 @@ class Kinematics:
 
     def forward(self, R: Array, t: Array, q: Array) -> Frames:
         """Component frames for object poses R (H, 3, 3), t (H, 3) in the camera and joints q (H, J)."""
-        n_h, n_c = len(R), len(self.parent)
-        out = Frames(
-            np.empty((n_h, n_c, 3, 3)),
-            np.empty((n_h, n_c, 3)),
-            np.empty((n_h, self.n_joints, 3)),
-            np.empty((n_h, self.n_joints, 3)),
-        )
-        # copies: each kind of array, as a broadcast or a constant one, would be compiled for anew
-        forward(self.chain, R.copy(), t.copy(), q.copy(), out.R, out.t, out.axis, out.origin)
-        return out
+        return frames_of(self.chain, R, t, q)
+
+
+def frames_of(chain: Chain, R: Array, t: Array, q: Array) -> Frames:
+    """The same of joints as arrays."""
+    H, C, J = len(R), len(chain.parent), q.shape[1]
+    out = Frames(np.empty((H, C, 3, 3)), np.empty((H, C, 3)), np.empty((H, J, 3)), np.empty((H, J, 3)))
+    # copies: each kind of array, as a broadcast or a constant one, would be compiled for anew
+    forward(chain, R.copy(), t.copy(), q.copy(), out.R, out.t, out.axis, out.origin)
+    return out
 
 
 def _size(component: Component) -> float:

@@ -54,16 +54,16 @@ def cover(s: Surface, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, ro
                 cover_by_boxes(s, k, R, t, view, limits, room)
 
 
-@inlined
-def inside(x: float, y: float, outline: Any) -> bool:
-    """Whether a pixel lies within an outline (even-odd rule); u, v in the first rows."""
-    yes, last, m = False, outline.shape[1] - 1, outline.shape[1]
-    for e in range(m):
-        u0, v0, u1, v1 = outline[0, last], outline[1, last], outline[0, e], outline[1, e]
-        if (v0 > y) != (v1 > y) and x < u0 + (y - v0) * (u1 - u0) / (v1 - v0):
-            yes = not yes
-        last = e
-    return yes
+@lean
+def contains(outline: Any, x: float, y: float) -> bool:
+    """Whether a point lies inside an outline, u and v of whose m corners are its first rows; even-odd rule."""
+    inside, j = False, outline.shape[1] - 1
+    for i in range(outline.shape[1]):
+        xi, yi, xj, yj = outline[0, i], outline[1, i], outline[0, j], outline[1, j]
+        if (yi > y) != (yj > y) and x < xi + (y - yi) / (yj - yi) * (xj - xi):
+            inside = not inside
+        j = i
+    return inside
 
 
 @inlined
@@ -93,7 +93,7 @@ def hide_by_markers(k: int, count: int, already: bool, view: LabelView, room: Ro
         for i in range(count):
             row = room.at[0, i] // wide
             x, y = float(room.at[0, i] - row * wide - 1), float(row - 1)
-            if left <= x <= right and top <= y <= bottom and inside(x, y, room.outlines[j]):
+            if left <= x <= right and top <= y <= bottom and contains(room.outlines[j], x, y):
                 room.hidden[i] = True
 
 
@@ -103,7 +103,7 @@ def cover_by_marker(mine: Any, other: Any, ring_px: float, row: Any) -> None:
     left, right, top, bottom = box_of(other)
     for i in range(len(row)):
         x, y = mine[0, i] + ring_px * mine[2, i], mine[1, i] + ring_px * mine[3, i]
-        if left <= x <= right and top <= y <= bottom and inside(x, y, other):
+        if left <= x <= right and top <= y <= bottom and contains(other, x, y):
             row[i] = COVERED
 
 

@@ -127,7 +127,7 @@ def confirm(
         found.shown[h, c] = best if shown else -1
         around = by.around * perimeter_px(s, said, h, best)
         rim, parted, free = 0.0, 1.0, 1.0
-        if said.area_px[h, best] > 0.0:
+        if said.area_px[h, best] > 0.0 and (shown or by.facing):
             rim, parted, free = along_outline(s, best, R[c], t[c], view, limits, room)
         inside = by.inside * said.agree[h, best] * said.area_px[h, best]
         inside *= parted if by.facing else 1.0  # as far as it votes

@@ -9,6 +9,7 @@ import numpy as np
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, project
 from ..model.chain_kernels import Chain, place_all
+from ..pose.covering_kernels import contains
 from ..pose.surface_kernels import Surface
 
 
@@ -21,18 +22,6 @@ def place_one(A: Any, b: Any, x: float, y: float, z: float, view: LabelView) -> 
         A[2, 0] * x + A[2, 1] * y + A[2, 2] * z + b[2],
         view,
     )
-
-
-@lean
-def contains(polygon: Any, x: float, y: float) -> bool:
-    """Whether a point lies inside a polygon (m, 2); even-odd rule."""
-    inside, j = False, len(polygon) - 1
-    for i in range(len(polygon)):
-        xi, yi, xj, yj = polygon[i, 0], polygon[i, 1], polygon[j, 0], polygon[j, 1]
-        if (yi > y) != (yj > y) and x < xi + (y - yi) / (yj - yi) * (xj - xi):
-            inside = not inside
-        j = i
-    return inside
 
 
 @lean
@@ -83,7 +72,7 @@ def shares_alone(
                     if votes[h, o] < votes[h, c] or (votes[h, o] == votes[h, c] and o > c):
                         continue
                     near = box[o, 0] <= x <= box[o, 2] and box[o, 1] <= y <= box[o, 3]
-                    if near and contains(outline[o], x, y):
+                    if near and contains(outline[o].T, x, y):
                         covered += 1
                         break
             out[h, c] = 1.0 - covered / n

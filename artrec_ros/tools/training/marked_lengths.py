@@ -15,6 +15,7 @@ from ...core.learning.marked_views import marks_of
 from ...core.learning.size_fit import Far, Measured, measure
 from ...core.model.objects import ObjectModel
 from ...io.learned.annotations import Annotations
+from ...simulation.records import keypoint_names
 
 _GLANCE = 24  # marked objects that are enough to see whether there is something to measure
 _FEW_FAR, _FAR_PX, _FAR = 5, 5.0, 6.0  # marks that are told: so many at most, so many pixels or times as far as most
@@ -54,7 +55,7 @@ def measured_by(annotations: Annotations, model: ObjectModel, camera: Camera | N
 
 def _categories_of(model: ObjectModel, annotations: Annotations) -> list[str]:
     """Those of which all keypoints are the object's; none where there are none."""
-    known = {f"{c.name}/{m.name}.{end}" for c in model.components for m in c.markers for end in ("tail", "head")}
+    known = set(keypoint_names(model))
     return [name for name, keypoints in annotations.categories.items() if known.issuperset(keypoints)]
 
 

@@ -126,7 +126,7 @@ def views_in_space(model, camera, count, rng):
         R = rotation_from_rotvec([rng.uniform(-0.4, 0.4), rng.uniform(-np.pi, np.pi), rng.uniform(-0.3, 0.3)]) @ SIDE_ON
         t, q = np.array([0.0, 0.0, rng.uniform(0.5, 0.8)]), rng.uniform(0.8 * kin.lower, 0.8 * kin.upper)
         poses = Poses(R[None], t[None], q[None])
-        frames, _ = figure.frames(poses)
+        frames = figure.frames(poses).R
         ends = figure.ends(poses)[0]
         normals = np.array([frames[0, c] @ T.rotation[:, 2] for c, _, T in known])
         seen = np.flatnonzero(np.sum(normals * ends.mean(axis=1), axis=1) < -0.3 * np.linalg.norm(t))

@@ -41,6 +41,7 @@ class SpatialSearch:
         self._turns: dict[WholeObjectFinder, Turns] = {}
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
+        self._roots: list[_Task] = []  # that the required component may have made
         # found, and whether sure; its pixels are still in the frames
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
@@ -54,8 +55,11 @@ class SpatialSearch:
         all_blobs = queue
         self._look_for_known(queue)
         queue, waiting = self._without_waiting(queue)
-        queue = self._look(self._looks.plain, queue, Crew(1))  # most are of objects, which change what is next
+        limbs = [(f, b) for f, b in queue if b.label not in f.root_labels]
+        self._roots = [(f, b) for f, b in queue if b.label in f.root_labels]
+        queue = self._look(self._looks.plain, self._roots, Crew(1))  # most are of objects, which change what is next
         self._look(self._looks.close, queue, self._crew)
+        self._look(self._looks.close, limbs, self._crew)
         self._look_for_pieces(queue)
         self._hide_found()
         for finder, blob in all_blobs:
@@ -180,7 +184,14 @@ class SpatialSearch:
 
     def _is_wanted(self, task: _Task) -> bool:
         """Whether there is something of a blob left to explain, and time for it."""
-        return not (self._frame.deadline.expired or self._is_explained(*task))
+        return not (self._frame.deadline.expired or self._is_explained(*task)) and self._may_show_required(*task)
+
+    def _may_show_required(self, finder: WholeObjectFinder, blob: Blob) -> bool:
+        """Whether the required component may be in view of an object of which a component made a blob."""
+        if self._judge.unseen or blob.label in finder.root_labels:
+            return True
+        near = (root for f, root in self._roots if f is finder and finder.may_belong(blob, root))
+        return not all(self._is_explained(finder, root) for root in near)
 
     def _is_explained(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         self._hide_found()

@@ -98,6 +98,10 @@ class WholeObjectFinder:
         assert self._seeds is not None
         return self._with_joints(frame, self._seeds.all(frame, blob, piece))
 
+    def may_belong(self, limb: Blob, root: Blob) -> bool:
+        """See `Seeds.may_belong`."""
+        return self._seeds is not None and self._seeds.may_belong(limb, root)
+
     def may_be_several(self, blob: Blob) -> bool:
         """See `Seeds.may_be_several`."""
         return self._seeds is not None and self._seeds.may_be_several(blob)

@@ -24,6 +24,7 @@ class Guesser:
     """Aligns one component's markers, from many sides, with blobs.
 
     :ivar labels: classes of which the blobs are that the component makes. :ivar bends: of the joints that carry it.
+    :ivar reach_m: how far from the object's origin its markers get.
     """
 
     def __init__(
@@ -48,6 +49,10 @@ class Guesser:
                 banks[key] = ViewBank(view_bank(m, config.guesses), inside, ring, surface.limits, config.guesses)
         self._banks = [banks[_key(m, labels, body)] for m in self._markers]
         self.bends = Bends(surface, component, config.guesses.joint_draws)
+        self.reach_m = float(
+            np.linalg.norm(self.bends.t, axis=1).max()
+            + max(np.linalg.norm(m.centre) + np.linalg.norm(m.outline - m.centroid, axis=1).max() for m in part.markers)
+        )
         in_marker = [self._object_in_marker(m) for m in self._markers]
         # the object's frame, see `lift`: (2, V, 3, 3) of each marker's views, and (3,) its origin along its own axes
         self._flips = [bank.flips @ R for bank, (R, _) in zip(self._banks, in_marker, strict=True)]

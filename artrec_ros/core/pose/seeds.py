@@ -1,8 +1,7 @@
 """First hypotheses of a spatial object: poses in which one of its components made a blob.
 
 The paper starts from the required component (phase 1). Seen from its side, half hidden or merged with something of
-its class that one is hard to make out, while the others are plain; where they are of the same class, each of them is
-tried, too. Where an object may be one without its required component, so are those of any class.
+its class that one is hard to make out, while the others are plain; so each of them is tried, too.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import numpy as np
 
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
-from ..image.blobs import Blob, solidity
+from ..image.blobs import Blob, centres, solidity
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from .distinct import best_distinct
@@ -45,10 +44,11 @@ class Seeds:
         banks: dict[Key, ViewBank] = {}
         self._guessers = {
             c: Guesser(target.model, surface, c, config, banks)
-            for c, labels in enumerate(surface.labels)
-            if (config.required == "visible" or set(labels) & set(surface.labels[self._root]))
-            and not (c != self._root and lookalikes and lookalikes.leads_to(c))
+            for c in range(len(target.model.components))
+            if not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
+        self._sizes_m2 = {c: max(m.area for m in target.model.components[c].markers) for c in self._guessers}
+        self._reach_m = max(g.reach_m for g in self._guessers.values()) + self._guessers[self._root].reach_m
 
     def may_be_several(self, blob: Blob) -> bool:
         """Whether several things make up a blob: one that fills its convex hull as well as a marker of its class does
@@ -56,6 +56,20 @@ class Seeds:
         if blob.area_px < self._config.piece_ratio * self._config.small_px:
             return False
         return solidity(blob.contour) < self._config.compact * self._solidity.get(blob.label, 0.0)
+
+    def may_belong(self, limb: Blob, root: Blob) -> bool:
+        """Whether one object may have made both blobs, `root` with its required component: they are no farther apart
+        than it reaches, as large as they show it, and the limb's shape tells of its marker."""
+        if is_small(limb, self._config):
+            return False
+        scales = [
+            blob.area_px / self._sizes_m2[c]
+            for blob, mine in ((root, [self._root]), (limb, self._guessers))
+            for c in mine
+            if blob.label in self._guessers[c].labels
+        ]
+        apart_px = float(np.linalg.norm(np.diff(centres([limb, root]), axis=0)))
+        return apart_px <= self._config.limb_reach * self._reach_m * float(max(scales, default=0.0)) ** 0.5
 
     @property
     def labels(self) -> set[int]:

@@ -7,15 +7,17 @@ import pytest
 from settings import DEFAULTS, settings
 from solids import BODY, RED, camera_of, chain, pose, random_poses, render, truck, turn_between
 
-from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.guesses import Guesser
 from artrec_ros.core.pose.seeds import Seeds
 from artrec_ros.core.pose.surface_model import SpatialModel
+from artrec_ros.core.recognizer import Recognizer
 
 CAMERA = camera_of()
 TRUCK = truck()
@@ -117,3 +119,40 @@ def test_bending_leaves_a_component_where_it_is(component):
     assert (bent.q >= kin.lower - 1e-9).all() and (bent.q <= kin.upper + 1e-9).all()
     moved = bent.q[:n].std(axis=0) > 0.2 * (kin.upper - kin.lower)
     np.testing.assert_array_equal(moved, kin.moves[c])
+
+
+OTHER = 7
+
+
+def test_a_component_of_another_class_leads_to_it_where_the_required_one_may_be_near():
+    two = replace(TRUCK, components=tuple(replace(c, label=None if c.required else OTHER) for c in TRUCK.components))
+    labels = render(CAMERA, [(two, AT, RED)])
+    seeds = Seeds(Target("truck", two, RED), SpatialModel(two, RED, DEFAULTS.votes), DEFAULTS)
+    limbs, roots = (find_blobs(labels, {label}, RecognizerConfig()) for label in (OTHER, RED))
+    limb, root = largest(limbs), largest(roots)
+    assert near(seeds.all(ImageFrame(LabelField(labels), CAMERA), limb), AT)
+    assert seeds.may_belong(limb, root)
+    away = replace(root, contour=root.contour + (10 * root.area_px**0.5, 0))
+    assert not seeds.may_belong(limb, away)
+    assert not seeds.may_belong(replace(limb, area_px=30.0), root)  # a speck: its shape tells nothing
+
+
+def test_what_speaks_of_the_required_component_is_looked_at_again_from_others(monkeypatch):
+    """Where its required component's blob leads nowhere, those of other classes near by do; alone they lead nowhere
+    that could be told."""
+    two = replace(TRUCK, components=tuple(replace(c, label=None if c.required else OTHER) for c in TRUCK.components))
+    recognizer = Recognizer([Target("truck", two, RED)], RecognizerConfig(), Segmenter(ImageConfig()))
+    labels = render(CAMERA, [(two, AT, RED)])
+    guess = Guesser.guess
+    started = []
+
+    def limbs_only(self, frame, blob, piece=0):
+        started.append(blob.label)
+        return guess(self, frame, blob, piece) if blob.label == OTHER else self._none
+
+    monkeypatch.setattr(Guesser, "guess", limbs_only)
+    assert [d.object for d in recognizer.recognize(labels, camera=CAMERA).detections] == ["truck"]
+    started.clear()
+    bare = np.where(labels == RED, BODY, labels).astype(np.uint8)
+    assert not recognizer.recognize(bare, camera=CAMERA).detections
+    assert OTHER not in started

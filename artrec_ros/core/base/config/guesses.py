@@ -161,6 +161,15 @@ class GuessesConfig(Room):
         paths=_SPACE,
         origin="2/3: right -1 of 244, 4/3: +1; bounds the time",
     )
+    limb_reach: float = param(
+        2.0,
+        "a blob of another class than the required component's is searched where one of its class is no farther off than "
+        "so many times what the object reaches, as large as blobs show it",
+        low=0,
+        high=100,
+        paths=_SPACE,
+        origin="seen from aside by up to 75 degrees blobs look half as large as they are",
+    )
     limb_guesses: int = param(
         32,
         "poses of each other component of its class that go on, before their joints are bent",

@@ -163,8 +163,8 @@ class GuessesConfig(Room):
     )
     limb_reach: float = param(
         2.0,
-        "a blob of another class than the required component's is searched where one of its class is no farther off than "
-        "so many times what the object reaches, as large as blobs show it",
+        "a blob of another class than the required component's is searched where one of its class is no farther off "
+        "than so many times what the object reaches, as large as blobs show it",
         low=0,
         high=100,
         paths=_SPACE,

@@ -163,7 +163,7 @@ class FacingSearch:
 
     def _few_of_each_place(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """The best, and at each place where the required component is a few rivals: all that a verdict must look at."""
-        order = np.argsort(-found.votes, kind="stable")
+        order = np.argsort(self.finder.alternatives.contradicted(frame, found.poses) - found.votes, kind="stable")
         order = order[found.votes[order] > self._config.verdict.min_votes]
         anchors = self.finder.required.anchors(found.poses[order])
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..core.model.identities import identities_of
 from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
-from ..core.verdict.identity import identities_of
 
 
 def drawn(model: ObjectModel, taken: Collection[str], rng: np.random.Generator) -> str | None:

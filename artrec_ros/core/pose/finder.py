@@ -21,6 +21,7 @@ from ..image.codes import LABELS, Codes
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from . import climb_kernels as climbing
+from .alternatives import Alternatives
 from .climb_kernels import Steps, Value
 from .distinct import apart
 from .lookalikes import Lookalikes
@@ -65,6 +66,7 @@ class WholeObjectFinder:
         self.root_labels = self.surface.labels[self.root]
         self._value = Value(len(target.model.components), self.root, float(config.votes.hidden_cost), occlusion=True)
         self._steps = _steps(config.search)
+        self.alternatives = Alternatives(self.surface, config.verdict)
         self.required = RequiredPlace(target.model, self.surface)
         self._lookalikes = Lookalikes(self.surface)
         kin = self.surface.kinematics

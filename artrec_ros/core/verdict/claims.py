@@ -65,6 +65,7 @@ class Claims:
     :param poses, votes, depth_m, scale: (H,). :param scores: (H, P).
     :param known: (H,) logarithm of how many times the least scale that is possible there the greatest is, at most
         `MOST_KNOWN`.
+    :param contradicted: (H,) see `Alternatives.contradicted`.
     """
 
     finder: WholeObjectFinder
@@ -76,6 +77,7 @@ class Claims:
     depth_m: Array
     scale: Array
     known: Array
+    contradicted: Array
     misplaced: Sequence[str | None]
 
     def __len__(self) -> int:
@@ -107,7 +109,8 @@ def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: 
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
     misplaced = _misplaced(finder, poses, frame, anchors, scale)
     known = _known(finder, frame, anchors)
-    return Claims(finder, poses, finder.total(scores), scores, seen, frame, depth_m, scale, known, misplaced)
+    against = finder.alternatives.contradicted(frame, poses)
+    return Claims(finder, poses, finder.total(scores), scores, seen, frame, depth_m, scale, known, against, misplaced)
 
 
 def _known(finder: WholeObjectFinder, frame: ImageFrame, anchors: Array) -> Array:

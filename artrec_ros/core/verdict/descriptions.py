@@ -29,7 +29,7 @@ class Describer:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self.finder = finder
         surface = finder.surface
-        self._identifier = Identifier(surface, finder.config)
+        self._identifier = Identifier(finder.alternatives, finder.config)
         patches = [surface.patches[p] for p in surface.markers]
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn

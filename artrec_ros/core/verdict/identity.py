@@ -1,15 +1,15 @@
 """Which one of several like objects each found object is, by the colours of its components, all objects at once.
 
 The place, turn and joints of an object are found with alternatives open: a pixel of any of a component's classes
-speaks for it. Only then is asked which classes they are: each identity that exists is as likely as the pixels on its
-components are under it. Where each identity occurs once, objects are named together (assignment), and an object's
-probability is that of the best naming of all against the best one in which it has another name.
+speaks for it. Of rivals at one place that one comes first which shows an identity that exists. Then is asked which it
+is: each identity is as likely as the pixels on its components are under it. Where each identity occurs once, objects
+are named together (assignment), and an object's probability is that of the best naming of all against the best one in
+which it has another name.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,52 +17,25 @@ from scipy.optimize import linear_sum_assignment
 from scipy.special import logit, logsumexp
 
 from ..base.config import RecognizerConfig
-from ..geometry.projection import project
 from ..geometry.transforms import Array
-from ..image.codes import Codes
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, Rejection
-from ..model.objects import Identity, ObjectModel
-from ..model.surface import INSIDE_POINTS
-from ..pose.surface_model import Poses, SpatialModel
+from ..model.identities import identities_of
+from ..model.objects import ObjectModel
+from ..pose.alternatives import Alternatives
+from ..pose.surface_model import Poses
 
 _LEAST = 1e-9  # nothing is surer than that
 _ANOTHER = "it occurs once (unique), and a likelier one is told"
 _NOT_KNOWN = -1e9  # instead of a forbidden pair: linear_sum_assignment wants numbers
 
 
-def identities_of(model: ObjectModel) -> tuple[Identity, ...]:
-    """Those that exist: the ones that are declared, else all combinations of the components' classes, named by them."""
-    own = {c.name: c.classes for c in model.components if c.classes}
-    if model.identities or not own:
-        return model.identities
-    return tuple(
-        Identity("_".join(classes), dict(zip(own, classes, strict=True))) for classes in product(*own.values())
-    )
-
-
 class Identifier:
     """Names the objects of one target."""
 
-    def __init__(self, surface: SpatialModel, config: RecognizerConfig) -> None:
-        self._surface, self._config = surface, config
-        model, self.identities = surface.model, identities_of(surface.model)
-        self._markers = [
-            row for row, p in enumerate(surface.markers.tolist())
-            if model.components[surface.patches[p].component].classes
-        ]  # fmt: skip
-        components = [surface.patches[surface.markers[row]].component for row in self._markers]
-        names = [model.components[c] for c in components]
-        self._labels = np.array(
-            [[c.classes[identity.classes[c.name]] for c in names] for identity in self.identities], int
-        ).reshape(len(self.identities), len(self._markers))  # (N, M) the label of each marker under each identity
-        patches = surface.markers[self._markers]
-        self._points = (
-            np.concatenate([surface.patches[p].inside for p in patches]) if len(patches) else np.zeros((0, 3))
-        )
-        self._on = np.repeat(np.array(components, int), INSIDE_POINTS)
-        self._patches = patches
-        self._says = _says(surface.codes, config.verdict.identity_floor)
+    def __init__(self, alternatives: Alternatives, config: RecognizerConfig) -> None:
+        self._alternatives, self._config = alternatives, config
+        self.identities, self._unique = alternatives.identities, alternatives.unique
 
     def identify(self, frame: ImageFrame, poses: Poses) -> list[IdentityFit | None]:
         """What each of H objects is; None for all where the model has no identities."""
@@ -70,37 +43,21 @@ class Identifier:
             return [None] * len(poses)
         evidence = self.evidence(frame, poses)
         names, least = [i.name for i in self.identities], self._config.min_identity_probability
-        return list(named(evidence, names, self._surface.model.unique, least))
+        return list(named(evidence, names, self._unique, least))
 
     def surplus(self, frame: ImageFrame, poses: Poses, probability: Array) -> NDArray[np.bool_]:
         """(H,) which objects there is no identity left for, where each occurs once.
 
         :param probability: (H,) of each object.
         """
-        if not (self._surface.model.unique and self.identities) or len(poses) <= len(self.identities):
+        if not (self._unique and self.identities) or len(poses) <= len(self.identities):
             return np.zeros(len(poses), bool)
         odds = logit(np.clip(probability, _LEAST, 1 - _LEAST))
         return surplus(self.evidence(frame, poses), odds, 1 - self._config.min_identity_probability)
 
     def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H, N) log-likelihood of the pixels on the components under each identity."""
-        surface = self._surface
-        frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
-        X = surface.place(frames, self._points, self._on)
-        shown = surface.shown(frames, self._patches, INSIDE_POINTS)  # (H, M, points)
-        codes = frame.field.at(project(frame.camera, X)).reshape(shown.shape)
-        area_px = surface.area[self._patches] * (frame.camera.focal_px / X[:, ::INSIDE_POINTS, 2]) ** 2  # (H, M)
-        out = np.zeros((len(poses), len(self.identities)))
-        for m, labels in enumerate(self._labels.T):
-            classes, which = np.unique(labels, return_inverse=True)
-            says = self._says[classes][:, codes[:, m]]  # (classes, H, points)
-            out += ((says * shown[:, m]).mean(axis=2) * area_px[:, m]).T[:, which]
-        return out * self._config.verdict.identity_independent
-
-
-def _says(codes: Codes, floor: float) -> Array:
-    """(256 labels, 256 codes) log-likelihood of a code on a marker of a label, up to a constant."""
-    return np.log(np.maximum(codes.share.T, floor))
+        return self._alternatives.evidence(frame, poses) * self._config.verdict.identity_independent
 
 
 def one_of_each(

@@ -17,6 +17,7 @@ from .acceptance import CASES, Verdict, Verdicts, verdicts_of
 from .claims import Seen, claims_of
 from .reach import Reach
 
+_LEAST_WORTH = 1e-3  # share of its votes: who shows no identity comes last, but may be there
 _WITHOUT_REQUIRED = [n for n, case in enumerate(CASES) if case.startswith(("unseen", "faded"))]
 
 
@@ -55,7 +56,9 @@ class Judge:
 
     def worth(self, verdicts: Verdicts) -> Array:
         """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""
-        trusted = np.where(self.accepts(verdicts), verdicts.probability * verdicts.claims.votes, 0.0)
+        votes = verdicts.claims.votes
+        free = np.maximum(votes - verdicts.claims.contradicted, _LEAST_WORTH * votes)
+        trusted = np.where(self.accepts(verdicts), verdicts.probability * free, 0.0)
         return np.where(self.may_stand(verdicts), trusted, -np.inf)
 
     def may_stand(self, verdicts: Verdicts) -> NDArray[np.bool_]:

@@ -15,12 +15,14 @@ from artrec_ros.core.image.codes import LABELS, UNKNOWN, Codes
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose
+from artrec_ros.core.model.identities import identities_of
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.alternatives import Alternatives
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.verdict.acceptance import _of_several, verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
-from artrec_ros.core.verdict.identity import Identifier, identities_of, named, surplus
+from artrec_ros.core.verdict.identity import Identifier, named, surplus
 
 NAMES = ("a", "b", "c", "d", "e")
 
@@ -155,6 +157,10 @@ def poses_of(frame, *placed):
     return Poses.concatenate([p.pose(frame.camera) for p in placed])
 
 
+def identifier_of(surface):
+    return Identifier(Alternatives(surface, DEFAULTS.verdict), DEFAULTS)
+
+
 ONE = Placing(60.0, 50.0, 0.4, 300.0, "gr")
 
 
@@ -162,7 +168,7 @@ ONE = Placing(60.0, 50.0, 0.4, 300.0, "gr")
 def test_the_classes_that_are_shown_win(name):
     at = Placing(60.0, 50.0, 0.4, 300.0, name)
     frame = frame_of(at)
-    identifier = Identifier(SpatialModel(robot(), TEAM, DEFAULTS.votes), DEFAULTS)
+    identifier = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
     evidence = identifier.evidence(frame, poses_of(frame, at))
     assert evidence.shape == (1, 4) and (evidence <= 0).all()
     assert identifier.identities[int(evidence.argmax())].name == name
@@ -176,7 +182,7 @@ def test_evidence_grows_with_what_is_seen():
     for scale in (200.0, 400.0):
         at = Placing(75.0, 60.0, 0.0, scale, "gr")
         frame = frame_of(at)
-        identifier = Identifier(SpatialModel(robot(), TEAM, DEFAULTS.votes), DEFAULTS)
+        identifier = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
         evidence = np.sort(identifier.evidence(frame, poses_of(frame, at))[0])
         gaps.append(evidence[-1] - evidence[0])
     assert gaps[1] / gaps[0] == pytest.approx(4, rel=0.15)
@@ -184,7 +190,7 @@ def test_evidence_grows_with_what_is_seen():
 
 def test_what_shows_none_of_the_classes_tells_no_name():
     frame = frame_of()
-    identifier = Identifier(SpatialModel(robot(), TEAM, DEFAULTS.votes), DEFAULTS)
+    identifier = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
     (fit,) = identifier.identify(frame, poses_of(frame, ONE))
     assert fit.name is None and fit.probability == pytest.approx(0.5, abs=1e-6)
 
@@ -204,7 +210,7 @@ def test_pixels_in_doubt_tell_as_much_as_they_know():
     for share in (1.0, 0.7, 0.5, 0.2):
         meaning = meaning_of(share)
         frame = frame_of(ONE, meaning=meaning)
-        identifier = Identifier(SpatialModel(model, TEAM, DEFAULTS.votes, meaning), DEFAULTS)
+        identifier = identifier_of(SpatialModel(model, TEAM, DEFAULTS.votes, meaning))
         gr, vr = identifier.evidence(frame, poses_of(frame, ONE))[0]
         found[share] = gr - vr
     assert found[1.0] > found[0.7] > found[0.5] > found[0.2]
@@ -214,9 +220,9 @@ def test_pixels_in_doubt_tell_as_much_as_they_know():
 
 def test_without_identities_or_objects_nothing_is_told():
     frame = frame_of(ONE)
-    plain = Identifier(SpatialModel(ROBOT["plain"], TEAM, DEFAULTS.votes), DEFAULTS)
+    plain = identifier_of(SpatialModel(ROBOT["plain"], TEAM, DEFAULTS.votes))
     assert plain.identify(frame, poses_of(frame, ONE, ONE)) == [None, None]
-    whole = Identifier(SpatialModel(robot(), TEAM, DEFAULTS.votes), DEFAULTS)
+    whole = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
     assert whole.identify(frame, poses_of(frame, ONE)[:0]) == []
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
+from ..core.base.config import VotesConfig
 from ..core.geometry.transforms import Array
 from ..core.learning.colour_learning import Learned
 from ..io.learned.marked_objects import BESIDE, REST
@@ -15,8 +16,11 @@ _WIDER = 1.25  # limits of the scale, over what was marked: that of small patche
 _MUCH = 0.02  # share of a background that a class may take before something should be done: a robot or two
 
 
-def report(learned: Learned) -> Iterator[str]:
-    """Per class its references, and what they make of its pixels; what a background's go to, and what to do."""
+def report(learned: Learned, bodies: Collection[str] = ()) -> Iterator[str]:
+    """Per class its references, and what they make of its pixels; what a background's go to, and what to do.
+
+    :param bodies: classes of bodies alone.
+    """
     width = max(len(name) for name in learned.samples)
     yield f"{'class':{width}}   pixels   right  references r,g,b"
     for name, shares in learned.confusion.items():
@@ -30,6 +34,7 @@ def report(learned: Learned) -> Iterator[str]:
     yield f"background: {_colours(learned.image.background) or 'no colour of its own'}"
     yield f"sharpen_px: {learned.image.sharpen_px}"
     yield from _advice(learned)
+    yield from _advice_on_bodies(learned, bodies)
 
 
 def scale_limits(scales: Array) -> tuple[float, float]:
@@ -64,6 +69,19 @@ def _advice(learned: Learned) -> Iterator[str]:
                     f"{other} takes {share:.0%} of '{name}'. {_why(name)}it is too like: choose another colour, or "
                     f"lower image.{other}.spread ({learned.image.classes[other].spread:g})"
                 )
+
+
+def _advice_on_bodies(learned: Learned, bodies: Collection[str]) -> Iterator[str]:
+    """A line for each body's class that would speak for its objects by less than half of what a plain one does."""
+    own, unknown, other = VotesConfig().body
+    for name in sorted(set(bodies) & set(learned.confusion)):
+        shares = learned.confusion[name]
+        right, rest = shares.get(name, 0.0), shares.get("unknown", 0.0)
+        if own * right + unknown * rest + other * (1 - right - rest) < own / 2:
+            yield (
+                f"{right:.0%} of the body's class '{name}' is told, too little: it speaks against objects that are "
+                "there. Leave the label out of the body (docs/object_file.md), or make it as small as what shows it"
+            )
 
 
 def _why(name: str) -> str:

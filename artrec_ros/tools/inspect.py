@@ -95,7 +95,8 @@ def describe(item: Item) -> Iterator[str]:
     elif isinstance(content, Annotations):
         yield from _annotations(head, content)
     elif isinstance(content, TruthContent):
-        yield f"{head}, {counted(content.frames, 'frame')}, objects by label: {_counts(content.labels)}"
+        by_label = f", objects by label: {_counts(content.labels)}" if content.labels else ""
+        yield f"{head}, {counted(content.frames, 'frame')}{by_label}"
     elif isinstance(content, ResultContent):
         yield f"{head}, {counted(content.frames, 'frame')}, objects found: {_counts(content.objects)}"
     elif isinstance(content, Supplement):

@@ -94,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
     _say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
     learned = learn_from(samples, told, labels, _DRAWS)
     save_colours(args.output, learned.image)
-    print("\n".join(report(learned)))
+    print("\n".join(report(learned, setup.bodies if setup is not None else ())))
     if setup is not None:
         print(scale_line(marked_scales(args.annotations, setup.targets)))
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")

@@ -94,8 +94,12 @@ class Describer:
         seen = [c for c, component in enumerate(target.model.components) if component.name in names]
         told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component that is told
         joints = [(j, name) for j, name in enumerate(target.model.joint_names) if told[j]]
+        # within its limits who knows nothing is off by no more
+        most = (kin.upper - kin.lower) / np.sqrt(12)
         deviations = (
-            {} if covariance is None else {name: float(np.sqrt(covariance[6 + j, 6 + j])) for j, name in joints}
+            {}
+            if covariance is None
+            else {name: float(min(np.sqrt(covariance[6 + j, 6 + j]), most[j])) for j, name in joints}
         )
         return Detection(
             target.name,
@@ -159,7 +163,10 @@ NONE_LEFT = "all of its identities, each of which occurs once, are those of like
 def rejection_of(
     verdict: Verdict, frame: ImageFrame, judge: Judge, otherwise: str = "its pixels belong to another"
 ) -> Rejection:
-    """Why a claim became no object. :param otherwise: where nothing speaks against it by itself."""
-    x, y = project(frame.camera, verdict.claim.poses.t)[0]
+    """Why a claim became no object, and the pixel of the image that is nearest to its origin.
+
+    :param otherwise: where nothing speaks against it by itself.
+    """
+    x, y = np.clip(project(frame.camera, verdict.claim.poses.t)[0], 0, np.subtract(frame.size, 1))
     name, reason = verdict.claim.finder.target.name, judge.reason(verdict)
     return Rejection(name, reason or otherwise, verdict.probability, float(x), float(y))

@@ -98,8 +98,8 @@ class Judge:
         if verdict.claim.votes < self.min_votes:
             return f"{verdict.claim.votes:.0f} votes of the labels, {self.min_votes:.0f} are wanted"
         if not self.shows_required(verdict):
-            required = verdict.claim.finder.surface.model.required.name
-            return f"its required component {required} {verdict.without_required or 'is not confirmed'}"
+            required, lack = verdict.claim.finder.surface.model.required.name, verdict.without_required
+            return f"where it would be, its required component {required} {lack or 'is not confirmed'}"
         out_of_reach = self.reach.reason(verdict.claim.depth_m, verdict.claim.scale)
         if out_of_reach is not None:
             return out_of_reach

@@ -50,6 +50,10 @@ SHOWN = {
     "rotation_error_deg_median": Shown("rotation error", "deg", 2, -1, "median", short="rotation deg"),
     "joint_error_deg_median": Shown("joint error", "deg", 2, -1, "median, revolute joints", short="joint deg"),
     "joint_error_m_median": Shown("joint error", "mm", 1, -1, "median, prismatic joints"),
+    "position_error_p95": Shown("position error, 95 %", "% of range", 2, -1, "19 of 20 objects found are less off"),
+    "rotation_error_deg_p95": Shown("rotation error, 95 %", "deg", 2, -1, "the same"),
+    "joint_error_deg_p95": Shown("joint error, 95 %", "deg", 2, -1, "19 of 20 revolute joints told are less off"),
+    "joint_error_m_p95": Shown("joint error, 95 %", "mm", 1, -1, "the same, prismatic joints"),
     "image_error_px_median": Shown("place in the image", "px", 1, -1, "median, of markers that were annotated"),
     "direction_error_deg_median": Shown(
         "direction", "deg", 2, -1, "median, of the axes of markers that were annotated"
@@ -63,7 +67,10 @@ SHOWN = {
         "calibration error", "", 3, -1, "mean distance of score and the share that lies on an object, over bins"
     ),
 }
-FACTORS = {"position_error_median": 100.0, "position_error_m_median": 1000.0, "joint_error_m_median": 1000.0}
+FACTORS = {
+    **dict.fromkeys(("position_error_median", "position_error_p95"), 100.0),
+    **dict.fromkeys(("position_error_m_median", "joint_error_m_median", "joint_error_m_p95"), 1000.0),
+}
 OF_PARTS = ("recognition_rate", "precision", "right_rate", "position_error_median", "rotation_error_deg_median",
             "joint_error_deg_median")  # fmt: skip
 """What is told of parts: ranges and view angles."""
@@ -87,6 +94,10 @@ def figures_of(counts: Counts) -> Figures:
         "rotation_error_deg_median": intervals.median(np.degrees(c.rotation_errors_rad)),
         "joint_error_deg_median": intervals.median(np.degrees(c.joint_errors_rad)),
         "joint_error_m_median": intervals.median(c.joint_errors_m),
+        "position_error_p95": intervals.quantile(c.position_errors, 0.95),
+        "rotation_error_deg_p95": intervals.quantile(np.degrees(c.rotation_errors_rad), 0.95),
+        "joint_error_deg_p95": intervals.quantile(np.degrees(c.joint_errors_rad), 0.95),
+        "joint_error_m_p95": intervals.quantile(c.joint_errors_m, 0.95),
         "image_error_px_median": intervals.median(c.image_errors_px),
         "direction_error_deg_median": intervals.median(np.degrees(c.direction_errors_rad)),
     }

@@ -59,7 +59,7 @@ def table(found: Ambiguities, camera: Camera) -> Iterator[str]:
     yield f"{'marker':{width}}  {'size mm':>9}  {'found to':>8}  {'direction to':>12}  {'told to':>7}"
     for r in rows:
         size = f"{1e3 * r.size_m[0]:.0f} x {1e3 * r.size_m[1]:.0f}"
-        turn = f"{r.turn_m:.2f} m" if r.turn_m > 0 else "never"
+        turn = f"{r.turn_m:.2f} m" if r.turn_m > 0 else "none"
         yield f"{r.names:{width}}  {size:>9}  {r.found_m:6.2f} m  {turn:>12}  {r.told_m:5.2f} m"
 
 

@@ -85,12 +85,15 @@ def lines(measured: Measured) -> Iterator[str]:
         f"object file has them, and {measured.after_px:.2f} px with lengths that other marked objects measured."
     )
     if not measured.helps:
-        yield "The object file holds as it is: nothing is measured better."
+        yield "The object file holds as it is: nothing is measured better, and it is copied."
     else:
         yield f"All sizes are beside {model.required.name}/{first}'s, which stays; so do limits of joints."
         yield from _table(measured.changes)
     for place in measured.left_out[:_FEW_FAR]:
-        yield f"{place}: is marked as '{model.name}' cannot lie, and was left out: tail and head, left and right?"
+        yield (
+            f"{place}: its marks do not fit '{model.name}' in any pose, and it was left out: tail and head, left and "
+            "right swapped, or the file far off?"
+        )
     for far in _worth_a_look(measured):
         yield f"{far.place}: {far.component}/{far.marker} lies {far.off_px:.0f} px off: tail and head, left and right?"
 

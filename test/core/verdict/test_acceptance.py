@@ -177,7 +177,7 @@ def test_without_its_required_component_there_is_no_object():
     """However plain the others are: what stands for it may be merged with something, but must be there."""
     verdict = verdict_of(claim({FORE: 200.0, HIND: 200.0}, votes=3000.0))
     assert Judge(0.0, 0.0).trust(verdict) == 0
-    assert JUDGE.reason(verdict) == "its required component torso is not confirmed"
+    assert JUDGE.reason(verdict) == "where it would be, its required component torso is not confirmed"
     whole = verdict_of(claim(WHOLE, votes=3000.0))
     assert JUDGE.trust(whole) == whole.probability > CONFIG.min_probability
 
@@ -241,7 +241,7 @@ def test_what_is_out_of_sight_owns_its_pixels_and_is_told_where_that_is_asked_fo
     strict, visible = Judge(0.0, 0.0), Judge(0.0, 0.0, unseen=True)
     assert verdict.case == "unseen"
     assert strict.worth(verdict.among)[0] == visible.worth(verdict.among)[0] > 0
-    assert strict.reason(verdict) == "its required component torso is out of sight"
+    assert strict.reason(verdict) == "where it would be, its required component torso is out of sight"
     assert visible.reason(verdict) is None and visible.shows_required(verdict) and not strict.shows_required(verdict)
 
 

@@ -69,7 +69,7 @@ class RecognizerConfig:
     required: str = param(
         "strict",
         "strict: there is no object without its required component; visible: where that is turned away, hidden, out "
-        "of the image or without labels the others may suffice, and are looked for in all their classes",
+        "of the image or without labels the others may suffice",
         choices=("strict", "visible"),
         paths=("space", "facing"),
     )

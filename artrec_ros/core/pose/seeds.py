@@ -35,7 +35,7 @@ class Seeds:
         """:param lookalikes: a component whose blob these lead from to the required one need not be started from."""
         self._surface, self._root = surface, surface.root
         self._config, self._search, self._fit = config.guesses, config.search, config.fit
-        self._min_votes = config.verdict.min_votes
+        self._min_votes, self._hidden_cost = config.verdict.min_votes, config.votes.hidden_cost
         self._solidity: dict[int, float] = {}  # of each class the greatest
         for component, labels in zip(target.model.components, surface.labels, strict=True):
             for label, marker in product(labels, component.markers):
@@ -90,18 +90,23 @@ class Seeds:
         roots = self._surface.no_poses
         if blob.label in self._guessers[self._root].labels:
             guesses = self._guessers[self._root].guess(frame, blob, piece)
-            best = self._best_roots if is_small(blob, self._config) else self._fit_root
-            roots = best(frame, guesses, self._config.root_keep)
+            if is_small(blob, self._config):
+                roots = self._best_roots(frame, guesses, self._config.root_keep)
+            else:
+                roots = self._fit_root(frame, guesses, self._config.root_keep, hidden=True)
         return Poses.concatenate([roots, self._of_limbs(frame, blob, piece)])
 
-    def _fit_root(self, frame: ImageFrame, poses: Poses, keep: int) -> Poses:
+    def _fit_root(self, frame: ImageFrame, poses: Poses, keep: int, *, hidden: bool = False) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""
         fitted = fit_component(self._surface, frame, poses, self._root, self._fit)
-        return self._best_roots(frame, Poses.concatenate([poses, fitted]), keep, bodies=False)
+        return self._best_roots(frame, Poses.concatenate([poses, fitted]), keep, bodies=False, hidden=hidden)
 
-    def _best_roots(self, frame: ImageFrame, poses: Poses, n: int, *, bodies: bool = True) -> Poses:
+    def _best_roots(
+        self, frame: ImageFrame, poses: Poses, n: int, *, bodies: bool = True, hidden: bool = False
+    ) -> Poses:
         """The best by the required component alone, with or without its body."""
-        return poses[best_distinct(poses, self._votes(frame, poses, self._root, bodies=bodies), n, self._search)]
+        votes = self._votes(frame, poses, self._root, bodies=bodies, hidden=hidden)
+        return poses[best_distinct(poses, votes, n, self._search)]
 
     def _of_limbs(self, frame: ImageFrame, blob: Blob, piece: int) -> Poses:
         """The best of which another component made the blob, by the votes for both it and the required one."""
@@ -115,10 +120,17 @@ class Seeds:
         poses = Poses.concatenate(parts)
         return poses[best_distinct(poses, np.concatenate(votes), self._config.limb_keep, self._search)]
 
-    def _votes(self, frame: ImageFrame, poses: Poses, *components: int, bodies: bool = True) -> Array:
-        """(H,) votes for some components, occlusion apart, with or without their bodies."""
-        patches = self._patches_of(components, bodies)
-        return self._surface.score(frame, poses, patches, occlusion=False).votes.sum(axis=1)
+    def _votes(
+        self, frame: ImageFrame, poses: Poses, *components: int, bodies: bool = True, hidden: bool = False
+    ) -> Array:
+        """(H,) votes for some components, occlusion apart, with or without their bodies.
+
+        :param hidden: a marker that speaks against itself counts as hidden, at a price: of a component with markers on
+            several sides another object may hide some, and of what is hidden others' pixels say nothing.
+        """
+        scores = self._surface.score(frame, poses, self._patches_of(components, bodies), occlusion=False)
+        least = -self._hidden_cost * scores.area_px if hidden else -np.inf
+        return np.asarray(np.maximum(scores.votes, least).sum(axis=1))
 
     def _patches_of(self, components: tuple[int, ...], bodies: bool) -> np.ndarray:
         """The components' patches: indices into the surface's, ascending."""

@@ -156,3 +156,19 @@ def test_what_speaks_of_the_required_component_is_looked_at_again_from_others(mo
     bare = np.where(labels == RED, BODY, labels).astype(np.uint8)
     assert not recognizer.recognize(bare, camera=CAMERA).detections
     assert OTHER not in started
+
+
+def test_a_side_that_something_else_covers_says_little():
+    """Its side is another object's, its front is seen. Of one in plain view nothing changes."""
+    at = pose(0.02, 0.0, 0.6, -0.8, model=TRUCK)
+    labels = render(CAMERA, [(TRUCK, at, RED)])
+    seeds = Seeds(Target("truck", TRUCK, RED), SpatialModel(TRUCK, RED, DEFAULTS.votes), DEFAULTS)
+
+    def votes(seen, hidden):
+        return float(seeds._votes(ImageFrame(LabelField(seen), CAMERA), at, 0, bodies=False, hidden=hidden)[0])
+
+    assert votes(labels, True) == pytest.approx(votes(labels, False)) and votes(labels, False) > 0
+    covered, torso = labels.copy(), largest(find_blobs(labels, {RED}, RecognizerConfig()))
+    side = np.arange(labels.shape[1]) < np.quantile(torso.contour[:, 0], 0.7)
+    covered[(labels == RED) & side] = OTHER
+    assert votes(covered, True) > votes(covered, False)

@@ -6,7 +6,7 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
 * each contour point by itself: the residuals' own spread, with the degrees of freedom that the fit took from it;
   points nearer than a pixel see the same labels and count as one;
 * all points together, outwards or inwards: where in the seam that a segmenter leaves between two classes the edge
-  lies is not known, and is the same all around;
+  lies is not known, and is the same all around. Nor is where between two blended colours it lies;
 * each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
   estimate of Liang and Zeger, 1986).
 
@@ -93,7 +93,8 @@ def sources(
     seams_px = model.seams_px(frame.field)[use.argmax(axis=1)]
     starts = n_points * np.arange(c.stretches) // c.stretches
     each = Jw * np.sqrt(spread[:, None, None] / np.maximum(independent, 1e-3))[..., None]
-    outwards = seams_px[:, None, None] * Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J)
+    blended_px = c.colour_edge_px / c.seam_share if frame.image is not None else 0.0
+    outwards = np.hypot(seams_px, blended_px)[:, None, None] * Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J)
     pull = np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
     gain = np.linalg.inv(A)
     return Sources(

@@ -1,5 +1,7 @@
 """What a covariance promises, held against truth: of 90 % regions about 90 % hold it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -134,6 +136,15 @@ def test_a_seam_makes_the_range_less_sure():
         surface, frame, use = scene(MODELS["truck"], truth, seam=seam, rng=rng)
         spread.append(pose_covariances(surface, frame, truth, use, DEFAULTS)[0][2, 2])
     assert spread[1] > 1.5 * spread[0]
+
+
+def test_blended_colours_make_the_range_less_sure_and_hardly_where_it_lies():
+    """An outline that is wider all around looks nearer, not elsewhere."""
+    truth = pose(0.0, 0.0, 0.6, 0.5, 0.1, MODELS["truck"])
+    surface, frame, use = scene(MODELS["truck"], truth)
+    colours = replace(frame, image=np.zeros((*frame.field.labels.shape, 3), np.uint8))
+    plain, blended = (np.diag(pose_covariances(surface, f, truth, use, DEFAULTS)[0]) for f in (frame, colours))
+    assert blended[2] > 1.3 * plain[2] and np.all(blended[:2] < 1.3 * plain[:2])
 
 
 @pytest.mark.parametrize("name", sorted(MODELS))

@@ -95,7 +95,7 @@ def test_unknown_names_come_with_the_nearest(tmp_path: Path) -> None:
 def test_an_axis_without_length_names_its_annotation(tmp_path: Path) -> None:
     content = copy.deepcopy(COCO)
     content["annotations"][1]["keypoints"][3:5] = [1, 2]
-    with pytest.raises(ConfigError, match=r"coco.json: annotations\[1\]: base/flag: .*same point"):
+    with pytest.raises(ConfigError, match=r"coco.json: annotations\[1\] \(.*\): base/flag: .*same point"):
         load_coco([_write(tmp_path, content)]).of(["red"]).examples(MODEL)
 
 

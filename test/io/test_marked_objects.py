@@ -103,7 +103,7 @@ def test_an_identitys_name_alone_will_do_where_one_object_has_it(tmp_path: Path,
     ],
 )
 def test_what_does_not_tell_a_class_is_refused(tmp_path, targets, annotation, category, words) -> None:
-    with pytest.raises(ConfigError, match=rf"a.json: annotations\[0\]: .*{words}"):
+    with pytest.raises(ConfigError, match=rf"a.json: annotations\[0\] \(.*\): .*{words}"):
         load_marked_objects([coco(tmp_path, annotation, categories=(category,))], targets, NAMES)
 
 

@@ -225,7 +225,7 @@ def _annotation(
     name, keypoints = categories[category.raw]
     points = _points(coco_entry(value, "keypoints"), keypoints)
     path, size = images[image.raw]
-    place, entries = f"{value.file}: {value.key}", value.entries()
+    place, entries = f"{value.file}: {value.key} ({path.name})", value.entries()
     attributes = {k: v.raw for k, v in _attributes(entries).items() if isinstance(v.raw, str)}
     incomplete = len(points) < len(keypoints)
     return AnnotatedObject(path, name, place, points, size, attributes, _box(entries), incomplete)

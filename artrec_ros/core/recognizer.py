@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from typing import Protocol
 
@@ -197,6 +198,7 @@ class Recognizer:
                 detections, rejected = (*found, *detections), _joined(turned_down, rejected)
             detections, surplus = one_of_each(detections, self._models)
             detections, rejected = self._placed(detections, frame), _joined(surplus, rejected)
+        rejected = _in_image(rejected, frame.size)
         detections = self._classifier.classified(detections)
         limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
         ended_by = tuple(name for name, hit in limits.items() if hit)
@@ -224,6 +226,16 @@ def _within(scene: Scene, blobs: tuple[Blob, ...]) -> tuple[Blob, ...]:
     if scene.region is None:
         return blobs
     return tuple(b for b, inside in zip(blobs, scene.inside(centres(blobs)), strict=True) if inside)
+
+
+def _in_image(rejected: Sequence[Rejection], size: tuple[int, int]) -> Sequence[Rejection]:
+    """The same with places in the image: of what lies beyond it, the nearest."""
+    most = np.subtract(size, 1).tolist()
+
+    def moved(r: Rejection) -> Rejection:
+        return replace(r, x=min(max(r.x, 0.0), most[0]), y=min(max(r.y, 0.0), most[1]))
+
+    return Deferred(lambda: tuple(map(moved, rejected)))
 
 
 def _joined(first: Sequence[Rejection], second: Sequence[Rejection]) -> Sequence[Rejection]:

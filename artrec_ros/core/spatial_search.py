@@ -42,6 +42,7 @@ class SpatialSearch:
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
         self._roots: list[_Task] = []  # that the required component may have made
+        self._near: dict[tuple[int, int], list[Blob]] = {}  # of a finder and a limb's blob
         # found, and whether sure; its pixels are still in the frames
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
@@ -53,14 +54,15 @@ class SpatialSearch:
         for finder in finders:
             self._turns[finder] = self._recall.turns(finder.target.name, [b for f, b in queue if f is finder])
         all_blobs = queue
+        self._roots = [(f, b) for f, b in queue if b.label in f.root_labels]
         self._look_for_known(queue)
         queue, waiting = self._without_waiting(queue)
         limbs = [(f, b) for f, b in queue if b.label not in f.root_labels]
-        self._roots = [(f, b) for f, b in queue if b.label in f.root_labels]
-        queue = self._look(self._looks.plain, self._roots, Crew(1))  # most are of objects, which change what is next
+        queue = [(f, b) for f, b in queue if b.label in f.root_labels]
+        queue = self._look(self._looks.plain, queue, Crew(1))  # most are of objects, which change what is next
         self._look(self._looks.close, queue, self._crew)
-        self._look(self._looks.close, limbs, self._crew)
-        self._look_for_pieces(queue)
+        limbs = self._look(self._looks.close, limbs, self._crew)
+        self._look_for_pieces(queue + limbs if self._judge.unseen else queue)
         self._hide_found()
         for finder, blob in all_blobs:
             if self._turns[finder].is_searched(blob) and self._explains(self._frame, blob):
@@ -114,7 +116,10 @@ class SpatialSearch:
         due = self._recall.due([f.known for f in followed], [f.known for f in followed if f.behind])
         again = [(f, f.known in due) for f in followed if f.known in due or not f.well]
         blobs = [
-            self._turns[f.finder].largest(*f.finder.required.discs(frame.camera, f.found.poses[:1])) for f, _ in again
+            self._turns[f.finder].largest(
+                f.finder.root_labels, *f.finder.required.discs(frame.camera, f.found.poses[:1])
+            )
+            for f, _ in again
         ]
         tasks = [(f, blob, in_full) for (f, in_full), blob in zip(again, blobs, strict=True) if blob is not None]
         taken = [f for f in followed if f.trust > self._config.sure]
@@ -190,8 +195,10 @@ class SpatialSearch:
         """Whether the required component may be in view of an object of which a component made a blob."""
         if self._judge.unseen or blob.label in finder.root_labels:
             return True
-        near = (root for f, root in self._roots if f is finder and finder.may_belong(blob, root))
-        return not all(self._is_explained(finder, root) for root in near)
+        key = id(finder), id(blob)
+        if key not in self._near:
+            self._near[key] = [root for f, root in self._roots if f is finder and finder.may_belong(blob, root)]
+        return not all(self._is_explained(finder, root) for root in self._near[key])
 
     def _is_explained(self, finder: WholeObjectFinder, blob: Blob) -> bool:
         self._hide_found()

@@ -79,8 +79,9 @@ def _advice_on_bodies(learned: Learned, bodies: Collection[str]) -> Iterator[str
         right, rest = shares.get(name, 0.0), shares.get("unknown", 0.0)
         if own * right + unknown * rest + other * (1 - right - rest) < own / 2:
             yield (
-                f"{right:.0%} of the body's class '{name}' is told, too little: it speaks against objects that are "
-                "there. Leave the label out of the body (docs/object_file.md), or make it as small as what shows it"
+                f"{right:.0%} of the body's class '{name}' is told, too little: it speaks for objects by less than "
+                "half of what it should, or against them. Leave the label out of the body (docs/object_file.md), or "
+                "make it as small as what shows it"
             )
 
 

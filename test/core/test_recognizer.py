@@ -13,9 +13,10 @@ from artrec_ros.core.base.errors import ConfigError, ImageError
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning.pair_learning import learn
+from artrec_ros.core.model.found import Rejection
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.recognizer import Recognizer, _in_image
 from artrec_ros.io.parameters.specs import all_specs
 
 SIZE = (420, 240)
@@ -420,3 +421,8 @@ def test_flat_objects_are_placed_by_their_size_where_the_camera_is_calibrated():
     (same,) = recognizer().recognize(image).detections
     assert same.pose is None and same.image == d.image and same.components == d.components
     assert all(d.pose is None for d in recognizer(profile="paper").recognize(image, camera).detections)
+
+
+def test_what_is_turned_down_has_its_place_in_the_image():
+    far = [Rejection("thing", "it is not there", 0.1, x, y) for x, y in ((-3e5, 20.0), (400.0, 1e9), (30.5, 40.5))]
+    assert [(r.x, r.y) for r in _in_image(far, (320, 240))] == [(0.0, 20.0), (319, 239), (30.5, 40.5)]

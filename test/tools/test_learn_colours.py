@@ -11,10 +11,13 @@ import cv2
 import numpy as np
 import pytest
 
+from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.learning.colour_learning import Learned
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
+from artrec_ros.tools.colour_report import report
 from artrec_ros.tools.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -318,3 +321,13 @@ def test_colours_go_before_those_of_an_earlier_file_with_other_lights(robots: Pa
     (robots / "robots.yaml").write_text(text.replace("blue: {label: 2}", earlier))
     assert learn_robots(robots) == 0
     assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.classes["blue"].label == 2
+
+
+@pytest.mark.parametrize(("right", "unknown", "told"), [(0.6, 0.15, True), (0.75, 0.2, False), (0.5, 0.5, True)])
+def test_a_body_whose_class_is_badly_told_is_named_with_what_to_do(right: float, unknown: float, told: bool) -> None:
+    image = ImageConfig(kind="colour", classes={"plate": ClassConfig(5, (40, 130, 40))})
+    shares = {"plate": {"plate": right, "unknown": unknown, "green": 1 - right - unknown}}
+    learned = Learned(image, shares, {"plate": 100})
+    lines = [line for line in report(learned, ["plate"]) if "body's class 'plate'" in line]
+    assert len(lines) == told and all("Leave the label out of the body" in line for line in lines)
+    assert not any("body's class" in line for line in report(learned))  # as a marker's it is another matter

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -69,9 +69,10 @@ class Turns:
         """What was searched now, or before, was not in vain."""
         self._wait_s[self.number(blob)] = self._refresh_s
 
-    def largest(self, places: Array, radius_px: Array) -> Blob | None:
-        """The largest blob in some discs, of middles (n, 2) and radii (n,) pixels."""
-        inside = np.flatnonzero(self._inside(places, radius_px).any(axis=1))
+    def largest(self, labels: Collection[int], places: Array, radius_px: Array) -> Blob | None:
+        """The largest blob of some classes in some discs, of middles (n, 2) and radii (n,) pixels."""
+        mine = np.isin(self._now.label, list(labels))
+        inside = np.flatnonzero(mine & self._inside(places, radius_px).any(axis=1))
         return self._blobs[int(inside[self._now.least[inside, 2].argmax()])] if len(inside) else None
 
     def hurry(self, places: Array, radius_px: Array, seen_s: float) -> None:

@@ -34,8 +34,7 @@ class Alternatives:
 
     def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H, N) log-likelihood of all pixels on the components under each identity, as if each told by itself."""
-        by_class = self._by_class(frame, poses)
-        return np.asarray(by_class[:, np.arange(len(self._patches)), self._which].sum(axis=2))
+        return self._of_identities(self._by_class(frame, poses))
 
     def contradicted(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H,) by how much pixels on the components are likelier with the class of each that they show best than under
@@ -44,8 +43,14 @@ class Alternatives:
         if not self._surface.model.identities or not len(poses):
             return np.zeros(len(poses))
         by_class = self._by_class(frame, poses)
-        bound = by_class[:, np.arange(len(self._patches)), self._which].sum(axis=2)
-        return np.asarray(by_class.max(axis=2).sum(axis=1) - bound.max(axis=1))
+        return np.asarray(by_class.max(axis=2).sum(axis=1) - self._of_identities(by_class).max(axis=1))
+
+    def _of_identities(self, by_class: Array) -> Array:
+        """(H, N) under each identity, from (H, M, classes)."""
+        out = np.zeros((len(by_class), len(self.identities)))
+        for m, which in enumerate(self._which.T):
+            out += by_class[:, m, which]
+        return out
 
     def _by_class(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H, M, classes) how likely the pixels of each marker are with each of its classes."""

@@ -35,19 +35,20 @@ class Sources:
     """What makes H fitted hypotheses err, each (H, 6+J, 6+J) and per unit of its share in `CovarianceConfig`.
 
     :param known: what is known without any image, as far as the image tells no more.
-    :param spread, seam, stretch: of each sort of error of the contours. :param seams_px: (H,) half the seam.
+    :param spread, seam, blend, stretch: of each sort of error of the contours. :param seams_px: (H,) half the seam.
     """
 
     known: Array
     spread: Array
     seam: Array
+    blend: Array
     stretch: Array
     seams_px: Array
 
     def covariance(self, config: CovarianceConfig, restart: Array | None = None) -> Array:
         """(H, 6+J, 6+J) of all of them together. :param restart: the same of restarts; None: to first order."""
         made = config.spread_share**2 * self.spread + config.seam_share**2 * self.seam
-        made += config.stretch_share**2 * self.stretch
+        made += config.colour_edge_px**2 * self.blend + config.stretch_share**2 * self.stretch
         if restart is not None:
             made += config.restart_share**2 * restart
         return np.asarray(self.known + (1 + config.seam_gain * self.seams_px)[:, None, None] * made, np.float64)
@@ -93,14 +94,15 @@ def sources(
     seams_px = model.seams_px(frame.field)[use.argmax(axis=1)]
     starts = n_points * np.arange(c.stretches) // c.stretches
     each = Jw * np.sqrt(spread[:, None, None] / np.maximum(independent, 1e-3))[..., None]
-    blended_px = c.colour_edge_px / c.seam_share if frame.image is not None else 0.0
-    outwards = np.hypot(seams_px, blended_px)[:, None, None] * Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J)
+    outwards = Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J) of a pixel
     pull = np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
     gain = np.linalg.inv(A)
+    by_pixel = _squared(outwards @ gain)
     return Sources(
         known=gain @ prior @ gain,
         spread=_squared(_stacked(each) @ gain),
-        seam=_squared(outwards @ gain),
+        seam=seams_px[:, None, None] ** 2 * by_pixel,
+        blend=by_pixel * (frame.image is not None),
         stretch=_squared(_stacked(pull) @ gain),
         seams_px=seams_px,
     )

@@ -58,18 +58,16 @@ class Seeds:
         return solidity(blob.contour) < self._config.compact * self._solidity.get(blob.label, 0.0)
 
     def may_belong(self, limb: Blob, root: Blob) -> bool:
-        """Whether one object may have made both blobs, `root` with its required component: they are no farther apart
-        than it reaches, as large as they show it, and the limb's shape tells of its marker."""
+        """Whether one object may have made both blobs, `root` with its required component, and show enough of it: they
+        are no farther apart than it reaches, as large as they show it, and the limb's shape tells of its marker."""
         if is_small(limb, self._config):
             return False
-        scales = [
-            blob.area_px / self._sizes_m2[c]
-            for blob, mine in ((root, [self._root]), (limb, self._guessers))
-            for c in mine
-            if blob.label in self._guessers[c].labels
-        ]
+        by_limb = max(limb.area_px / self._sizes_m2[c] for c, g in self._guessers.items() if limb.label in g.labels)
+        by_root = root.area_px / self._sizes_m2[self._root]  # px^2/m^2
+        if by_root < self._config.limb_root_share * by_limb:
+            return False
         apart_px = float(np.linalg.norm(np.diff(centres([limb, root]), axis=0)))
-        return apart_px <= self._config.limb_reach * self._reach_m * float(max(scales, default=0.0)) ** 0.5
+        return apart_px <= self._config.limb_reach * self._reach_m * max(by_limb, by_root) ** 0.5
 
     @property
     def labels(self) -> set[int]:

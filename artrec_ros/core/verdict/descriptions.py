@@ -163,10 +163,7 @@ NONE_LEFT = "all of its identities, each of which occurs once, are those of like
 def rejection_of(
     verdict: Verdict, frame: ImageFrame, judge: Judge, otherwise: str = "its pixels belong to another"
 ) -> Rejection:
-    """Why a claim became no object, and the pixel of the image that is nearest to its origin.
-
-    :param otherwise: where nothing speaks against it by itself.
-    """
-    x, y = np.clip(project(frame.camera, verdict.claim.poses.t)[0], 0, np.subtract(frame.size, 1))
+    """Why a claim became no object. :param otherwise: where nothing speaks against it by itself."""
+    x, y = project(frame.camera, verdict.claim.poses.t)[0]
     name, reason = verdict.claim.finder.target.name, judge.reason(verdict)
     return Rejection(name, reason or otherwise, verdict.probability, float(x), float(y))

@@ -17,7 +17,7 @@ from .acceptance import CASES, Verdict, Verdicts, verdicts_of
 from .claims import Seen, claims_of
 from .reach import Reach
 
-_LEAST_WORTH = 1e-3  # share of its votes: who shows no identity comes last, but may be there
+_LEAST = 1e-3  # who shows no identity comes last, but may be there
 _WITHOUT_REQUIRED = [n for n, case in enumerate(CASES) if case.startswith(("unseen", "faded"))]
 
 
@@ -56,9 +56,7 @@ class Judge:
 
     def worth(self, verdicts: Verdicts) -> Array:
         """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""
-        votes = verdicts.claims.votes
-        free = np.maximum(votes - verdicts.claims.contradicted, _LEAST_WORTH * votes)
-        trusted = np.where(self.accepts(verdicts), verdicts.probability * free, 0.0)
+        trusted = np.where(self.accepts(verdicts), _trust(verdicts) * verdicts.claims.votes, 0.0)
         return np.where(self.may_stand(verdicts), trusted, -np.inf)
 
     def may_stand(self, verdicts: Verdicts) -> NDArray[np.bool_]:
@@ -91,7 +89,7 @@ class Judge:
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""
-        return verdict.probability if self.reason(verdict) is None else 0.0
+        return float(_trust(verdict.among)[verdict.row]) if self.reason(verdict) is None else 0.0
 
     def reason(self, verdict: Verdict) -> str | None:
         """Why a claim is no object; None where it is one."""
@@ -112,3 +110,10 @@ class Judge:
             told = math.floor(100 * verdict.probability) / 100  # rounded up it might be what is wanted
             return f"probability {told:.2f} is below {self.min_probability:g}: {verdict.doubt}"
         return None
+
+
+def _trust(verdicts: Verdicts) -> Array:
+    """(H,) what the votes of each count if it is an object: less where its components show no identity that exists."""
+    claims = verdicts.claims
+    shown = 1 - claims.contradicted / np.maximum(claims.votes, 1.0)
+    return np.asarray(verdicts.probability * np.clip(shown, _LEAST, 1.0))

@@ -114,6 +114,7 @@ def test_what_is_gone_is_searched_at_once():
 def test_the_largest_blob_in_a_disc_is_told():
     some = blobs(3)
     turns = Turns(some, NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig())
-    assert turns.largest(np.array([[55.0, 50.0]]), np.array([5.0])).pixels[:, 0].min() == 45
-    assert turns.largest(np.array([[300.0, 50.0]]), np.array([5.0])) is None
-    assert Turns([], NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig()).largest(np.zeros((1, 2)), np.ones(1)) is None
+    assert turns.largest({3}, np.array([[55.0, 50.0]]), np.array([5.0])).pixels[:, 0].min() == 45
+    assert turns.largest({3}, np.array([[300.0, 50.0]]), np.array([5.0])) is None
+    assert turns.largest({4}, np.array([[55.0, 50.0]]), np.array([5.0])) is None
+    assert Turns([], NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig()).largest({3}, np.zeros((1, 2)), np.ones(1)) is None

@@ -14,6 +14,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import finder as whole_object
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.verdict import descriptions
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.descriptions import Describer
@@ -127,3 +128,11 @@ def test_a_fit_that_loses_its_votes_is_not_taken(monkeypatch):
     monkeypatch.setattr(whole_object, "fit_poses", lambda *_, **__: fitted)
     settled = finder.settled(frame, poses, np.ones((3, len(finder.surface.markers)), bool))
     np.testing.assert_array_equal(settled.t, [fitted.t[0], poses.t[1], fitted.t[2]])
+
+
+def test_joints_deviate_by_no_more_than_who_knows_nothing(monkeypatch):
+    model = MODELS["truck"]
+    describer, verdicts, frame = scene(model, pose(0.02, 0, 0.8, 0.2, model=model))
+    monkeypatch.setattr(descriptions, "pose_covariances", lambda *args, **_: np.eye(8)[None] * 100.0)
+    (told,) = describer.describe(verdicts, frame)
+    assert told.joint_deviations == pytest.approx({"fore": 1.6 / 12**0.5, "hind": 1.6 / 12**0.5})

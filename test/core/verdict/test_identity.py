@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from settings import DEFAULTS
+from solids import LEFT_SIDE, RED, RIGHT_SIDE, camera_of, marker, pose, rectangle, render, truck
 from squares import COLOURS, ROBOT, TEAM, Placing, rendered, robot
 
 from artrec_ros.core.image.codes import LABELS, UNKNOWN, Codes
@@ -16,6 +18,7 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose
 from artrec_ros.core.model.identities import identities_of
+from artrec_ros.core.model.objects import Component, Identity, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.alternatives import Alternatives
 from artrec_ros.core.pose.finder import WholeObjectFinder
@@ -23,6 +26,7 @@ from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.verdict.acceptance import _of_several, verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.identity import Identifier, named, surplus
+from artrec_ros.core.verdict.judge import Judge
 
 NAMES = ("a", "b", "c", "d", "e")
 
@@ -254,3 +258,44 @@ def beside(labels, label):
     """A class on all that is unknown to the right of the object's middle."""
     right = np.arange(labels.shape[1]) > ONE.x
     return np.where(right & (labels == UNKNOWN), np.uint8(label), labels)
+
+
+def flags(at, name):
+    """A truck with a flag on either side, each of one of two classes, and what its labels are where it shows `name`."""
+    body, classes = truck().components[0], {"g": 6, "v": 7}
+    strip = rectangle(0.08, 0.08, (0, -0.1))
+    sides = {"right": (RIGHT_SIDE, -0.0605), "left": (LEFT_SIDE, 0.0605)}
+    parts = [Component(n, (marker("flag", strip, R, (0, y, 0)),), classes=classes) for n, (R, y) in sides.items()]
+    pairs = tuple(Identity(a + b, {"right": a, "left": b}) for a, b in (("g", "v"), ("v", "g")))
+    shown = [replace(c, classes={}, label=classes[n]) for c, n in zip(parts, name, strict=True)]
+    labels = render(camera_of(), [(ObjectModel("flags", (body, *shown)), at, RED)])
+    model = ObjectModel("flags", (body, *parts), pairs)
+    return SpatialModel(model, RED, DEFAULTS.votes), ImageFrame(LabelField(labels), camera_of())
+
+
+@pytest.mark.parametrize("name", ["gv", "vg"])
+@pytest.mark.parametrize("heading", [0.0, 0.4, -0.4])
+def test_what_is_turned_away_says_nothing(name, heading):
+    at = pose(0.02, 0.0, 0.6, heading, model=truck())
+    at = replace(at, q=at.q[:, :0])
+    surface, frame = flags(at, name)
+    alternatives = Alternatives(surface, DEFAULTS.verdict)
+    assert alternatives.contradicted(frame, at)[0] == pytest.approx(0.0, abs=1e-6)
+    evidence = alternatives.evidence(frame, at)[0]
+    assert alternatives.identities[int(evidence.argmax())].name == name
+
+
+def test_colours_that_no_identity_has_count_against_a_claim():
+    """Both patches green: no robot has that, so it comes after one that exists, however it lies."""
+    model, at = robot(), Placing(60.0, 50.0, 0.4, 300.0, "gg")
+    frame, finder = frame_of(at), WholeObjectFinder(Target("robot", model, TEAM), DEFAULTS, facing=True)
+    judge = Judge.of(DEFAULTS)
+    wrong = judge.verdicts(finder, poses_of(frame, at), frame)
+    there = replace(at, name="gr")
+    right_frame = frame_of(there)
+    right = judge.verdicts(finder, poses_of(right_frame, there), right_frame)
+    assert right.claims.contradicted[0] == pytest.approx(0.0, abs=1e-6) and wrong.claims.contradicted[0] > 100
+    assert 0 < judge.worth(wrong)[0] < judge.worth(right)[0]
+    lost = replace(wrong.claims, contradicted=2 * wrong.claims.votes)
+    assert judge.worth(replace(wrong, claims=lost))[0] > 0  # it comes last, but may be there
+    assert judge.trust(wrong[0]) < wrong.probability[0]

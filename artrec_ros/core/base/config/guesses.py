@@ -170,6 +170,15 @@ class GuessesConfig(Room):
         paths=_SPACE,
         origin="seen from aside by up to 75 degrees blobs look half as large as they are",
     )
+    limb_root_share: float = param(
+        0.02,
+        "least area of that one, as a share of what the required component has by the scale of the other blob",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="less of it is no sign of an object: specks of its class, which bad segmentation leaves, would have all "
+        "blobs searched",
+    )
     limb_guesses: int = param(
         32,
         "poses of each other component of its class that go on, before their joints are bent",

@@ -1,10 +1,10 @@
 """Which one of several like objects each found object is, by the colours of its components, all objects at once.
 
 The place, turn and joints of an object are found with alternatives open: a pixel of any of a component's classes
-speaks for it. Of rivals at one place that are found that one comes first which shows an identity that exists. Then is asked which it
-is: each identity is as likely as the pixels on its components are under it. Where each identity occurs once, objects
-are named together (assignment), and an object's probability is that of the best naming of all against the best one in
-which it has another name.
+speaks for it. Of rivals at one place that are found that one comes first which shows an identity that exists. Then is
+asked which it is: each identity is as likely as the pixels on its components are under it. Where each identity occurs
+once, objects are named together (assignment), and an object's probability is that of the best naming of all against
+the best one in which it has another name.
 """
 
 from __future__ import annotations

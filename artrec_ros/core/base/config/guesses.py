@@ -181,7 +181,7 @@ class GuessesConfig(Room):
     )
     limb_guesses: int = param(
         32,
-        "poses of each other component of its class that go on, before their joints are bent",
+        "poses of each other component that go on, before their joints are bent",
         low=1,
         high=10000,
         paths=_SPACE,

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from ...core.geometry.transforms import wrap_angle
 from . import intervals
 from .failures import taken_for
 from .intervals import Estimate
+from .outcomes import Outcome
 from .scoring import Evaluation
 
 NOTHING = "nothing"
@@ -19,6 +23,7 @@ class ComponentCounts:
     """One component of one object name, of the objects that count.
 
     :param found: lies on its own marker. :param wrong: does not. :param missed: well visible, and not found.
+    :param joint_error: what 95 % of its joint's errors are below, degrees or, where it `slides`, millimetres.
     """
 
     object: str
@@ -26,6 +31,8 @@ class ComponentCounts:
     found: int
     wrong: int
     missed: int
+    joint_error: Estimate = Estimate()
+    slides: bool = False
 
     @property
     def precision(self) -> Estimate:
@@ -46,10 +53,18 @@ def component_counts(evaluation: Evaluation) -> list[ComponentCounts]:
         hits = Counter(hit for o in outcomes for hit in o.hits)
         missed = Counter(component for o in outcomes if o.recognised for component in o.missed)
         for component in dict.fromkeys([*(c for c, _ in hits), *sorted(missed)]):
-            rows.append(
-                ComponentCounts(name, component, hits[component, True], hits[component, False], missed[component])
-            )
+            slides = component in evaluation.sliding.get(name, ())
+            error = _joint_error(outcomes, component, slides)
+            counts = hits[component, True], hits[component, False], missed[component]
+            rows.append(ComponentCounts(name, component, *counts, error, slides))
     return rows
+
+
+def _joint_error(outcomes: Sequence[Outcome], component: str, slides: bool) -> Estimate:
+    """What 95 % of the errors of a component's joint are below: it may lie on its marker while its joint is wrong."""
+    errors = [o.joint_errors[component] for o in outcomes if component in o.joint_errors]
+    inside = [1e3 * e if slides else float(np.degrees(abs(wrap_angle(e)))) for e in errors]
+    return intervals.quantile(inside, 0.95)
 
 
 def confusion(evaluation: Evaluation) -> dict[str, Counter[str]]:

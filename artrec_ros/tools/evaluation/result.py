@@ -88,7 +88,7 @@ def _failed_to_dict(failed: FailedFrame) -> dict[str, Any]:
 
 
 def _component_to_dict(c: ComponentCounts) -> dict[str, Any]:
-    return {**dataclasses.asdict(c), "precision": c.precision.to_dict()}
+    return {**dataclasses.asdict(c), "joint_error": c.joint_error.to_dict(), "precision": c.precision.to_dict()}
 
 
 def _bin_to_dict(part: Any) -> dict[str, Any]:

@@ -169,6 +169,18 @@ def test_components_and_names_are_told_apart(tmp_path):
     assert "found as bling" in text and "by component" in text
 
 
+def test_a_joint_that_is_wrong_on_its_own_marker_shows_at_its_component(tmp_path):
+    """Four of forty arms are turned by half a radian where they lie on their markers all the same."""
+    truth = {t: [true_thing()] for t in range(1, 41)}
+    records = [record(t, found_thing(joints={"arm": 0.1 + 0.5 * (t % 10 == 0)})) for t in truth]
+    run = write_run(tmp_path / "r", records)
+    ((result,), _) = evaluate([run], write_truth(tmp_path / "t.jsonl", truth))
+    (base, arm) = result.to_dict()["components"]
+    assert base["joint_error"]["value"] is None and arm["precision"]["value"] == 1.0
+    assert arm["joint_error"]["value"] == pytest.approx(np.degrees(0.5), abs=1e-3) and not arm["slides"]
+    assert "<td>28.6 deg</td>" in page.render([result])
+
+
 def test_pictures_mark_the_place_of_the_failure(tmp_path):
     truth = write_truth(tmp_path / "t.jsonl", {1: [true_thing(0.1)], 2: [true_thing()]})
     run = write_run(tmp_path / "r", [record(1), replace(record(2), size=None)], pictures=True)

@@ -20,6 +20,10 @@ BACK = np.array([(-_H, -_H), (0.0, -_H), (0.0, _H), (-_H, _H)])  # the half behi
 LEFT = np.array([(0.0, 0.0), (_H, 0.0), (_H, _H), (0.0, _H)])
 RIGHT = LEFT * (1, -1)
 ARM = np.array([(0.0, -0.012), (0.09, -0.012), (0.09, 0.012), (0.0, 0.012)])
+DISC = 0.014 * np.column_stack([np.cos(np.pi * np.arange(16) / 8), np.sin(np.pi * np.arange(16) / 8)])
+DOTS = {"front": (0.036, 0.026), "left": (-0.026, 0.034), "back": (-0.026, -0.034), "right": (0.036, -0.026)}
+# as they lie: turned by a quarter the file's fit a little better
+BUILT = {"front": (0.030, 0.032), "left": (-0.026, 0.035), "back": (-0.031, -0.029), "right": (0.035, -0.026)}
 PAIRS = (("gr", "g", "r"), ("gv", "g", "v"), ("rg", "r", "g"), ("vr", "v", "r"))
 
 
@@ -43,6 +47,15 @@ def robot(identities=PAIRS, unique=True, alternatives=True):
         tuple(Identity(name, {"left": a, "right": b}) for name, a, b in identities) if alternatives else (),
         unique and alternatives,
     )
+
+
+def plate():
+    """Five discs, of which one corner is of one colour and the others of another."""
+    classes, first, *others = {c: COLOURS[c] for c in "gr"}, *DOTS
+    corners = [Component(name, (patch(name, DISC + at),), classes=classes) for name, at in DOTS.items()]
+    pairs = [Identity(a + b, {first: a, **dict.fromkeys(others, b)}) for a, b in ("gr", "rg")]
+    team = Component("team", (patch("team", DISC),), required=True)
+    return ObjectModel("plate", (team, *corners), tuple(pairs), unique=True)
 
 
 def gate():
@@ -93,6 +106,15 @@ class Placing:
             c, s = np.cos(self.arm), np.sin(self.arm)
             out.append((self.at(ARM @ np.array([[c, s], [-s, c]]) + (_H, 0.0)), 7))
         return out
+
+
+class Plate(Placing):
+    """A plate; its corners look much the same in each quarter turn but for their colours."""
+
+    def patches(self):
+        one, others = self.name
+        corners = [(at, COLOURS[one if n == 0 else others]) for n, at in enumerate(BUILT.values())]
+        return [(self.at(DISC + at), label) for at, label in [((0, 0), TEAM), *corners]]
 
 
 def rendered(*placed, size=SIZE, background=0, fine=8):

@@ -7,7 +7,22 @@ import cv2
 import numpy as np
 import pytest
 from settings import settings
-from squares import ARM, BACK, COLOURS, PAIRS, SIZE, TEAM, Placing, gate, patch, rendered, robot
+from squares import (
+    ARM,
+    BACK,
+    COLOURS,
+    DOTS,
+    PAIRS,
+    SIZE,
+    TEAM,
+    Placing,
+    Plate,
+    gate,
+    patch,
+    plate,
+    rendered,
+    robot,
+)  # fmt: skip
 
 from artrec_ros.core.base import deadline
 from artrec_ros.core.base.config import ClassConfig, ImageConfig, PlaneConfig, SceneConfig
@@ -16,7 +31,7 @@ from artrec_ros.core.facing_stage import FacingStage
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.model.objects import Component, Identity, Marker, ObjectModel
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 
@@ -64,40 +79,6 @@ def test_place_turn_and_scale_are_found_all_over_the_image(robots, x, y, turn):
     assert d.name == "robot_gv" and {c.component for c in d.components} == {"team", "left", "right"}
 
 
-DISC = 0.014 * np.column_stack([np.cos(np.pi * np.arange(16) / 8), np.sin(np.pi * np.arange(16) / 8)])
-CORNERS = {"front": (0.036, 0.026), "left": (-0.026, 0.034), "back": (-0.026, -0.034), "right": (0.036, -0.026)}
-# as they lie: turned by a quarter the file's fit a little better
-BUILT = {"front": (0.030, 0.032), "left": (-0.026, 0.035), "back": (-0.031, -0.029), "right": (0.035, -0.026)}
-
-
-class Plate(Placing):
-    """Five discs that look much the same in each quarter turn but for their colours: one is red, or one is green."""
-
-    def patches(self):
-        one, others = self.name
-        corners = [(at, COLOURS[one if n == 0 else others]) for n, at in enumerate(BUILT.values())]
-        return [(self.at(DISC + at), label) for at, label in [((0, 0), TEAM), *corners]]
-
-
-def plate():
-    def disc(name):
-        return Marker(name, DISC, np.zeros(2), np.array([0.01, 0]), 0.014, Pose.identity())
-
-    classes = {c: COLOURS[c] for c in "gr"}
-    corners = [
-        Component(name, (replaced(disc(name), Pose(np.eye(3), np.array([*at, 0.0]))),), classes=classes)
-        for name, at in CORNERS.items()
-    ]
-    pairs = {one + others: {c.name: one if n == 0 else others for n, c in enumerate(corners)} for one, others in
-             (("g", "r"), ("r", "g"))}  # fmt: skip
-    model = ObjectModel("plate", (Component("team", (disc("team"),), True), *corners))
-    return dataclasses.replace(model, identities=tuple(Identity(*one) for one in pairs.items()), unique=True)
-
-
-def replaced(marker, T):
-    return dataclasses.replace(marker, T_component_marker=T)
-
-
 @pytest.mark.parametrize("name", ["gr", "rg"])
 @pytest.mark.parametrize("turn", [0.2, 1.9, -2.4, -0.9])
 def test_colours_tell_the_turn_where_all_else_looks_the_same(name, turn):
@@ -105,7 +86,7 @@ def test_colours_tell_the_turn_where_all_else_looks_the_same(name, turn):
     d = recognizer(plate()).recognize(rendered(at)).detections[0]
     assert d.identity.name == name
     places = {c.component: (c.x, c.y) for c in d.components}
-    for corner, where in CORNERS.items():
+    for corner, where in DOTS.items():
         np.testing.assert_allclose(places[corner], at.at([where])[0], atol=6.0)
 
 

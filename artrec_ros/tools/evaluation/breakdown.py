@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.geometry.transforms import wrap_angle
 from . import intervals
 from .failures import taken_for
 from .intervals import Estimate
+from .metrics import turned_by
 from .outcomes import Outcome
 from .scoring import Evaluation
 
@@ -63,7 +63,7 @@ def component_counts(evaluation: Evaluation) -> list[ComponentCounts]:
 def _joint_error(outcomes: Sequence[Outcome], component: str, slides: bool) -> Estimate:
     """What 95 % of the errors of a component's joint are below: it may lie on its marker while its joint is wrong."""
     errors = [o.joint_errors[component] for o in outcomes if component in o.joint_errors]
-    inside = [1e3 * e if slides else float(np.degrees(abs(wrap_angle(e)))) for e in errors]
+    inside = [1e3 * e if slides else float(np.degrees(turned_by(e))) for e in errors]
     return intervals.quantile(inside, 0.95)
 
 

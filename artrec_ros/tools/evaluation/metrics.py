@@ -28,6 +28,11 @@ _LEAST_COMPONENT_PX = 9.0
 _FAR = 1e3  # the distance of pairs that no assignment should make
 
 
+def turned_by(error_rad: float) -> float:
+    """How far a joint that turns is off, radians: no more than half a turn."""
+    return float(abs(wrap_angle(error_rad)))
+
+
 @dataclass(frozen=True)
 class Counts:
     """What was counted over some frames; counts of different frames or names add up."""
@@ -77,7 +82,7 @@ class Counts:
             position_errors=_known(o.position_error for o in met),
             position_errors_m=_known(o.position_error_m for o in met),
             rotation_errors_rad=_known(o.rotation_error_rad for o in met),
-            joint_errors_rad=tuple(float(abs(wrap_angle(e))) for slides, e in joints if not slides),
+            joint_errors_rad=tuple(turned_by(e) for slides, e in joints if not slides),
             joint_errors_m=tuple(e for slides, e in joints if slides),
             image_errors_px=tuple(px for o in met for px, _ in o.image_errors),
             direction_errors_rad=tuple(rad for o in met for _, rad in o.image_errors),

@@ -179,7 +179,12 @@ def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calib
         spatial = [name for name, way in ways.items() if way == SPACE]
         if sample.camera is None and not calibrated and spatial:
             reason = sample.camera_problem or "no calibration: give a calibration file (--camera-info)"
-            yield f"{other}: {sample.name}: {reason}: no poses in space of {', '.join(spatial)}"
+            yield f"{_where(other, sample)}: {reason}: no poses in space of {', '.join(spatial)}"
+
+
+def _where(path: Path, sample: Sample) -> str:
+    """The topic of a bag, or the folder, which has one sample of its own name."""
+    return str(path) if sample.name == path.name else f"{path}: {sample.name}"
 
 
 def _labels(path: Path, setup: Setup, other: Path, sample: Sample) -> Iterator[str]:
@@ -187,7 +192,7 @@ def _labels(path: Path, setup: Setup, other: Path, sample: Sample) -> Iterator[s
         return  # nobody has told the colours yet
     seen: set[int] = set()
     segmenter = Segmenter(setup.image)
-    where = other if sample.name == other.name else f"{other}: {sample.name}"
+    where = _where(other, sample)
     for image in sample.images:
         try:
             seen |= set(np.unique(segmenter.labels(image)).tolist())

@@ -79,12 +79,19 @@ def find_blobs(
         mask = (labels == label).view(np.uint8)
         if _is_crowded(mask):
             mask = _without_specks(mask, config.min_blob_px)
-        chains = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+        chains = _outer_chains(mask)
         found += [(area, label, chain) for area, chain in _large_enough(chains, config)]
     if len(found) > config.blobs.max_blobs:
         found = sorted(found, key=lambda f: -f[0])[: config.blobs.max_blobs]
     found.sort(key=lambda f: (f[1], -f[0]))
     return _outlined(found, labels.shape, np.array(blank, np.int64).reshape(-1, 4)) if found else ()
+
+
+def _outer_chains(mask: NDArray[np.uint8]) -> list[NDArray[np.int32]]:
+    """The external contours (n, 1, 2) of all that is set in a mask (H, W), what lies in another one's hole included: a
+    red border around the scene hides no red robot."""
+    chains, nesting = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    return [chain for chain, (_, _, _, parent) in zip(chains, nesting[0], strict=True) if parent < 0] if chains else []
 
 
 def _is_crowded(mask: NDArray[np.uint8]) -> bool:

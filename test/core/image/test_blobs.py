@@ -34,6 +34,17 @@ def test_holes_are_ignored():
     assert holed[0].area_px == whole.area_px
 
 
+def test_what_lies_in_a_ring_of_its_own_class_is_a_blob_too():
+    """A red border around the whole scene, and a red marker on a white plate in a red field."""
+    labels = np.zeros((80, 100), np.uint8)
+    labels[30:50, 40:60] = 1
+    alone = find_blobs(labels, {1}, CONFIG)
+    cv2.rectangle(labels, (2, 2), (97, 77), 1, 1)
+    ring, inside = find_blobs(labels, {1}, CONFIG)
+    np.testing.assert_array_equal(inside.pixels, alone[0].pixels)
+    assert ring.area_px == 96 * 76
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.2, 0.5, np.pi / 4, 1.2])
 @pytest.mark.parametrize("side", [20.0, 60.0])
 def test_subpixel_contour_removes_the_half_pixel(angle, side):

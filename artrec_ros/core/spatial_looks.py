@@ -68,7 +68,8 @@ class SpatialLooks:
             return None
         if self.judge.trust(verdicts[0]) <= self._config.sure:
             return found.poses[:0]
-        return finder.rebent(frame, finder.climbed(frame, found, self._plain_climb, sure=True)).poses
+        found = finder.climbed(frame, found, self._plain_climb, sure=True)
+        return finder.rebent(frame, found, self._plain_climb).poses
 
     def close(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob, piece: int = 0) -> Poses:
         """Hypotheses of which a component made a blob, or part of one, best first. :param piece: see `scale_range`."""
@@ -83,7 +84,7 @@ class SpatialLooks:
             if not sure or climb is self._climbs[-1]:
                 found = finder.climbed(frame, found, climb, sure=sure)
         # bent otherwise, what is in doubt would find parts of others
-        return (finder.rebent(frame, found) if sure else found).poses
+        return (finder.rebent(frame, found, self._plain_climb) if sure else found).poses
 
     def full(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
         """What a plain look finds, or else a close one."""

@@ -98,6 +98,28 @@ def slide():
     return ObjectModel("slide", (plate, bar))
 
 
+def cabinet():
+    """A box, and a drawer that comes out of its front: of the strips on the drawer's sides it hides what is inside."""
+    carcass = Component(
+        "carcass",
+        (marker("right", CAB * 1.4, RIGHT_SIDE, (0, -0.1505, 0)), marker("left", CAB * 1.4, LEFT_SIDE, (0, 0.1505, 0))),
+        required=True,
+        bodies=(Box(Pose.identity(), np.array([0.3, 0.3, 0.2])),),
+    )
+    drawer = Component(
+        "drawer",
+        (
+            marker("front", rectangle(0.22, 0.06), FRONT, (0.0005, 0, 0)),
+            marker("right", rectangle(0.12, 0.04), RIGHT_SIDE, (-0.075, -0.1305, 0)),
+            marker("left", rectangle(0.12, 0.04), LEFT_SIDE, (-0.075, 0.1305, 0)),
+        ),
+        label=BLUE,
+        joint=Joint("carcass", Pose.from_xyz_rpy((0.155, 0, 0.02)), np.array([1.0, 0, 0]), 0.0, 0.2, "prismatic"),
+        bodies=(Box(Pose.from_xyz_rpy((-0.13, 0, 0)), np.array([0.26, 0.26, 0.08])),),
+    )
+    return ObjectModel("cabinet", (carcass, drawer))
+
+
 def chain():
     """Every kind of joint, one on another, none of them aligned."""
     base = Component("base", (marker("face", CAB, RIGHT_SIDE, (0.01, -0.02, 0)),), required=True)

@@ -25,6 +25,7 @@ from .alternatives import Alternatives
 from .climb_kernels import Steps, Value
 from .distinct import apart
 from .lookalikes import Lookalikes
+from .other_joints import OtherJoints
 from .pose_fit import fit_poses
 from .ranked import Ranked
 from .rebends import Rebends
@@ -72,6 +73,9 @@ class WholeObjectFinder:
         kin = self.surface.kinematics
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
         self._rebends = Rebends(self.surface, self.first_grids)
+        self._other_joints = OtherJoints(
+            self.surface, self._value, self._search.fine_joint_step, self._search.other_joints, config.votes.inside[0]
+        )
         self.regions = RegionFit(self.surface, config) if facing else None
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
@@ -130,16 +134,16 @@ class WholeObjectFinder:
             return found[:0]
         found = self._with_bent(frame, found)
         found = self._climb(frame, self._sweep(frame, found.best(1, search)), climb)
-        found = self._fit_all(frame, found.poses).best(1, search)
+        found = self.rejointed(frame, self._fit_all(frame, found.poses).best(1, search), climb)
         return self._with_rival_flips(frame, found).best(search.flip_keep, search)
 
-    def rebent(self, frame: ImageFrame, found: Ranked) -> Ranked:
-        """The same, the first one with joints bent otherwise where that brings components to light that it should show
-        and does not."""
-        if not self._rebends.any or not len(found):
+    def rebent(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
+        """The same, the first one with joints bent otherwise where labels like that better, or where it brings
+        components to light that it should show and does not."""
+        if not len(found):
             return found
-        best, search = found[:1], self._search
-        while not frame.deadline.expired:
+        best, search = self.rejointed(frame, found[:1], climb), self._search
+        while self._rebends.any and not frame.deadline.expired:
             joints = self._rebends.joints(self._lacking(frame, best.poses))
             tried = found[:0]
             for others in (self._rebends.of(frame, best.poses, j) for j in joints):
@@ -150,6 +154,19 @@ class WholeObjectFinder:
                 break
             best = fitted
         return best + found if best.votes[0] > found.votes[0] else found
+
+    def rejointed(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
+        """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better."""
+        for _ in range(self.surface.kinematics.n_joints):
+            others = self._other_joints.of(frame, best.poses, float(best.votes[0]))
+            found = self._fit_all(frame, others).best(1, self._search) if len(others) else best[:0]
+            found = found[found.votes > self._search.near_joints * best.votes[0]]
+            if len(found) and found.votes[0] <= best.votes[0]:
+                found = self._fit_all(frame, self._climb(frame, found, climb).poses).best(1, self._search)
+            if frame.deadline.expired or not len(found) or found.votes[0] <= best.votes[0]:
+                break
+            best = found
+        return best
 
     def _lacking(self, frame: ImageFrame, poses: Poses) -> NDArray[np.bool_]:
         """(C,) components that the labels do not support where the first hypothesis has them, be they hidden there."""

@@ -51,7 +51,7 @@ def patch_bound(
         total += (room.weight[i] if near else 1.0) * role[view.padded[room.at[0, i]]]
     if total * share + most < wanted or k < 0:
         return total * share + most
-    mean, parted = ring_votes(s, k, s.own[s.role[p]], A, b, mz, near, view, limits, room)
+    mean, parted = ring_votes(s, k, s.own[s.role[p]], A, b, mz, near, False, view, limits, room)
     return (total * share * parted if total > 0.0 else total * share) + mean * ring
 
 

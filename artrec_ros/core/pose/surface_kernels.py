@@ -58,7 +58,7 @@ class SurfaceLimits(NamedTuple):
     least_cosine: float
     ring_px: float
     ring_width_px: float
-    ring_visible: float  # share of a marker in view below which its ring does not vote
+    ring_visible: float  # share of a marker, of what its object leaves of it, below which its ring does not vote
     behind: float  # share of the way to a point beyond which nothing hides it
     outside: int  # the label beyond the image
     owned: int  # the label of what hides all behind it: an object that was accepted

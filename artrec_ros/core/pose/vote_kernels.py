@@ -39,14 +39,15 @@ class Scores(NamedTuple):
 
 @inlined
 def ring_votes(
-    s: Surface, k: int, own: Any, A: Any, b: Any, depth: float, near: bool, view: LabelView, limits: SurfaceLimits,
-    room: Room,
+    s: Surface, k: int, own: Any, A: Any, b: Any, depth: float, near: bool, cut: bool, view: LabelView,
+    limits: SurfaceLimits, room: Room,
 ) -> tuple[float, float]:  # fmt: skip
     """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour
     within the image that does not lie amid its class; 0 where none is. Where other parts of the object's lie beyond,
     nothing is told; where these leave less than half of it, no more is known than of half.
 
     :param own: (256,) how far each code is of its class. :param depth: of its middle. :param near: see `is_near`.
+    :param cut: whether `room.hidden` tells which points of it boxes hide: there it is their outline that is seen.
     """
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
@@ -57,6 +58,8 @@ def ring_votes(
         outer[i] = padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)
         inner[i] = padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)
     for i in range(m):
+        if cut and room.hidden[i]:
+            continue
         beyond = view.padded[outer[i]]
         if beyond != limits.outside:  # else not the marker ends there but the image
             within += 1
@@ -140,7 +143,7 @@ def said_of(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Votes, visible pixels and agreement of a patch in view; the first `n_near` boxes of `room.near` may hide it."""
     f2 = view.K[0, 0] * view.K[1, 1]
-    total, all_of_it, seen, same, role, own = 0.0, 0.0, 0.0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
+    total, all_of_it, shown, seen, same, role, own = 0.0, 0.0, 0.0, 0.0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
     on, count, near = points_of(s, p), s.count[p], is_near(s, p, depth)
     locate(A, b, on, view, room.at[0])
     if near:
@@ -156,6 +159,7 @@ def said_of(
         all_of_it += weight
         if (n_near or covered) and room.hidden[i]:
             continue
+        shown += weight
         found = view.padded[room.at[0, i]]
         if found == limits.owned:
             continue
@@ -164,10 +168,14 @@ def said_of(
         seen += weight
         total += weight * role[found]
         same += weight * own[found]
-    size, visible = s.area[p] * f2 / depth**2 * cosine, seen / all_of_it
+    size = s.area[p] * f2 / depth**2 * cosine
     value = total / count * size
-    if k >= 0 and visible > limits.ring_visible:
-        ring, parted = ring_votes(s, k, own, A, b, depth, near, view, limits, room)
+    if k >= 0 and seen > limits.ring_visible * shown:
+        cut = n_near > 0 and shown < all_of_it
+        if cut:
+            on = s.contour[k]
+            hide(s, A, b, (on[0], on[1], on[2]), room, n_near, limits.behind)
+        ring, parted = ring_votes(s, k, own, A, b, depth, near, cut, view, limits, room)
         value = value * parted if value > 0.0 else value  # amid its class there is nothing to tell a marker by
         value += ring * ring_px2(s, k, cosine, depth, f2, limits)
     return value, size * seen / count, same / max(seen, 1e-9)

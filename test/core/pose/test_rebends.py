@@ -10,7 +10,7 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.finder import Climb, WholeObjectFinder
 from artrec_ros.core.pose.ranked import Ranked
 from artrec_ros.core.pose.rebends import Rebends
 
@@ -54,12 +54,12 @@ def test_what_hangs_on_a_link_tells_which_way_it_leans(finder, lean):
     wrong = pose(0.0, 0.05, 0.7, 0.2, model=arm(), joints={"upper": -lean, "fore": -1.3})
     frame = ImageFrame(LabelField(render(CAMERA, [(arm(), truth, RED)])), CAMERA)
     found = ranked(finder, frame, wrong)
-    better = finder.rebent(frame, found)
+    better = finder.rebent(frame, found, Climb(1, 4, 1.0))
     best = ranked(finder, frame, truth).votes[0]
     assert found.votes[0] < 0.8 * best
     assert better.votes[0] > 0.95 * best and len(better) == 2
     np.testing.assert_allclose(better.poses.q[0], truth.q[0], atol=0.08)
-    assert finder.rebent(frame, better[:1]).votes[0] == better.votes[0]  # nothing is lacking any more
+    assert finder.rebent(frame, better[:1], Climb(1, 4, 1.0)).votes[0] == better.votes[0]  # nothing is lacking any more
 
 
 def test_joints_at_the_end_of_a_chain_are_left_to_the_climb():

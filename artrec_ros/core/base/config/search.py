@@ -114,6 +114,32 @@ class SearchConfig(Room):
         origin="arms of four joints made by others, three to five a picture: right in all links 78 of 105 without it, "
         "82 with it; of links all of one colour 47 and 49 of 52",
     )
+    fine_joint_step: float = param(
+        0.05,
+        "values of joints are so far apart where others than a climb's are looked for, of parts that do not lie on "
+        "their labels; in radians or shares of what slides",
+        low=0.01,
+        high=3,
+        paths=_SPACE,
+        origin="a third of joint_step: a peak as wide as a marker is long is not stepped over",
+    )
+    other_joints: int = param(
+        4,
+        "such poses of an object that are fitted, the best ones",
+        low=0,
+        high=10000,
+        paths=_SPACE,
+        origin="gantries with three slides, made by others, right in all joints: 80 of 88 from labels, 73 from colour "
+        "without it, 84 and 80 with it",
+    )
+    near_joints: float = param(
+        0.97,
+        "share of an object's votes that the best of these must have for a climb",
+        low=0,
+        high=1,
+        paths=_SPACE,
+        origin="a climb adds a hundredth or two; of the gantries from labels 83 without a climb, 84 with it",
+    )
     rival: float = param(
         0.8,
         "share of a sure object's votes that makes a rival",

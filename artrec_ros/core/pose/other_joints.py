@@ -1,0 +1,59 @@
+"""Other values of joints at which the labels like a hypothesis as well as where a climb has left it.
+
+A climb goes uphill. A marker that comes out from behind its own object, as a drawer's side does, covers more of its
+class on its way, be it another marker's, and stops beside its place; a hinged part comes to rest on its neighbour's
+labels. Where a part leaves some of its labels unexplained, the votes along all of its joint's range tell of other
+places: those are fitted to the contours, and the best of all is the one that counts.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry.transforms import Array
+from ..image.image_frame import ImageFrame
+from .climb_kernels import Value
+from .profile_kernels import profile
+from .surface_model import Poses, SpatialModel
+
+_APART = 1.0  # steps from where a joint is: what is nearer a climb has looked at
+
+
+class OtherJoints:
+    """Of one object."""
+
+    def __init__(self, surface: SpatialModel, value: Value, step: float, most: int, plain: float) -> None:
+        """:param step: between values, see `Kinematics.grids`. :param most: poses that are given, the best ones.
+        :param plain: mean vote of a marker's pixel from which on all of it is explained.
+        """
+        kin = surface.kinematics
+        self._surface, self._value, self._most, self._plain = surface, value, most, plain
+        self._grids = kin.grids(step)
+        joint_of = np.array(kin.joint_of)
+        self._own = np.array([int(np.flatnonzero(joint_of == j)[0]) for j in range(kin.n_joints)], np.int64)
+
+    def of(self, frame: ImageFrame, poses: Poses, votes: float) -> Poses:
+        """The first hypothesis with one joint elsewhere, where its votes have a peak that is no less than half as high
+        as its own; the best first. :param votes: its own."""
+        along, surface, q = np.empty(self._grids.shape), self._surface, poses.q[0]
+        profile(
+            surface.compiled, surface.kinematics.chain, frame.view, surface.limits, self._value, self._own,
+            self._plain, self._grids, poses.R[0], poses.t[0], q, along,
+        )  # fmt: skip
+        joint, at = np.nonzero(self._peaks(along, q, votes))
+        best = np.argsort(-along[joint, at], kind="stable")[: self._most]
+        others = poses[np.zeros(len(best), int)]
+        bent = others.q.copy()
+        bent[np.arange(len(best)), joint[best]] = self._grids[joint[best], at[best]]
+        return Poses(others.R, others.t, bent)
+
+    def _peaks(self, along: Array, q: Array, votes: float) -> np.ndarray:
+        """(J, n) bool."""
+        if not along.size:
+            return np.zeros(along.shape, bool)
+        beside = np.pad(along, ((0, 0), (1, 1)), constant_values=-np.inf)
+        peak = (along >= beside[:, :-2]) & (along > beside[:, 2:])
+        least = np.where(np.isfinite(along), along, np.inf).min(axis=1, keepdims=True)
+        step = np.diff(self._grids[:, :2], axis=1) if self._grids.shape[1] > 1 else np.zeros((len(q), 1))
+        far = np.abs(self._grids - q[:, None]) > _APART * np.nan_to_num(step)
+        return np.asarray(peak & far & (along > (least + votes) / 2))

@@ -1,0 +1,59 @@
+"""Parts that come out from behind their own object: where their outline ends, and other places of their joints."""
+
+import numpy as np
+import pytest
+from settings import DEFAULTS
+from solids import RED, cabinet, camera_of, pose, render
+
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import Climb, WholeObjectFinder
+from artrec_ros.core.pose.ranked import Ranked
+from artrec_ros.core.pose.surface_model import Poses
+
+CAMERA = camera_of((640, 480), 600.0)
+
+
+@pytest.fixture(scope="module")
+def finder():
+    return WholeObjectFinder(Target("cabinet", cabinet(), RED), DEFAULTS)
+
+
+def opened(metres, heading=0.0):
+    return pose(0.0, 0.0, 1.5, heading, model=cabinet(), joints={"drawer": metres})
+
+
+def frame_of(truth):
+    """Nothing around bears a class, as where only markers are painted."""
+    return ImageFrame(LabelField(render(CAMERA, [(cabinet(), truth, RED)], background=0)), CAMERA)
+
+
+def ranked(finder, frame, poses):
+    return Ranked(poses, finder.votes(frame, poses, occlusion=True))
+
+
+@pytest.mark.parametrize("heading", [-0.06, 0.0, 0.06])
+def test_the_outline_of_what_comes_out_of_a_body_tells_how_far_it_is_out(finder, heading):
+    """Four fifths of the strip are inside. A centimetre is five pixels of its 48, 80 of which cost nothing to cover."""
+    truth = opened(0.04, heading)
+    both = Poses.concatenate([truth, opened(0.05, heading)])
+    right, too_far = finder.votes(frame_of(truth), both, occlusion=True)
+    assert right > too_far + 50
+
+
+@pytest.mark.parametrize("begun", [0.0, 0.2])
+def test_a_joint_is_found_far_from_where_it_was_left(finder, begun):
+    truth = opened(0.1)
+    frame = frame_of(truth)
+    found = finder.rejointed(frame, ranked(finder, frame, opened(begun)), Climb(1, 4, 1.0))
+    assert abs(found.poses.q[0, 0] - 0.1) < 0.015  # three pixels
+    assert found.votes[0] > 0.97 * ranked(finder, frame, truth).votes[0]
+
+
+def test_joints_of_parts_that_lie_on_their_labels_are_left_alone(finder):
+    truth = opened(0.15)
+    frame = frame_of(truth)
+    there = ranked(finder, frame, truth)
+    assert len(finder._other_joints.of(frame, truth, float(there.votes[0]))) == 0
+    np.testing.assert_array_equal(finder.rejointed(frame, there, Climb(1, 4, 1.0)).poses.q, truth.q)

@@ -19,9 +19,9 @@ from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .pose.on_plane import PlanePlacer
 from .pose.surface_model import Poses
+from .turned_down import left_by, turned_down
 from .verdict.acceptance import Verdict
-from .verdict.claims import Claim, silhouette
-from .verdict.descriptions import NONE_LEFT, Describer, rejection_of
+from .verdict.descriptions import Describer
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
 
@@ -63,12 +63,10 @@ class FacingStage:
             told, none_left = describer.without_surplus(accepted, faced)
             detections += [self._placer.faced(detection, faced) for detection in describer.describe(told, faced)]
             surplus += none_left
-        return tuple(detections), Deferred(
-            lambda: (
-                *(rejection_of(v, faced, self._judge, NONE_LEFT) for v in surplus),
-                *(rejection_of(v, faced, self._judge) for v in others),
-            )
-        )
+        finders = [s.finder for s in self._searches]
+        looked_at = [] if faced.deadline.hit else blobs
+        verdicts = accepted, surplus, others
+        return tuple(detections), Deferred(lambda: turned_down(faced, self._judge, verdicts, finders, looked_at))
 
     def verdicts(
         self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits
@@ -102,11 +100,11 @@ class FacingStage:
             return []
         # what lacks a part may be another one, which has it: its pixels stay
         complete = [v.claim for v in accepted if -v.evidence.missing <= self._lacking]
-        whole = _without(frame, complete) if large else frame
+        whole = left_by(frame, complete) if large else frame
         free = [(s, own) for s, mine in large if (own := s.unexplained(whole, mine)) or unseen]
         looks: list[_Task] = [(s, s.several(own, limits), s.limbs(whole, blobs)) for s, own in free]
         left = [task for task in looks if task[1] or task[2]]
-        rest = _without(frame, claims) if roomy else frame
+        rest = left_by(frame, claims) if roomy else frame
         cut: list[_Task] = [(s, pieces, ()) for s, mine in roomy if (pieces := s.pieces(rest, mine, there[s]))]
         again = (whole, left, self._config.facing.sizes), (rest, cut, 1)
         return [c for image, tasks, sizes in again if tasks for c in self._found(image, tasks, limits, sizes)]
@@ -131,8 +129,3 @@ class FacingStage:
         """`share_out` of them, and whether a share of the time that is left was enough to judge them all."""
         hurried = frame.hurried(self._config.facing.judge_share)
         return share_out(found, hurried, self._judge), not hurried.deadline.hit
-
-
-def _without(frame: ImageFrame, claims: Sequence[Claim]) -> ImageFrame:
-    """The frame without the pixels of some claims."""
-    return frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])

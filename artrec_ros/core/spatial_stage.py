@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from .base.config import RecognizerConfig
 from .base.crew import Crew
+from .base.deferred import Deferred
 from .image.blobs import Blob
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
@@ -14,7 +15,9 @@ from .model.found import Detection, Rejection
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .spatial_search import SpatialSearch
-from .verdict.descriptions import NONE_LEFT, Describer, rejection_of
+from .turned_down import turned_down
+from .verdict.acceptance import Verdict
+from .verdict.descriptions import Describer
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
 
@@ -30,8 +33,8 @@ class SpatialStage:
 
     def recognize(
         self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None
-    ) -> tuple[tuple[Detection, ...], tuple[Rejection, ...]]:
-        """Detections by target and score, and what was turned down, with reasons.
+    ) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
+        """Detections by target and score, and what was turned down, with reasons: worked out when looked at.
 
         :param recall: what earlier frames say of this one, and where it is noted what this one says.
         """
@@ -41,11 +44,13 @@ class SpatialStage:
         search_of = SpatialSearch(frame.hurried(search.search_share), self._judge, search, recall, self._crew)
         found = search_of.run(self._finders, blobs)
         accepted, others = share_out(found, frame, self._judge)
-        detections, turned_down = list[Detection](), list[Rejection]()
+        detections, surplus = list[Detection](), list[Verdict]()
         for finder, describer in zip(self._finders, self._describers, strict=True):
-            told, surplus = describer.without_surplus(accepted, frame)
+            told, none_left = describer.without_surplus(accepted, frame)
             detections += describer.describe(told, frame)
-            turned_down += [rejection_of(v, frame, self._judge, NONE_LEFT) for v in surplus]
+            surplus += none_left
             if recall is not None:
                 recall.accept(finder, told, frame.camera)
-        return tuple(detections), (*turned_down, *(rejection_of(v, frame, self._judge) for v in others))
+        looked_at = [] if frame.deadline.hit or (recall and recall.waiting) else blobs
+        verdicts = accepted, surplus, others
+        return tuple(detections), Deferred(lambda: turned_down(frame, self._judge, verdicts, self._finders, looked_at))

@@ -1,0 +1,72 @@
+"""What is said of a frame besides its objects: candidates that were turned down, and blobs that led to none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import cv2
+import numpy as np
+
+from .image.blobs import Blob
+from .image.image_frame import ImageFrame
+from .model.found import Rejection
+from .pose.finder import WholeObjectFinder
+from .verdict.acceptance import Verdict
+from .verdict.claims import Claim, silhouette
+from .verdict.descriptions import NONE_LEFT, rejection_of
+from .verdict.judge import Judge
+
+_MOST = 3  # are told of each object, the largest: what an image is full of is clutter
+_AROUND_PX = 2.0  # of a blob's bounding box: seams
+
+
+def left_by(frame: ImageFrame, claims: Sequence[Claim]) -> ImageFrame:
+    """The frame without the pixels of some claims."""
+    return frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
+
+
+def turned_down(
+    frame: ImageFrame,
+    judge: Judge,
+    verdicts: tuple[Sequence[Verdict], Sequence[Verdict], Sequence[Verdict]],
+    finders: Sequence[WholeObjectFinder],
+    blobs: Sequence[Blob],
+) -> Iterator[Rejection]:
+    """Of every candidate the reason, and of large blobs that nothing explains that there was no candidate.
+
+    :param verdicts: on objects, on those of them of which there are enough, and on other candidates.
+    :param blobs: that were looked at, as far as `finders` look for their class.
+    """
+    accepted, surplus, others = verdicts
+    told = [rejection_of(v, frame, judge, NONE_LEFT) for v in surplus]
+    told += [rejection_of(v, frame, judge) for v in others]
+    yield from told
+    yield from _unexplained(frame, finders, blobs, [v.claim for v in accepted], told)
+
+
+def _unexplained(
+    frame: ImageFrame,
+    finders: Sequence[WholeObjectFinder],
+    blobs: Sequence[Blob],
+    accepted: Sequence[Claim],
+    rejected: Sequence[Rejection],
+) -> Iterator[Rejection]:
+    """The largest blobs of each object's required component that no accepted claim explains, and in which nothing lies
+    that was turned down."""
+    places = np.array([(r.x, r.y) for r in rejected]).reshape(-1, 2)
+    field = left_by(frame, accepted).field
+    for finder in finders:
+        explained, told = finder.config.search.explained, 0
+        for blob in sorted((b for b in blobs if b.label in finder.root_labels), key=lambda b: -b.area_px):
+            if told < _MOST and field.owned_share(blob.contour) < explained and not _holds(blob, places):
+                x, y = blob.contour.mean(axis=0).tolist()
+                reason = f"none of its size, range and scene fits this blob of {blob.area_px:.0f} pixels of its class"
+                yield Rejection(finder.target.name, reason, 0.0, x, y)
+                told += 1
+
+
+def _holds(blob: Blob, places: np.ndarray) -> bool:
+    """Whether one of these places (n, 2) lies in its bounding box."""
+    x, y, width, height = cv2.boundingRect(blob.pixels)
+    low, high = np.array([x, y]) - _AROUND_PX, np.array([x + width, y + height]) + _AROUND_PX
+    return bool(((places >= low) & (places <= high)).all(axis=1).any())

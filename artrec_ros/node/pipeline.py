@@ -54,6 +54,7 @@ class Pipeline:
     :ivar problem: why the newest parameters are not in use, a line; empty: they are, or will be soon.
     :param on_fault: called, in another thread, with a line when a recogniser could not be built, or what is compiled
         for it not be kept.
+    :param on_use: the same with a line when changed parameters hold: whoever changed them was answered before.
     """
 
     def __init__(
@@ -62,8 +63,10 @@ class Pipeline:
         calibrations: Calibrations,
         publishers: Publishers,
         on_fault: Callable[[str], None] = lambda line: None,
+        on_use: Callable[[str], None] = lambda line: None,
     ) -> None:
-        self._calibrations, self._publishers, self._on_fault = calibrations, publishers, on_fault
+        self._calibrations, self._publishers = calibrations, publishers
+        self._on_fault, self._on_use = on_fault, on_use
         self._names, self._classes = [t.name for t in setup.targets], setup.image.named_labels
         self._tracker = Tracker(setup.tracking, setup.targets, setup.in_doubt)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
@@ -124,6 +127,8 @@ class Pipeline:
             self._on_fault(self.problem)
         else:
             self._current = setup, recognizer
+            if current is not None and (changes := _changes(current, setup)):
+                self._on_use(f"in use from now on: {changes}")
         finally:
             self._share = None
             with self._news:
@@ -180,6 +185,11 @@ class Pipeline:
         if result.labels is not None and self._publishers.labels_are_wanted:
             picture = class_picture(result.labels, self._classes)
             self._publishers.publish_labels(conversions.image_to_msg(picture, header))
+
+
+def _changes(before: Setup, now: Setup) -> str:
+    keys = [key for key in {**before.resolved, **now.resolved} if before.value(key) != now.value(key)]
+    return ", ".join(f"{key} {now.value(key)}" for key in keys)
 
 
 def _header_problem(header: Header) -> str:

@@ -18,6 +18,7 @@ from artrec_ros.core.drawing import class_picture
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
 from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.images.cameras import camera_yaml
 from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.io.results.results import FrameRecord, read_results
 from artrec_ros.tools.main import main
@@ -371,6 +372,21 @@ def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
         assert run(params, source, tmp_path / name) == 0
     assert run(params, source, tmp_path / "b", "--overwrite") == 0
     assert len(built) == 3
+
+
+def test_a_calibration_for_another_size_warns_as_a_missing_one_does(tmp_path, params, recogniser, capsys):
+    section = {"objects": ["dog"], "dog": {"object_file": str(CONFIG / "objects" / "quadruped.yaml"), "label": 3}}
+    (tmp_path / "dog.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": section}}))
+    matrix = np.array([[40.0, 0, 24], [0, 40, 16], [0, 0, 1]])
+    (tmp_path / "other.yaml").write_text(camera_yaml(Camera(matrix, np.zeros(5), (48, 32), "o")))
+    (tmp_path / "own.yaml").write_text(camera_yaml(Camera(matrix, np.zeros(5), (32, 24), "o")))
+    source, says = tmp_path / "images", "dog: will not be found: it has no constraint_file, and it is not flat"
+    source.mkdir()
+    cv2.imwrite(str(source / "0.png"), np.full((24, 32), 1, np.uint8))
+    for name, times in (("other", 1), ("own", 0)):
+        assert run(tmp_path / "dog.yaml", source, tmp_path / name, "--camera-info", str(tmp_path / f"{name}.yaml")) == 0
+        said = capsys.readouterr().err
+        assert said.count(says) == times and said.count("calibrated for 48x32 pixels") == times
 
 
 def test_what_cannot_be_found_for_want_of_constraints_is_told_once(tmp_path, params, recogniser, capsys):

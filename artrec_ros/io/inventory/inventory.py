@@ -24,7 +24,8 @@ from ..learned.annotations import load_coco, read_json
 from ..learned.constraints import FORMAT as CONSTRAINT_FORMAT
 from ..objects.object_reader import FORMAT as OBJECT_FORMAT
 from ..objects.object_reader import load_object
-from ..parameters.parameter_file import load_parameters, read_flat
+from ..parameters.parameter_file import load_parameters
+from ..parameters.sections import read_flat
 from ..results.journal import JOURNAL_FILE
 from ..results.results import DETECTIONS_FILE, read_results
 from ..truth.records import load_truth
@@ -115,7 +116,7 @@ def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path]
         return kinds[format.partition("/")[0]]
     if "camera_matrix" in keys or "image_width" in keys:
         return "calibration", lambda p: load_camera(p)
-    if any("ros__parameters" in str(v.raw) for v in keys.values()):
+    if "objects" in keys or any("ros__parameters" in str(v.raw) for v in keys.values()):
         if path in more:
             return "parameters", lambda p: Supplement(tuple(read_flat(p)))
         return "parameters", lambda p: load_parameters(p, *more)

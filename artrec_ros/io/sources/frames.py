@@ -95,9 +95,9 @@ class Source(ABC):
         """Whether a calibration holds for the first frame: one that is there may be for images of another size."""
         if not self.calibrated:
             return False
-        first = next(self.parts(1), None)
-        frame = first and next(self.read(first), None)
-        return frame is None or frame.image is None or frame.camera is not None
+        frames = (frame for part in self.parts(1) for frame in self.read(part))
+        first = next(frames, None)
+        return first is None or first.image is None or first.camera is not None
 
     @property
     def problems(self) -> list[str]:

@@ -21,7 +21,7 @@ from ...io.base.whole_files import save_file
 from ...io.learned.colours import save_colours
 from ...io.learned.marked_objects import load_marked_objects
 from ...io.learned.regions import load_regions
-from ...io.parameters.parameter_file import read_flat
+from ...io.parameters.sections import read_flat
 from ..colour_setup import load_colour_setup
 from ..learn_colours import Samples, Told, learn_from, samples_of_regions
 from .session import Session

@@ -13,6 +13,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.simulation.sheet import MarkerCell, model_sheet
 from artrec_ros.simulation.simulator import pinhole_camera
+from artrec_ros.tools import main as command_line
 from artrec_ros.tools import model
 from artrec_ros.tools.inspecting.model_report import advice, shape_rows
 
@@ -64,7 +65,7 @@ def test_what_will_be_ambiguous_is_told(toy):
     for expected in (
         "warning: base/bar looks the same after a turn of 180 degrees, and all starts there",
         "warning: base/bar lies within its component's body",
-        "warning: base/bar, lid/bar are the same shape: 'base', from which all starts",
+        "warning: base/bar, lid/bar are alike in shape: 'base', from which all starts",
         "warning: the markers of 'arm' have the class of its body (5)",
         "for 4 m make it",
         "note: without joint, and so taken to be fixed to the object's frame: arm, lid",
@@ -79,6 +80,48 @@ def test_a_good_object_gives_no_warning_near_by_and_some_far_off():
     assert not [line for line in advice(found, camera, 1.0) if line.startswith("warning")]
     assert [line for line in advice(found, camera, 10.0) if line.startswith("warning")]
 
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("limits: [-1.2, 1.2]", "limits: [-70, 70]", "joint arm: a limit of 70 rad is more than a turn"),
+        (
+            "axis: [[-0.04, 0.0], [0.05, 0.0]]",
+            "axis: [[-0.04, 0.0], [5, 0.0]]",
+            "base/plate: its axis ends 4.998 m away",
+        ),
+        ("width: 0.02, height: 0.10", "width: 20, height: 100", "arm/near is 102 m across, base/plate 0.1"),
+        ("width: 0.02, height: 0.10", "width: 2, height: 15", "arm/near is 15.13 m across, base/plate 0.1"),
+    ],
+)
+def test_wrong_units_are_told(old, new, said, tmp_path, capsys):
+    path = tmp_path / "crane.yaml"
+    path.write_text(CRANE)
+    assert run(path) == 0 and "warning" not in capsys.readouterr().out
+    path.write_text(CRANE.replace(old, new))
+    assert run(path) == 0 and capsys.readouterr().out.count(f"warning: {said}") == 1
+    assert command_line.main(["inspect", str(path)]) == 1 and f"problem: {path}: {said}" in capsys.readouterr().out
+
+
+CRANE = """\
+format: artrec_object/1
+name: crane
+markers:
+  plate:
+    outline: [[-0.04, -0.03], [0.04, -0.03], [0.05, 0.0], [0.04, 0.03], [-0.04, 0.03]]
+    axis: [[-0.04, 0.0], [0.05, 0.0]]
+  stripe: {rectangle: {width: 0.02, height: 0.10}}
+components:
+  base:
+    required: true
+    markers:
+      plate: {pose: {xyz: [0, -0.05, 0], x_axis: [1, 0, 0], y_axis: [0, 0, 1]}}
+  arm:
+    label: 4
+    markers:
+      near: {marker: stripe, pose: {xyz: [0, -0.01, 0.06], x_axis: [1, 0, 0], y_axis: [0, 0, 1]}}
+    joint: {parent: base, origin: {xyz: [0.05, 0, 0.04]}, axis: [0, 1, 0], limits: [-1.2, 1.2]}
+"""
 
 FINGERS = """\
 format: artrec_object/1
@@ -101,7 +144,7 @@ def test_of_several_markers_of_one_shape_one_speaks_for_all(tmp_path):
     found = find_ambiguities(load_object(tmp_path / "fingers.yaml", {}))
     lines = advice(found, pinhole_camera((640, 480), 60), None)
     (told,) = [line for line in lines if "told apart" in line]
-    assert "one/near (and 1 of its shape) and three/far (and 1 of its shape)" in told
+    assert "one/near (and 1 like it) and three/far (and 1 like it)" in told
     assert "without body" not in "".join(lines)  # flat: there is no far side
 
 

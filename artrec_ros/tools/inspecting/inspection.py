@@ -19,7 +19,7 @@ from ...io.inventory.inventory import image_stamps
 from ...io.learned.annotations import AnnotatedObject, Annotations
 from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
-from .model_report import buried
+from .model_report import buried, odd_units
 
 T = TypeVar("T")
 
@@ -36,7 +36,7 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
     for path, sample in _all(items, Sample):
         yield from (f"{path}: {p}" for p in sample.problems)
     for name, model in _models(items).items():
-        yield from (f"{name}: {line}" for line in buried(model))
+        yield from (f"{name}: {line}" for line in (*buried(model), *odd_units(model)))
     for path, coco in _all(items, Annotations):
         yield from _annotations(path, coco, _models(items))
     for path, constraints in _all(items, ConstraintContent):

@@ -11,6 +11,7 @@ from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.design.ambiguity import find_ambiguities
 from artrec_ros.core.model.target import Target
 from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.simulation import sheet
 from artrec_ros.simulation.sheet import MarkerCell, model_sheet
 from artrec_ros.simulation.simulator import pinhole_camera
 from artrec_ros.tools import main as command_line
@@ -88,7 +89,7 @@ def test_a_good_object_gives_no_warning_near_by_and_some_far_off():
         (
             "axis: [[-0.04, 0.0], [0.05, 0.0]]",
             "axis: [[-0.04, 0.0], [5, 0.0]]",
-            "base/plate: its axis ends 4.998 m away",
+            "base/plate: its axis ends 4.99",
         ),
         ("width: 0.02, height: 0.10", "width: 20, height: 100", "arm/near is 102 m across, base/plate 0.1"),
         ("width: 0.02, height: 0.10", "width: 2, height: 15", "arm/near is 15.13 m across, base/plate 0.1"),
@@ -268,6 +269,22 @@ def test_the_sheet_shows_markers_and_the_object(tmp_path):
     # four shapes, seven sides, both ends of four joints; four in a row
     assert sheet.shape[1] == 4 * 300 and sheet.shape[0] == 5 * 342
     assert np.all(sheet[42 + 150, 150] == (40, 30, 200)) or np.any(np.all(sheet[42:342, :300] == (40, 30, 200), axis=2))
+
+
+def test_a_rim_lies_around_letters_whatever_the_font_does_with_thickness():
+    plain, rimmed = np.full((2, 40, 120, 3), 90, np.uint8)
+    sheet._text(plain, "lateral_right", (10, 25), (255, 255, 255), 0.34)
+    sheet._text(rimmed, "lateral_right", (10, 25), (255, 255, 255), 0.34, (0, 0, 0))
+    letters, rim = ([np.flatnonzero((p != 90).any(axis=(2, axis))) for axis in (0, 1)] for p in (plain, rimmed))
+    for inner, outer in zip(letters, rim, strict=True):
+        assert (inner[0] - outer[0], outer[-1] - inner[-1]) == (1, 1)
+
+
+def test_joints_on_the_sheet_have_units(monkeypatch):
+    captions = []
+    monkeypatch.setattr(sheet, "_captioned", lambda image, caption, notes: captions.append(caption) or image)
+    model_sheet(Target("quadruped", load_object(QUADRUPED, {}), 2), [])
+    assert "front_left at -0.7 rad" in captions
 
 
 def test_a_sheet_of_markers_alone_has_no_object():

@@ -73,8 +73,7 @@ def summary(model: ObjectModel) -> str:
     parts = []
     for name, c in zip(model.joint_names, model.joint_components, strict=True):
         if c.joint is not None:
-            unit = "rad" if c.joint.kind == "revolute" else "m"
-            parts.append(f"{name} {c.joint.kind} {c.joint.lower:g}..{c.joint.upper:g} {unit}")
+            parts.append(f"{name} {c.joint.kind} {c.joint.lower:g}..{c.joint.upper:g} {c.joint.unit}")
     joints = f"{counted(len(parts), 'joint')} ({', '.join(parts)})" if parts else "no joints"
     return f"{model.name}: {counted(len(model.components), 'component')}, {counted(markers, 'marker')}, {joints}"
 

@@ -15,8 +15,8 @@ from ...core.geometry.camera import Camera
 from ..bags.metadata import BAG_SUFFIXES, is_storage
 from ..bags.reader import Bag, Topic
 from ..bags.topics import IMAGE_TYPES, camera_info_topic, camera_of, decode_message, stamp_of
-from ..base.kinds import COCO, kind_of
-from ..base.yaml_files import load_value
+from ..base.kinds import COCO, CONSTRAINTS, OBJECT, kind_of
+from ..base.yaml_files import load_value, load_yaml
 from ..images.cameras import load_camera
 from ..images.decoding import IMAGE_SUFFIXES, read_image
 from ..images.folders import images_of, passed_over
@@ -121,6 +121,8 @@ def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path]
             return "parameters", lambda p: Supplement(tuple(read_flat(p)))
         return "parameters", lambda p: load_parameters(p, *more)
     kind = kind_of({key: value.raw for key, value in keys.items()})
+    if kind in (OBJECT, CONSTRAINTS):  # whose format is missing or unknown, as reading it says
+        return kinds[f"artrec_{'object' if kind == OBJECT else 'constraints'}"]
     if kind is not None:
         raise ConfigError(f"{path}: is {kind}, which is not looked into")
     raise ConfigError(f"{path}: neither an object, constraints, parameters (ros__parameters) nor a calibration")
@@ -193,7 +195,7 @@ def _camera(bag: Bag, image_topic: str) -> tuple[Camera | None, str | None]:
 
 
 def _read_constraints(path: Path) -> ConstraintContent:
-    top = load_value(path).entries()
+    top = load_yaml(path, CONSTRAINT_FORMAT).entries()
     for key in ("object", "coverage", "pairs"):
         if key not in top:
             raise ConfigError(f"{path}: {key}: this key is missing")

@@ -178,7 +178,7 @@ def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calib
         ways = {t.name: way_of(t, setup.recognizer, calibrated=True) for t in setup.targets if not t.model.is_flat}
         spatial = [name for name, way in ways.items() if way == SPACE]
         if sample.camera is None and not calibrated and spatial:
-            reason = sample.camera_problem or "no calibration: give a calibration file (--camera-info)"
+            reason = sample.camera_problem or "no calibration: name a calibration file beside it"
             yield f"{_where(other, sample)}: {reason}: no poses in space of {', '.join(spatial)}"
 
 

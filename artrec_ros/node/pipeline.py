@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ from ..core.base.errors import ArtrecError
 from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
 from ..core.memory.memory import Memory
-from ..core.model.found import FrameResult
+from ..core.model.found import FrameResult, Rejection
 from ..core.recognizer import Recognizer, check_targets
 from ..core.tracking.tracker import Tracker
 from ..io.parameters.parameter_file import Setup
@@ -34,6 +34,7 @@ class FrameReport:
     :param ended_by: the limits that ended the search early, by the parameters' names.
     :param header_problem: what the image's header lacks; empty: nothing.
     :param frame_id: of the image's header. :param waiting: blobs that wait their turn to be searched again.
+    :param blobless: why no blob was left to look at, where that is so; worked out when it is looked at.
     """
 
     n_objects: int
@@ -43,6 +44,7 @@ class FrameReport:
     header_problem: str
     frame_id: str = ""
     waiting: int = 0
+    blobless: Sequence[Rejection] = ()
 
 
 class Pipeline:
@@ -175,7 +177,8 @@ class Pipeline:
             self._publish_pictures(image, result, camera, msg.header)
         problem, n_objects, header_frame = _header_problem(msg.header), len(result.detections), msg.header.frame_id
         times = latency_ms, recognition_ms
-        return FrameReport(n_objects, *times, result.ended_by, problem, header_frame, result.waiting)
+        blobless = result.rejected if result.blobless else ()
+        return FrameReport(n_objects, *times, result.ended_by, problem, header_frame, result.waiting, blobless)
 
     def _publish_pictures(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
         """Those that somebody subscribes to."""

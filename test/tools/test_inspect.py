@@ -363,6 +363,16 @@ def test_the_scene_is_told_and_drawn(tmp_path, config, capsys):
     assert halves[0] > 1.5 * halves[1]  # what lies outside is dark
 
 
+def test_parameters_that_leave_nothing_of_the_images_are_told(tmp_path, config, capsys):
+    bag, params = write_bag(tmp_path / "bag"), config / "excavator.yaml"
+    content = yaml.safe_load(params.read_text())
+    content["/**"]["ros__parameters"]["recognizer"]["min_blob_px"] = 5000
+    params.write_text(yaml.safe_dump(content))
+    code, _, problems = inspect(capsys, params, bag)
+    assert code == 1 and len(problems) == 1
+    assert "'excavator' has nothing to be found in: 1 blobs of its classes, the largest of" in problems[0]
+
+
 def test_no_scene_is_drawn_where_there_is_none(tmp_path, config, capsys):
     code, printed, _ = inspect(
         capsys, config / "excavator.yaml", write_bag(tmp_path / "bag"), "--scene", tmp_path / "s.png"

@@ -16,7 +16,7 @@ import yaml
 from artrec_ros.core.base.errors import ImageError
 from artrec_ros.core.drawing import class_picture
 from artrec_ros.core.geometry.camera import Camera
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance, Rejection
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.images.cameras import camera_yaml
 from artrec_ros.io.parameters.parameter_file import Setup
@@ -151,6 +151,14 @@ def test_the_limits_that_cut_frames_short_are_told_apart():
     assert summary.to_dict()["frames_cut_short_by"] == {nodes: 3, time: 1}
     told = [line for line in summary.lines() if "cut short" in line]
     assert told == [f"{count} frame(s) were cut short by {limit}" for limit, count in ((nodes, 3), (time, 1))]
+
+
+def test_where_nothing_is_found_the_first_reason_is_told():
+    summary = Summary()
+    summary.add(FrameRecord(0, "/c", (8, 6)))
+    for reason in ("too small", "too far"):
+        summary.add(FrameRecord(1, "/c", (8, 6), rejected=(Rejection("red", reason),)))
+    assert "the first reason why not, red: too small (all of them: detections.jsonl)" in list(summary.lines())
 
 
 def test_objects_keep_their_ids(tmp_path, params, recogniser):

@@ -20,6 +20,7 @@ from ...io.learned.annotations import AnnotatedObject, Annotations
 from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
 from .model_report import buried, odd_units
+from .nothing_left import nothing_left
 
 T = TypeVar("T")
 
@@ -199,6 +200,7 @@ def _labels(path: Path, setup: Setup, other: Path, sample: Sample) -> Iterator[s
         except ImageError as error:
             yield f"{where}: {error}"
             return
+    yield from (f"{where}: {line}" for line in nothing_left(setup, sample))
     for target in setup.targets:
         for label, what in _expected(target).items():
             if label not in seen:

@@ -29,6 +29,7 @@ class Summary:
     total_ms: list[float] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     interrupted: bool = False
+    first_reason: str = ""  # of anything that was turned down
 
     def add(self, record: FrameRecord) -> None:
         self.frames += 1
@@ -39,6 +40,8 @@ class Summary:
         self.frames_without_objects += not record.detections
         self.frames_cut_short.update(record.ended_by)
         self.waiting += record.waiting
+        if not self.first_reason and record.rejected:
+            self.first_reason = f"{record.rejected[0].object}: {record.rejected[0].reason}"
         if "total" in record.timing_ms:
             self.total_ms.append(record.timing_ms["total"])
 
@@ -73,6 +76,8 @@ class Summary:
         """What the user is told at the end."""
         found = ", ".join(f"{n} {name}" for name, n in sorted(self.objects.items())) or "none"
         yield f"frames {self.frames}, objects found: {found}; frames without any: {self.frames_without_objects}"
+        if self.first_reason and not self.objects:
+            yield f"the first reason why not, {self.first_reason} (all of them: {DETECTIONS_FILE})"
         if (t := self._times()) is not None:
             yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
         for limit, count in sorted(self.frames_cut_short.items()):

@@ -102,6 +102,22 @@ def test_a_broken_line_is_named(tmp_path):
         next(read_results(tmp_path / "nothing"))
 
 
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('{"stamp_ns": 8, "fra', "no valid JSON at column 16: Unterminated string"),
+        ('{"frame": "a", "objects": []}', "the key 'stamp_ns' is missing"),
+        ('{"stamp_ns": 8, "frame": "a", "objects": [{"object": "red", "score": NaN}]}', "NaN is no number"),
+    ],
+)
+def test_what_is_wrong_with_a_line_is_told_in_words(tmp_path, line, said):
+    path = tmp_path / "d.jsonl"
+    path.write_text(line + "\n")
+    with pytest.raises(SourceError) as caught:
+        list(read_results(path))
+    assert f"d.jsonl: line 1 is no result of a replay: {said}" in str(caught.value)
+
+
 @pytest.mark.parametrize("fit", [ClassFit("wave", 0.93, "rest", 0.05), ClassFit(None, 0.8, "rest", 0.1, "too far")])
 def test_a_class_a_margin_and_a_failed_constraint_come_back(fit):
     detection = replace(DETECTION, class_fit=fit, margin=0.25)

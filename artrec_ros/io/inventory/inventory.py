@@ -19,7 +19,7 @@ from ..base.kinds import COCO, CONSTRAINTS, OBJECT, kind_of
 from ..base.yaml_files import load_value, load_yaml
 from ..images.cameras import load_camera
 from ..images.decoding import IMAGE_SUFFIXES, read_image
-from ..images.folders import images_of, passed_over
+from ..images.folders import images_of, is_lossy, passed_over
 from ..learned.annotations import load_coco, read_json
 from ..learned.constraints import FORMAT as CONSTRAINT_FORMAT
 from ..objects.object_reader import FORMAT as OBJECT_FORMAT
@@ -144,7 +144,8 @@ def _read_images(path: Path) -> Sample:
         except ImageError as error:
             problems.append(f"{file.name}: {error}")
     others = passed_over(path) if path.is_dir() else ""
-    return Sample(str(path), len(files), tuple(images), tuple(problems), passed_over=others)
+    lossy = any(map(is_lossy, files))
+    return Sample(str(path), len(files), tuple(images), tuple(problems), passed_over=others, lossy=lossy)
 
 
 def _read_bag(path: Path) -> BagContent:

@@ -14,6 +14,7 @@ from ...core.image.segmentation import Segmenter
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...core.ways import SPACE, way_of
+from ...io.images.folders import LOSSY
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
 from ...io.learned.annotations import AnnotatedObject, Annotations
@@ -175,6 +176,8 @@ def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calib
         names = ", ".join(s.name for s in fitting)
         yield f"{other}: {len(fitting)} topics fit image.kind '{setup.image.kind}': {names}; choose one with --topic"
     for sample in fitting:
+        if setup.image.kind == "labels" and sample.lossy:
+            yield f"{_where(other, sample)}: {LOSSY}"
         yield from _labels(path, setup, other, sample)
         ways = {t.name: way_of(t, setup.recognizer, calibrated=True) for t in setup.targets if not t.model.is_flat}
         spatial = [name for name, way in ways.items() if way == SPACE]

@@ -15,6 +15,8 @@ import scipy
 from ... import __version__
 from ...io.results.results import DETECTIONS_FILE, FrameRecord
 
+_NAMED = 3  # frames of one error
+
 
 @dataclass
 class Summary:
@@ -25,6 +27,7 @@ class Summary:
     frames_without_objects: int = 0
     frames_cut_short: Counter[str] = field(default_factory=Counter)  # by the limit that did it
     errors: Counter[str] = field(default_factory=Counter)
+    unusable: dict[str, dict[str, None]] = field(default_factory=dict)  # error -> names of frames, in order
     waiting: int = 0
     total_ms: list[float] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
@@ -35,6 +38,7 @@ class Summary:
         self.frames += 1
         if record.error is not None:
             self.errors[record.error] += 1
+            self.unusable.setdefault(record.error, {})[record.frame] = None
             return
         self.objects.update(d.object for d in record.detections)
         self.frames_without_objects += not record.detections
@@ -86,7 +90,9 @@ class Summary:
     def failures(self) -> Iterator[str]:
         """What went wrong, for stderr: frames and sources that could not be used."""
         for error, count in self.errors.most_common(5):
-            yield f"{count} frame(s) could not be used: {error}"
+            names = [name for name in self.unusable[error] if not name.startswith("/")]  # files, not a bag's topic
+            shown = f" ({', '.join(names[:_NAMED])}{', ...' if len(names) > _NAMED else ''})" if names else ""
+            yield f"{count} frame(s) could not be used: {error}{shown}"
         if len(self.errors) > 5:
             yield f"and {len(self.errors) - 5} more kinds of errors, see {DETECTIONS_FILE}"
         yield from self.problems

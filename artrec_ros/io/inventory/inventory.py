@@ -20,7 +20,8 @@ from ..base.yaml_files import load_value, load_yaml
 from ..images.cameras import load_camera
 from ..images.decoding import IMAGE_SUFFIXES, read_image
 from ..images.folders import images_of, is_lossy, passed_over
-from ..learned.annotations import load_coco, read_json
+from ..learned.annotations import load_coco
+from ..learned.coco import read_json
 from ..learned.constraints import FORMAT as CONSTRAINT_FORMAT
 from ..objects.object_reader import FORMAT as OBJECT_FORMAT
 from ..objects.object_reader import load_object

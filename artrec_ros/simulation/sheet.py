@@ -151,15 +151,15 @@ class _View:
             if surface.owner is None or len(rows) < _LEAST_NAMED:
                 continue
             x, y = to_pixel(columns.mean()), to_pixel(rows.mean())
-            names.append((surface.owner[1], int(x), int(y)))
+            names.append((int(y), int(x), surface.owner[1]))
         taken: list[tuple[int, int, int]] = []
-        for name, x, y in sorted(names, key=lambda n: n[2]):
+        for middle, centre, name in sorted(names):
             width = cv2.getTextSize(name, _FONT, 0.34, 1)[0][0]
-            x, y = max(2, min(x - width // 2, _CELL_PX - width - 2)), y + 4
-            while any(abs(y - row) < _NAME_PX and left - 2 < x + width and x < right + 2 for left, right, row in taken):
-                y += 1
-            taken.append((x, x + width, y))
-            _text(image, name, (x, y), (255, 255, 255), 0.34, _INK)
+            left, base = max(2, min(centre - width // 2, _CELL_PX - width - 2)), middle + 4
+            while any(abs(base - b) < _NAME_PX and a - 2 < left + width and left < z + 2 for a, z, b in taken):
+                base += 1
+            taken.append((left, left + width, base))
+            _text(image, name, (left, base), (255, 255, 255), 0.34, _INK)
 
 
 def _looking(direction: Array, centre: Array, far: float) -> Pose:

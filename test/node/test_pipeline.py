@@ -140,6 +140,10 @@ def test_a_change_is_answered_at_once_and_works_when_its_recognizer_is_built(
 
     assert wait_until(nothing_found)
     assert building.calls == 1 and told == [f"in use from now on: {name} {whole}"]
+    statuses(node, monkeypatch)  # of the images before
+    node.take_image(label_image(picture), time.time_ns())
+    status = statuses(node, monkeypatch)["recognition"]
+    assert status.level == DiagnosticStatus.WARN and "toy: image.blank leaves no pixel of the image" in status.message
 
 
 def test_it_answers_reports_and_counts_while_it_gets_ready(

@@ -70,6 +70,7 @@ _OPTIONS = {
     "playback_duration_s": "--playback-duration",
     "rate_hz": "--rate",
     "video": "--no-video",
+    "limits": "--limit",
     "timing": "--no-timing",
     "image_kind": "image.kind",
     "rectified": "image.rectified",
@@ -80,10 +81,11 @@ def _option(key: str, old: Any, new: Any) -> str:
     name = _OPTIONS.get(key, f"--{key.replace('_', '-')}")
     if isinstance(old, bool) or isinstance(new, bool):
         return f"{name} was {'' if bool(old) != name.startswith('--no-') else 'not '}given"
-    if key == "camera":
+    if key in ("camera", "search", "truth"):  # whose content is kept
         return f"{name} was another one"
-    words = {None: "all", 0: "none"} if key == "images" else {None: "not given"}
-    return f"{name} was {words.get(old, _shown(old))}, now {words.get(new, _shown(new))}"
+    words = {"None": "all", "0": "none"} if key == "images" else {"None": "not given", "": "not given"}
+    was, now = (words.get(text, text) for text in map(_shown, (old, new)))
+    return f"{name} was {was}, now {now}"
 
 
 def _shown(value: Any) -> str:

@@ -16,6 +16,7 @@ from .base.config import RecognizerConfig
 from .base.deadline import Deadline
 from .base.deferred import Deferred
 from .base.errors import ConfigError
+from .blobless import blobless
 from .constraints.constraint_set import ConstraintSet
 from .facing_stage import FacingStage
 from .flat_stage import FlatStage
@@ -198,12 +199,16 @@ class Recognizer:
                 detections, rejected = (*found, *detections), _joined(turned_down, rejected)
             detections, surplus = one_of_each(detections, self._models)
             detections, rejected = self._placed(detections, frame), _joined(surplus, rejected)
-        rejected = _in_image(rejected, frame.size)
+        rejected = _in_image(rejected if blobs else _joined(self._blobless(labels, frame.scene), rejected), frame.size)
         detections = self._classifier.classified(detections)
         limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
         ended_by = tuple(name for name, hit in limits.items() if hit)
         waiting = recall.waiting if recall else 0
-        return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels, waiting)
+        return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels, waiting, not blobs)
+
+    def _blobless(self, labels: NDArray[np.uint8], scene: Scene) -> Sequence[Rejection]:
+        least_px, blank = self._config.min_blob_px, self._segmenter.blank
+        return Deferred(lambda: blobless(labels, self._targets, least_px, blank, scene))
 
     def _placed(self, detections: tuple[Detection, ...], frame: ImageFrame) -> tuple[Detection, ...]:
         """Those that were found flat with poses: on the plane, where that is known, else by their size."""

@@ -11,6 +11,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
+from ..core.blobless import NO_PIXEL
 from .pipeline import FrameReport
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -192,7 +193,9 @@ class Diagnostics:
         elif not reports:
             text = "no image processed"
         elif not objects:
-            text = f"nothing found in {len(reports)} image(s)"
+            why = "; ".join(f"{r.object}: {r.reason}" for r in reports[-1].blobless)
+            level = WARN if NO_PIXEL in why else OK
+            text = f"nothing found in {len(reports)} image(s)" + (f": {why}" if why else "")
         for limit, count in sorted(cut_off.items()):
             level, text = WARN, f"{text}; {limit} ended the search in {count}"
         c = self.counters

@@ -96,7 +96,8 @@ class RecognizerNode(LifecycleNode):
             setup = self._live.read_again()
             tf = transform_sender(self) if setup.node.publish_tf else None
             self._outputs = Publishers(self, setup.targets, tf)
-            self._pipeline = Pipeline(setup, self._calibrations, self._outputs, self.get_logger().error)
+            log = self.get_logger()
+            self._pipeline = Pipeline(setup, self._calibrations, self._outputs, log.error, log.info)
             for line in setup.lacks():
                 self.get_logger().warning(line)
         except ArtrecError as error:

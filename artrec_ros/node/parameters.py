@@ -13,7 +13,9 @@ from rclpy.parameter import Parameter
 
 from ..core.base.errors import ArtrecError
 from ..io.base.shared_files import SCHEME
+from ..io.base.yaml_files import load_value
 from ..io.parameters.parameter_file import Setup, hint, setup_from_flat
+from ..io.parameters.sections import check_sections
 from ..io.parameters.specs import Spec, all_specs, moved
 from ..io.parameters.unread import unread
 
@@ -62,6 +64,10 @@ def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
     overrides, files = read_overrides(node), parameter_files(argv)
     source = ", ".join(str(f) for f in files) or "parameters"
     warn = node.get_logger().warning
+    for file in files:
+        load_value(file)  # ROS' own reader takes the last of keys that are given twice, without a word
+    if "objects" not in overrides:
+        check_sections(files, node.get_fully_qualified_name())
     setup = setup_from_flat(overrides, base_directory(overrides, files), source, warn=warn)
     for line in unread(setup):
         warn(line)

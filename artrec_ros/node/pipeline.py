@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ from ..core.base.errors import ArtrecError
 from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
 from ..core.memory.memory import Memory
-from ..core.model.found import FrameResult
+from ..core.model.found import FrameResult, Rejection
 from ..core.recognizer import Recognizer, check_targets
 from ..core.tracking.tracker import Tracker
 from ..io.parameters.parameter_file import Setup
@@ -34,6 +34,7 @@ class FrameReport:
     :param ended_by: the limits that ended the search early, by the parameters' names.
     :param header_problem: what the image's header lacks; empty: nothing.
     :param frame_id: of the image's header. :param waiting: blobs that wait their turn to be searched again.
+    :param blobless: why no blob was left to look at, where that is so; worked out when it is looked at.
     """
 
     n_objects: int
@@ -43,6 +44,7 @@ class FrameReport:
     header_problem: str
     frame_id: str = ""
     waiting: int = 0
+    blobless: Sequence[Rejection] = ()
 
 
 class Pipeline:
@@ -54,6 +56,7 @@ class Pipeline:
     :ivar problem: why the newest parameters are not in use, a line; empty: they are, or will be soon.
     :param on_fault: called, in another thread, with a line when a recogniser could not be built, or what is compiled
         for it not be kept.
+    :param on_use: the same with a line when changed parameters hold: whoever changed them was answered before.
     """
 
     def __init__(
@@ -62,8 +65,10 @@ class Pipeline:
         calibrations: Calibrations,
         publishers: Publishers,
         on_fault: Callable[[str], None] = lambda line: None,
+        on_use: Callable[[str], None] = lambda line: None,
     ) -> None:
-        self._calibrations, self._publishers, self._on_fault = calibrations, publishers, on_fault
+        self._calibrations, self._publishers = calibrations, publishers
+        self._on_fault, self._on_use = on_fault, on_use
         self._names, self._classes = [t.name for t in setup.targets], setup.image.named_labels
         self._tracker = Tracker(setup.tracking, setup.targets, setup.in_doubt)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
@@ -124,6 +129,8 @@ class Pipeline:
             self._on_fault(self.problem)
         else:
             self._current = setup, recognizer
+            if current is not None and (changes := _changes(current, setup)):
+                self._on_use(f"in use from now on: {changes}")
         finally:
             self._share = None
             with self._news:
@@ -170,7 +177,8 @@ class Pipeline:
             self._publish_pictures(image, result, camera, msg.header)
         problem, n_objects, header_frame = _header_problem(msg.header), len(result.detections), msg.header.frame_id
         times = latency_ms, recognition_ms
-        return FrameReport(n_objects, *times, result.ended_by, problem, header_frame, result.waiting)
+        blobless = result.rejected if result.blobless else ()
+        return FrameReport(n_objects, *times, result.ended_by, problem, header_frame, result.waiting, blobless)
 
     def _publish_pictures(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
         """Those that somebody subscribes to."""
@@ -180,6 +188,11 @@ class Pipeline:
         if result.labels is not None and self._publishers.labels_are_wanted:
             picture = class_picture(result.labels, self._classes)
             self._publishers.publish_labels(conversions.image_to_msg(picture, header))
+
+
+def _changes(before: Setup, now: Setup) -> str:
+    keys = [key for key in {**before.resolved, **now.resolved} if before.value(key) != now.value(key)]
+    return ", ".join(f"{key} {now.value(key)}" for key in keys)
 
 
 def _header_problem(header: Header) -> str:

@@ -41,6 +41,8 @@ _SIDES = {  # where the camera stands, in the object's frame
     "rear left, above": (-1.0, 0.9, 0.6),
 }
 _LEAST_NAMED = 1500  # sample points of a marker that show, for its name to be drawn
+_NAME_PX = 12  # between lines of names
+_AROUND = ((-1, 0), (1, 0), (0, -1), (0, 1))
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
@@ -95,8 +97,8 @@ def _object_cells(target: Target) -> list[Picture]:
     view, ends = _view(target)
     cells = [view.cell(side, direction, middle, True) for side, direction in _SIDES.items()]
     for component, (name, pair) in zip(model.joint_components, ends.items(), strict=True):
-        across = view.across(component.name)
-        cells += [view.cell(f"{name} at {q[name]:.3g}", across, q, False) for q in pair]
+        across, unit = view.across(component.name), component.joint.unit if component.joint else ""
+        cells += [view.cell(f"{name} at {q[name]:.3g} {unit}", across, q, False) for q in pair]
     return cells
 
 
@@ -142,13 +144,22 @@ class _View:
                 _arrow(image, ends[0], end, colour)
 
     def _draw_names(self, image: Picture, rendering: Rendering) -> None:
-        """Each marker's name on what shows of it."""
+        """Each marker's name on what shows of it, below others where it would cover them."""
+        names = []
         for number, surface in enumerate(rendering.surfaces):
             rows, columns = np.nonzero(rendering.index == number)
             if surface.owner is None or len(rows) < _LEAST_NAMED:
                 continue
             x, y = to_pixel(columns.mean()), to_pixel(rows.mean())
-            _text(image, surface.owner[1], (int(x) - 20, int(y) + 4), (255, 255, 255), 0.34, _INK)
+            names.append((int(y), int(x), surface.owner[1]))
+        taken: list[tuple[int, int, int]] = []
+        for middle, centre, name in sorted(names):
+            width = cv2.getTextSize(name, _FONT, 0.34, 1)[0][0]
+            left, base = max(2, min(centre - width // 2, _CELL_PX - width - 2)), middle + 4
+            while any(abs(base - b) < _NAME_PX and a - 2 < left + width and left < z + 2 for a, z, b in taken):
+                base += 1
+            taken.append((left, left + width, base))
+            _text(image, name, (left, base), (255, 255, 255), 0.34, _INK)
 
 
 def _looking(direction: Array, centre: Array, far: float) -> Pose:
@@ -203,8 +214,8 @@ def _fitting(text: str, size: float) -> str:
 def _text(
     image: Picture, text: str, corner: tuple[int, int], colour: Colour, size: float, halo: Colour | None = None
 ) -> None:
-    if halo is not None:
-        cv2.putText(image, text, corner, _FONT, size, halo, 3, cv2.LINE_AA)
+    for dx, dy in _AROUND if halo is not None else ():  # a thicker stroke would make OpenCV 5's letters wider, too
+        cv2.putText(image, text, (corner[0] + dx, corner[1] + dy), _FONT, size, halo, 1, cv2.LINE_AA)
     cv2.putText(image, text, corner, _FONT, size, colour, 1, cv2.LINE_AA)
 
 

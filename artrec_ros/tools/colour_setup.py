@@ -10,7 +10,8 @@ from ..core.base.config import ImageConfig, PlaneConfig
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
 from ..io.base.shared_files import resolve_path
-from ..io.parameters.parameter_file import read_flat, setup_from_flat
+from ..io.parameters.parameter_file import setup_from_flat
+from ..io.parameters.sections import read_flat
 
 
 @dataclass(frozen=True)

@@ -32,11 +32,12 @@ from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
 from ..io.learned.marked_objects import BESIDE, REST, load_marked_objects, marked_scales
 from ..io.learned.regions import MarkedImage, drawn_regions, load_regions
-from ..io.sources.opening import Frame, SourceOptions, open_sources
+from ..io.sources.opening import Frame, SourceOptions, holds_bag, open_sources
 from .colour_report import report, scale_line
 from .colour_setup import ColourSetup, load_colour_setup
 
 _DRAWS = partial(tqdm, unit="draw", disable=None, leave=False)
+_READ = partial(tqdm, desc="reading", unit="image", disable=None, leave=False)
 _UNMARKED = 255  # number of the pixels that nobody has marked
 _SHARPEN_PX = 1
 _TRIED = 24  # images at most that sharpening is tried on
@@ -150,6 +151,9 @@ def check(args: argparse.Namespace) -> None:
         raise ConfigError(f"--around: {args.around} is not above 0")
     if bool(args.sources) == bool(args.annotations):
         raise ConfigError("give either SOURCE with label images, or --annotations")
+    for source in args.sources if args.label_images is None else ():
+        if source.is_dir() and not holds_bag(source):
+            raise ConfigError(f"{source}: is no bag; name the folder of its label images with --label-images DIR")
     if args.params_file and not args.annotations:
         raise ConfigError("--params-file tells what --annotations are of; give these, too")
     if not args.params_file and not args.classes:
@@ -211,7 +215,7 @@ def _collect(
     rng = np.random.default_rng(0)
     found = defaultdict(list)
     told = Told({n: labels.get(name, 0) for n, name in names.items()}, by_segmenter)
-    for image, numbers in pairs:
+    for image, numbers in _READ(pairs):
         for name, colours in sample_colours(image, numbers, names, rng).items():
             found[name].append(colours)
         if names.get(0) == REST and len(colours := sample_beside(image, numbers, _UNMARKED, rng)):

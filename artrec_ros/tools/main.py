@@ -90,7 +90,8 @@ def _main(arguments: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except OSError as error:
-        return _fail(str(error), args.debug)
+        reason = error.strerror or str(error)
+        return _fail(f"{error.filename}: {reason}" if error.filename else reason, args.debug)
     except Exception as error:
         return _fail(f"internal error: {type(error).__name__}: {error}; --debug shows where", args.debug)
 

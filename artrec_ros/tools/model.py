@@ -19,6 +19,7 @@ from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
 from ..io.images.cameras import load_camera
 from ..io.images.decoding import IMAGE_SUFFIXES
+from ..io.images.writing import save_picture
 from ..io.learned.annotations import load_coco
 from ..io.objects.marker_images import image_marker
 from ..io.objects.marker_shapes import object_of, safe_name
@@ -208,10 +209,8 @@ def _comments(sources: Sequence[Path]) -> tuple[str, ...]:
 
 
 def _write_sheet(path: Path, found: Ambiguities, camera: Camera, label: int) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
     small = [cv2.IMWRITE_PNG_COMPRESSION, 9] if path.suffix.lower() == ".png" else []
-    if not cv2.imwrite(str(path), sheet_of(found, camera, label), small):
-        raise ConfigError(f"{path}: cannot be written")
+    save_picture(path, sheet_of(found, camera, label), small)
 
 
 def sheet_of(found: Ambiguities, camera: Camera, label: int) -> NDArray[np.uint8]:

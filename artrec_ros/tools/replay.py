@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -74,11 +75,12 @@ def run(args: argparse.Namespace) -> int:
     options = source_options(args, setup)
     pictures = PictureOptions(args.images, not args.no_video, args.output_bag)
     recording = args.rerun and RerunFile(args.rerun, setup.image, setup.targets, len(args.sources))
-    with open_sources(args.sources, options, say) as sources:
+    tell = once(say)
+    with open_sources(args.sources, options, tell) as sources:
         calibrated = {part.calibrated for part in sources.parts}
         for line in unread(setup, calibrated):
             say(line)
-        for line in setup.lacks(all(calibrated)):
+        for line in setup.lacks(all(part.starts_calibrated() for part in sources.parts)):
             say(f"warning: {line}")
         plan = plan_of(setup, args.sources, _plan_options(args, options))
         with ReplayFolder(args.output, plan, setup.to_yaml(), args.overwrite) as folder:
@@ -87,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
             order = order_of(setup, args.sources, sources, options)
             order = dataclasses.replace(order, with_classes=args.labels)
             get_setup_ready(setup, calibrated)
-            summary = _replay(args, order, sources, folder, pictures, recording)
+            summary = _replay(args, order, sources, folder, pictures, recording, tell)
     done = "interrupted; the same command goes on; what was done so far is" if summary.interrupted else "results"
     return _tell(summary, args.output, done)
 
@@ -108,6 +110,7 @@ def _replay(
     folder: ReplayFolder,
     options: PictureOptions,
     recording: RerunFile | None,
+    tell: Callable[[str], None],
 ) -> Summary:
     summaries = [Summary() for _ in range(1 + len(sources.parts))]
     named = list(zip(map(str, args.sources), sources.parts, strict=True))
@@ -122,7 +125,7 @@ def _replay(
             setup = order.setup
             join = Join(Tracker(setup.tracking, setup.targets, setup.in_doubt))
             running = Running(
-                order.packed(), named, engine, folder.journal, folder.known, join, pictures, take, once(say),
+                order.packed(), named, engine, folder.journal, folder.known, join, pictures, take, tell,
                 chained=remembers(targets, order.setup.recognizer, {part.calibrated for part in sources.parts}),
             )  # fmt: skip
             with interruptible(running.stop) as interrupted:

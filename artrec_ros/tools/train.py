@@ -98,6 +98,8 @@ def run(args: argparse.Namespace) -> int:
     print("\n".join([*report(model, training.examples, constraints), *lines]))
     if half := annotations.half_labelled():
         print(f"{half} markers have only one end of their axis labelled and were left out.")
+    if annotations.crowds:
+        print(f"{len(annotations.crowds)} annotations of crowds (iscrowd: 1) were left out.")
     if training.oblique:
         print(f"{training.oblique} markers are seen too obliquely (--max-scale-ratio) and were left out.")
     print(f"Wrote {args.output}: {len(constraints.pairs)} pairs of object '{model.name}'.")
@@ -135,9 +137,11 @@ def train(model: ObjectModel, annotations: Annotations, coverage: float, max_sca
     examples = [without_oblique(e, max_scale_ratio) for e in everything]
     constraints = learn(model, examples, coverage, _LEAST_EXAMPLES)
     if not constraints.pairs and len(model.components) > 1:
+        crowds = f" ({len(annotations.crowds)} of crowds, iscrowd: 1, not counted)" if annotations.crowds else ""
         raise ConfigError(
-            f"of {len(annotations.objects)} annotations, {len(examples)} show a marker of object '{model.name}' and no "
-            f"pair of its components is seen together in {_LEAST_EXAMPLES} or more; annotate both ends of both axes"
+            f"of {len(annotations.objects)} annotations{crowds}, {len(examples)} show a marker of object "
+            f"'{model.name}' and no pair of its components is seen together in {_LEAST_EXAMPLES} or more; annotate "
+            "both ends of both axes"
         )
     return Training(constraints, examples, sum(map(len, everything)) - sum(map(len, examples)))
 

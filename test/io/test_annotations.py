@@ -45,6 +45,30 @@ def _write(folder: Path, content: Any, name: str = "coco.json") -> Path:
     return path
 
 
+def test_crowds_are_counted_by_category(tmp_path: Path) -> None:
+    annotations = load_coco([_write(tmp_path, COCO)])
+    assert annotations.crowds == ("red",) and annotations.of(["cat"]).crowds == ()
+
+
+def test_a_category_without_keypoints_is_told_as_such(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="category 'box': has no keypoints"):
+        load_coco([_write(tmp_path, COCO)]).of(["box"])
+
+
+@pytest.mark.parametrize("table", ["images", "categories"])
+def test_an_id_that_is_there_twice_is_told(table: str, tmp_path: Path) -> None:
+    rows = [*COCO[table], {**COCO[table][0], "file_name": "c.png", "name": "dog"}]
+    with pytest.raises(ConfigError, match=rf"coco.json: {table}\[{len(rows) - 1}\].id: the id \d is there twice"):
+        load_coco([_write(tmp_path, {**COCO, table: rows})])
+
+
+def test_a_key_that_is_given_twice_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "coco.json"
+    path.write_text(json.dumps(COCO)[:-1] + ', "images": []}')
+    with pytest.raises(ConfigError, match=r"coco.json: the key 'images' is given twice in one object; keep one"):
+        load_coco([path])
+
+
 def test_two_points_give_back_the_similarity() -> None:
     rng = np.random.default_rng(1)
     for _ in range(20):

@@ -117,6 +117,37 @@ def test_implausible_calibrations_are_refused(changes):
         camera_from_info(**{"width": 640, "height": 480, "matrix": K, "distortion": [], "model": "", **changes})
 
 
+@pytest.mark.parametrize(
+    ("focal_px", "distortion", "said"),
+    [
+        (0.866, [], r"a focal length of 0.866 px and a width of 640 px make 180 degrees of view; was K divided by"),
+        (20, [], "make 173 degrees"),
+        (1e5, [], r"1e\+05 px and a width of 640 px make 0.367 degrees of view; are they those of one image"),
+        (500, [1e6, 0, 0, 0, 0], r"no lens has a distortion coefficient of 1e\+06"),
+        (500, [0, -1e6, 0, 0, 0], "no lens"),
+        (500, [0.1, 0, 0, 0, 1e6], "no lens"),
+        (500, [0.1, 0, 0, 1e3, 0], "no lens"),
+    ],
+)
+def test_no_camera_sees_so_much_or_so_little(focal_px, distortion, said):
+    matrix = [focal_px, 0, 320, 0, focal_px, 240, 0, 0, 1]
+    with pytest.raises(ConfigError, match=said):
+        camera_from_info(640, 480, matrix, distortion, "plumb_bob")
+
+
+@pytest.mark.parametrize(
+    ("focal_px", "distortion"),
+    [
+        (160, [-0.3, 0.08, 1e-3, -1e-3, -0.01]),  # 127 degrees of view
+        (20000, [-40.0, 9e3, 0.01, 0.01, 0]),  # a telephoto lens, 1.8 degrees
+        (640, [31.2, 11.4, 1e-4, -2e-4, 0.6, 31.5, 21.6, 3.4]),  # large ones that all but cancel each other
+    ],
+)
+def test_lenses_that_there_are_pass(focal_px, distortion):
+    matrix = [focal_px, 0, 320, 0, focal_px, 240, 0, 0, 1]
+    assert camera_from_info(640, 480, matrix, distortion, "").size == (640, 480)
+
+
 @pytest.mark.parametrize("roi", [(100, 0, 600, 480), (0, 100, 640, 400), (1, 0, 0, 0), (2**31, 0, 10, 10)])
 def test_a_region_beyond_the_image_is_refused(roi):
     with pytest.raises(ConfigError, match=r"region of interest, .* reaches beyond its image of 640x480"):

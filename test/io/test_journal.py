@@ -76,7 +76,7 @@ def test_a_line_that_was_cut_off_is_dropped_and_overwritten(tmp_path):
 @pytest.mark.parametrize("line", ["[1]", "{}", '[1, {"type": "Popen"}]', '["x", null]', "nonsense"])
 def test_a_line_that_is_no_frame_is_named(tmp_path, line):
     (tmp_path / "j").write_text(line + "\n")
-    with Journal(tmp_path / "j") as journal, pytest.raises(SourceError, match="j: line 1 is no frame"):
+    with Journal(tmp_path / "j") as journal, pytest.raises(SourceError, match="j: line 1 is no frame: (?!.*Error)"):
         list(journal.frames())
 
 

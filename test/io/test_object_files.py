@@ -132,6 +132,11 @@ BOW = [[0, 0], [1, 1], [1, 0], [0, 1]]
         ("components/arm/joint/parent", "bas", ("components", "'bas'")),
         ("components/arm/joint/limits", [1, -1], ("components.arm.joint.limits", "below")),
         ("components/arm/joint/limits", None, ("components.arm.joint", "limits", "missing")),
+        (
+            "components/arm/joint/name",
+            "a\nb",
+            ("components.arm.joint.name", "joint 'a\\nb': a name has"),
+        ),
         ("components/arm/joint/axis", [0, 0, 0], ("components.arm.joint.axis",)),
         ("components/arm/joint/type", "ball", ("components.arm.joint.type", "revolute")),
         (

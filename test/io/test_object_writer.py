@@ -60,7 +60,8 @@ def test_different_shapes_of_one_name_are_kept_apart(tmp_path):
     same(copy.component("1").marker("two").T_component_marker, named(1).T_component_marker)
 
 
-def test_a_folder_that_is_missing_is_told(tmp_path):
+def test_a_folder_that_is_a_file_is_told(tmp_path):
+    (tmp_path / "none").touch()
     with pytest.raises(ConfigError, match="cannot be written"):
         save_object(tmp_path / "none" / "o.yaml", load_object(OBJECTS / "vss.yaml"))
 

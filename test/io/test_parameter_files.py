@@ -13,7 +13,8 @@ import yaml
 
 from artrec_ros.core.base.config import AlignmentConfig, RecognizerConfig, rooms_of
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.parameters.parameter_file import load_parameters, read_flat, setup_from_flat
+from artrec_ros.io.parameters.parameter_file import load_parameters, setup_from_flat
+from artrec_ros.io.parameters.sections import check_sections, read_flat
 from artrec_ros.io.parameters.specs import all_specs, expert_rooms, specs_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -118,10 +119,33 @@ def test_config_dir_is_where_paths_start(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "matches"),
+    [
+        ("/**", 1),
+        ("/*/artrec_node", 1),
+        ("artrec_node", 0),
+        ("/robot/artrec_node", 1),
+        ("robot/artrec_node", 1),
+        ("a", 0),
+    ],
+)
+def test_a_file_of_other_nodes_is_told(folder: Path, name: str, matches: int) -> None:
+    path = _write(folder, _section(name, **FLAT))
+    try:
+        check_sections([path], "/robot/artrec_node")
+    except ConfigError as error:
+        assert not matches and f"node.yaml: no section matches the node /robot/artrec_node (there: {name})" in str(
+            error
+        )
+    else:
+        assert matches
+
+
+@pytest.mark.parametrize(
     ("text", "parts"),
     [
-        ("objects: [red]\n", ("mapping",)),
-        ("a: {b: {c: 1}}\n", ("a.b.c",)),
+        ("objects: [red]\n", ("no parameters found", "'/**:'", "'ros__parameters:'")),
+        ("a: {b: {c: 1}}\n", ("no parameters found",)),
         ("ros__parameters: {objects: [red]}\n", ("node's name", "/**")),
         ("/**: {ros__parameters: {}}\n", ("objects", "missing")),
         ("/**: {ros__parameters: {red: {label: 3}, red.label: 4}}\n", ("red.label", "twice")),
@@ -160,6 +184,7 @@ def test_bad_sections_are_refused(folder: Path, text: str, parts: tuple[str, ...
         ({"recognizer.min_blob_px": 2.5}, ("recognizer.min_blob_px", "whole number")),
         ({"expert.blobs.anchor_tolerances_px": []}, ("expert.blobs.anchor_tolerances_px", "empty")),
         ({"image.kind": "labels", "image.blank": [1, 2, 3]}, ("image.blank", "whole rectangles")),
+        ({"image.kind": "labels", "image.blank": [0, 0, 10**20, 10]}, ("image.blank[2]", "greatest value 2.1")),
         ({"image.kind": "color"}, ("image.kind", "'colour'")),
         ({"image.kind": "colour"}, ("image.classes",)),
         ({**COLOUR, "image.classes": ["pale"]}, ("image.red",)),

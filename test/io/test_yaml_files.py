@@ -136,3 +136,11 @@ def test_nearest_names_all_that_is_known() -> None:
     assert nearest("labl", ["label", "axis"]) == "; did you mean 'label'? (known: label, axis)"
     assert "did you mean" not in nearest("zzz", ["label"])
     assert "none" in nearest("zzz", [])
+
+
+def test_nearest_is_near_by_what_names_do_not_share() -> None:
+    known = [f"recognizer.{name}" for name in ("min_match", "memory", "threads")]
+    assert "did you mean" not in nearest("recognizer.colour", known)
+    assert nearest("recognizer.memry", known).startswith("; did you mean 'recognizer.memory'?")
+    assert "did you mean 'recognizer.memory'?" in nearest("recogniser.memory", known)
+    assert nearest("zzz", [f"n{i}" for i in range(20)]).endswith("n11 and 8 more)")

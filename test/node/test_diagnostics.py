@@ -9,6 +9,7 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import Header
 
+from artrec_ros.core.model.found import Rejection
 from artrec_ros.node.diagnostics import Diagnostics, NodeState
 from artrec_ros.node.pipeline import FrameReport
 
@@ -51,6 +52,16 @@ def test_each_trouble_has_a_text_of_its_own(diagnostics: Diagnostics) -> None:
     assert len(set(texts)) == len(texts)
     for text, part in zip(texts, ("nobody", "send none", "QoS", "encoding 'x'", "calibrated", "nothing"), strict=True):
         assert part in text
+
+
+@pytest.mark.parametrize(
+    ("reason", "level"), [("scene.region leaves no pixel of the image", WARN), ("3 blobs of its classes", OK)]
+)
+def test_why_there_was_nothing_to_look_at_is_told(diagnostics: Diagnostics, reason: str, level: bytes) -> None:
+    blobless = (Rejection("red", reason),)
+    diagnostics.image_processed(101, dataclasses.replace(frame(5.0, 0), blobless=blobless))
+    status = report(diagnostics, 102)["recognition"]
+    assert (status.level, status.message) == (level, f"nothing found in 1 image(s): red: {reason}")
 
 
 def test_rates_and_latencies_are_of_the_last_period(diagnostics: Diagnostics) -> None:

@@ -66,6 +66,26 @@ def test_bad_parameters_are_one_line(
         assert len(process.output.splitlines()) == 1, process.output
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("2000.0", "2000.0, time_budget_ms: 90.0", "the key 'time_budget_ms' is given twice; keep one"),
+        ("/**:", "other_node:", "no section matches the node /artrec_node (there: other_node); use '/**:'"),
+    ],
+)
+def test_what_ros_passes_over_in_a_parameter_file_is_one_line(
+    old: str, new: str, reason: str, parameter_file: Path, tmp_path: Path
+) -> None:
+    text = parameter_file.read_text()
+    assert old in text
+    changed = parameter_file.with_name("changed.yaml")
+    changed.write_text(text.replace(old, new, 1))
+    with NodeProcess(*ros(changed), log=tmp_path / "log") as process:
+        assert process.wait() == 1
+        (line,) = process.output.splitlines()
+        assert str(changed) in line and reason in line
+
+
 def test_unknown_parameters_are_told_with_the_nearest_known_one(parameter_file: Path, tmp_path: Path) -> None:
     with NodeProcess(*ros(parameter_file, "-p", "recognizer.profil:=paper"), log=tmp_path / "log") as process:
         process.wait_for_output(STARTED)

@@ -120,6 +120,8 @@ def test_a_change_is_answered_at_once_and_works_when_its_recognizer_is_built(
 ) -> None:
     name, whole = "image.blank", [0, 0, *picture.shape[::-1]]
     building = gate(monkeypatch, Setup, "build")
+    told: list[str] = []
+    monkeypatch.setattr(node._pipeline, "_on_use", told.append)
     (answer,) = node.set_parameters([Parameter(name, value=whole)])
     assert answer.successful and list(node.get_parameter(name).value) == whole
     assert building.begun.wait(WAIT_S)
@@ -128,6 +130,7 @@ def test_a_change_is_answered_at_once_and_works_when_its_recognizer_is_built(
     (refused,) = node.set_parameters([Parameter("recognizer.profile", value="papr")])
     assert not refused.successful and "papr" in refused.reason
     assert node.get_parameter("recognizer.profile").value == "default"
+    assert not told, "it does not hold yet"
     building.go_on.set()
 
     def nothing_found() -> bool:
@@ -136,7 +139,11 @@ def test_a_change_is_answered_at_once_and_works_when_its_recognizer_is_built(
         return node.counters.objects == before
 
     assert wait_until(nothing_found)
-    assert building.calls == 1
+    assert building.calls == 1 and told == [f"in use from now on: {name} {whole}"]
+    statuses(node, monkeypatch)  # of the images before
+    node.take_image(label_image(picture), time.time_ns())
+    status = statuses(node, monkeypatch)["recognition"]
+    assert status.level == DiagnosticStatus.WARN and "toy: image.blank leaves no pixel of the image" in status.message
 
 
 def test_it_answers_reports_and_counts_while_it_gets_ready(

@@ -92,6 +92,9 @@ def test_an_uncalibrated_camera_is_told_where_poses_are_wanted(tmp_path, config,
         bag.write_image("/camera/image", STAMP, "cam", np.full((30, 40), 2, np.uint8))
     code, _, problems = inspect(capsys, config / "excavator.yaml", tmp_path / "bag")
     assert code == 1 and "not calibrated" in problems[0]
+    cv2.imwrite(str(tmp_path / "0.png"), np.full((30, 40), 2, np.uint8))
+    problems = inspect(capsys, config / "excavator.yaml", tmp_path / "0.png")[2]
+    assert any("no calibration: name a calibration file beside it: no poses" in p for p in problems)
     assert inspect(capsys, tmp_path / "bag")[0] == 0  # nobody wants poses
 
 
@@ -248,6 +251,9 @@ def test_folders_are_looked_into(tmp_path, capsys):
         ("a.yaml", "x: 1", "neither an object, constraints"),
         ("a.yaml", "format: artrec_object/9", "this release reads version 1"),
         ("a.yaml", "x: [", "expected"),
+        ("a.yaml", "name: x\nmarkers: {}\ncomponents: {}", "must begin with 'format: artrec_object/1'"),
+        ("a.yaml", "object: x\ncoverage: 1\npairs: []", "must begin with 'format: artrec_constraints/1'"),
+        ("a.yaml", "objects: [red]", "no parameters found; they stand under '/**:' and 'ros__parameters:'"),
         ("a.json", "{", "no valid JSON"),
         ("a.jsonl", "{}", "line 1 is no line of truth: the key 'stamp_ns' is missing"),
         ("a.mcap", "no bag", "nothing could be read"),
@@ -361,6 +367,16 @@ def test_the_scene_is_told_and_drawn(tmp_path, config, capsys):
     assert drawn.shape[1] >= 600
     halves = drawn[:, : drawn.shape[1] // 2].mean(), drawn[:, drawn.shape[1] // 2 :].mean()
     assert halves[0] > 1.5 * halves[1]  # what lies outside is dark
+
+
+def test_parameters_that_leave_nothing_of_the_images_are_told(tmp_path, config, capsys):
+    bag, params = write_bag(tmp_path / "bag"), config / "excavator.yaml"
+    content = yaml.safe_load(params.read_text())
+    content["/**"]["ros__parameters"]["recognizer"]["min_blob_px"] = 5000
+    params.write_text(yaml.safe_dump(content))
+    code, _, problems = inspect(capsys, params, bag)
+    assert code == 1 and len(problems) == 1
+    assert "'excavator' has nothing to be found in: 1 blobs of its classes, the largest of" in problems[0]
 
 
 def test_no_scene_is_drawn_where_there_is_none(tmp_path, config, capsys):

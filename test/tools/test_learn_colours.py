@@ -17,6 +17,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning.colour_learning import Learned
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
+from artrec_ros.tools import learn_colours
 from artrec_ros.tools.colour_report import report
 from artrec_ros.tools.main import main
 
@@ -116,6 +117,28 @@ def test_what_cannot_be_done_is_told_in_one_line(folder, arguments, words, capsy
     error = capsys.readouterr().err
     assert words in error and error.count("\n") == 1
     assert not (folder / "colours.yaml").exists()
+
+
+def test_a_class_that_nobody_marked_names_those_that_are_marked(folder: Path, capsys) -> None:
+    regions = str(folder / "images" / "regions.json")
+    assert main(["learn-colours", "--annotations", regions, "--classes", "blu=2", "-o", str(folder / "c.yaml")]) == 1
+    told = capsys.readouterr().err
+    assert "class 'blu': 0 pixels show it, at least" in told and "there are also" in told
+    assert all(name in told.partition("there are also")[2] for name in ("red", "blue", "floor"))
+
+
+def test_a_folder_without_label_images_names_the_option(folder: Path, capsys) -> None:
+    assert learn(folder, str(folder / "images")) == 1
+    assert f"{folder / 'images'}: is no bag; name the folder of its label images with --label-images" in (
+        capsys.readouterr().err
+    )
+
+
+def test_reading_shows_how_far_it_is(folder: Path, monkeypatch) -> None:
+    read = []
+    monkeypatch.setattr(learn_colours, "_READ", lambda pairs: (read.append(1) or pair for pair in pairs))
+    assert learn(folder, str(folder / "images"), "--label-images", str(folder / "labels")) == 0
+    assert len(read) == 3
 
 
 def test_a_class_is_not_named_as_a_parameter(folder: Path, capsys) -> None:

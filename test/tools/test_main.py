@@ -61,7 +61,7 @@ def test_debug_lets_the_error_through(arguments: list[str]) -> None:
     [
         (KeyboardInterrupt(), 130, "interrupted"),
         (ConfigError("two\nlines"), 1, "two lines"),
-        (PermissionError(13, "Permission denied", "out.yaml"), 1, "Permission denied: 'out.yaml'"),
+        (PermissionError(13, "Permission denied", "out.yaml"), 1, "artrec: out.yaml: Permission denied"),
         (ZeroDivisionError("division"), 1, "internal error: ZeroDivisionError: division; --debug"),
     ],
 )

@@ -11,8 +11,10 @@ from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.design.ambiguity import find_ambiguities
 from artrec_ros.core.model.target import Target
 from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.simulation import sheet
 from artrec_ros.simulation.sheet import MarkerCell, model_sheet
 from artrec_ros.simulation.simulator import pinhole_camera
+from artrec_ros.tools import main as command_line
 from artrec_ros.tools import model
 from artrec_ros.tools.inspecting.model_report import advice, shape_rows
 
@@ -64,7 +66,7 @@ def test_what_will_be_ambiguous_is_told(toy):
     for expected in (
         "warning: base/bar looks the same after a turn of 180 degrees, and all starts there",
         "warning: base/bar lies within its component's body",
-        "warning: base/bar, lid/bar are the same shape: 'base', from which all starts",
+        "warning: base/bar, lid/bar are alike in shape: 'base', from which all starts",
         "warning: the markers of 'arm' have the class of its body (5)",
         "for 4 m make it",
         "note: without joint, and so taken to be fixed to the object's frame: arm, lid",
@@ -79,6 +81,48 @@ def test_a_good_object_gives_no_warning_near_by_and_some_far_off():
     assert not [line for line in advice(found, camera, 1.0) if line.startswith("warning")]
     assert [line for line in advice(found, camera, 10.0) if line.startswith("warning")]
 
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("limits: [-1.2, 1.2]", "limits: [-70, 70]", "joint arm: a limit of 70 rad is more than a turn"),
+        (
+            "axis: [[-0.04, 0.0], [0.05, 0.0]]",
+            "axis: [[-0.04, 0.0], [5, 0.0]]",
+            "base/plate: its axis ends 4.99",
+        ),
+        ("width: 0.02, height: 0.10", "width: 20, height: 100", "arm/near is 102 m across, base/plate 0.1"),
+        ("width: 0.02, height: 0.10", "width: 2, height: 15", "arm/near is 15.13 m across, base/plate 0.1"),
+    ],
+)
+def test_wrong_units_are_told(old, new, said, tmp_path, capsys):
+    path = tmp_path / "crane.yaml"
+    path.write_text(CRANE)
+    assert run(path) == 0 and "warning" not in capsys.readouterr().out
+    path.write_text(CRANE.replace(old, new))
+    assert run(path) == 0 and capsys.readouterr().out.count(f"warning: {said}") == 1
+    assert command_line.main(["inspect", str(path)]) == 1 and f"problem: {path}: {said}" in capsys.readouterr().out
+
+
+CRANE = """\
+format: artrec_object/1
+name: crane
+markers:
+  plate:
+    outline: [[-0.04, -0.03], [0.04, -0.03], [0.05, 0.0], [0.04, 0.03], [-0.04, 0.03]]
+    axis: [[-0.04, 0.0], [0.05, 0.0]]
+  stripe: {rectangle: {width: 0.02, height: 0.10}}
+components:
+  base:
+    required: true
+    markers:
+      plate: {pose: {xyz: [0, -0.05, 0], x_axis: [1, 0, 0], y_axis: [0, 0, 1]}}
+  arm:
+    label: 4
+    markers:
+      near: {marker: stripe, pose: {xyz: [0, -0.01, 0.06], x_axis: [1, 0, 0], y_axis: [0, 0, 1]}}
+    joint: {parent: base, origin: {xyz: [0.05, 0, 0.04]}, axis: [0, 1, 0], limits: [-1.2, 1.2]}
+"""
 
 FINGERS = """\
 format: artrec_object/1
@@ -101,7 +145,7 @@ def test_of_several_markers_of_one_shape_one_speaks_for_all(tmp_path):
     found = find_ambiguities(load_object(tmp_path / "fingers.yaml", {}))
     lines = advice(found, pinhole_camera((640, 480), 60), None)
     (told,) = [line for line in lines if "told apart" in line]
-    assert "one/near (and 1 of its shape) and three/far (and 1 of its shape)" in told
+    assert "one/near (and 1 like it) and three/far (and 1 like it)" in told
     assert "without body" not in "".join(lines)  # flat: there is no far side
 
 
@@ -225,6 +269,22 @@ def test_the_sheet_shows_markers_and_the_object(tmp_path):
     # four shapes, seven sides, both ends of four joints; four in a row
     assert sheet.shape[1] == 4 * 300 and sheet.shape[0] == 5 * 342
     assert np.all(sheet[42 + 150, 150] == (40, 30, 200)) or np.any(np.all(sheet[42:342, :300] == (40, 30, 200), axis=2))
+
+
+def test_a_rim_lies_around_letters_whatever_the_font_does_with_thickness():
+    plain, rimmed = np.full((2, 40, 120, 3), 90, np.uint8)
+    sheet._text(plain, "lateral_right", (10, 25), (255, 255, 255), 0.34)
+    sheet._text(rimmed, "lateral_right", (10, 25), (255, 255, 255), 0.34, (0, 0, 0))
+    letters, rim = ([np.flatnonzero((p != 90).any(axis=(2, axis))) for axis in (0, 1)] for p in (plain, rimmed))
+    for inner, outer in zip(letters, rim, strict=True):
+        assert (inner[0] - outer[0], outer[-1] - inner[-1]) == (1, 1)
+
+
+def test_joints_on_the_sheet_have_units(monkeypatch):
+    captions = []
+    monkeypatch.setattr(sheet, "_captioned", lambda image, caption, notes: captions.append(caption) or image)
+    model_sheet(Target("quadruped", load_object(QUADRUPED, {}), 2), [])
+    assert "front_left at -0.7 rad" in captions
 
 
 def test_a_sheet_of_markers_alone_has_no_object():

@@ -16,8 +16,9 @@ import yaml
 from artrec_ros.core.base.errors import ImageError
 from artrec_ros.core.drawing import class_picture
 from artrec_ros.core.geometry.camera import Camera
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance, Rejection
 from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.images.cameras import camera_yaml
 from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.io.results.results import FrameRecord, read_results
 from artrec_ros.tools.main import main
@@ -152,6 +153,14 @@ def test_the_limits_that_cut_frames_short_are_told_apart():
     assert told == [f"{count} frame(s) were cut short by {limit}" for limit, count in ((nodes, 3), (time, 1))]
 
 
+def test_where_nothing_is_found_the_first_reason_is_told():
+    summary = Summary()
+    summary.add(FrameRecord(0, "/c", (8, 6)))
+    for reason in ("too small", "too far"):
+        summary.add(FrameRecord(1, "/c", (8, 6), rejected=(Rejection("red", reason),)))
+    assert "the first reason why not, red: too small (all of them: detections.jsonl)" in list(summary.lines())
+
+
 def test_objects_keep_their_ids(tmp_path, params, recogniser):
     source = bag(tmp_path / "bag", [4, 5, 0, 6])
     assert main(["replay", str(source), str(source), "--params-file", str(params), "-o", str(tmp_path / "out")]) == 0
@@ -169,17 +178,50 @@ def test_tracking_can_be_switched_off(tmp_path, params, recogniser):
 def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogniser, capsys):
     folder = tmp_path / "images"
     folder.mkdir()
-    for name, first in (("0.png", 1), ("2.png", 9), ("3.png", 2)):
+    for name, first in (("0.png", 1), ("2.png", 9), ("3.png", 2), *((f"{n}.png", 9) for n in range(4, 8))):
         cv2.imwrite(str(folder / name), np.full((24, 32), first, np.uint8))
     (folder / "1.png").write_bytes(bytes(30))
+    (folder / "8.png").mkdir()
     assert run(params, folder, tmp_path / "out") == 0
     records = list(read_results(tmp_path / "out" / "detections.jsonl"))
-    assert [r.frame for r in records] == ["0.png", "1.png", "2.png", "3.png"]
-    assert [r.error is None for r in records] == [True, False, False, True]
+    assert [r.frame for r in records] == [f"{n}.png" for n in range(9)]
+    assert [r.error is None for r in records] == [True, False, False, True] + 5 * [False]
     assert records[1].detections == () and records[2].error == "a nine"
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["frames_with_error"] == 2
-    assert "1 frame(s) could not be used: a nine" in capsys.readouterr().err
-    assert len(list((tmp_path / "out" / "frames").iterdir())) == 4
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["frames_with_error"] == 7
+    said = capsys.readouterr().err
+    assert "5 frame(s) could not be used: a nine (2.png, 4.png, 5.png, ...)\n" in said
+    assert "1 frame(s) could not be used: is a folder; a file is wanted here (8.png)\n" in said
+    assert len(list((tmp_path / "out" / "frames").iterdir())) == 9
+
+
+def test_label_images_as_jpeg_are_told(tmp_path, params, recogniser, capsys):
+    for name in ("a.jpg", "b.png"):
+        (tmp_path / name[0]).mkdir()
+        cv2.imwrite(str(tmp_path / name[0] / name), np.full((24, 32), 1, np.uint8))
+        assert run(params, tmp_path / name[0], tmp_path / f"out_{name[0]}") == 0
+        assert ("JPEG blurs class numbers" in capsys.readouterr().err) == (name[0] == "a")
+        main(["inspect", str(params), str(tmp_path / name[0])])
+        assert ("JPEG blurs class numbers" in capsys.readouterr().out) == (name[0] == "a")
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--images", "none"], "--images was all, now none;"),
+        (["--no-video"], "--no-video was not given;"),
+        (["--no-timing"], "--no-timing was not given;"),
+        (["--labels"], "--labels was not given;"),
+        (["--output-bag"], "--output-bag was not given, now mcap;"),
+        (["--playback-duration", "3"], "--playback-duration was not given, now 3.0;"),
+    ],
+)
+def test_what_differs_from_an_earlier_run_is_told_in_words_of_the_command(
+    tmp_path, params, recogniser, capsys, more, said
+):
+    source = bag(tmp_path / "bag", [1])
+    assert run(params, source, tmp_path / "out") == 0
+    assert run(params, source, tmp_path / "out", *more) == 1
+    assert said in capsys.readouterr().err
 
 
 def test_no_usable_frame_at_all_is_a_failure(tmp_path, params, recogniser, capsys):
@@ -213,7 +255,7 @@ def test_existing_results_are_kept_unless_overwritten(tmp_path, params, recognis
     (out / "mine.txt").write_text("kept")
     assert run(params, source, out, "--images", "1", "--no-video") == 1
     said = capsys.readouterr().err
-    assert "images was None, not 1" in said and "--overwrite" in said
+    assert "--images was all, now 1" in said and "--overwrite" in said
     assert len(list((out / "frames").iterdir())) == 2 and (out / "video.mp4").exists()
     assert run(params, source, out, "--overwrite", "--images", "1", "--no-video") == 0
     assert len(list((out / "frames").iterdir())) == 1 and not (out / "video.mp4").exists()
@@ -371,6 +413,21 @@ def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
         assert run(params, source, tmp_path / name) == 0
     assert run(params, source, tmp_path / "b", "--overwrite") == 0
     assert len(built) == 3
+
+
+def test_a_calibration_for_another_size_warns_as_a_missing_one_does(tmp_path, params, recogniser, capsys):
+    section = {"objects": ["dog"], "dog": {"object_file": str(CONFIG / "objects" / "quadruped.yaml"), "label": 3}}
+    (tmp_path / "dog.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": section}}))
+    matrix = np.array([[40.0, 0, 24], [0, 40, 16], [0, 0, 1]])
+    (tmp_path / "other.yaml").write_text(camera_yaml(Camera(matrix, np.zeros(5), (48, 32), "o")))
+    (tmp_path / "own.yaml").write_text(camera_yaml(Camera(matrix, np.zeros(5), (32, 24), "o")))
+    source, says = tmp_path / "images", "dog: will not be found: it has no constraint_file, and it is not flat"
+    source.mkdir()
+    cv2.imwrite(str(source / "0.png"), np.full((24, 32), 1, np.uint8))
+    for name, times in (("other", 1), ("own", 0)):
+        assert run(tmp_path / "dog.yaml", source, tmp_path / name, "--camera-info", str(tmp_path / f"{name}.yaml")) == 0
+        said = capsys.readouterr().err
+        assert said.count(says) == times and said.count("calibrated for 48x32 pixels") == times
 
 
 def test_what_cannot_be_found_for_want_of_constraints_is_told_once(tmp_path, params, recogniser, capsys):

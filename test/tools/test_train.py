@@ -62,6 +62,17 @@ def _train(folder: Path, coco: dict[str, Any], *more: str) -> int:
     return main(["train", *files, "--output", str(folder / "out.yaml"), *more])
 
 
+def test_crowds_that_are_left_out_are_counted(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    coco = _coco(9, 0.3)
+    coco["annotations"][4]["iscrowd"] = 1
+    assert _train(folder, coco) == 0
+    assert "1 annotations of crowds (iscrowd: 1) were left out." in capsys.readouterr().out
+    for row in coco["annotations"]:
+        row["iscrowd"] = 1
+    assert _train(folder, coco) == 1
+    assert "of 0 annotations (9 of crowds, iscrowd: 1, not counted), 0 show" in capsys.readouterr().err
+
+
 def test_the_box_holds_what_the_examples_show(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert _train(folder, _coco(9, 0.3)) == 0
     model = load_object(folder / "toy.yaml")

@@ -9,6 +9,7 @@ from ..geometry.transforms import Array
 from ..model.objects import Box, ObjectModel
 
 _LIFT_M = 5e-4  # a sticker lies on its body, or this much within it
+_BEFORE_M = (2 * _LIFT_M, 3e-3, 6e-3)  # before a marker: one that looks into its body may lie a little off it
 _MUCH = 0.5  # share of a marker
 
 
@@ -22,10 +23,11 @@ def buried_markers(model: ObjectModel) -> list[tuple[str, str]]:
                 continue
             inside = Shape.from_marker(marker).inside  # x right, y down, about the centroid
             flat = np.column_stack([inside.real, -inside.imag]) + marker.centroid
-            points = T.apply(np.column_stack([flat, np.full(len(flat), 2 * _LIFT_M)]))
-            covered = np.zeros(len(points), bool)
-            for box in component.bodies:
-                covered |= _inside(box, points)
+            covered = np.zeros(len(flat), bool)
+            for height in _BEFORE_M:
+                points = T.apply(np.column_stack([flat, np.full(len(flat), height)]))
+                for box in component.bodies:
+                    covered |= _inside(box, points)
             if covered.mean() > _MUCH:
                 found.append((component.name, marker.name))
     return found

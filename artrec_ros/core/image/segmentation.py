@@ -56,7 +56,7 @@ class Segmenter:
         codes = self._read(image)
         if self._config.blank:
             codes = np.array(codes)
-            for rectangle in _rectangles(self._config.blank):
+            for rectangle in rectangles(self._config.blank):
                 codes[rectangle] = self._nothing
         return codes
 
@@ -102,7 +102,7 @@ class Segmenter:
         step = max(1, min(image.shape[:2]) // 120)  # some 120 rows tell the percentile well enough
         sample = np.ascontiguousarray(image[::step, ::step])
         keep = np.full(sample.shape[:2], 255, np.uint8)
-        for rectangle in _rectangles(self._config.blank, step):
+        for rectangle in rectangles(self._config.blank, step):
             keep[rectangle] = 0
         brightness = cv2.max(cv2.max(sample[..., 0], sample[..., 1]), sample[..., 2])
         share = np.cumsum(cv2.calcHist([brightness], [0], keep, [256], [0, 256]))
@@ -146,7 +146,7 @@ def sharpen(image: Image, radius_px: int, step: float) -> Image:
     return np.asarray(cv2.copyTo(nearer, is_step, flat.copy()), np.uint8).reshape(image.shape)
 
 
-def _rectangles(blank: tuple[int, ...], step: int = 1) -> list[tuple[slice, slice]]:
+def rectangles(blank: tuple[int, ...], step: int = 1) -> list[tuple[slice, slice]]:
     """Rows and columns of the rectangles x,y,width,height,... in an image of which every `step`-th pixel was kept."""
     rectangles = []
     for x, y, width, height in np.reshape(blank, (-1, 4)).astype(int).tolist():

@@ -17,6 +17,7 @@ from ..image.segmentation import Segmenter
 from .colour_choice import Reference, choose, clusters
 
 _LEARNING = LearningConfig()
+_FEW = 8  # names that a message lists
 _KEPT = 300  # samples a class that references are chosen by: bounds the time
 _COUNTED = 6_000  # samples a class that are counted in the end
 _KEPT_PER_IMAGE = 1_000
@@ -97,7 +98,10 @@ def check_samples(samples: Samples, labels: Collection[str]) -> None:
     for name in labels:
         count = len(samples.get(name, ()))
         if not enough(samples, name):
-            raise ConfigError(f"class '{name}': {count} pixels show it, at least {_LEARNING.least_samples} are needed")
+            others = [other for other in samples if other not in labels]
+            there = f"; there are also {', '.join(others[:_FEW])}" if others and not count else ""
+            least = _LEARNING.least_samples
+            raise ConfigError(f"class '{name}': {count} pixels show it, at least {least} are needed{there}")
 
 
 def learn_colours(

@@ -216,6 +216,7 @@ class FrameResult:
     :param rejected: worked out when it is first looked at.
     :param ended_by: the limits that ended the search early, by the parameters' names.
     :param waiting: blobs that were searched in an earlier frame, and wait their turn to be searched again.
+    :param blobless: no blob was left to look at; `rejected` says why, where there was something to see.
     :param timing_ms: milliseconds per stage: segmentation, blobs, alignment, grouping, pose, total.
     """
 
@@ -226,6 +227,7 @@ class FrameResult:
     ended_by: tuple[str, ...] = ()
     labels: NDArray[np.uint8] | None = field(default=None, repr=False, compare=False)
     waiting: int = 0
+    blobless: bool = False
 
     @property
     def complete(self) -> bool:

@@ -119,6 +119,11 @@ class Joint:
     def __post_init__(self) -> None:
         object.__setattr__(self, "axis", readonly(self.axis))
 
+    @property
+    def unit(self) -> str:
+        """Of its value and limits."""
+        return "m" if self.kind == "prismatic" else "rad"
+
 
 @dataclass(frozen=True)
 class Component:

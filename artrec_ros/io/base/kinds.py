@@ -43,7 +43,7 @@ def kind_of(content: Any) -> str | None:
     name = str(content.get("format", "")).partition("/")[0]
     if name in _FORMATS:
         return COMPARISON if _FORMATS[name] == METRICS and "runs" in content else _FORMATS[name]
-    if _holds_parameters(content):
+    if holds_parameters(content):
         return PARAMETERS
     return next((kind for keys, kind in _KEYS if all(key in content for key in keys)), None)
 
@@ -59,8 +59,8 @@ def mistaken(content: Any, wanted: str) -> str:
     return "" if kind is None or kind == wanted else f"is {kind}; {wanted} is wanted here"
 
 
-def _holds_parameters(content: Mapping[Any, Any]) -> bool:
+def holds_parameters(content: Mapping[Any, Any]) -> bool:
     """At any depth: ROS nests them under namespaces."""
     return "ros__parameters" in content or any(
-        _holds_parameters(value) for value in content.values() if isinstance(value, Mapping)
+        holds_parameters(value) for value in content.values() if isinstance(value, Mapping)
     )

@@ -10,18 +10,34 @@ from functools import partial
 from pathlib import Path
 from types import TracebackType
 
-from ...core.base.errors import SourceError
+from ...core.base.errors import ConfigError, SourceError
 
 
 def write_whole(path: Path, content: bytes | str) -> None:
     """The file is replaced at once, or not at all. :raises OSError: it cannot be written."""
     part = path.with_name(path.name + ".part")
     try:
-        part.write_bytes(content if isinstance(content, bytes) else content.encode())
+        part.write_bytes(_bytes(content))
         os.replace(part, path)
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+def save_file(path: str | Path, content: bytes | str) -> None:
+    """A file by the name that a user gave, whole or not at all; folders are made, links followed.
+
+    :raises ConfigError: it cannot be written; what was there before still is.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.exists() and not path.is_file():  # such as /dev/stdout, beside which nothing can be written
+            path.write_bytes(_bytes(content))
+        else:
+            write_whole(path.resolve(), content)
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 @contextmanager
@@ -48,6 +64,10 @@ def _check_there(folder: Path, handle: int) -> None:
         same = False
     if not same:
         raise SourceError(f"{folder} is gone: it was removed or renamed while results were written; begin anew")
+
+
+def _bytes(content: bytes | str) -> bytes:
+    return content if isinstance(content, bytes) else content.encode()
 
 
 class LineFile:

@@ -66,11 +66,16 @@ _FEW = 12  # names that a message may list
 def nearest(name: str, known: Iterable[str]) -> str:
     """The rest of a message about an unknown name: the nearest known one, and all that are known if they are few."""
     known = list(known)
-    close = difflib.get_close_matches(name, known, 1, cutoff=0.5)
-    hint = f"; did you mean '{close[0]}'?" if close else ""
+    group = name[: name.rfind(".") + 1]
+    if any(not key.startswith(group) for key in known):
+        group = ""
+    own = {key.removeprefix(group): key for key in known}  # what all share makes none of them near
+    close = difflib.get_close_matches(name.removeprefix(group), own, 1, cutoff=0.6)
+    hint = f"; did you mean '{own[close[0]]}'?" if close else ""
     if hint and len(known) > _FEW:
         return hint
-    return f"{hint} (known: {', '.join(known) if known else 'none'})"
+    more = f" and {len(known) - _FEW} more" if len(known) > _FEW else ""
+    return f"{hint} (known: {', '.join(known[:_FEW]) if known else 'none'}{more})"
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,8 @@ from ..base.yaml_files import is_finite, load_value
 # distortion model -> the numbers of coefficients it may have; OpenCV orders them alike
 _MODELS = {"": (0, 4, 5, 8), "plumb_bob": (0, 4, 5), "rational_polynomial": (0, 5, 8)}
 _MOST_PX = 1e7  # a focal length or centre beyond it is damage: no lens has such
+_VIEW_DEG = 0.5, 170.0  # of a whole image's width, by the focal length alone
+_CENTRAL, _MOST_BENT = 0.25, 0.5  # so near the centre, by the corners' distance, no lens bends by such a share
 
 
 def camera_from_info(
@@ -56,6 +58,7 @@ def camera_from_info(
     if min(size) <= 0:
         raise ConfigError(f"the camera's calibration is for images of {size[0]}x{size[1]} pixels")
     _check_region((x_px, y_px), part, (width, height))
+    _check_view(K, D, (width, height))
     K[:2, 2] -= (x_px + (bx - 1) / 2, y_px + (by - 1) / 2)
     K[0] /= bx
     K[1] /= by
@@ -92,6 +95,27 @@ def _check_matrix(K: Array, what: str) -> None:
         raise ConfigError(f"the camera is not calibrated ({what} without focal length)")
     if max(K[0, 0], K[1, 1], *np.abs(K[:2, 2])) > _MOST_PX or min(K[0, 0], K[1, 1]) < 1 / _MOST_PX:
         raise ConfigError(f"the camera's calibration is implausible ({what} beyond {_MOST_PX:g} px)")
+
+
+def _check_view(K: Array, D: Array, size: tuple[int, int]) -> None:
+    """Refuses what would place everything wrong, or out of the image, and so find nothing."""
+    edges = np.array(size) / 2 / (K[0, 0], K[1, 1])
+    view_deg, (low, high) = float(2 * np.degrees(np.arctan(edges[0]))), _VIEW_DEG
+    if not low <= view_deg <= high:
+        cause = "was K divided by the image's width?" if view_deg > high else "are they those of one image?"
+        raise ConfigError(
+            f"the camera's calibration is implausible: a focal length of {K[0, 0]:.3g} px and a width of {size[0]} px "
+            f"make {view_deg:.3g} degrees of view; {cause}"
+        )
+    k1, k2, p1, p2, k3, k4, k5, k6 = np.pad(D, (0, 8 - D.size))
+    r = np.linspace(0, _CENTRAL * np.hypot(*edges), 50)
+    r2 = r * r
+    with np.errstate(all="ignore"):
+        radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+        bent = np.abs(radial - 1) + 3 * np.hypot(p1, p2) * r
+    if not (bent < _MOST_BENT).all():
+        worst = D[np.abs(D).argmax()]
+        raise ConfigError(f"the camera's calibration is implausible: no lens has a distortion coefficient of {worst:g}")
 
 
 def load_camera(path: Path, frame_id: str = "", rectified: bool = False) -> Camera:

@@ -9,6 +9,13 @@ from .decoding import IMAGE_SUFFIXES
 
 _BESIDE = (".json", ".jsonl", ".yaml", ".yml", ".xml", ".csv", ".txt", ".md")  # what tells of images, not shows them
 
+LOSSY = "JPEG blurs class numbers: edges bear those of other classes; save label images as PNG"
+
+
+def is_lossy(path: Path) -> bool:
+    """Whether a file's pixels are not quite those that were saved."""
+    return path.suffix.lower() in (".jpg", ".jpeg")
+
 
 def images_of(folder: Path) -> list[Path]:
     """Its image files, sorted by name."""

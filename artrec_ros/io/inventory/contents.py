@@ -23,6 +23,7 @@ class Sample:
     """A few images of one topic or folder.
 
     :param camera: the calibration beside them; None: none that can be used, and `camera_problem` says why.
+    :param lossy: some are JPEG files.
     :param passed_over: what lies beside the images of a folder and is not read; empty: nothing.
     """
 
@@ -33,6 +34,7 @@ class Sample:
     camera: Camera | None = None
     camera_problem: str | None = None
     passed_over: str = ""
+    lossy: bool = False
 
     @property
     def size(self) -> tuple[int, int] | None:

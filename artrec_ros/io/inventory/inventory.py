@@ -15,16 +15,18 @@ from ...core.geometry.camera import Camera
 from ..bags.metadata import BAG_SUFFIXES, is_storage
 from ..bags.reader import Bag, Topic
 from ..bags.topics import IMAGE_TYPES, camera_info_topic, camera_of, decode_message, stamp_of
-from ..base.kinds import COCO, kind_of
-from ..base.yaml_files import load_value
+from ..base.kinds import COCO, CONSTRAINTS, OBJECT, kind_of
+from ..base.yaml_files import load_value, load_yaml
 from ..images.cameras import load_camera
 from ..images.decoding import IMAGE_SUFFIXES, read_image
-from ..images.folders import images_of, passed_over
-from ..learned.annotations import load_coco, read_json
+from ..images.folders import images_of, is_lossy, passed_over
+from ..learned.annotations import load_coco
+from ..learned.coco import read_json
 from ..learned.constraints import FORMAT as CONSTRAINT_FORMAT
 from ..objects.object_reader import FORMAT as OBJECT_FORMAT
 from ..objects.object_reader import load_object
-from ..parameters.parameter_file import load_parameters, read_flat
+from ..parameters.parameter_file import load_parameters
+from ..parameters.sections import read_flat
 from ..results.journal import JOURNAL_FILE
 from ..results.results import DETECTIONS_FILE, read_results
 from ..truth.records import load_truth
@@ -115,11 +117,13 @@ def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path]
         return kinds[format.partition("/")[0]]
     if "camera_matrix" in keys or "image_width" in keys:
         return "calibration", lambda p: load_camera(p)
-    if any("ros__parameters" in str(v.raw) for v in keys.values()):
+    if "objects" in keys or any("ros__parameters" in str(v.raw) for v in keys.values()):
         if path in more:
             return "parameters", lambda p: Supplement(tuple(read_flat(p)))
         return "parameters", lambda p: load_parameters(p, *more)
     kind = kind_of({key: value.raw for key, value in keys.items()})
+    if kind in (OBJECT, CONSTRAINTS):  # whose format is missing or unknown, as reading it says
+        return kinds[f"artrec_{'object' if kind == OBJECT else 'constraints'}"]
     if kind is not None:
         raise ConfigError(f"{path}: is {kind}, which is not looked into")
     raise ConfigError(f"{path}: neither an object, constraints, parameters (ros__parameters) nor a calibration")
@@ -141,7 +145,8 @@ def _read_images(path: Path) -> Sample:
         except ImageError as error:
             problems.append(f"{file.name}: {error}")
     others = passed_over(path) if path.is_dir() else ""
-    return Sample(str(path), len(files), tuple(images), tuple(problems), passed_over=others)
+    lossy = any(map(is_lossy, files))
+    return Sample(str(path), len(files), tuple(images), tuple(problems), passed_over=others, lossy=lossy)
 
 
 def _read_bag(path: Path) -> BagContent:
@@ -192,7 +197,7 @@ def _camera(bag: Bag, image_topic: str) -> tuple[Camera | None, str | None]:
 
 
 def _read_constraints(path: Path) -> ConstraintContent:
-    top = load_value(path).entries()
+    top = load_yaml(path, CONSTRAINT_FORMAT).entries()
     for key in ("object", "coverage", "pairs"):
         if key not in top:
             raise ConfigError(f"{path}: {key}: this key is missing")

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.base.errors import ConfigError
-from ..base.whole_files import write_whole
+from ..base.whole_files import save_file
 from .annotations import AnnotatedObject
 
 
@@ -42,11 +41,7 @@ def save_coco(
             for n, o in enumerate(objects, start=1)
         ],
     }
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, json.dumps(content, indent=1))
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written: {error.strerror}") from None
+    save_file(path, json.dumps(content, indent=1))
 
 
 def _image(number: int, file: Path, folder: Path, size: tuple[int, int] | None) -> dict[str, Any]:

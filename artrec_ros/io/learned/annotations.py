@@ -6,8 +6,7 @@ that is not tilted against the marker sees it under a similarity, which these tw
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -17,12 +16,11 @@ from ...core.base.errors import ConfigError, ImageError
 from ...core.geometry.transforms import Array
 from ...core.model.found import Instance
 from ...core.model.objects import Marker, ObjectModel
-from ..base.kinds import COCO, mistaken
-from ..base.yaml_files import Value, load_value, nearest, read_text
+from ..base.yaml_files import Value, nearest
 from ..images.decoding import Image, read_image
+from .coco import coco_entry, coco_image, read_coco, rows_of
 
 Key = tuple[str, str]  # (component, marker)
-_MOST_BYTES = 2**30  # COCO itself has a quarter of that
 _ENDS = ("tail", "head")
 MADE_BY, MACHINE = "made_by", "recogniser"
 """An annotation's attribute, and its value where the recogniser drew it and nobody has mended it since."""
@@ -59,20 +57,26 @@ class AnnotatedObject:
 class Annotations:
     """The annotations of one or more COCO files, in order.
 
-    :param categories: category name -> names of its keypoints.
+    :param categories: category name -> names of its keypoints. :param bare: the categories that have none.
+    :param crowds: the categories of the crowds (iscrowd: 1), which are passed over.
     """
 
     categories: Mapping[str, tuple[str, ...]]
     objects: tuple[AnnotatedObject, ...]
+    bare: frozenset[str] = frozenset()
+    crowds: tuple[str, ...] = ()
 
     def of(self, categories: Sequence[str] = ()) -> Annotations:
         """The annotations of these categories; of all where none is named."""
         for name in categories:
+            if name not in self.categories and name in self.bare:
+                raise ConfigError(f"category '{name}': has no keypoints; name them COMPONENT/MARKER.tail and .head")
             if name not in self.categories:
                 raise ConfigError(f"category '{name}': no annotation file has it{nearest(name, self.categories)}")
         chosen = tuple(categories) or tuple(self.categories)
         kept = tuple(o for o in self.objects if o.category in chosen)
-        return Annotations({name: self.categories[name] for name in chosen}, kept)
+        crowds = tuple(name for name in self.crowds if name in chosen)
+        return Annotations({name: self.categories[name] for name in chosen}, kept, self.bare, crowds)
 
     def examples(self, model: ObjectModel) -> list[dict[Key, Instance]]:
         """Per annotated object, the places of `model`'s markers; a marker needs both ends labelled."""
@@ -133,6 +137,7 @@ def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) ->
     """
     categories: dict[str, tuple[str, ...]] = {}
     objects: list[AnnotatedObject] = []
+    bare, crowds = set[str](), list[str]()
     for path in map(Path, paths):
         top = read_coco(path)
         with_points = (v for v in top["categories"].items() if v.entries().get("keypoints", v).raw)  # or an empty list
@@ -140,44 +145,16 @@ def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) ->
         for name, keypoints in own.values():
             if categories.setdefault(name, keypoints) != keypoints:
                 raise ConfigError(f"{path}: category '{name}': its keypoints differ from those of the files before it")
-        images = dict(coco_image(v, images_folder or path.parent) for v in top["images"].items())
-        known = {coco_entry(v, "id").integer() for v in top["categories"].items()}
+        images = dict(coco_image(v, images_folder or path.parent) for v in rows_of(top["images"]))
+        known = {coco_entry(v, "id").integer(): str(v.raw.get("name")) for v in rows_of(top["categories"])}
+        bare |= {name for number, name in known.items() if number not in own}
         objects += [o for v in top["annotations"].items() if (o := _annotation(v, images, own, known)) is not None]
-    return Annotations(categories, tuple(objects))
+        crowds += [own[v.raw["category_id"]][0] for v in top["annotations"].items() if _is_crowd(v, own)]
+    return Annotations(categories, tuple(objects), frozenset(bare) - {*categories}, tuple(crowds))
 
 
-def read_coco(path: Path) -> dict[str, Value]:
-    """The top level of a COCO file, in which its three tables are."""
-    value = read_json(path)
-    if problem := mistaken(value.raw, COCO):
-        raise value.error(problem)
-    top = value.entries()
-    for key in ("images", "annotations", "categories"):
-        if key not in top:
-            raise ConfigError(f"{path}: {key}: this key is missing; a COCO file is wanted")
-    return top
-
-
-def read_json(path: Path) -> Value:
-    """A JSON file as a `Value`."""
-    try:
-        return Value(path, "", json.loads(read_text(path, _MOST_BYTES)))
-    except json.JSONDecodeError as error:
-        if path.suffix.lower() in (".yaml", ".yml") and (problem := mistaken(load_value(path).raw, COCO)):
-            raise ConfigError(f"{path}: {problem}") from None
-        raise ConfigError(f"{path}: line {error.lineno}: is no valid JSON: {error.msg}") from None
-    except RecursionError:
-        raise ConfigError(f"{path}: is no COCO file: it is nested too deeply") from None
-    except ValueError:  # Python reads no number of thousands of digits
-        raise ConfigError(f"{path}: is no COCO file: a number in it is too long") from None
-
-
-def coco_entry(value: Value, key: str) -> Value:
-    """COCO files have keys of other tools too: they are passed over."""
-    entries = value.entries()
-    if key not in entries:
-        raise value.error(f"{key}: this key is missing")
-    return entries[key]
+def _is_crowd(value: Value, categories: Collection[int]) -> bool:
+    return value.raw.get("category_id") in categories and value.raw.get("iscrowd") in (1, True)
 
 
 def _category(value: Value) -> tuple[int, tuple[str, tuple[str, ...]]]:
@@ -187,14 +164,6 @@ def _category(value: Value) -> tuple[int, tuple[str, tuple[str, ...]]]:
     if twice:
         raise keypoints.error(f"'{twice[0]}' is listed twice")
     return coco_entry(value, "id").integer(), (coco_entry(value, "name").text(), names)
-
-
-def coco_image(value: Value, folder: Path) -> tuple[int, tuple[Path, tuple[int, int] | None]]:
-    """An image's id, its file, and its (width, height) where the file tells it."""
-    entries, size = value.entries(), None
-    if "width" in entries and "height" in entries:
-        size = (int(entries["width"].number(1)), int(entries["height"].number(1)))
-    return coco_entry(value, "id").integer(), (folder / coco_entry(value, "file_name").text(), size)
 
 
 def annotated_image(path: Path, size: tuple[int, int] | None) -> Image:
@@ -213,14 +182,14 @@ def _annotation(
     value: Value,
     images: Mapping[int, tuple[Path, tuple[int, int] | None]],
     categories: Mapping[int, tuple[str, tuple[str, ...]]],
-    known: set[int],
+    known: Collection[int],
 ) -> AnnotatedObject | None:
     category, image = coco_entry(value, "category_id"), coco_entry(value, "image_id")
     if category.integer() not in known:
         raise category.error(f"there is no category {category.raw}")
     if image.integer() not in images:
         raise image.error(f"there is no image {image.raw}")
-    if category.raw not in categories or value.raw.get("iscrowd") in (1, True):
+    if category.raw not in categories or _is_crowd(value, categories):
         return None
     name, keypoints = categories[category.raw]
     points = _points(coco_entry(value, "keypoints"), keypoints)

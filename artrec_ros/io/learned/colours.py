@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from ...core.base.config import ClassConfig, ImageConfig
-from ...core.base.errors import ConfigError
+from ..base.whole_files import save_file
 
 _HEADER = (
     "# Written by artrec learn-colours: reference colours r,g,b,... in the light that is usual (docs/colours.md).\n"
@@ -22,10 +22,7 @@ def save_colours(path: str | Path, image: ImageConfig) -> None:
     values["classes"] = list(image.classes)
     values |= {name: {**_changed(cls, ClassConfig()), "light": list(cls.light)} for name, cls in image.classes.items()}
     text = yaml.safe_dump({"/**": {"ros__parameters": {"image": values}}}, sort_keys=False, default_flow_style=None)
-    try:
-        Path(path).write_text(_HEADER + text, encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written: {error.strerror}") from None
+    save_file(path, _HEADER + text)
 
 
 def _changed(config: Any, default: Any) -> dict[str, Any]:

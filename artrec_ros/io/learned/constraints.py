@@ -11,6 +11,7 @@ from ...core.base.errors import ConfigError
 from ...core.constraints.constraint_set import ConstraintSet
 from ...core.constraints.pairs import DIMENSIONS
 from ...core.model.objects import ObjectModel
+from ..base.whole_files import save_file
 from ..base.yaml_files import Value, load_yaml, nearest
 
 FORMAT = "artrec_constraints/1"
@@ -110,11 +111,7 @@ def save_constraints(path: str | Path, constraints: ConstraintSet) -> None:
     rows = constraints.to_dict()
     notes = _HEADER + (_AXES if constraints.axes else "") + (_CLASSES if constraints.classes else "")
     text = f"format: {FORMAT}\n{notes}" + yaml.dump(rows, Dumper=_Dumper, sort_keys=False, width=120)
-    try:
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written: {error.strerror}") from None
+    save_file(path, text)
 
 
 class _Dumper(yaml.SafeDumper):

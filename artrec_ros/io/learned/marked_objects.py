@@ -23,7 +23,8 @@ from ...core.model.found import Instance
 from ...core.model.objects import Component, Marker
 from ...core.model.target import Target
 from ..base.yaml_files import nearest
-from .annotations import AnnotatedObject, Annotations, axis_px, coco_entry, coco_image, load_coco, read_coco
+from .annotations import AnnotatedObject, Annotations, axis_px, load_coco
+from .coco import coco_entry, coco_image, read_coco
 from .regions import MarkedImage, drawn_regions, outlines_of
 
 REST = "unmarked"

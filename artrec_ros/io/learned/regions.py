@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ...core.base.errors import ConfigError, ImageError
 from ...core.geometry.transforms import Array
 from ..base.yaml_files import Value
-from .annotations import annotated_image, coco_entry, coco_image, read_coco
+from .annotations import annotated_image
+from .coco import coco_entry, coco_image, read_coco
 
 _SUBPIXEL_BITS = 4
 

@@ -11,6 +11,7 @@ from ...core.base.config import GREATEST_LABEL
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
 from ...core.model.bodies import beneath_markers
+from ...core.model.names import check_name
 from ...core.model.objects import Box, Component, Identity, Joint, Marker, ObjectModel
 from ..base.yaml_files import Value, load_yaml, nearest
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
@@ -229,8 +230,16 @@ def _read_joint(value: Value) -> Joint:
     lower, upper = given["limits"].vector(2, _MOST_M)
     if not lower < upper:
         raise given["limits"].error(f"the lower limit {lower:g} must be below the upper {upper:g}")
-    name = given["name"].text() if "name" in given else ""
+    name = _name(given["name"], "joint") if "name" in given else ""
     return Joint(given["parent"].text(), origin, _unit(given["axis"]), float(lower), float(upper), kind, name)
+
+
+def _name(value: Value, what: str) -> str:
+    try:
+        check_name(value.text(), what)
+    except ConfigError as error:
+        raise value.error(str(error)) from None
+    return value.text()
 
 
 def _read_body(value: Value, labels: _Labels) -> tuple[tuple[Box, ...], int | None]:

@@ -13,6 +13,7 @@ import yaml
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
 from ...core.model.objects import Component, Joint, Marker, ObjectModel
+from ..base.whole_files import save_file
 from ..base.yaml_files import load_yaml
 from .object_reader import FORMAT
 
@@ -89,10 +90,7 @@ def object_yaml(model: ObjectModel, comments: tuple[str, ...] = (), labels: Labe
 
 def save_object(path: Path, model: ObjectModel, comments: tuple[str, ...] = (), labels: Labels | None = None) -> None:
     """Writes an object file as `object_yaml` has it. :raises ConfigError: where that is not possible."""
-    try:
-        path.write_text(object_yaml(model, comments, labels), encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written: {error.strerror}") from None
+    save_file(path, object_yaml(model, comments, labels))
 
 
 def _shapes(model: ObjectModel) -> dict[tuple[str, str], str]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
+from ...core.model.names import is_name
 from ...core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from ..base.yaml_files import nearest
 from .marker_shapes import safe_name
@@ -138,7 +139,8 @@ def _carried_by(part: _Part, is_first: bool, path: Path) -> Joint | None:
     T = parent.links[parent.marked].inverse() @ part.T_parent_joint if parent.is_root else part.T_parent_joint
     if joint.kind == "fixed":
         return Joint(parent.marked, T, np.array([0.0, 0.0, 1.0]), 0.0, 0.0, "fixed")
-    name = "" if joint.name == part.marked else joint.name
+    name = joint.name if is_name(joint.name) else safe_name(joint.name)  # a URDF's may have slashes
+    name = "" if name == part.marked else name
     return Joint(parent.marked, T, joint.axis, joint.lower, joint.upper, joint.kind, name)
 
 

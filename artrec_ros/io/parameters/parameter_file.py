@@ -29,14 +29,12 @@ from ...core.image.segmentation import Segmenter
 from ...core.model.target import Target
 from ...core.recognizer import Recognizer
 from ...core.warm_up import Told
-from ..base.kinds import PARAMETERS, mistaken
 from ..base.shared_files import resolve_path
-from ..base.yaml_files import Value, load_value, nearest
+from ..base.yaml_files import Value, nearest
+from .sections import SECTION, read_flat
 from .specs import EXPERT, Spec, all_specs, moved, specs_of
 from .targets import colourless, lacking, load_target, same_labels, with_absolute_paths
 
-_SECTION = "ros__parameters"
-_WILDCARDS = ("/**", "/*", "**", "*")
 _ROS_OWN = ("use_sim_time", "start_type_description_service")  # every ROS node has these
 _ROS_OWN_PREFIX = "qos_overrides."
 _RESERVED = ("objects", "image", "recognizer", "scene", "tracking", "expert", "qos_overrides")
@@ -90,7 +88,7 @@ class Setup:
 
     def to_yaml(self) -> str:
         """A parameter file that gives this set-up again, from wherever it lies."""
-        return yaml.safe_dump({"/**": {_SECTION: _nested(self.resolved)}}, sort_keys=False, default_flow_style=None)
+        return yaml.safe_dump({"/**": {SECTION: _nested(self.resolved)}}, sort_keys=False, default_flow_style=None)
 
 
 def load_parameters(path: str | Path, *more: str | Path) -> Setup:
@@ -102,49 +100,6 @@ def load_parameters(path: str | Path, *more: str | Path) -> Setup:
     folder, source = Path(path).absolute().parent, ", ".join(map(str, (path, *more)))
     config_dir = flat.get("config_dir")
     return setup_from_flat(flat, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, source)
-
-
-def read_flat(path: str | Path) -> dict[str, Value]:
-    """The parameters of a ROS parameter file by their flat names; a node's own section goes before the wildcard's."""
-    value = load_value(path)
-    if problem := mistaken(value.raw, PARAMETERS):
-        raise value.error(f"{problem}, which names the object's file (docs/parameters.md)")
-    sections = _sections(value)
-    if not sections:
-        raise ConfigError(f"{path}: no parameters found; they stand under '/**:' and '{_SECTION}:'")
-    named = [name for name in sections if name.rpartition("/")[2] not in ("**", "*")]
-    ours = [name for name in named if name.rpartition("/")[2].startswith("artrec")]
-    ours = ours or [name for name in named if "objects" in sections[name].entries()]
-    if len(ours) > 1:
-        raise ConfigError(f"{path}: parameters of {len(ours)} nodes ({', '.join(ours)}); keep one, or use '/**:'")
-    flat: dict[str, Value] = {}
-    for name in [*(n for n in sections if n not in named), *ours]:
-        flat.update(_flatten(sections[name]))
-    return flat
-
-
-def _sections(value: Value, name: str = "") -> dict[str, Value]:
-    """The `ros__parameters` of each node that a parameter file names."""
-    found: dict[str, Value] = {}
-    for key, child in value.entries().items():
-        if key == _SECTION:
-            if not name:
-                raise child.error("stands under a node's name, such as '/**:'")
-            found[name] = Value(value.file, "", child.raw)
-        else:
-            found.update(_sections(child, f"{name}/{key.strip('/')}" if name else key))
-    return found
-
-
-def _flatten(section: Value) -> dict[str, Value]:
-    """Nested keys joined by dots; the section itself is not part of the names."""
-    flat: dict[str, Value] = {}
-    for key, child in section.entries().items():
-        for full, value in (_flatten(child) if isinstance(child.raw, dict) else {child.key: child}).items():
-            if full in flat:
-                raise value.error(f"is given twice, once of them as '{key}'; keep one")
-            flat[full] = value
-    return flat
 
 
 def setup_from_flat(

@@ -30,6 +30,8 @@ LIVE = ("image.", "recognizer.", "scene.", "tracking.", EXPERT, "marker_lifetime
 """What may be changed while the node runs: all parameters of a group, or one."""
 _FIXED = ("image.classes",)  # it decides which other parameters there are
 
+_MOST_INT = 2**31 - 1  # where nothing else is said: no count of pixels or objects is greater
+
 
 @dataclass(frozen=True)
 class Spec:
@@ -77,7 +79,7 @@ class Spec:
         if self.type is bool:
             return value.boolean()
         if self.type is int:
-            return value.integer(self.low, self.high)
+            return value.integer(self.low, _MOST_INT if self.high is None else self.high)
         if self.type is float:
             return value.number(self.low, self.high)
         return value.text(self.choices) if self.choices or value.raw != "" else ""

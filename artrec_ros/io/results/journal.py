@@ -31,6 +31,7 @@ from ...core.model.found import (
     Motion,
     Rejection,
 )
+from ..base.json_lines import fault
 from ..base.whole_files import LineFile
 from .results import FrameRecord
 
@@ -97,7 +98,7 @@ class Journal:
             try:
                 yield _parsed(line)
             except (KeyError, ValueError, TypeError) as error:
-                raise SourceError(f"{self._path}: line {place} is no frame: {error!r}; use --overwrite") from error
+                raise SourceError(f"{self._path}: line {place} is no frame: {fault(error)}; use --overwrite") from error
 
 
 def _parsed(line: str) -> tuple[int, Recognised]:

@@ -24,6 +24,7 @@ from ...core.model.found import (
     Motion,
     Rejection,
 )
+from ..base.json_lines import fault, strict_json
 from ..base.yaml_files import size_of_file
 
 DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
@@ -83,7 +84,7 @@ class FrameRecord:
     @classmethod
     def from_json(cls, line: str) -> FrameRecord:
         """:raises KeyError, ValueError, TypeError: if it is no line of a result."""
-        c = json.loads(line)
+        c = strict_json(line)
         poses = [o["pose"] for o in c["objects"] if o["pose"] and o.get("pose_from") != "plane"]
         frame_id = poses[0]["frame_id"] if poses else ""
         return cls(
@@ -113,7 +114,7 @@ def read_results(path: Path) -> Iterator[FrameRecord]:
                 try:
                     yield FrameRecord.from_json(line)
                 except (KeyError, ValueError, TypeError) as error:
-                    raise SourceError(f"{path}: line {number} is no result of a replay: {error!r}") from error
+                    raise SourceError(f"{path}: line {number} is no result of a replay: {fault(error)}") from error
     except UnicodeDecodeError as error:
         raise SourceError(f"{path}: is no text file (UTF-8)") from error
     except OSError as error:

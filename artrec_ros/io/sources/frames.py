@@ -91,6 +91,14 @@ class Source(ABC):
     def read(self, part: Part) -> Iterator[Frame]:
         """The frames of a part, as they are in the iteration of all."""
 
+    def starts_calibrated(self) -> bool:
+        """Whether a calibration holds for the first frame: one that is there may be for images of another size."""
+        if not self.calibrated:
+            return False
+        frames = (frame for part in self.parts(1) for frame in self.read(part))
+        first = next(frames, None)
+        return first is None or first.image is None or first.camera is not None
+
     @property
     def problems(self) -> list[str]:
         """One line for everything of the source that could not be read, complete after an iteration of all."""

@@ -13,7 +13,7 @@ from ..bags.metadata import BAG_SUFFIXES, is_storage
 from ..bags.reader import Bag
 from ..bags.topics import Report
 from ..images.decoding import IMAGE_SUFFIXES, read_image
-from ..images.folders import images_of, passed_over
+from ..images.folders import LOSSY, images_of, is_lossy, passed_over
 from ..images.video import VIDEO_SUFFIXES, frames_of_video
 from .bag_source import BagSource
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
@@ -41,6 +41,7 @@ class FolderSource(Source):
         self.files = [
             (t, p) for t, p in zip(stamps, files, strict=True) if start_ns <= t and (stop_ns is None or t < stop_ns)
         ]
+        self._lossy = options.image_kind == "labels" and any(is_lossy(p) for _, p in self.files)
         self._folder, self._camera, self._report = folder, options.camera, once(report)
         self.count, self.calibrated = len(self.files), options.camera is not None
 
@@ -54,6 +55,8 @@ class FolderSource(Source):
 
     def _tell(self) -> None:
         """Said by whoever reads all, not by each worker."""
+        if self._lossy:
+            self._report(f"{self._folder}: {LOSSY}")
         if others := passed_over(self._folder):
             self._report(f"{self._folder}: passed over: {others}; images are {', '.join(IMAGE_SUFFIXES)}")
 

@@ -9,7 +9,8 @@ import numpy as np
 from ...core.base.errors import SourceError
 from ...core.geometry.transforms import readonly
 from ..base.yaml_files import Value
-from ..learned.annotations import MACHINE, MADE_BY, AnnotatedObject, load_coco, read_json
+from ..learned.annotations import MACHINE, MADE_BY, AnnotatedObject, load_coco
+from ..learned.coco import read_json
 from ..sources.opening import STAMP_DIGITS
 from .records import FrameKey, Told, TrueObject, Truth, frame_by_image
 

@@ -18,6 +18,7 @@ import numpy as np
 from ...core.base.errors import SourceError
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array, Pose, readonly
+from ..base.json_lines import fault
 from ..base.kinds import TRUTH, mistaken
 from ..base.yaml_files import size_of_file
 
@@ -108,10 +109,8 @@ def load_truth(path: Path) -> dict[int, tuple[TrueObject, ...]]:
             if problem := mistaken(record, TRUTH):
                 raise SourceError(f"{path}: {problem}")
             stamp_ns, objects = int(record["stamp_ns"]), tuple(_object(o) for o in record["objects"])
-        except KeyError as error:
-            raise SourceError(f"{path}: line {number} is no line of truth: the key {error} is missing") from error
-        except (TypeError, ValueError) as error:
-            raise SourceError(f"{path}: line {number} is no line of truth: {error!r}") from error
+        except (KeyError, TypeError, ValueError) as error:
+            raise SourceError(f"{path}: line {number} is no line of truth: {fault(error)}") from error
         if stamp_ns in truth:
             raise SourceError(f"{path}: line {number}: the stamp {stamp_ns} is there twice")
         truth[stamp_ns] = objects

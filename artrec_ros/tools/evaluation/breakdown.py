@@ -40,7 +40,7 @@ class ComponentCounts:
 
 
 def component_counts(evaluation: Evaluation) -> list[ComponentCounts]:
-    """The required component, for which the object as a whole stands, first; then the others as they come.
+    """The required component, for which the object as a whole stands, first; then the others by name.
 
     Other components are judged on objects that were found.
     """
@@ -52,7 +52,7 @@ def component_counts(evaluation: Evaluation) -> list[ComponentCounts]:
         rows.append(ComponentCounts(name, root, found, sum(1 for _ in evaluation.false([name])), len(outcomes) - found))
         hits = Counter(hit for o in outcomes for hit in o.hits)
         missed = Counter(component for o in outcomes if o.recognised for component in o.missed)
-        for component in dict.fromkeys([*(c for c, _ in hits), *sorted(missed)]):
+        for component in sorted({c for c, _ in hits} | {*missed}):  # so that two runs list them alike
             slides = component in evaluation.sliding.get(name, ())
             error = _joint_error(outcomes, component, slides)
             counts = hits[component, True], hits[component, False], missed[component]

@@ -13,7 +13,7 @@ from ...core.base.errors import ArtrecError, SourceError
 from ...core.model.objects import ObjectModel
 from ...io.base.shared_files import resolve_path
 from ...io.objects.object_reader import load_object
-from ...io.parameters.parameter_file import read_flat
+from ...io.parameters.sections import read_flat
 from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
 from ..replaying.names import FRAMES_FOLDER, overlay_name
 

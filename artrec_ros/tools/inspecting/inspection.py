@@ -14,12 +14,14 @@ from ...core.image.segmentation import Segmenter
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...core.ways import SPACE, way_of
+from ...io.images.folders import LOSSY
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
 from ...io.learned.annotations import AnnotatedObject, Annotations
 from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
-from .model_report import buried
+from .model_report import buried, odd_units
+from .nothing_left import nothing_left
 
 T = TypeVar("T")
 
@@ -36,7 +38,7 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
     for path, sample in _all(items, Sample):
         yield from (f"{path}: {p}" for p in sample.problems)
     for name, model in _models(items).items():
-        yield from (f"{name}: {line}" for line in buried(model))
+        yield from (f"{name}: {line}" for line in (*buried(model), *odd_units(model)))
     for path, coco in _all(items, Annotations):
         yield from _annotations(path, coco, _models(items))
     for path, constraints in _all(items, ConstraintContent):
@@ -174,11 +176,13 @@ def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calib
         names = ", ".join(s.name for s in fitting)
         yield f"{other}: {len(fitting)} topics fit image.kind '{setup.image.kind}': {names}; choose one with --topic"
     for sample in fitting:
+        if setup.image.kind == "labels" and sample.lossy:
+            yield f"{_where(other, sample)}: {LOSSY}"
         yield from _labels(path, setup, other, sample)
         ways = {t.name: way_of(t, setup.recognizer, calibrated=True) for t in setup.targets if not t.model.is_flat}
         spatial = [name for name, way in ways.items() if way == SPACE]
         if sample.camera is None and not calibrated and spatial:
-            reason = sample.camera_problem or "no calibration: give a calibration file (--camera-info)"
+            reason = sample.camera_problem or "no calibration: name a calibration file beside it"
             yield f"{_where(other, sample)}: {reason}: no poses in space of {', '.join(spatial)}"
 
 
@@ -199,6 +203,7 @@ def _labels(path: Path, setup: Setup, other: Path, sample: Sample) -> Iterator[s
         except ImageError as error:
             yield f"{where}: {error}"
             return
+    yield from (f"{where}: {line}" for line in nothing_left(setup, sample))
     for target in setup.targets:
         for label, what in _expected(target).items():
             if label not in seen:

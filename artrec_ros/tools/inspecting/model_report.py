@@ -16,6 +16,10 @@ from ...core.model.objects import ObjectModel
 
 Key = tuple[str, str]
 
+_LARGE_M, _MOST_TIMES = 20.0, 100.0  # markers of an object that are larger, or than another one by so much, are none
+_FAR_SIZES = 3.0  # an axis may leave its marker, such as for a joint beside it
+_MOST_TURN_RAD = 2 * math.pi + 0.1
+
 
 @dataclass(frozen=True)
 class ShapeRow:
@@ -69,8 +73,7 @@ def summary(model: ObjectModel) -> str:
     parts = []
     for name, c in zip(model.joint_names, model.joint_components, strict=True):
         if c.joint is not None:
-            unit = "rad" if c.joint.kind == "revolute" else "m"
-            parts.append(f"{name} {c.joint.kind} {c.joint.lower:g}..{c.joint.upper:g} {unit}")
+            parts.append(f"{name} {c.joint.kind} {c.joint.lower:g}..{c.joint.upper:g} {c.joint.unit}")
     joints = f"{counted(len(parts), 'joint')} ({', '.join(parts)})" if parts else "no joints"
     return f"{model.name}: {counted(len(model.components), 'component')}, {counted(markers, 'marker')}, {joints}"
 
@@ -83,7 +86,7 @@ def counted(number: int, noun: str) -> str:
 def advice(found: Ambiguities, camera: Camera, distance_m: float | None) -> list[str]:
     """One line for everything that will be ambiguous, hidden or too small: 'warning: ...', then 'note: ...'."""
     lines = [
-        *(f"warning: {line}" for line in buried(found.model)),
+        *(f"warning: {line}" for line in (*buried(found.model), *odd_units(found.model))),
         *_own_turns(found),
         *_same(found),
         *_labels(found.model),
@@ -100,6 +103,26 @@ def buried(model: ObjectModel) -> Iterator[str]:
             f"{component}/{marker} lies within its component's body or looks into it and will never be seen; "
             "check its pose and which way its z axis (x_axis cross y_axis) points"
         )
+
+
+def odd_units(model: ObjectModel) -> Iterator[str]:
+    """A line for each length or angle that is hardly one in metres or radians."""
+    markers = [(f"{c.name}/{m.name}", m) for c in model.components for m in c.markers]
+    sizes = {name: float(np.linalg.norm(np.ptp(m.outline, axis=0))) for name, m in markers}
+    small, large = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
+    if sizes[large] > _LARGE_M or sizes[large] > _MOST_TIMES * sizes[small]:
+        yield (
+            f"{large} is {sizes[large]:.4g} m across, {small} {sizes[small]:.4g} m; lengths are metres: "
+            "give millimetres divided by 1000"
+        )
+    for name, m in markers:
+        off = max(float(np.linalg.norm(end - m.centroid)) for end in (m.tail, m.head))
+        if off > _FAR_SIZES * sizes[name]:
+            yield f"{name}: its axis ends {off:.4g} m away from an outline that is {sizes[name]:.4g} m across"
+    for name, c in zip(model.joint_names, model.joint_components, strict=True):
+        most = max(abs(c.joint.lower), abs(c.joint.upper)) if c.joint and c.joint.kind == "revolute" else 0.0
+        if most > _MOST_TURN_RAD:
+            yield f"joint {name}: a limit of {most:g} rad is more than a turn; limits are radians: 70 degrees are 1.22"
 
 
 def _own_turns(found: Ambiguities) -> Iterator[str]:
@@ -123,11 +146,11 @@ def _same(found: Ambiguities) -> Iterator[str]:
         names = ", ".join("/".join(key) for key in group)
         components = {component for component, _ in group}
         if components == {required}:
-            yield f"warning: {names} are the same shape: they do not tell which side of the object is seen"
+            yield f"warning: {names} are alike in shape: they do not tell which side of the object is seen"
         elif required in components:
-            yield f"warning: {names} are the same shape: '{required}', from which all starts, is taken for others"
+            yield f"warning: {names} are alike in shape: '{required}', from which all starts, is taken for others"
         else:
-            yield f"note: {names} are the same shape: only their places tell which is which"
+            yield f"note: {names} are alike in shape: only their places tell which is which"
 
 
 def _groups(pairs: Sequence[Likeness]) -> list[list[Key]]:
@@ -175,7 +198,7 @@ def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iter
 
 
 def _named(group: Sequence[Key]) -> str:
-    rest = f" (and {len(group) - 1} of its shape)" if len(group) > 1 else ""
+    rest = f" (and {len(group) - 1} like it)" if len(group) > 1 else ""
     return "/".join(group[0]) + rest
 
 

@@ -57,9 +57,35 @@ def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[
                 yield f"its {group} was {_shown(old)}, not {_shown(new)}"
             continue
         for key in sorted({*old, *new}):
-            if old.get(key) != new.get(key):
+            if old.get(key) != new.get(key) and group == "options":
+                yield _option(key, old.get(key), new.get(key))
+            elif old.get(key) != new.get(key):
                 was = f"was {_shown(old.get(key))}, not {_shown(new.get(key))}"
                 yield f"{key} {'has changed since' if group in ('contents', 'files') else was}"
+
+
+_OPTIONS = {
+    "camera": "--camera-info",
+    "start_offset_s": "--start-offset",
+    "playback_duration_s": "--playback-duration",
+    "rate_hz": "--rate",
+    "video": "--no-video",
+    "limits": "--limit",
+    "timing": "--no-timing",
+    "image_kind": "image.kind",
+    "rectified": "image.rectified",
+}  # that are called otherwise than in a plan
+
+
+def _option(key: str, old: Any, new: Any) -> str:
+    name = _OPTIONS.get(key, f"--{key.replace('_', '-')}")
+    if isinstance(old, bool) or isinstance(new, bool):
+        return f"{name} was {'' if bool(old) != name.startswith('--no-') else 'not '}given"
+    if key in ("camera", "search", "truth"):  # whose content is kept
+        return f"{name} was another one"
+    words = {"None": "all", "0": "none"} if key == "images" else {"None": "not given", "": "not given"}
+    was, now = (words.get(text, text) for text in map(_shown, (old, new)))
+    return f"{name} was {was}, now {now}"
 
 
 def _shown(value: Any) -> str:

@@ -15,6 +15,8 @@ import scipy
 from ... import __version__
 from ...io.results.results import DETECTIONS_FILE, FrameRecord
 
+_NAMED = 3  # frames of one error
+
 
 @dataclass
 class Summary:
@@ -25,20 +27,25 @@ class Summary:
     frames_without_objects: int = 0
     frames_cut_short: Counter[str] = field(default_factory=Counter)  # by the limit that did it
     errors: Counter[str] = field(default_factory=Counter)
+    unusable: dict[str, dict[str, None]] = field(default_factory=dict)  # error -> names of frames, in order
     waiting: int = 0
     total_ms: list[float] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     interrupted: bool = False
+    first_reason: str = ""  # of anything that was turned down
 
     def add(self, record: FrameRecord) -> None:
         self.frames += 1
         if record.error is not None:
             self.errors[record.error] += 1
+            self.unusable.setdefault(record.error, {})[record.frame] = None
             return
         self.objects.update(d.object for d in record.detections)
         self.frames_without_objects += not record.detections
         self.frames_cut_short.update(record.ended_by)
         self.waiting += record.waiting
+        if not self.first_reason and record.rejected:
+            self.first_reason = f"{record.rejected[0].object}: {record.rejected[0].reason}"
         if "total" in record.timing_ms:
             self.total_ms.append(record.timing_ms["total"])
 
@@ -73,6 +80,8 @@ class Summary:
         """What the user is told at the end."""
         found = ", ".join(f"{n} {name}" for name, n in sorted(self.objects.items())) or "none"
         yield f"frames {self.frames}, objects found: {found}; frames without any: {self.frames_without_objects}"
+        if self.first_reason and not self.objects:
+            yield f"the first reason why not, {self.first_reason} (all of them: {DETECTIONS_FILE})"
         if (t := self._times()) is not None:
             yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
         for limit, count in sorted(self.frames_cut_short.items()):
@@ -81,7 +90,9 @@ class Summary:
     def failures(self) -> Iterator[str]:
         """What went wrong, for stderr: frames and sources that could not be used."""
         for error, count in self.errors.most_common(5):
-            yield f"{count} frame(s) could not be used: {error}"
+            names = [name for name in self.unusable[error] if not name.startswith("/")]  # files, not a bag's topic
+            shown = f" ({', '.join(names[:_NAMED])}{', ...' if len(names) > _NAMED else ''})" if names else ""
+            yield f"{count} frame(s) could not be used: {error}{shown}"
         if len(self.errors) > 5:
             yield f"and {len(self.errors) - 5} more kinds of errors, see {DETECTIONS_FILE}"
         yield from self.problems

@@ -58,7 +58,9 @@ class FailuresPage:
 
     def _go(self, shown: Shown) -> Any:
         if shown.number is None:
-            ui.notify(f"{shown.key} is none of the frames that are open here", type="warning")
+            count = len(self._board.session.stills.stamps_ns)
+            told = f"{shown.key} is none of the {count} frames that are open here; start with a larger --frames"
+            ui.notify(told, type="warning")
             return None
         self._board.go(shown.number)
         return self._look()

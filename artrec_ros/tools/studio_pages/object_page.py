@@ -58,8 +58,10 @@ class ObjectPage:
             with self._sliders:
                 self._slider("azimuth, deg", -180, 180, self._azimuth, self._turn)
                 self._slider("elevation, deg", -85, 85, self._elevation, self._raise)
+                units = object_views.joint_units(self._target)
                 for name, (low, high) in object_views.joint_ranges(self._target).items():
-                    self._slider(name, low, high, self._joints[name], lambda v, n=name: self._joints.update({n: v}))
+                    titled, take = f"{name}, {units[name]}", lambda v, n=name: self._joints.update({n: v})
+                    self._slider(titled, low, high, self._joints[name], take)
         self._draw_view()
 
     def _slider(self, name: str, low: float, high: float, value: float, take: Any) -> None:

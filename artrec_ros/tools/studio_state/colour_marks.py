@@ -17,11 +17,11 @@ from ...core.base.config import LearningConfig
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array
 from ...core.learning.colour_learning import Learned
-from ...io.base.whole_files import write_whole
+from ...io.base.whole_files import save_file
 from ...io.learned.colours import save_colours
 from ...io.learned.marked_objects import load_marked_objects
 from ...io.learned.regions import load_regions
-from ...io.parameters.parameter_file import read_flat
+from ...io.parameters.sections import read_flat
 from ..colour_setup import load_colour_setup
 from ..learn_colours import Samples, Told, learn_from, samples_of_regions
 from .session import Session
@@ -131,11 +131,7 @@ class ColourMarks:
 
     def save(self) -> None:
         """Writes the file. :raises ConfigError: that is not possible."""
-        try:
-            self._session.folder.mkdir(parents=True, exist_ok=True)
-            write_whole(self.path, json.dumps(self._coco()))
-        except OSError as error:
-            raise ConfigError(f"{self.path}: cannot be written: {error.strerror}") from None
+        save_file(self.path, json.dumps(self._coco()))
 
     def _coco(self) -> Mapping[str, object]:
         files = list(dict.fromkeys(p.file for p in self.patches))

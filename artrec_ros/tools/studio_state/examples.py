@@ -14,16 +14,8 @@ from ...core.model.found import Detection, FrameResult
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...io.learned.annotation_writer import save_coco
-from ...io.learned.annotations import (
-    MACHINE,
-    MADE_BY,
-    AnnotatedObject,
-    axis_px,
-    coco_image,
-    instance_from_axis,
-    load_coco,
-    read_coco,
-)
+from ...io.learned.annotations import MACHINE, MADE_BY, AnnotatedObject, axis_px, instance_from_axis, load_coco
+from ...io.learned.coco import coco_image, read_coco
 from ...io.learned.marked_objects import identities_of, what_is_shown
 from ...simulation.records import keypoint_names
 from ...simulation.surfaces import component_poses

@@ -32,6 +32,12 @@ def joint_ranges(target: Target) -> dict[str, tuple[float, float]]:
     return {name: (float(low), float(high)) for name, (low, high) in spans}
 
 
+def joint_units(target: Target) -> dict[str, str]:
+    """Joint -> 'rad' or 'm'."""
+    joints = zip(target.model.joint_names, target.model.joint_components, strict=True)
+    return {name: c.joint.unit for name, c in joints if c.joint is not None}
+
+
 def middle(target: Target) -> dict[str, float]:
     """Every joint in the middle of its range."""
     return joints_at(target.model, 0.0)

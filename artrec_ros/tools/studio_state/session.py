@@ -20,7 +20,8 @@ from ...core.recognizer import Recognizer
 from ...core.warm_up import Told
 from ...io.base.shared_files import resolve_path
 from ...io.base.whole_files import write_whole
-from ...io.parameters.parameter_file import Setup, load_parameters, read_flat, setup_from_flat
+from ...io.parameters.parameter_file import Setup, load_parameters, setup_from_flat
+from ...io.parameters.sections import read_flat
 from ...io.sources.frames import Frame
 from ..tuning.parameter_text import tuned_text
 from .stills import Stills

@@ -22,7 +22,8 @@ from ...core.recognizer import Recognizer
 from ...core.ways import PAPER, PLANE, way_of
 from ...io.base.shared_files import resolve_path
 from ...io.learned.annotations import AnnotatedObject, Annotations, annotated_image
-from ...io.parameters.parameter_file import Setup, read_flat, setup_from_flat
+from ...io.parameters.parameter_file import Setup, setup_from_flat
+from ...io.parameters.sections import read_flat
 from ..getting_ready import progress
 
 _NEAR = 0.5  # farthest detection of an annotated object, in lengths of its required marker's axis

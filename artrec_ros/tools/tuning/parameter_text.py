@@ -13,7 +13,8 @@ import yaml
 
 from ...core.base.errors import ArtrecError
 from ...io.base.shared_files import SCHEME
-from ...io.parameters.parameter_file import Setup, load_parameters, read_flat
+from ...io.parameters.parameter_file import Setup, load_parameters
+from ...io.parameters.sections import read_flat
 from ...io.parameters.specs import Spec, all_specs
 
 _SECTION = "ros__parameters"

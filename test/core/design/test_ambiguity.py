@@ -93,8 +93,9 @@ def test_a_marker_within_its_body_is_found(height, buried):
     assert buried_markers(toy) == ([("a", "x")] if buried else [])
 
 
-def test_a_marker_that_looks_into_its_body_is_found():
-    body = Box(Pose.identity(), np.array([0.2, 0.2, 0.1]))
-    over = Pose(np.diag([1.0, -1.0, -1.0]), np.array([0, 0, 0.05]))
+@pytest.mark.parametrize(("thickness", "gap"), [(0.1, 0.0), (0.012, 0.0005), (0.012, 0.004), (0.003, 0.001)])
+def test_a_marker_that_looks_into_its_body_is_found(thickness, gap):
+    body = Box(Pose.identity(), np.array([0.2, 0.2, thickness]))
+    over = Pose(np.diag([1.0, -1.0, -1.0]), np.array([0, 0, thickness / 2 + gap]))
     toy = ObjectModel("toy", (Component("a", (marker("x", FLAG, over),), required=True, bodies=(body,)),))
     assert buried_markers(toy) == [("a", "x")]

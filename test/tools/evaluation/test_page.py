@@ -7,6 +7,7 @@ import html.parser
 import json
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -15,6 +16,7 @@ import pytest
 from artrec_ros.core.model.found import Rejection
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.evaluation import gallery
+from artrec_ros.tools.evaluation.breakdown import component_counts
 from artrec_ros.tools.evaluation.failures import failed_frames
 from artrec_ros.tools.evaluation.gallery import cards
 from artrec_ros.tools.main import main
@@ -167,6 +169,25 @@ def test_components_and_names_are_told_apart(tmp_path):
                                     "nothing": {"thing": 1}}  # fmt: skip
     text = page.render([result])
     assert "found as bling" in text and "by component" in text
+
+
+@pytest.mark.parametrize("seen", [("tip", "arm", "base"), ("base", "arm", "tip")])
+def test_components_come_in_one_order_whatever_was_found_first(seen):
+    outcome = SimpleNamespace(
+        counted=True,
+        recognised=True,
+        hits=[(name, True) for name in seen if name != "base"],
+        missed=[],
+        joint_errors={},
+    )
+    evaluation = SimpleNamespace(
+        names=["thing"],
+        outcomes=lambda _: [(None, outcome)],
+        false=lambda _: [],
+        run=SimpleNamespace(objects={"thing": SimpleNamespace(required="base")}),
+        sliding={},
+    )
+    assert [row.component for row in component_counts(evaluation)] == ["base", "arm", "tip"]
 
 
 def test_a_joint_that_is_wrong_on_its_own_marker_shows_at_its_component(tmp_path):

@@ -15,7 +15,7 @@ from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.tools.main import main
 from artrec_ros.tools.studio_state.examples import Examples
 from artrec_ros.tools.studio_state.failures import load_failures
-from artrec_ros.tools.studio_state.object_views import joint_ranges, middle, outlines, picture
+from artrec_ros.tools.studio_state.object_views import joint_ranges, joint_units, middle, outlines, picture
 from artrec_ros.tools.studio_state.session import Session
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -56,6 +56,6 @@ def test_an_object_is_drawn_with_its_joints_where_they_are_put() -> None:
     name = next(iter(ranges))
     drawn = [picture(target, middle(target) | {name: value}, -40, 35) for value in ranges[name]]
     assert drawn[0] is not None and drawn[0].shape == drawn[1].shape and (drawn[0] != drawn[1]).any()
-    assert middle(target).keys() == ranges.keys()
+    assert middle(target).keys() == ranges.keys() and joint_units(target) == dict.fromkeys(ranges, "rad")
     flat = Target("vss", load_object(ROOT / "config/objects/vss.yaml", {}), 2)
     assert picture(flat, {}, 0, 0) is None, "its file does not say where the markers sit"

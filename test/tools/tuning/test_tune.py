@@ -134,7 +134,9 @@ def test_a_search_that_was_stopped_goes_on_as_if_it_had_not_been(world, tuned, t
 
 def test_another_search_is_not_gone_on_with(world, tuned, capsys):
     assert main(command(world, tuned, "--objective", "right_rate")) == 1
-    assert "objective was f1, not right_rate" in capsys.readouterr().err
+    assert "--objective was f1, now right_rate" in capsys.readouterr().err
+    assert main(command(world, tuned, "--limit", "precision>=0.1")) == 1
+    assert "--limit was not given, now precision>=0.1" in capsys.readouterr().err
 
 
 def test_limits_are_told_when_none_keeps_them(world, tmp_path, capsys):

@@ -1,0 +1,62 @@
+"""Why an image leaves no blob in which an object could be looked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry.scene import Scene
+from .image.segmentation import rectangles
+from .model.found import Rejection
+from .model.target import Target
+
+NO_PIXEL = "no pixel of the image"
+
+
+def blobless(
+    labels: NDArray[np.uint8], targets: Sequence[Target], min_blob_px: float, blank: tuple[int, ...], scene: Scene
+) -> Iterator[Rejection]:
+    """The reason for each object of which there would be something to see. To be asked where no blob was found.
+
+    :param labels: (H, W) class number per pixel. :param blank: ignored rectangles x,y,width,height,...
+    """
+    left_out = _left_out(labels.shape, blank, scene)
+    for target in targets:
+        wanted = [label for c in target.model.components for label in c.labels(target.label)]
+        if left_out:
+            yield Rejection(target.name, left_out)
+        else:
+            yield from _small_or_outside(target.name, np.isin(labels, wanted), min_blob_px, scene)
+
+
+def _left_out(shape: tuple[int, ...], blank: tuple[int, ...], scene: Scene) -> str:
+    """Which parameter leaves nothing at all of an image of this shape (H, W); empty: none."""
+    left = np.ones(shape, np.uint8)
+    for rectangle in rectangles(blank):
+        left[rectangle] = 0
+    if not left.any():
+        return f"image.blank leaves {NO_PIXEL}"
+    rows, columns = np.nonzero(left)
+    return "" if scene.inside(np.column_stack([columns, rows])).any() else f"scene.region leaves {NO_PIXEL}"
+
+
+def _small_or_outside(name: str, mask: NDArray[np.bool_], min_blob_px: float, scene: Scene) -> Iterator[Rejection]:
+    count, _, stats, middles = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    if count == 1:  # the background alone
+        return
+    areas, middles = stats[1:, cv2.CC_STAT_AREA], middles[1:]
+    inside = scene.inside(middles)
+    reason = f"all {len(areas)} blobs of its classes lie outside scene.region"
+    if inside.any():
+        areas, middles = areas[inside], middles[inside]
+        if areas.max() >= min_blob_px:  # it was not looked at for want of time
+            return
+        reason = (
+            f"{len(areas)} blobs of its classes, the largest of {areas.max()} pixels, fewer than "
+            f"recognizer.min_blob_px {min_blob_px:g}"
+        )
+    x, y = middles[areas.argmax()].tolist()
+    yield Rejection(name, reason, 0.0, x, y)

@@ -1,0 +1,24 @@
+"""Pictures as files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+
+from ...core.base.errors import ConfigError
+from ..base.whole_files import save_file
+from .decoding import Image
+
+
+def save_picture(path: Path, picture: Image, options: Sequence[int] = ()) -> None:
+    """In the form that the name's end tells, whole or not at all. :param options: OpenCV's, of that form.
+
+    :raises ConfigError: there is no such form, or the file cannot be written.
+    """
+    try:
+        _, data = cv2.imencode(path.suffix, picture, list(options))
+    except cv2.error:
+        raise ConfigError(f"{path}: '{path.suffix}' is no kind of picture; let the name end in .png") from None
+    save_file(path, data.tobytes())

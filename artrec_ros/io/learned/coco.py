@@ -1,0 +1,78 @@
+"""COCO files: their tables, row by row."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ...core.base.errors import ConfigError
+from ..base.kinds import COCO, mistaken
+from ..base.yaml_files import Value, load_value, read_text
+
+_MOST_BYTES = 2**30  # COCO itself has a quarter of that
+
+
+def read_coco(path: Path) -> dict[str, Value]:
+    """The top level of a COCO file, in which its three tables are."""
+    value = read_json(path)
+    if problem := mistaken(value.raw, COCO):
+        raise value.error(problem)
+    top = value.entries()
+    for key in ("images", "annotations", "categories"):
+        if key not in top:
+            raise ConfigError(f"{path}: {key}: this key is missing; a COCO file is wanted")
+    return top
+
+
+def read_json(path: Path) -> Value:
+    """A JSON file as a `Value`."""
+    try:
+        return Value(path, "", json.loads(read_text(path, _MOST_BYTES), object_pairs_hook=_unique))
+    except json.JSONDecodeError as error:
+        if path.suffix.lower() in (".yaml", ".yml") and (problem := mistaken(load_value(path).raw, COCO)):
+            raise ConfigError(f"{path}: {problem}") from None
+        raise ConfigError(f"{path}: line {error.lineno}: is no valid JSON: {error.msg}") from None
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+    except RecursionError:
+        raise ConfigError(f"{path}: is no COCO file: it is nested too deeply") from None
+    except ValueError:  # Python reads no number of thousands of digits
+        raise ConfigError(f"{path}: is no COCO file: a number in it is too long") from None
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    entries = dict(pairs)
+    if len(entries) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ConfigError(f"the key '{twice}' is given twice in one object; keep one")
+    return entries
+
+
+def coco_entry(value: Value, key: str) -> Value:
+    """COCO files have keys of other tools too: they are passed over."""
+    entries = value.entries()
+    if key not in entries:
+        raise value.error(f"{key}: this key is missing")
+    return entries[key]
+
+
+def rows_of(table: Value) -> Iterator[Value]:
+    """The rows of a table. :raises ConfigError: two have one id."""
+    seen: set[int] = set()
+    for row in table.items():
+        number = coco_entry(row, "id")
+        if number.integer() in seen:
+            raise number.error(f"the id {number.raw} is there twice")
+        seen.add(number.integer())
+        yield row
+
+
+def coco_image(value: Value, folder: Path) -> tuple[int, tuple[Path, tuple[int, int] | None]]:
+    """An image's id, its file, and its (width, height) where the file tells it."""
+    entries, size = value.entries(), None
+    if "width" in entries and "height" in entries:
+        size = (int(entries["width"].number(1)), int(entries["height"].number(1)))
+    return coco_entry(value, "id").integer(), (folder / coco_entry(value, "file_name").text(), size)

@@ -1,0 +1,65 @@
+"""The sections of ROS parameter files: which parameters they give to which node."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...core.base.errors import ConfigError
+from ..base.kinds import PARAMETERS, holds_parameters, mistaken
+from ..base.yaml_files import Value, load_value
+
+SECTION = "ros__parameters"
+
+
+def read_flat(path: str | Path) -> dict[str, Value]:
+    """The parameters of a ROS parameter file by their flat names; a node's own section goes before the wildcard's."""
+    value = load_value(path)
+    if problem := mistaken(value.raw, PARAMETERS):
+        raise value.error(f"{problem}, which names the object's file (docs/parameters.md)")
+    sections = _sections(value) if not isinstance(value.raw, dict) or holds_parameters(value.raw) else {}
+    if not sections:
+        raise ConfigError(f"{path}: no parameters found; they stand under '/**:' and '{SECTION}:'")
+    named = [name for name in sections if name.rpartition("/")[2] not in ("**", "*")]
+    ours = [name for name in named if name.rpartition("/")[2].startswith("artrec")]
+    ours = ours or [name for name in named if "objects" in sections[name].entries()]
+    if len(ours) > 1:
+        raise ConfigError(f"{path}: parameters of {len(ours)} nodes ({', '.join(ours)}); keep one, or use '/**:'")
+    flat: dict[str, Value] = {}
+    for name in [*(n for n in sections if n not in named), *ours]:
+        flat.update(_flatten(sections[name]))
+    return flat
+
+
+def check_sections(paths: Sequence[Path], node: str) -> None:
+    """:param node: with its namespace. :raises ConfigError: no section of the files is this node's."""
+    names = [name for path in paths for name in _sections(load_value(path))]
+    if names and not any("*" in name or f"/{name.strip('/')}" == node for name in names):
+        files = ", ".join(map(str, paths))
+        raise ConfigError(
+            f"{files}: no section matches the node {node} (there: {', '.join(names)}); use '/**:', which matches all"
+        )
+
+
+def _sections(value: Value, name: str = "") -> dict[str, Value]:
+    """The `ros__parameters` of each node that a parameter file names."""
+    found: dict[str, Value] = {}
+    for key, child in value.entries().items():
+        if key == SECTION:
+            if not name:
+                raise child.error("stands under a node's name, such as '/**:'")
+            found[name] = Value(value.file, "", child.raw)
+        else:
+            found.update(_sections(child, f"{name}/{key.strip('/')}" if name else key))
+    return found
+
+
+def _flatten(section: Value) -> dict[str, Value]:
+    """Nested keys joined by dots; the section itself is not part of the names."""
+    flat: dict[str, Value] = {}
+    for key, child in section.entries().items():
+        for full, value in (_flatten(child) if isinstance(child.raw, dict) else {child.key: child}).items():
+            if full in flat:
+                raise value.error(f"is given twice, once of them as '{key}'; keep one")
+            flat[full] = value
+    return flat

@@ -1,0 +1,54 @@
+"""Where no blob is left of an image, it is told which parameter left none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cranes import CRANE, RED
+from scene import crane, crane_placed, render
+
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig, SceneConfig
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.recognizer import Recognizer
+
+SIZE = (420, 240)
+EMPTY = np.zeros(SIZE[::-1], np.uint8)
+SEEN = render(SIZE, crane(), [crane_placed(150, 110, 0.2, 55)], RED)
+
+
+@pytest.mark.parametrize(
+    ("image", "config", "image_config", "reason"),
+    [
+        (EMPTY, {}, {}, None),
+        (SEEN, {"min_blob_px": 100_000}, {}, "fewer than recognizer.min_blob_px 100000"),
+        (SEEN, {"scene": SceneConfig(region=(400, 0, 419, 0, 419, 20))}, {}, "lie outside scene.region"),
+        (
+            SEEN,
+            {"scene": SceneConfig(region=(500, 0, 600, 0, 600, 90))},
+            {},
+            "scene.region leaves no pixel of the image",
+        ),
+        (SEEN, {}, {"blank": (0, 0, 200, 240, 200, 0, 220, 240)}, "image.blank leaves no pixel of the image"),
+        (SEEN, {}, {"blank": (0, 0, 419, 240)}, None),
+    ],
+)
+def test_what_left_no_blob_is_told(image, config, image_config, reason):
+    config = replace(RecognizerConfig(), **config)
+    segmenter = Segmenter(replace(ImageConfig(), **image_config))
+    result = Recognizer([Target("crane", crane(), RED, CRANE)], config, segmenter).recognize(image)
+    assert result.blobless and not result.detections
+    if reason is None:
+        assert not result.rejected
+    else:
+        (told,) = result.rejected
+        assert told.object == "crane" and reason in told.reason
+
+
+def test_of_an_image_with_blobs_nothing_is_told():
+    result = Recognizer([Target("crane", crane(), RED, CRANE)], RecognizerConfig(), Segmenter(ImageConfig())).recognize(
+        SEEN
+    )
+    assert not result.blobless and len(result.detections) == 1

@@ -1,0 +1,71 @@
+"""Files that commands write: whole or not at all, by whatever name."""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from artrec_ros.core.base.config import ClassConfig, ImageConfig
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.learning.pair_learning import learn
+from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.io.base.whole_files import save_file
+from artrec_ros.io.images.writing import save_picture
+from artrec_ros.io.learned.colours import save_colours
+from artrec_ros.io.learned.constraints import save_constraints
+from artrec_ros.io.objects.object_writer import save_object
+
+FLAG = Marker("flag", np.array([[0, 0], [0.4, 0], [0.3, 0.1], [0.4, 0.2], [0, 0.2]]), [0, 0.1], [0.3, 0.1])
+MODEL = ObjectModel("toy", (Component("base", (FLAG,), required=True),))
+IMAGE = ImageConfig(kind="colour", classes={"red": ClassConfig(label=1)})
+
+
+@contextmanager
+def no_room(size: int = 8) -> Iterator[None]:
+    """Files can hold so many bytes, as on a disk that is nearly full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize(
+    "save",
+    [
+        lambda path: save_object(path, MODEL),
+        lambda path: save_constraints(path, learn(MODEL, [])),
+        lambda path: save_colours(path, IMAGE),
+        lambda path: save_picture(path, np.zeros((40, 40, 3), np.uint8)),
+    ],
+)
+def test_without_room_an_earlier_file_stays(save: Callable[[Path], None], tmp_path: Path) -> None:
+    path = tmp_path / "file.png"
+    path.write_text("as it was before")
+    with no_room(), pytest.raises(ConfigError, match=r"file\.png: cannot be written: File too large"):
+        save(path)
+    assert path.read_text() == "as it was before" and [*tmp_path.iterdir()] == [path]
+
+
+def test_a_link_stays_one_and_folders_are_made(tmp_path: Path) -> None:
+    target, link = tmp_path / "kept" / "there.yaml", tmp_path / "link.yaml"
+    link.symlink_to(target)
+    save_file(target, "one")
+    save_file(link, b"two")
+    assert link.is_symlink() and target.read_bytes() == b"two"
+
+
+def test_what_is_no_file_is_written_as_it_is() -> None:
+    save_file("/dev/null", "text")
+    assert Path("/dev/null").is_char_device()
+
+
+def test_a_picture_of_no_kind_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"'.pgn' is no kind of picture; let the name end in .png"):
+        save_picture(tmp_path / "a.pgn", np.zeros((4, 4), np.uint8))

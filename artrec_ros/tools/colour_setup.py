@@ -13,6 +13,8 @@ from ..io.base.shared_files import resolve_path
 from ..io.parameters.parameter_file import setup_from_flat
 from ..io.parameters.sections import read_flat
 
+_READ = "image.blank", "image.smoothing_px"
+
 
 @dataclass(frozen=True)
 class ColourSetup:
@@ -21,7 +23,7 @@ class ColourSetup:
     :param labels: of the classes that axes show, by name: those of markers, and of bodies of what lies flat.
     :param bodies: those of them that are of bodies alone.
     :param hidden: of the classes of other bodies alone, which axes do not show.
-    :param plane: on which objects lie.
+    :param plane: on which objects lie. :param smoothing_px: of images before they are read.
     """
 
     targets: tuple[Target, ...]
@@ -30,10 +32,12 @@ class ColourSetup:
     bodies: frozenset[str] = frozenset()
     hidden: Mapping[str, int] = field(default_factory=dict)
     plane: PlaneConfig = PlaneConfig()
+    smoothing_px: float = 0.0
 
 
 def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourSetup:
-    """From a node's parameter files; of their `image` only names and labels of classes, and `blank`, are read.
+    """From a node's parameter files; of their `image` only names and labels of classes, `blank` and
+    `smoothing_px` are read.
 
     A class is named by `more` (name -> label), by `image.classes`, or by the object or component whose label it is.
     """
@@ -43,7 +47,7 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
         *(name for name in more if name not in flat.get("image.classes", [])),
     ]
     kept = {k: v for k, v in flat.items() if k.split(".")[0] != "image" and not k.endswith(".constraint_file")}
-    kept |= {k: flat[k] for k in ("image.blank", *(f"image.{name}.label" for name in classes)) if k in flat}
+    kept |= {k: flat[k] for k in (*_READ, *(f"image.{name}.label" for name in classes)) if k in flat}
     kept |= {f"image.{name}.label": label for name, label in more.items()}
     kept |= {"image.classes": classes} if classes else {}
     folder, config_dir, source = paths[0].absolute().parent, flat.get("config_dir"), ", ".join(map(str, paths))
@@ -61,7 +65,8 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
         on_markers |= set() if body else {name}
     hidden = {name: label for name, label in hidden.items() if name not in labels}
     bodies = frozenset(labels) - on_markers
-    return ColourSetup(setup.targets, labels, setup.image.blank, bodies, hidden, setup.recognizer.scene.plane)
+    image, plane = setup.image, setup.recognizer.scene.plane
+    return ColourSetup(setup.targets, labels, image.blank, bodies, hidden, plane, image.smoothing_px)
 
 
 def _classes(targets: tuple[Target, ...]) -> Iterator[tuple[str, int, bool, bool]]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
@@ -179,7 +180,7 @@ def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetu
         names = {label: name for name, label in labels.items()}
         plane = FieldPlane.of(setup.plane, None) if setup.plane.is_given else None  # a lens bends no outline by much
         marked = load_marked_objects(args.annotations, setup.targets, names, args.images, args.around, plane)
-        return samples_of_regions(marked[:: args.every], labels, setup.blank)
+        return samples_of_regions(marked[:: args.every], labels, setup.blank, setup.smoothing_px)
     if args.annotations:
         return samples_of_regions(load_regions(args.annotations)[:: args.every], labels)
     return samples_of_labels(_pairs(args), labels, args.every)
@@ -192,21 +193,24 @@ def samples_of_labels(pairs: Iterable[Pair], labels: dict[str, int], every: int)
 
 
 def samples_of_regions(
-    marked: Iterable[MarkedImage], labels: dict[str, int], blank: tuple[int, ...] = ()
+    marked: Iterable[MarkedImage], labels: dict[str, int], blank: tuple[int, ...] = (), smoothing_px: float = 0.0
 ) -> tuple[Samples, Told]:
-    """Colours by category from images with marked regions. :param blank: rectangles that are not looked at."""
+    """Colours by category from images with marked regions.
+
+    :param blank: rectangles that are not looked at. :param smoothing_px: of images before they are looked at.
+    """
     marked = list(marked)
     found = dict.fromkeys([*labels, *(name for m in marked for name, _ in m.regions)])
     names = {0: REST} | dict(enumerate((name for name in found if name != REST), start=1))
     numbers = {name: n for n, name in names.items()}
-    pairs = (_blanked(m.read(numbers, _UNMARKED), blank) for m in marked)
+    pairs = (_prepared(m.read(numbers, _UNMARKED), blank, smoothing_px) for m in marked)
     return _collect(pairs, names, labels)
 
 
-def _blanked(pair: Pair, blank: tuple[int, ...]) -> Pair:
+def _prepared(pair: Pair, blank: tuple[int, ...], smoothing_px: float) -> Pair:
     for x, y, width, height in np.reshape(blank, (-1, 4)).astype(int).tolist():
         pair[1][y : y + height, x : x + width] = _UNMARKED
-    return pair
+    return pair if smoothing_px == 0 else (cv2.GaussianBlur(pair[0], (0, 0), smoothing_px), pair[1])
 
 
 def _collect(

@@ -354,3 +354,18 @@ def test_a_body_whose_class_is_badly_told_is_named_with_what_to_do(right: float,
     lines = [line for line in report(learned, ["plate"]) if "body's class 'plate'" in line]
     assert len(lines) == told and all("Leave the label out of the body" in line for line in lines)
     assert not any("body's class" in line for line in report(learned))  # as a marker's it is another matter
+
+
+def test_colours_are_learned_of_images_as_they_will_be_read(robots: Path) -> None:
+    """Pixels of a palette, as a GIF has them, are of colours that no class has; smoothed they are of the classes'."""
+    ground = np.indices((60, 90)).sum(axis=0)[..., None] % 2 * np.array([2, 0, -2]) + np.array([-1, 0, 1])
+    for n in range(3):
+        image = cv2.imread(str(robots / f"{n}.png")).astype(int)
+        cv2.imwrite(str(robots / f"{n}.png"), np.clip(image + 70 * ground, 0, 255).astype(np.uint8))
+    (robots / "robots.yaml").write_text(ROBOTS.replace("kind: colour", "kind: colour\n      smoothing_px: 1.5"))
+    assert learn_robots(robots) == 0
+    setup = load_parameters(robots / "robots.yaml", robots / "colours.yaml")
+    assert setup.image.smoothing_px == 1.5
+    read = Segmenter(setup.image).labels(cv2.imread(str(robots / "0.png")))
+    shares = [(read[y : y + 10, x : x + 10] == label).mean() for y, x, label in ((15, 13, 1), (35, 13, 3), (35, 53, 2))]
+    assert min(shares) > 0.95, shares

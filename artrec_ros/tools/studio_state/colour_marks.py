@@ -170,13 +170,13 @@ class ColourMarks:
     def _samples(self, labels: dict[str, int]) -> tuple[Samples, Told]:
         if not self.patches:
             raise ConfigError(f"nothing is marked yet: click patches of {', '.join(self.labels)}, and background")
-        return samples_of_regions(load_regions([self.path]), labels)
+        return samples_of_regions(load_regions([self.path]), labels, smoothing_px=self._setup.smoothing_px)
 
     def learn_from_axes(self, annotations: Path) -> Learned:
         """Colours from marked axes, as `artrec learn-colours --annotations ... --params-file ...` learns them."""
         names = {label: name for name, label in self.labels.items()}
         marked = load_marked_objects([annotations], self._setup.targets, names)
-        samples, told = samples_of_regions(marked, self.labels, self._setup.blank)
+        samples, told = samples_of_regions(marked, self.labels, self._setup.blank, self._setup.smoothing_px)
         return learn_from(samples, told, self.labels)
 
     def keep(self, learned: Learned) -> Path:

@@ -60,7 +60,7 @@ def _unexplained(
         for blob in sorted((b for b in blobs if b.label in finder.root_labels), key=lambda b: -b.area_px):
             if told < _MOST and field.owned_share(blob.contour) < explained and not _holds(blob, places):
                 x, y = blob.contour.mean(axis=0).tolist()
-                reason = f"none of its size, range and scene fits this blob of {blob.area_px:.0f} pixels of its class"
+                reason = f"no candidate is left in this blob of {blob.area_px:.0f} pixels of its class"
                 yield Rejection(finder.target.name, reason, 0.0, x, y)
                 told += 1
 

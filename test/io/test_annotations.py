@@ -62,6 +62,12 @@ def test_an_id_that_is_there_twice_is_told(table: str, tmp_path: Path) -> None:
         load_coco([_write(tmp_path, {**COCO, table: rows})])
 
 
+def test_a_missing_file_is_named_once(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as caught:
+        load_coco([tmp_path / "none.json"])
+    assert str(caught.value).count("none.json") == 1
+
+
 def test_a_key_that_is_given_twice_is_told(tmp_path: Path) -> None:
     path = tmp_path / "coco.json"
     path.write_text(json.dumps(COCO)[:-1] + ', "images": []}')

@@ -135,6 +135,11 @@ def test_no_camera_sees_so_much_or_so_little(focal_px, distortion, said):
         camera_from_info(640, 480, matrix, distortion, "plumb_bob")
 
 
+def test_both_axes_must_be_plausible():
+    with pytest.raises(ConfigError, match=r"a focal length of 1.25 px and a height of 480 px make 179 degrees of view"):
+        camera_from_info(640, 480, [600, 0, 320, 0, 1.25, 240, 0, 0, 1], [], "plumb_bob")
+
+
 @pytest.mark.parametrize(
     ("focal_px", "distortion"),
     [

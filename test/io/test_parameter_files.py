@@ -127,6 +127,10 @@ def test_config_dir_is_where_paths_start(folder: Path) -> None:
         ("/robot/artrec_node", 1),
         ("robot/artrec_node", 1),
         ("a", 0),
+        ("/**/artrec_node", 1),
+        ("/**/camera_node", 0),
+        ("/other/**", 0),
+        ("/robot/**", 1),
     ],
 )
 def test_a_file_of_other_nodes_is_told(folder: Path, name: str, matches: int) -> None:

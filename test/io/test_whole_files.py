@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import resource
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -61,11 +63,36 @@ def test_a_link_stays_one_and_folders_are_made(tmp_path: Path) -> None:
     assert link.is_symlink() and target.read_bytes() == b"two"
 
 
+def test_what_may_be_written_to_is_and_keeps_its_rights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mounted file cannot be replaced, only filled anew."""
+    path = tmp_path / "mounted.yaml"
+    path.write_text("one")
+    path.chmod(0o664)
+    save_file(path, "two")
+    assert path.read_text() == "two" and path.stat().st_mode & 0o777 == 0o664
+
+    def busy(*names: object) -> None:
+        raise OSError(errno.EBUSY, "Device or resource busy")
+
+    monkeypatch.setattr(os, "replace", busy)
+    save_file(path, "three")
+    assert path.read_text() == "three" and [*tmp_path.iterdir()] == [path]
+    with pytest.raises(ConfigError, match="busy"):
+        save_file(tmp_path / "new.yaml", "four")
+
+
+def test_a_link_to_itself_is_told(tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    with pytest.raises(ConfigError, match="loop: cannot be written: "):
+        save_file(tmp_path / "loop", "text")
+
+
 def test_what_is_no_file_is_written_as_it_is() -> None:
     save_file("/dev/null", "text")
     assert Path("/dev/null").is_char_device()
 
 
 def test_a_picture_of_no_kind_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"'.pgn' is no kind of picture; let the name end in .png"):
-        save_picture(tmp_path / "a.pgn", np.zeros((4, 4), np.uint8))
+    for name, picture in (("a.pgn", np.zeros((4, 4), np.uint8)), ("a.pgm", np.zeros((4, 4, 3), np.uint8))):
+        with pytest.raises(ConfigError, match=r"'.pg.' cannot hold this picture; let the name end in .png"):
+            save_picture(tmp_path / name, picture)

@@ -79,7 +79,7 @@ def find_blobs(
         mask = (labels == label).view(np.uint8)
         if _is_crowded(mask):
             mask = _without_specks(mask, config.min_blob_px)
-        chains = _outer_chains(mask)
+        chains = _outer_chains(mask, config.min_blob_px)
         found += [(area, label, chain) for area, chain in _large_enough(chains, config)]
     if len(found) > config.blobs.max_blobs:
         found = sorted(found, key=lambda f: -f[0])[: config.blobs.max_blobs]
@@ -87,11 +87,20 @@ def find_blobs(
     return _outlined(found, labels.shape, np.array(blank, np.int64).reshape(-1, 4)) if found else ()
 
 
-def _outer_chains(mask: NDArray[np.uint8]) -> list[NDArray[np.int32]]:
-    """The external contours (n, 1, 2) of all that is set in a mask (H, W), what lies in another one's hole included: a
-    red border around the scene hides no red robot."""
-    chains, nesting = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    return [chain for chain, (_, _, _, parent) in zip(chains, nesting[0], strict=True) if parent < 0] if chains else []
+def _outer_chains(mask: NDArray[np.uint8], least_px: float) -> list[NDArray[np.int32]]:
+    """The external contours (n, 1, 2) of all that is set in a mask (H, W), what lies in another one's hole included, as
+    far as it has so many pixels: a red border around the scene hides no red robot.
+
+    By labels of connected parts, and only where there is room in holes: of a mask full of pinholes OpenCV takes seconds
+    to tell which contour lies in which.
+    """
+    chains = list(cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0])
+    if sum(map(_pixels_enclosed, chains)) - cv2.countNonZero(mask) < least_px:
+        return chains
+    _, part, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    inner = stats[:, cv2.CC_STAT_AREA] >= least_px
+    inner[[0, *(part[chain[0, 0, 1], chain[0, 0, 0]] for chain in chains)]] = False
+    return chains + _outer_chains(inner.view(np.uint8)[part], least_px) if inner.any() else chains
 
 
 def _is_crowded(mask: NDArray[np.uint8]) -> bool:

@@ -158,12 +158,14 @@ class WholeObjectFinder:
     def rejointed(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
         """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better."""
         for _ in range(self.surface.kinematics.n_joints):
+            if frame.deadline.expired:
+                break
             others = self._other_joints.of(frame, best.poses, float(best.votes[0]))
             found = self._fit_all(frame, others).best(1, self._search) if len(others) else best[:0]
             found = found[found.votes > self._search.near_joints * best.votes[0]]
             if len(found) and found.votes[0] <= best.votes[0]:
                 found = self._fit_all(frame, self._climb(frame, found, climb).poses).best(1, self._search)
-            if frame.deadline.expired or not len(found) or found.votes[0] <= best.votes[0]:
+            if not len(found) or found.votes[0] <= best.votes[0]:
                 break
             best = found
         return best

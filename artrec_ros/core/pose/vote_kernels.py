@@ -170,11 +170,12 @@ def said_of(
         same += weight * own[found]
     size = s.area[p] * f2 / depth**2 * cosine
     value = total / count * size
-    if k >= 0 and seen > limits.ring_visible * shown:
-        cut = n_near > 0 and shown < all_of_it
-        if cut:
-            on = s.contour[k]
-            hide(s, A, b, (on[0], on[1], on[2]), room, n_near, limits.behind)
+    cut = k >= 0 and seen > 0.0 and n_near > 0 and shown < all_of_it
+    if cut:  # as by a bezel, the outline may be hidden altogether
+        on = s.contour[k]
+        hide(s, A, b, (on[0], on[1], on[2]), room, n_near, limits.behind)
+        cut = not room.hidden[: on.shape[1]].all()
+    if k >= 0 and seen > limits.ring_visible * (shown if cut else all_of_it):
         ring, parted = ring_votes(s, k, own, A, b, depth, near, cut, view, limits, room)
         value = value * parted if value > 0.0 else value  # amid its class there is nothing to tell a marker by
         value += ring * ring_px2(s, k, cosine, depth, f2, limits)

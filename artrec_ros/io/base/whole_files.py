@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -12,12 +14,16 @@ from types import TracebackType
 
 from ...core.base.errors import ConfigError, SourceError
 
+_IN_PLACE = {errno.EBUSY, errno.EACCES, errno.EPERM, errno.EROFS}
+
 
 def write_whole(path: Path, content: bytes | str) -> None:
     """The file is replaced at once, or not at all. :raises OSError: it cannot be written."""
     part = path.with_name(path.name + ".part")
     try:
         part.write_bytes(_bytes(content))
+        if path.exists():
+            shutil.copymode(path, part)
         os.replace(part, path)
     except BaseException:
         part.unlink(missing_ok=True)
@@ -32,12 +38,17 @@ def save_file(path: str | Path, content: bytes | str) -> None:
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        if path.exists() and not path.is_file():  # such as /dev/stdout, beside which nothing can be written
-            path.write_bytes(_bytes(content))
-        else:
-            write_whole(path.resolve(), content)
+        if path.is_file() or not path.exists():
+            try:
+                return write_whole(path.resolve(), content)
+            except OSError as error:  # a folder that is read only, or a file that is mounted, may yet be written to
+                if error.errno not in _IN_PLACE or not path.exists():
+                    raise
+        path.write_bytes(_bytes(content))  # such as /dev/stdout, beside which nothing can be written
     except OSError as error:
         raise ConfigError(f"{path}: cannot be written: {error.strerror}") from None
+    except RuntimeError:  # Python's word for it
+        raise ConfigError(f"{path}: cannot be written: its link leads back to itself") from None
 
 
 @contextmanager

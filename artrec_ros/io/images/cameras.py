@@ -99,14 +99,15 @@ def _check_matrix(K: Array, what: str) -> None:
 
 def _check_view(K: Array, D: Array, size: tuple[int, int]) -> None:
     """Refuses what would place everything wrong, or out of the image, and so find nothing."""
-    edges = np.array(size) / 2 / (K[0, 0], K[1, 1])
-    view_deg, (low, high) = float(2 * np.degrees(np.arctan(edges[0]))), _VIEW_DEG
-    if not low <= view_deg <= high:
-        cause = "was K divided by the image's width?" if view_deg > high else "are they those of one image?"
-        raise ConfigError(
-            f"the camera's calibration is implausible: a focal length of {K[0, 0]:.3g} px and a width of {size[0]} px "
-            f"make {view_deg:.3g} degrees of view; {cause}"
-        )
+    edges, (low, high) = np.array(size) / 2 / (K[0, 0], K[1, 1]), _VIEW_DEG
+    for axis, name in enumerate(("width", "height")):
+        view_deg = float(2 * np.degrees(np.arctan(edges[axis])))
+        if not low <= view_deg <= high:
+            cause = f"was K divided by the image's {name}?" if view_deg > high else "are they those of one image?"
+            raise ConfigError(
+                f"the camera's calibration is implausible: a focal length of {K[axis, axis]:.3g} px and a {name} of "
+                f"{size[axis]} px make {view_deg:.3g} degrees of view; {cause}"
+            )
     k1, k2, p1, p2, k3, k4, k5, k6 = np.pad(D, (0, 8 - D.size))
     r = np.linspace(0, _CENTRAL * np.hypot(*edges), 50)
     r2 = r * r

@@ -18,7 +18,9 @@ def save_picture(path: Path, picture: Image, options: Sequence[int] = ()) -> Non
     :raises ConfigError: there is no such form, or the file cannot be written.
     """
     try:
-        _, data = cv2.imencode(path.suffix, picture, list(options))
+        done, data = cv2.imencode(path.suffix, picture, list(options))
     except cv2.error:
-        raise ConfigError(f"{path}: '{path.suffix}' is no kind of picture; let the name end in .png") from None
+        done = False
+    if not done:
+        raise ConfigError(f"{path}: '{path.suffix}' cannot hold this picture; let the name end in .png")
     save_file(path, data.tobytes())

@@ -28,8 +28,9 @@ def read_coco(path: Path) -> dict[str, Value]:
 
 def read_json(path: Path) -> Value:
     """A JSON file as a `Value`."""
+    text = read_text(path, _MOST_BYTES)
     try:
-        return Value(path, "", json.loads(read_text(path, _MOST_BYTES), object_pairs_hook=_unique))
+        return Value(path, "", json.loads(text, object_pairs_hook=_unique))
     except json.JSONDecodeError as error:
         if path.suffix.lower() in (".yaml", ".yml") and (problem := mistaken(load_value(path).raw, COCO)):
             raise ConfigError(f"{path}: {problem}") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -34,11 +35,17 @@ def read_flat(path: str | Path) -> dict[str, Value]:
 def check_sections(paths: Sequence[Path], node: str) -> None:
     """:param node: with its namespace. :raises ConfigError: no section of the files is this node's."""
     names = [name for path in paths for name in _sections(load_value(path))]
-    if names and not any("*" in name or f"/{name.strip('/')}" == node for name in names):
+    if names and not any(_matches(name, node) for name in names):
         files = ", ".join(map(str, paths))
         raise ConfigError(
             f"{files}: no section matches the node {node} (there: {', '.join(names)}); use '/**:', which matches all"
         )
+
+
+def _matches(name: str, node: str) -> bool:
+    """As ROS reads the wildcards of sections: `*` is one part of a name, `**` any number of them."""
+    pattern = re.escape(f"/{name.strip('/')}").replace(r"/\*\*", "(/[^/]+)*").replace(r"\*", "[^/]+")
+    return re.fullmatch(pattern, node) is not None
 
 
 def _sections(value: Value, name: str = "") -> dict[str, Value]:

@@ -45,6 +45,18 @@ def test_what_lies_in_a_ring_of_its_own_class_is_a_blob_too():
     assert ring.area_px == 96 * 76
 
 
+def test_rings_in_rings_are_all_found_and_specks_in_holes_are_not():
+    """A target of rings, pinholes all over, and in its middle a square; in one of the gaps a speck."""
+    labels = np.zeros((120, 120), np.uint8)
+    for side in (110, 80, 50):
+        cv2.rectangle(labels, (60 - side // 2, 60 - side // 2), (60 + side // 2, 60 + side // 2), 1, 4)
+    labels[50:70, 50:70] = 1
+    labels[np.random.default_rng(1).random(labels.shape) < 0.01] = 0
+    labels[25:27, 58:60] = 1
+    areas = [round(b.area_px) for b in find_blobs(labels, {1}, CONFIG)]
+    assert len(areas) == 4 and areas[-1] <= 400 < areas[-2]
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.2, 0.5, np.pi / 4, 1.2])
 @pytest.mark.parametrize("side", [20.0, 60.0])
 def test_subpixel_contour_removes_the_half_pixel(angle, side):

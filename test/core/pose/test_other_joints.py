@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import RED, cabinet, camera_of, pose, render
+from solids import RED, RIGHT_SIDE, cabinet, camera_of, marker, pose, rectangle, render
 
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import Climb, WholeObjectFinder
 from artrec_ros.core.pose.ranked import Ranked
@@ -40,6 +42,21 @@ def test_the_outline_of_what_comes_out_of_a_body_tells_how_far_it_is_out(finder,
     both = Poses.concatenate([truth, opened(0.05, heading)])
     right, too_far = finder.votes(frame_of(truth), both, occlusion=True)
     assert right > too_far + 50
+
+
+def test_what_is_seen_of_a_marker_behind_a_bezel_counts():
+    """Four bars of its own object hide all of its outline, and nothing of its middle."""
+    bars = [((x, -0.02, z), size) for (x, z), size in zip(
+        ((0, 0.055), (0, -0.055), (0.085, 0), (-0.085, 0)),
+        ((0.2, 0.01, 0.03), (0.2, 0.01, 0.03), (0.03, 0.01, 0.14), (0.03, 0.01, 0.14)),
+        strict=True,
+    )]  # fmt: skip
+    boxes = tuple(Box(Pose.from_xyz_rpy(xyz), np.array(size)) for xyz, size in bars)
+    plate = marker("plate", rectangle(0.16, 0.1), RIGHT_SIDE, (0, 0, 0))
+    framed = ObjectModel("framed", (Component("screen", (plate,), required=True, bodies=boxes),))
+    found, there = WholeObjectFinder(Target("framed", framed, RED), DEFAULTS), pose(0, 0, 0.8, model=framed)
+    frame = ImageFrame(LabelField(render(CAMERA, [(framed, there, RED)])), CAMERA)
+    assert found.votes(frame, there, occlusion=True)[0] > 10_000
 
 
 @pytest.mark.parametrize("begun", [0.0, 0.2])

@@ -19,6 +19,7 @@ from .contour_kernels import outlines
 
 _CROWD_ROWS = 8  # every so many-th is looked at
 _CROWDED = 0.05  # changes between neighbours in a row, as a share of its pixels: decides on the time alone
+_FEW_IN_HOLES = 2_000  # pixels: of more pinholes OpenCV takes longer to tell what lies in which than to label all parts
 _COARSER = 1.5  # from one tolerance to the next that is tried
 
 
@@ -89,14 +90,14 @@ def find_blobs(
 
 def _outer_chains(mask: NDArray[np.uint8], least_px: float) -> list[NDArray[np.int32]]:
     """The external contours (n, 1, 2) of all that is set in a mask (H, W), what lies in another one's hole included, as
-    far as it has so many pixels: a red border around the scene hides no red robot.
-
-    By labels of connected parts, and only where there is room in holes: of a mask full of pinholes OpenCV takes seconds
-    to tell which contour lies in which.
-    """
+    far as it has so many pixels: a red border around the scene hides no red robot."""
     chains = list(cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0])
-    if sum(map(_pixels_enclosed, chains)) - cv2.countNonZero(mask) < least_px:
+    in_holes = sum(map(_pixels_enclosed, chains)) - cv2.countNonZero(mask)
+    if in_holes < least_px:
         return chains
+    if in_holes < _FEW_IN_HOLES:
+        chains, nesting = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        return [chain for chain, (_, _, _, parent) in zip(chains, nesting[0], strict=True) if parent < 0]
     _, part, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     inner = stats[:, cv2.CC_STAT_AREA] >= least_px
     inner[[0, *(part[chain[0, 0, 1], chain[0, 0, 0]] for chain in chains)]] = False

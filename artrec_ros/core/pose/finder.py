@@ -74,7 +74,7 @@ class WholeObjectFinder:
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
         self._rebends = Rebends(self.surface, self.first_grids)
         step, most, plain = self._search.fine_joint_step, self._search.other_joints, float(config.votes.inside[0])
-        self._other_joints = OtherJoints(self.surface, self._value, step, most, plain)
+        self._other_joints = OtherJoints(self.surface, self._value, step, most, plain, 1 - self._search.near_joints)
         self.regions = RegionFit(self.surface, config) if facing else None
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)

@@ -22,12 +22,13 @@ _APART = 1.0  # steps from where a joint is: what is nearer a climb has looked a
 class OtherJoints:
     """Of one object."""
 
-    def __init__(self, surface: SpatialModel, value: Value, step: float, most: int, plain: float) -> None:
+    def __init__(self, surface: SpatialModel, value: Value, step: float, most: int, plain: float, least: float) -> None:
         """:param step: between values, see `Kinematics.grids`. :param most: poses that are given, the best ones.
+        :param least: share of an object's votes that a part must bring where it is.
         :param plain: mean vote of a marker's pixel from which on all of it is explained.
         """
         kin = surface.kinematics
-        self._surface, self._value, self._most, self._plain = surface, value, most, plain
+        self._surface, self._value, self._most, self._plain, self._least = surface, value, most, plain, least
         self._grids = kin.grids(step)
         joint_of = np.array(kin.joint_of)
         self._own = np.array([int(np.flatnonzero(joint_of == j)[0]) for j in range(kin.n_joints)], np.int64)
@@ -53,7 +54,7 @@ class OtherJoints:
             return np.zeros(along.shape, bool)
         beside = np.pad(along, ((0, 0), (1, 1)), constant_values=-np.inf)
         peak = (along >= beside[:, :-2]) & (along > beside[:, 2:])
-        least = np.where(np.isfinite(along), along, np.inf).min(axis=1, keepdims=True)
+        without = np.where(np.isfinite(along), along, np.inf).min(axis=1, keepdims=True)
         step = np.diff(self._grids[:, :2], axis=1) if self._grids.shape[1] > 1 else np.zeros((len(q), 1))
         far = np.abs(self._grids - q[:, None]) > _APART * np.nan_to_num(step)
-        return np.asarray(peak & far & (along > (least + votes) / 2))
+        return np.asarray(peak & far & (along > (without + votes) / 2) & (along > without + self._least * votes))

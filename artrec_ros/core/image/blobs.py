@@ -96,8 +96,8 @@ def _outer_chains(mask: NDArray[np.uint8], least_px: float) -> list[NDArray[np.i
     if in_holes < least_px:
         return chains
     if in_holes < _FEW_IN_HOLES:
-        chains, nesting = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-        return [chain for chain, (_, _, _, parent) in zip(chains, nesting[0], strict=True) if parent < 0]
+        each, nesting = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        return [chain for chain, (_, _, _, parent) in zip(each, nesting[0], strict=True) if parent < 0]
     _, part, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     inner = stats[:, cv2.CC_STAT_AREA] >= least_px
     inner[[0, *(part[chain[0, 0, 1], chain[0, 0, 0]] for chain in chains)]] = False

@@ -170,8 +170,8 @@ def said_of(
         same += weight * own[found]
     size = s.area[p] * f2 / depth**2 * cosine
     value = total / count * size
-    cut = k >= 0 and seen > 0.0 and n_near > 0 and shown <= limits.ring_visible * all_of_it
-    if cut:  # else most of the outline is the one in the image; as by a bezel, all of it may be hidden
+    cut = k >= 0 and seen > 0.0 and n_near > 0 and shown < all_of_it
+    if cut:  # as by a bezel, the outline may be hidden altogether
         on = s.contour[k]
         hide(s, A, b, (on[0], on[1], on[2]), room, n_near, limits.behind)
         cut = not room.hidden[: on.shape[1]].all()

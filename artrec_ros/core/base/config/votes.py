@@ -118,8 +118,7 @@ class VotesConfig(Room):
     )
     ring_visible: float = param(
         0.5,
-        "share of a marker that must not be hidden for all of its rim and ring to vote; of one of which its own object "
-        "leaves less, what is in view",
+        "share of what its own object leaves of a marker that others must not hide for its rim and ring to vote",
         low=0,
         high=1,
         paths=_WHOLE,

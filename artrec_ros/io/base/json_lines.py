@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 def strict_json(line: str) -> Any:
     """A line's content. :raises ValueError: it is no JSON, or holds NaN or an infinity, as Python writes them."""
-    return json.loads(line, parse_constant=_refuse)
+    return json.loads(line.rstrip("\r\n"), parse_constant=_refuse)  # in a line that is cut off its end is no mistake
 
 
 def fault(error: Exception) -> str:

@@ -75,6 +75,11 @@ class Kinematics:
         return len(self.lower)
 
     @cached_property
+    def carried(self) -> np.ndarray:
+        """(J,) the component that each joint carries."""
+        return np.array([self.joint_of.index(j) for j in range(self.n_joints)], np.int64)
+
+    @cached_property
     def moves(self) -> np.ndarray:
         """(C, J) bool: does joint j move component c."""
         out = np.zeros((len(self.parent), self.n_joints), bool)

@@ -30,16 +30,16 @@ class OtherJoints:
         kin = surface.kinematics
         self._surface, self._value, self._most, self._plain, self._least = surface, value, most, plain, least
         self._grids = kin.grids(step)
-        joint_of = np.array(kin.joint_of)
-        self._own = np.array([int(np.flatnonzero(joint_of == j)[0]) for j in range(kin.n_joints)], np.int64)
+        steps = np.diff(self._grids[:, :2], axis=1) if self._grids.shape[1] > 1 else np.zeros((kin.n_joints, 1))
+        self._apart = _APART * np.nan_to_num(steps)  # (J, 1)
 
     def of(self, frame: ImageFrame, poses: Poses, votes: float) -> Poses:
         """The first hypothesis with one joint elsewhere, where its votes have a peak that is no less than half as high
         as its own; the best first. :param votes: its own."""
         along, surface, q = np.empty(self._grids.shape), self._surface, poses.q[0]
         profile(
-            surface.compiled, surface.kinematics.chain, frame.view, surface.limits, self._value, self._own,
-            self._plain, self._grids, poses.R[0], poses.t[0], q, along,
+            surface.compiled, surface.kinematics.chain, frame.view, surface.limits, self._value,
+            surface.kinematics.carried, self._plain, self._grids, poses.R[0], poses.t[0], q, along,
         )  # fmt: skip
         joint, at = np.nonzero(self._peaks(along, q, votes))
         best = np.argsort(-along[joint, at], kind="stable")[: self._most]
@@ -55,6 +55,5 @@ class OtherJoints:
         beside = np.pad(along, ((0, 0), (1, 1)), constant_values=-np.inf)
         peak = (along >= beside[:, :-2]) & (along > beside[:, 2:])
         without = np.where(np.isfinite(along), along, np.inf).min(axis=1, keepdims=True)
-        step = np.diff(self._grids[:, :2], axis=1) if self._grids.shape[1] > 1 else np.zeros((len(q), 1))
-        far = np.abs(self._grids - q[:, None]) > _APART * np.nan_to_num(step)
+        far = np.abs(self._grids - q[:, None]) > self._apart
         return np.asarray(peak & far & (along > (without + votes) / 2) & (along > without + self._least * votes))

@@ -21,10 +21,8 @@ class Rebends:
         """:param grids: (J, n) values of joints, see `Kinematics.grids`."""
         kin = surface.kinematics
         self._surface, self._grids, self._moves = surface, grids, kin.moves
-        joint_of = np.array(kin.joint_of)
-        carrier = np.array([int(np.flatnonzero(joint_of == j)[0]) for j in range(kin.n_joints)], np.int64)
-        self._carried = kin.moves[carrier].T & ~np.eye(kin.n_joints, dtype=bool)  # (J, J) which joints each one moves
-        self._own = joint_of[:, None] == np.arange(kin.n_joints)  # (C, J)
+        self._carried = kin.moves[kin.carried].T & ~np.eye(kin.n_joints, dtype=bool)  # (J, J) joints each one moves
+        self._own = np.array(kin.joint_of)[:, None] == np.arange(kin.n_joints)  # (C, J)
 
     @property
     def any(self) -> bool:

@@ -31,9 +31,10 @@ def write_whole(path: Path, content: bytes | str) -> None:
 
 
 def save_file(path: str | Path, content: bytes | str) -> None:
-    """A file by the name that a user gave, whole or not at all; folders are made, links followed.
+    """A file by the name that a user gave, whole or not at all, where it can be replaced; folders are made, links
+    followed.
 
-    :raises ConfigError: it cannot be written; what was there before still is.
+    :raises ConfigError: it cannot be written; what could be replaced is as it was.
     """
     path = Path(path)
     try:

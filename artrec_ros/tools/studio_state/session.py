@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.base.config import ImageConfig
-from ...core.base.errors import ConfigError
 from ...core.drawing import class_picture, draw_result
 from ...core.image.segmentation import Segmenter
 from ...core.model.found import FrameResult
 from ...core.recognizer import Recognizer
 from ...core.warm_up import Told
 from ...io.base.shared_files import resolve_path
-from ...io.base.whole_files import write_whole
+from ...io.base.whole_files import save_file
 from ...io.parameters.parameter_file import Setup, load_parameters, setup_from_flat
 from ...io.parameters.sections import read_flat
 from ...io.sources.frames import Frame
@@ -70,11 +69,7 @@ class Session:
         first = not self.parameters.exists()
         paths = list(self.given) if first else [self.parameters]
         note = f"Written by artrec studio, from {', '.join(p.name for p in self.given)}." if first else ""
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            write_whole(self.parameters, tuned_text(paths, setup, changes, self.parameters, note))
-        except OSError as error:
-            raise ConfigError(f"{self.parameters}: cannot be written: {error.strerror}") from None
+        save_file(self.parameters, tuned_text(paths, setup, changes, self.parameters, note))
         self.setup = load_parameters(self.parameters)  # files that it names may be others now
         self.forget()
 

@@ -14,10 +14,8 @@ import yaml
 from ...core.base.errors import ArtrecError
 from ...io.base.shared_files import SCHEME
 from ...io.parameters.parameter_file import Setup, load_parameters
-from ...io.parameters.sections import read_flat
+from ...io.parameters.sections import SECTION, read_flat
 from ...io.parameters.specs import Spec, all_specs
-
-_SECTION = "ros__parameters"
 
 
 def tuned_text(paths: Sequence[Path], setup: Setup, changes: Mapping[str, Any], target: Path, note: str) -> str:
@@ -86,7 +84,7 @@ def _sections(node: Any) -> list[yaml.MappingNode]:
         return []
     found = []
     for key, value in node.value:
-        if key.value == _SECTION and isinstance(value, yaml.MappingNode):
+        if key.value == SECTION and isinstance(value, yaml.MappingNode):
             found.append(value)
         else:
             found += _sections(value)

@@ -32,6 +32,7 @@ from .rebends import Rebends
 from .region_fit import RegionFit
 from .required_place import RequiredPlace
 from .seeds import Seeds
+from .stand_ins import StandIns
 from .surface_model import PatchScores, Poses, SpatialModel
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
@@ -70,6 +71,7 @@ class WholeObjectFinder:
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.required = RequiredPlace(target.model, self.surface)
         self._lookalikes = Lookalikes(self.surface)
+        self.stand_ins = StandIns(self.surface)
         kin = self.surface.kinematics
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
         self._rebends = Rebends(self.surface, self.first_grids)

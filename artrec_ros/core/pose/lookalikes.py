@@ -108,7 +108,7 @@ def _all_placements(markers: list[_Placed], root: int) -> Iterator[tuple[_Placed
         for there in markers:
             both = mine.marker, there.marker
             discs = all(m.disc_radius for m in both) and _same_size(*both)
-            for turn in _turns_of_discs(mine, there, markers) if discs else _turns(*both):
+            for turn in _turns_of_discs(mine, there, markers) if discs else turns_alike(*both):
                 if there is not mine or np.cos(turn) < 1 - 1e-6:
                     yield mine, there, Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
 
@@ -134,7 +134,7 @@ def _turns_of_discs(mine: _Placed, there: _Placed, markers: list[_Placed]) -> li
     return sorted({round(float(turn), 1) for turn in np.angle((second * first.conj())[same])})
 
 
-def _turns(mine: Marker, there: Marker) -> list[float]:
+def turns_alike(mine: Marker, there: Marker) -> list[float]:
     """Turns of one marker in which it looks like another."""
     if not _same_size(mine, there):
         return []

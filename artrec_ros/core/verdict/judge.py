@@ -83,16 +83,28 @@ class Judge:
         """Whether a claim's required component is confirmed, or cannot be seen where that is no matter."""
         return bool(self._shows_required(verdict.among, unseen=self.unseen)[verdict.row])
 
+    def tells(self, verdict: Verdict) -> bool:
+        """Whether an object is told, and does not only own its pixels: its required component is seen, and what is
+        taken for it is none of the others."""
+        return self.shows_required(verdict) and _stand_in(verdict) is None
+
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
         return self.trust(self.verdicts(finder, poses[:1], frame)[0]) if len(poses) else 0.0
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""
-        return float(_trust(verdict.among)[verdict.row]) if self.reason(verdict) is None else 0.0
+        return float(_trust(verdict.among)[verdict.row]) if self._objection(verdict) is None else 0.0
 
     def reason(self, verdict: Verdict) -> str | None:
-        """Why a claim is no object; None where it is one."""
+        """Why a claim is not told as an object; None where it is."""
+        objection = self._objection(verdict)
+        if objection is None and (stand_in := _stand_in(verdict)) is not None:
+            return f"what would be its required component looks more like {stand_in}"
+        return objection
+
+    def _objection(self, verdict: Verdict) -> str | None:
+        """Why a claim is no object, as far as that is known at once; None where it is one."""
         if verdict.claim.votes < self.min_votes:
             return f"{verdict.claim.votes:.0f} votes of the labels, {self.min_votes:.0f} are wanted"
         if not self.shows_required(verdict):
@@ -110,6 +122,16 @@ class Judge:
             told = math.floor(100 * verdict.probability) / 100  # rounded up it might be what is wanted
             return f"probability {told:.2f} is below {self.min_probability:g}: {verdict.doubt}"
         return None
+
+
+def _stand_in(verdict: Verdict) -> str | None:
+    """The component that explains better what is taken for the required one, where the object has one to spare."""
+    claim, finder = verdict.claim, verdict.claim.finder
+    patch, names = verdict.shown[finder.root], [c.name for c in finder.surface.model.components]
+    if not verdict.confirmed[finder.root] or len(verdict.others) + 1 == len(names):
+        return None
+    found = finder.stand_ins.better(claim.frame, claim.poses, patch, float(claim.scores.votes[0, patch]))
+    return None if found is None else names[found]
 
 
 def _trust(verdicts: Verdicts) -> Array:

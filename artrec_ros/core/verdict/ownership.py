@@ -30,9 +30,10 @@ def share_out(
     sorted out when they are looked at.
 
     The claim with the most trusted votes of all that it meets takes its pixels; others that stand there are judged
-    again without them. One that is not told, for its required component is out of sight, takes its pixels, too: laid
-    otherwise, they would make an object that is not there. When the time is over, only what was judged is shared out,
-    and what stands in an accepted one's place is dropped instead; of what was turned down nothing is told.
+    again without them. One that is not told, for its required component is out of sight, or looks more like another,
+    takes its pixels, too: laid otherwise, they would make an object that is not there. When the time is over, only what
+    was judged is shared out, and what stands in an accepted one's place is dropped instead; of what was turned down
+    nothing is told.
     """
     field, accepted = _Field(found, frame.camera, judge), []
     field.judge_all(frame)
@@ -45,10 +46,11 @@ def share_out(
             frame = frame.without(field.silhouettes(best))
             field.judge(met, frame)
     accepted.sort(key=lambda both: -both[0])
-    told = [verdict for _, verdict in accepted if judge.shows_required(verdict)]
+    told, untold = list[Verdict](), list[Verdict]()
+    for _, verdict in accepted:
+        (told if judge.tells(verdict) else untold).append(verdict)
     if frame.deadline.expired:
         return told, ()
-    untold = [verdict for _, verdict in accepted if not judge.shows_required(verdict)]
     left = [*untold, *map(field.verdict, field.standing)]
     return told, Deferred(lambda: _best_of_each_place(left, frame.camera))
 

@@ -1,0 +1,99 @@
+"""Other components that explain what is taken for the required one better than it does.
+
+A chain whose head is hidden shows links alone: the head laid on one of them is an object that is not there. Of what
+the labels show in one place the component whose marker fits it best is the likelier one, all else being equal.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from ..geometry.transforms import Array, Pose, rotation_from_rotvec
+from ..image.image_frame import ImageFrame
+from ..model.objects import Marker
+from ..model.surface import Patch
+from .lookalikes import turns_alike
+from .surface_model import Poses, SpatialModel
+
+_TURNS = 2 * np.pi * np.arange(8) / 8  # in which another marker is laid there,
+_SHIFTS = 0.1 * np.arange(-3, 4)  # and how far off, along both axes, as a share of the root of the area
+
+
+class StandIns:
+    """One object's: components of the required one's class, with markers that look otherwise, that joints may bring
+    where it seems to be."""
+
+    def __init__(self, surface: SpatialModel) -> None:
+        self._surface = surface
+        self._others = {p: self._unlike(p) for p in surface.markers_of[surface.root]}
+        turns, u, v = np.array(list(product(_TURNS, _SHIFTS, _SHIFTS))).T
+        self._R = np.array([rotation_from_rotvec([0.0, 0.0, turn]) for turn in turns])  # (K, 3, 3)
+        self._shift = np.column_stack([u, v, np.zeros(len(u))])  # (K, 3)
+
+    def better(self, frame: ImageFrame, poses: Poses, patch: int, votes: float) -> int | None:
+        """The component whose marker in this place of one hypothesis has the most votes, where these are more than
+        those of the required component's own, in view or not; None: there is none.
+
+        :param patch: its marker, one of the surface's patches. :param votes: for it.
+        """
+        best, most = None, votes
+        for other in self._others[patch]:
+            if self._most_votes(frame, poses, patch, other) > most:
+                found = float(self._votes(frame, poses, patch, other).max())
+                if found > most:
+                    best, most = int(self._surface.component[other]), found
+        return best
+
+    def _unlike(self, patch: int) -> list[int]:
+        """Patches of markers of the same class that look otherwise, one of each kind, of components that move against
+        the required one."""
+        surface, out = self._surface, dict[object, int]()
+        mine, moves = surface.patches[patch], surface.kinematics.moves
+        for p in surface.markers.tolist():
+            other, c = surface.patches[p], surface.component[p]
+            moved = (moves[c] != moves[surface.root]).any()
+            if moved and set(other.labels) & set(mine.labels) and not _alike(mine, other):
+                out.setdefault((_marker(other).outline.tobytes(), other.labels), p)
+        return list(out.values())
+
+    def _most_votes(self, frame: ImageFrame, poses: Poses, patch: int, other: int) -> float:
+        """That a marker can have there: pixels and outline all of its class, and nothing squeezes it."""
+        surface, v = self._surface, self._surface.votes
+        k = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
+        depth = float((k.R[0, surface.root] @ surface.centre[patch] + k.t[0, surface.root])[2])
+        scale = frame.camera.focal_px / max(depth, 1e-6)  # pixels per metre
+        around = (v.rim[0] + v.ring[2]) * v.ring_width_px * _marker(surface.patches[other]).perimeter * scale
+        return float(v.inside[0] * surface.area[other] * scale**2 + around)
+
+    def _votes(self, frame: ImageFrame, poses: Poses, patch: int, other: int) -> Array:
+        """(K,) of another marker laid on one in all turns, a little off in all directions."""
+        surface = self._surface
+        kin, c = surface.kinematics, int(surface.component[other])
+        seen = kin.forward(poses.R, poses.t, poses.q)
+        at = Pose(seen.R[0, surface.root], seen.t[0, surface.root]) @ _middle(surface.patches[patch])
+        inside = _middle(surface.patches[other]).inverse()
+        R = at.rotation @ self._R @ inside.rotation  # (K, 3, 3) frames of the component
+        t = at.position + surface.area[patch] ** 0.5 * self._shift @ at.rotation.T
+        t = t + (at.rotation @ self._R) @ inside.position
+        own = kin.forward(np.eye(3)[None], np.zeros((1, 3)), poses.q)  # its frame in the object's
+        R = R @ own.R[0, c].T
+        there = Poses(R, t - R @ own.t[0, c], np.repeat(poses.q, len(R), axis=0))
+        return np.asarray(surface.score(frame, there, np.array([other]), occlusion=False).votes[:, 0])
+
+
+def _marker(patch: Patch) -> Marker:
+    assert patch.marker is not None  # the caller's condition
+    return patch.marker
+
+
+def _middle(patch: Patch) -> Pose:
+    """A marker's frame at its centroid, in its component's."""
+    marker = _marker(patch)
+    assert marker.T_component_marker is not None  # the model is spatial
+    return marker.T_component_marker @ Pose(np.eye(3), np.append(marker.centroid, 0.0))
+
+
+def _alike(a: Patch, b: Patch) -> bool:
+    return bool(turns_alike(_marker(a), _marker(b)))

@@ -49,7 +49,7 @@ class SpatialLooks:
         """A known object as it is found now. :param now_s: of the memory's clock."""
         expected = known.at(now_s)
         expected = replace(expected, q=finder.surface.kinematics.bound(expected.q))
-        found = finder.followed(frame, expected, config.left * known.votes, self._plain_climb)
+        found = finder.followed(frame, expected, known.votes, config.left, self._plain_climb)
         trust = self.judge.trust_in(finder, found.poses, frame)
         strayed = finder.strayed(found.poses, expected) if trust > 0 else np.inf
         if strayed >= 1:

@@ -124,18 +124,20 @@ class WholeObjectFinder:
         found = self._climb(frame, found, climb)
         return self._with_lookalikes(frame, self._fit_all(frame, found.poses).best(len(found), search))
 
-    def followed(self, frame: ImageFrame, expected: Poses, least: float, climb: Climb) -> Ranked:
+    def followed(self, frame: ImageFrame, expected: Poses, votes: float, left: float, climb: Climb) -> Ranked:
         """Where an object is that is expected near some poses, and its mirrored turns, best first.
 
-        :param least: votes without which a first fit is not worth more.
+        :param votes: that it had. :param left: share of them without which a first fit is not worth more.
         """
         search = self._search
         found = self._fit_all(frame, expected).best(1, search)
-        if found.votes[0] < least:
+        if found.votes[0] < left * votes:
             return found[:0]
         found = self._with_bent(frame, found)
         found = self._climb(frame, self._sweep(frame, found.best(1, search)), climb)
-        found = self.rejointed(frame, self._fit_all(frame, found.poses).best(1, search), climb)
+        found = self._fit_all(frame, found.poses).best(1, search)
+        if found.votes[0] < search.near_joints * votes:  # else its joints are no worse than they were
+            found = self.rejointed(frame, found, climb)
         return self._with_rival_flips(frame, found).best(search.flip_keep, search)
 
     def rebent(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:

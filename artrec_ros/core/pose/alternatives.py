@@ -6,6 +6,7 @@ import numpy as np
 
 from ..base.config import VerdictConfig
 from ..geometry.transforms import Array
+from ..image.codes import UNKNOWN
 from ..image.image_frame import ImageFrame
 from ..model.identities import identities_of
 from .alternatives_kernels import likelihoods
@@ -26,7 +27,9 @@ class Alternatives:
         # (N, M) which of a marker's labels it has under each identity
         self._which = np.array([[own.index(v) for own, v in zip(labels, row, strict=True)] for row in shown], int)
         self._which = self._which.reshape(len(self.identities), len(several))
-        log_share = np.log(np.maximum(surface.codes.share.T, config.identity_floor))  # (256 labels, 256 codes)
+        share = surface.codes.share.T  # (256 labels, 256 codes)
+        # what a pixel shows of no class is as likely under each: something lies before it, or the light is gone
+        log_share = np.log(np.maximum(share + share[UNKNOWN], config.identity_floor))
         most = max(map(len, labels), default=0)
         self._says = np.full((len(several), most, log_share.shape[1]), -np.inf)
         for m, own in enumerate(labels):

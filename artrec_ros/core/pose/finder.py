@@ -7,6 +7,7 @@ What is found is refined on all contours together, and judged with the parts tha
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -63,7 +64,10 @@ class WholeObjectFinder:
         """
         self.facing = facing
         self.target, self.config, self._search = target, config, config.search
-        self.surface = SpatialModel(target.model, target.label, config.votes, codes)
+        votes = config.votes
+        if facing and codes is not LABELS:
+            votes = replace(votes, ring_px=config.facing.colour_ring_px)
+        self.surface = SpatialModel(target.model, target.label, votes, codes)
         self.root = self.surface.root
         self.root_labels = self.surface.labels[self.root]
         self._value = Value(len(target.model.components), self.root, float(config.votes.hidden_cost), occlusion=True)
@@ -71,9 +75,10 @@ class WholeObjectFinder:
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.required = RequiredPlace(target.model, self.surface)
         self._lookalikes = Lookalikes(self.surface)
-        self.stand_ins = StandIns(self.surface)
         kin = self.surface.kinematics
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
+        fine = kin.grids(self._search.fine_joint_step)
+        self.stand_ins = StandIns(self.surface, fine, config.verdict.stand_in)
         self._rebends = Rebends(self.surface, self.first_grids)
         step, most, plain = self._search.fine_joint_step, self._search.other_joints, float(config.votes.inside[0])
         self._other_joints = OtherJoints(self.surface, self._value, step, most, plain, 1 - self._search.near_joints)

@@ -35,11 +35,22 @@ class RegionFit:
         self._on = np.concatenate([np.full(len(p), patches[i % len(patches)].component) for i, p in enumerate(points)])
         self._region = np.concatenate([np.full(len(p), i) for i, p in enumerate(points)])
         self._count = len(points)
+        kin = surface.kinematics
+        self._order = np.argsort(-kin.moves[kin.carried].sum(axis=1), kind="stable")  # joints, the last ones first
+        self._moved = np.ascontiguousarray(kin.moves[self._on].T[self._order])  # (J, n)
 
-    def fitted(self, frame: ImageFrame, poses: Poses) -> Poses:
-        """Poses moved, turned and scaled in the image plane."""
+    def fitted(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]) -> Poses:
+        """Poses moved, turned, scaled and bent in the image plane.
+
+        :param used: (H, M) markers that the labels support: joints that move none of these stay.
+        """
         config, (regions, at, reach) = self._config, self._figures(frame, poses)
+        kin, component = self._surface.kinematics, self._surface.component[self._surface.markers]
+        reach[:, 4:] *= (used @ kin.moves[component])[:, self._order] > 0
         least, most = at - reach, at + reach
+        within = np.where(kin.endless, -np.inf, kin.lower - poses.q), np.where(kin.endless, np.inf, kin.upper - poses.q)
+        least[:, 4:] = np.minimum(np.maximum(least[:, 4:], within[0][:, self._order]), 0.0)
+        most[:, 4:] = np.maximum(np.minimum(most[:, 4:], within[1][:, self._order]), 0.0)
         scale = frame.camera.focal_px / poses.t[:, 2]
         least[:, 3] = np.minimum(np.maximum(least[:, 3], self._limits.least / scale), 1.0)  # but never has it to move
         most[:, 3] = np.maximum(np.minimum(most[:, 3], self._limits.greatest / scale), 1.0)
@@ -50,7 +61,9 @@ class RegionFit:
         roll[:, 1, 0], roll[:, 2, 2] = np.sin(at[:, 2]), 1.0
         roll[:, 0, 1] = -roll[:, 1, 0]
         place = (at[:, :2] - frame.camera.matrix[:2, 2]) * (z / frame.camera.focal_px)[:, None]
-        return Poses(roll @ poses.R, np.column_stack([place, z]), poses.q)
+        q = poses.q.copy()
+        q[:, self._order] += at[:, 4:]
+        return Poses(roll @ poses.R, np.column_stack([place, z]), kin.bound(q))
 
     def evenness(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H,) the share of the variance of the colours on and around each hypothesis that is between its regions; 0
@@ -60,7 +73,8 @@ class RegionFit:
         return 1.0 - uneven
 
     def _figures(self, frame: ImageFrame, poses: Poses) -> tuple[Regions, Array, Array]:
-        """Each hypothesis' points in the image, its similarity (H, 4), and how far that may go."""
+        """Each hypothesis' points in the image, its similarity and by how much joints are moved (H, 4 + J), and how far
+        these may go."""
         camera, config, depth = frame.camera, self._config, poses.t[:, 2]
         frames = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
         scale, origin = camera.focal_px / depth, project(camera, poses.t)  # scale: pixels per metre
@@ -69,9 +83,16 @@ class RegionFit:
         pixels = project(camera, at + away_m[..., None] * (beyond - at))
         x, y = np.ascontiguousarray((pixels - origin[:, None]).transpose(2, 0, 1))
         size = np.sqrt(np.mean(x * x + y * y, axis=1))
-        reach = config.region_reach_px / np.column_stack([np.ones((len(size), 2)), size, size])
-        similarity = np.column_stack([origin, np.zeros(len(size)), np.ones(len(size))])
-        return Regions(x, y, self._region, self._count), similarity, reach
+        axis, joint_at = frames.axis[:, self._order], project(camera, frames.origin[:, self._order]) - origin[:, None]
+        revolute = self._surface.kinematics.revolute[self._order]
+        arms = np.hypot(x[:, None] - joint_at[..., :1], y[:, None] - joint_at[..., 1:])  # (H, J, n)
+        arm = np.sqrt((arms**2 * self._moved).sum(axis=2) / np.maximum(self._moved.sum(axis=1), 1))
+        arm = np.where(revolute, arm, scale[:, None])  # pixels that a radian, or a metre, moves points
+        reach = config.region_reach_px / np.column_stack([np.ones((len(size), 2)), size, size, np.maximum(arm, 1.0)])
+        at = np.column_stack([origin, np.zeros(len(size)), np.ones(len(size)), np.zeros(poses.q.shape)])
+        turns = np.where(revolute, np.sign(axis[..., 2]), 0.0)
+        about = np.where(revolute[:, None], joint_at, axis[..., :2] * scale[:, None, None])
+        return Regions(x, y, self._region, self._count, self._moved, turns, about), at, reach
 
 
 def _image(frame: ImageFrame) -> NDArray[np.uint8]:

@@ -1,7 +1,8 @@
 """Other components that explain what is taken for the required one better than it does.
 
 A chain whose head is hidden shows links alone: the head laid on one of them is an object that is not there. Of what
-the labels show in one place the component whose marker fits it best is the likelier one, all else being equal.
+the labels show in one place the component whose marker fits it best is the likelier one, if the object can lie so that
+the rest of it explains as much.
 """
 
 from __future__ import annotations
@@ -25,8 +26,11 @@ class StandIns:
     """One object's: components of the required one's class, with markers that look otherwise, that joints may bring
     where it seems to be."""
 
-    def __init__(self, surface: SpatialModel) -> None:
-        self._surface = surface
+    def __init__(self, surface: SpatialModel, grids: Array, share: float) -> None:
+        """:param grids: (J, n) values of joints, see `Kinematics.grids`.
+        :param share: see `VerdictConfig.stand_in`.
+        """
+        self._surface, self._grids, self._share = surface, grids, share
         self._others = {p: self._unlike(p) for p in surface.markers_of[surface.root]}
         turns, u, v = np.array(list(product(_TURNS, _SHIFTS, _SHIFTS))).T
         self._R = np.array([rotation_from_rotvec([0.0, 0.0, turn]) for turn in turns])  # (K, 3, 3)
@@ -34,17 +38,49 @@ class StandIns:
 
     def better(self, frame: ImageFrame, poses: Poses, patch: int, votes: float) -> int | None:
         """The component whose marker in this place of one hypothesis has the most votes, where these are more than
-        those of the required component's own, in view or not; None: there is none.
+        those of the required component's own, and the object's other components find their labels then, too; None:
+        there is none.
 
         :param patch: its marker, one of the surface's patches. :param votes: for it.
         """
-        best, most = None, votes
+        best, most, of_all = None, votes, None
         for other in self._others[patch]:
-            if self._most_votes(frame, poses, patch, other) > most:
-                found = float(self._votes(frame, poses, patch, other).max())
-                if found > most:
-                    best, most = int(self._surface.component[other]), found
+            if self._most_votes(frame, poses, patch, other) <= most:
+                continue
+            there = self._laid_on(poses, patch, other)
+            found = self._surface.score(frame, there, np.array([other]), occlusion=False).votes[:, 0]
+            turned = found.reshape(len(_TURNS), -1)
+            each = turned.argmax(axis=1) + np.arange(len(_TURNS)) * turned.shape[1]
+            each = each[found[each] > most]
+            if not len(each):
+                continue
+            if of_all is None:
+                of_all = float(self._explained(frame, poses).max())
+            c = int(self._surface.component[other])
+            if self._explained(frame, self._bent(frame, there[each], c), without=True).max() > self._share * of_all:
+                best, most = c, float(found[each].max())
         return best
+
+    def _bent(self, frame: ImageFrame, poses: Poses, component: int) -> Poses:
+        """Hypotheses with the joints that do not carry a component where the labels like theirs best."""
+        carried = self._surface.kinematics.moves[component]
+        found = []
+        for h in range(len(poses)):
+            grids = self._grids.copy()
+            grids[carried] = np.nan
+            grids[carried, 0] = poses.q[h, carried]
+            found.append(self._surface.search_joints(frame, poses[h : h + 1], grids))
+        return Poses.concatenate(found)
+
+    def _explained(self, frame: ImageFrame, poses: Poses, *, without: bool = False) -> Array:
+        """(H,) votes for the markers of the components that have any, with or without the required one."""
+        surface = self._surface
+        votes = surface.score(frame, poses, surface.markers, occlusion=False).votes
+        on = surface.component[surface.markers]
+        each = np.stack([votes[:, on == c].sum(axis=1) for c in range(len(surface.model.components))], axis=1)
+        if without:
+            each[:, surface.root] = 0.0
+        return np.asarray(np.maximum(each, 0.0).sum(axis=1))
 
     def _unlike(self, patch: int) -> list[int]:
         """Patches of markers of the same class that look otherwise, one of each kind, of components that move against
@@ -67,8 +103,9 @@ class StandIns:
         around = (v.rim[0] + v.ring[2]) * v.ring_width_px * _marker(surface.patches[other]).perimeter * scale
         return float(v.inside[0] * surface.area[other] * scale**2 + around)
 
-    def _votes(self, frame: ImageFrame, poses: Poses, patch: int, other: int) -> Array:
-        """(K,) of another marker laid on one in all turns, a little off in all directions."""
+    def _laid_on(self, poses: Poses, patch: int, other: int) -> Poses:
+        """K hypotheses with another marker laid on one in all turns, a little off in all directions; joints as they
+        are."""
         surface = self._surface
         kin, c = surface.kinematics, int(surface.component[other])
         seen = kin.forward(poses.R, poses.t, poses.q)
@@ -79,8 +116,7 @@ class StandIns:
         t = t + (at.rotation @ self._R) @ inside.position
         own = kin.forward(np.eye(3)[None], np.zeros((1, 3)), poses.q)  # its frame in the object's
         R = R @ own.R[0, c].T
-        there = Poses(R, t - R @ own.t[0, c], np.repeat(poses.q, len(R), axis=0))
-        return np.asarray(surface.score(frame, there, np.array([other]), occlusion=False).votes[:, 0])
+        return Poses(R, t - R @ own.t[0, c], np.repeat(poses.q, len(R), axis=0))
 
 
 def _marker(patch: Patch) -> Marker:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
@@ -45,8 +46,10 @@ class Describer:
         mine = [v for v in verdicts if v.claim.finder is self.finder]
         if not mine:
             return [], []
-        poses = Poses.concatenate([v.claim.poses for v in mine])
-        surplus = self._identifier.surplus(frame, poses, np.array([v.probability for v in mine]))
+        if not self._identifier.may_be_surplus(len(mine)):
+            return mine, []
+        # as they will be told: where a candidate is a little off, its components may lie on others' colours
+        surplus = self._identifier.surplus(frame, self._settled(mine, frame), np.array([v.probability for v in mine]))
         told, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
         return [mine[i] for i in told], [mine[i] for i in none_left]
 
@@ -56,10 +59,7 @@ class Describer:
             return []
         finder, surface = self.finder, self.finder.surface
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
-        used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
-        poses = finder.settled(frame.unhurried(), Poses.concatenate([v.claim.poses for v in verdicts]), used)
-        if finder.regions is not None and frame.image is not None:
-            poses = finder.regions.fitted(frame, poses)
+        used, poses = self._used(verdicts), self._settled(verdicts, frame)
         identities = self._identifier.identify(frame, poses)
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
@@ -74,6 +74,17 @@ class Describer:
             self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n])
             for n, verdict in enumerate(verdicts)
         ]
+
+    def _used(self, verdicts: Sequence[Verdict]) -> NDArray[np.bool_]:
+        """(H, M) markers whose contours tell where each object is."""
+        return np.concatenate([self.finder.supported(v.claim.scores) for v in verdicts])
+
+    def _settled(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> Poses:
+        """H poses at rest on what the image shows."""
+        candidates, regions = Poses.concatenate([v.claim.poses for v in verdicts]), self.finder.regions
+        used = self._used(verdicts)
+        poses = self.finder.settled(frame.unhurried(), candidates, used)
+        return poses if regions is None or frame.image is None else regions.fitted(frame, poses, used)
 
     def _detection(
         self,

@@ -45,12 +45,16 @@ class Identifier:
         names, least = [i.name for i in self.identities], self._config.min_identity_probability
         return list(named(evidence, names, self._unique, least))
 
+    def may_be_surplus(self, objects: int) -> bool:
+        """Whether so many are more than there are."""
+        return bool(self._unique and self.identities) and objects > len(self.identities)
+
     def surplus(self, frame: ImageFrame, poses: Poses, probability: Array) -> NDArray[np.bool_]:
         """(H,) which objects there is no identity left for, where each occurs once.
 
         :param probability: (H,) of each object.
         """
-        if not (self._unique and self.identities) or len(poses) <= len(self.identities):
+        if not self.may_be_surplus(len(poses)):
             return np.zeros(len(poses), bool)
         odds = logit(np.clip(probability, _LEAST, 1 - _LEAST))
         return surplus(self.evidence(frame, poses), odds, 1 - self._config.min_identity_probability)

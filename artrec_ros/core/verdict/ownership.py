@@ -161,7 +161,7 @@ class _Group:
     def of(cls, finder: WholeObjectFinder, poses: Poses, camera: Camera) -> _Group:
         corners = corners_of(finder.surface, camera, poses)
         low, high = corners.min(axis=1), corners.max(axis=1)
-        margin = finder.config.votes.ring_px + _ROUNDED_PX
+        margin = finder.surface.votes.ring_px + _ROUNDED_PX
         if camera.bent:  # what lies between corners is moved otherwise, by no more than they differ
             plain = replace(camera, distortion=np.zeros(0))
             moved = np.subtract(corners, corners_of(finder.surface, plain, poses))

@@ -41,6 +41,29 @@ def test_a_seam_is_measured(seam):
     assert LabelField(disc_image(seam)).seam_px(RED) == pytest.approx(seam / 2, abs=0.3)
 
 
+def patches(gap=2):
+    """Two patches of one robot side by side on a plain floor: a part of each border is near the other."""
+    labels = np.full((90, 100), UNKNOWN, np.uint8)
+    labels[30:50, 20:40] = RED
+    labels[30:50, 40 + gap : 60 + gap] = 4
+    return labels
+
+
+def test_a_gap_between_two_patches_is_no_seam():
+    """It made the patches larger, and bent robots' joints further by five degrees."""
+    field = LabelField(patches())
+    near, border = field._near_px(RED)
+    assert DEFAULTS.seams.border_share * border < len(near) < DEFAULTS.seams.clear_share * border
+    assert field.seam_px(RED) == field.seam_px(4) == 0.0
+
+
+def test_where_the_segmenter_leaves_seams_around_other_classes_the_gap_is_one_too():
+    both = np.hstack([patches(), disc_image(2)])
+    both[both == RED] = 5  # the disc, too: it is of a class of its own
+    both[:, :100][patches() == RED] = RED
+    assert LabelField(both).seam_px(RED) == pytest.approx(1.0, abs=0.3)
+
+
 def test_where_nothing_known_follows_there_is_no_seam():
     assert LabelField(disc_image(outer=UNKNOWN)).seam_px(RED) == 0.0
     assert LabelField(np.full((9, 9), RED, np.uint8)).seam_px(RED) == 0.0

@@ -61,6 +61,10 @@ def head_on(model, pose, component):
     return Poses(frames.R[:, c], t[None], pose.q)
 
 
+def stand_ins_of(surface):
+    return StandIns(surface, surface.kinematics.grids(DEFAULTS.search.fine_joint_step), DEFAULTS.verdict.stand_in)
+
+
 def judged(model, frame, poses):
     finder = WholeObjectFinder(Target("snake", model, RED), DEFAULTS)
     votes = finder.judge(frame, poses, occlusion=True).votes
@@ -74,7 +78,7 @@ def test_a_head_laid_on_a_link_looks_more_like_a_link():
     frame = frame_of(model, true, hidden=["head"])
     claim = head_on(model, true, "link1")
     surface, patch, votes = judged(model, frame, claim)
-    found = StandIns(surface).better(frame, claim, patch, votes)
+    found = stand_ins_of(surface).better(frame, claim, patch, votes)
     assert found is not None and model.components[found].name.startswith("link")
 
 
@@ -84,7 +88,7 @@ def test_a_head_in_view_looks_like_itself(z):
     true = at(model, z=z)
     frame = frame_of(model, true)
     surface, patch, votes = judged(model, frame, true)
-    assert StandIns(surface).better(frame, true, patch, votes) is None
+    assert stand_ins_of(surface).better(frame, true, patch, votes) is None
 
 
 @pytest.mark.parametrize(
@@ -98,7 +102,7 @@ def test_only_what_joints_may_bring_there_and_looks_otherwise_stands_in(other):
     frame = frame_of(snake(), true, hidden=["head"])
     claim = Poses(*(getattr(head_on(snake(), true, "link1"), n) for n in "Rt"), at(model).q)
     surface, patch, _ = judged(model, frame, claim)
-    assert StandIns(surface).better(frame, claim, patch, -1e9) is None
+    assert stand_ins_of(surface).better(frame, claim, patch, -1e9) is None
 
 
 def test_such_an_object_is_not_told_but_owns_its_pixels_and_the_reason_names_the_other():

@@ -17,8 +17,7 @@ class SeamsConfig(Room):
         unit="px",
         low=1,
         high=20,
-        paths=("plane", "space"),
-        calibrated=True,
+        paths=("plane", "space", "facing"),
         origin="segmenters leave two pixels where colours blend",
     )
     border_share: float = param(
@@ -26,7 +25,15 @@ class SeamsConfig(Room):
         "least share of a class' border that must have another known class in reach, for it to have a seam",
         low=0,
         high=1,
-        paths=("plane", "space"),
-        calibrated=True,
+        paths=("plane", "space", "facing"),
         origin="less is a neighbour that happens to be near",
+    )
+    clear_share: float = param(
+        0.5,
+        "where that share is less than this, the same share of all classes' borders decides: else what is near is a "
+        "neighbour across a gap, not a seam",
+        low=0,
+        high=1,
+        paths=("plane", "space", "facing"),
+        origin="of robots seen from above, patches with gaps between them .1 to .4, where labels leave seams .6 to 1",
     )

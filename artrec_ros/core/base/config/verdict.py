@@ -27,6 +27,15 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="half of a shaded marker is unknown, and more of a thin one; 0.13 gets two objects in 208 wrong",
     )
+    stand_in: float = param(
+        0.5,
+        "where another component fits better in the required one's place, and the object then explains still this "
+        "share of what it did, it is not told",
+        low=0,
+        high=1,
+        paths=("space", "facing"),
+        origin="chains whose heads are hidden keep .57 to 1, quadrupeds whose chests are half hidden .25 at most",
+    )
     identity_independent: float = param(
         0.05,
         "share of a marker's pixels that tell its class independently of each other",

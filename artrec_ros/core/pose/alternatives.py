@@ -6,7 +6,6 @@ import numpy as np
 
 from ..base.config import VerdictConfig
 from ..geometry.transforms import Array
-from ..image.codes import UNKNOWN
 from ..image.image_frame import ImageFrame
 from ..model.identities import identities_of
 from .alternatives_kernels import likelihoods
@@ -14,7 +13,10 @@ from .surface_model import Poses, SpatialModel
 
 
 class Alternatives:
-    """Those of one object. :ivar unique: whether each identity occurs once at most."""
+    """Those of one object.
+
+    :ivar unique: whether each identity occurs once at most. :ivar components: that tell identities, by their index.
+    """
 
     def __init__(self, surface: SpatialModel, config: VerdictConfig) -> None:
         self._surface = surface
@@ -22,14 +24,13 @@ class Alternatives:
         of_patch = [(p, model.components[surface.patches[p].component]) for p in surface.markers.tolist()]
         several = [(p, component) for p, component in of_patch if component.classes]
         self._patches = np.array([p for p, _ in several], np.int64)
+        self.components = frozenset(c for c, component in enumerate(model.components) if component.classes)
         shown = [[c.classes[identity.classes[c.name]] for _, c in several] for identity in self.identities]
         labels = [sorted(set(column)) for column in zip(*shown, strict=True)]
         # (N, M) which of a marker's labels it has under each identity
         self._which = np.array([[own.index(v) for own, v in zip(labels, row, strict=True)] for row in shown], int)
         self._which = self._which.reshape(len(self.identities), len(several))
-        share = surface.codes.share.T  # (256 labels, 256 codes)
-        # what a pixel shows of no class is as likely under each: something lies before it, or the light is gone
-        log_share = np.log(np.maximum(share + share[UNKNOWN], config.identity_floor))
+        log_share = np.log(np.maximum(surface.codes.share.T, config.identity_floor))  # (256 labels, 256 codes)
         most = max(map(len, labels), default=0)
         self._says = np.full((len(several), most, log_share.shape[1]), -np.inf)
         for m, own in enumerate(labels):

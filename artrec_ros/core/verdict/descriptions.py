@@ -49,7 +49,8 @@ class Describer:
         if not self._identifier.may_be_surplus(len(mine)):
             return mine, []
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
-        surplus = self._identifier.surplus(frame, self._settled(mine, frame), np.array([v.probability for v in mine]))
+        probability = np.array([v.probability for v in mine])
+        surplus = self._identifier.surplus(frame, self._settled(mine, frame), self._told(mine), probability)
         told, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
         return [mine[i] for i in told], [mine[i] for i in none_left]
 
@@ -60,7 +61,8 @@ class Describer:
         finder, surface = self.finder, self.finder.surface
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         used, poses = self._used(verdicts), self._settled(verdicts, frame)
-        identities = self._identifier.identify(frame, poses)
+        told = self._told(verdicts)
+        identities = self._identifier.identify(frame, poses, told)
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = (
@@ -68,7 +70,6 @@ class Describer:
             if asked
             else [None] * len(poses)
         )
-        told = self._told(verdicts)
         parts = self._instances(verdicts, told, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
         return [
             self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n])

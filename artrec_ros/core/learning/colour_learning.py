@@ -24,7 +24,6 @@ _KEPT_PER_IMAGE = 1_000
 _LARGE_PX = 20  # markers larger than this, square root of their area, gain by sharpening where it cannot be measured
 _ALIKE = 0.005  # shares that differ by less are equal
 _ENDED = 0.3  # share of what is around a region that is told where its outline is
-_INSIDE_PX = 6.0  # regions that are drawn inside of markers, with nothing marked around, are smaller by about so much
 _SAME = (0.8, 1.25)  # light in which a colour still is the same
 
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]  # colour image (H, W, 3) BGR, class numbers (H, W)
@@ -198,7 +197,7 @@ def choose_sharpening(image: ImageConfig, pairs: Iterable[Pair], labels: Mapping
     """
     tried = [replace(image, sharpen_px=radius) for radius in (0, 1)]
     segmenters = [Segmenter(config) for config in tried]
-    shares, sizes, ended = [], [], []
+    shares, marked, seen, ended = [], list[float](), list[float](), []
     for colours, told in pairs:
         read, known = [segmenter.labels(colours) for segmenter in segmenters], np.isin(told, list(labels))
         for number in np.unique(told).tolist():
@@ -206,15 +205,22 @@ def choose_sharpening(image: ImageConfig, pairs: Iterable[Pair], labels: Mapping
                 own = told == number
                 shares.append([np.mean(labelled[own] == labels[number]) for labelled in read])
                 if labels[number]:
-                    areas = cv2.connectedComponentsWithStats(own.astype(np.uint8))[2][1:, cv2.CC_STAT_AREA]
-                    sizes += np.sqrt(areas).tolist()
+                    marked += _sizes_px(own, own)
+                    seen += _sizes_px(read[0] == labels[number], own)
                     ended.append(_told_around(own, known))
     gain = float(np.diff(np.mean(shares, axis=0))[0]) if shares else 0.0
     told_ends = not ended or float(np.median(ended)) > _ENDED
     if told_ends and abs(gain) >= _ALIKE:
         return tried[int(gain > 0)]
-    inside_px = 0.0 if told_ends else _INSIDE_PX
-    return tried[int(bool(sizes) and float(np.median(sizes)) + inside_px > _LARGE_PX)]
+    sizes = marked if told_ends or not seen else seen  # a region drawn inside of a marker says little of its size
+    return tried[int(bool(sizes) and float(np.median(sizes)) > _LARGE_PX)]
+
+
+def _sizes_px(pixels: NDArray[np.bool_], regions: NDArray[np.bool_]) -> list[float]:
+    """Roots of the areas of the connected pixels that reach into a region."""
+    _, number, stats, _ = cv2.connectedComponentsWithStats(pixels.astype(np.uint8))
+    met = np.unique(number[regions & pixels])
+    return [float(size) for size in np.sqrt(stats[met, cv2.CC_STAT_AREA])]
 
 
 def _told_around(own: NDArray[np.bool_], told: NDArray[np.bool_]) -> float:

@@ -214,3 +214,17 @@ def test_of_several_draws_the_one_is_kept_that_tells_best() -> None:
     tried = itertools.product(range(LearningConfig().draws), LearningConfig().weights_background)
     draws = [_worth(_drawn(samples, labels, ImageConfig(), (), *each), labels) for each in tried]
     assert kept == max(draws) and min(draws) < kept
+
+
+@pytest.mark.parametrize("width, sharpened", [(14, 0), (40, 1)])
+def test_of_regions_drawn_inside_of_markers_the_markers_are_measured(width: int, sharpened: int) -> None:
+    """Small boxes in the middle of large patches once had these taken for small ones."""
+    labels = np.zeros((120, 120), np.uint8)
+    labels[20 : 20 + width, 20 : 20 + width] = 2
+    image = np.where(labels[..., None] == 2, BLUE, WHITE)[..., ::-1].astype(np.uint8)
+    marked = np.full_like(labels, 255)
+    middle = 20 + width // 2
+    marked[middle - 4 : middle + 4, middle - 4 : middle + 4] = 2
+    marked[100:] = 0
+    config = ImageConfig(kind="colour", classes={"blue": ClassConfig(label=2, rgb=BLUE)}, background=WHITE)
+    assert choose_sharpening(config, [(image, marked)], {0: 0, 2: 2}).sharpen_px == sharpened

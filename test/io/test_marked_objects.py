@@ -85,6 +85,14 @@ def test_category_and_attributes_tell_the_classes(tmp_path, targets, category, a
     assert [name for name, _ in marked.regions] == [team, patch]
 
 
+@pytest.mark.parametrize("told", [{"attributes": {"identity": "r"}}, {"attributes": {"patch": "r"}}])
+def test_where_no_identities_are_declared_all_may_be_named(tmp_path: Path, told: dict[str, Any]) -> None:
+    (tmp_path / "robot.yaml").write_text(OBJECT.replace("identities: {green: {patch: g}, crimson: {patch: r}}", ""))
+    target = Target("yellow", load_object(tmp_path / "robot.yaml", {}), 1)
+    (marked,) = load_marked_objects([coco(tmp_path, told)], [target], NAMES)
+    assert [name for name, _ in marked.regions] == ["yellow", "red"]
+
+
 def test_an_identitys_name_alone_will_do_where_one_object_has_it(tmp_path: Path, targets: list[Target]) -> None:
     path = coco(tmp_path, {}, categories=("crimson",))
     (marked,) = load_marked_objects([path], targets[1:], NAMES)

@@ -20,6 +20,7 @@ from ...core.base.errors import ConfigError
 from ...core.geometry.field_plane import FieldPlane
 from ...core.geometry.transforms import Array
 from ...core.model.found import Instance
+from ...core.model.identities import identities_of as existing_identities
 from ...core.model.objects import Component, Marker
 from ...core.model.target import Target
 from ..base.yaml_files import nearest
@@ -141,8 +142,8 @@ def _called(target: Target, identity: str | None) -> tuple[str, ...]:
 
 
 def identities_of(target: Target) -> dict[str, Mapping[str, str]]:
-    """Identity -> component -> class name."""
-    return {i.name: i.classes for i in target.model.identities}
+    """Identity -> component -> class name, of those that exist, be they declared or not."""
+    return {i.name: i.classes for i in existing_identities(target.model)}
 
 
 def label_of(component: Component, own: int, class_name: str | None, annotated: AnnotatedObject) -> int:

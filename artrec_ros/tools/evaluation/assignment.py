@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ...core.base.errors import SourceError
+from ...core.model.identities import identities_of
 from ...io.base.yaml_files import nearest
 from ...io.results.results import FrameRecord
 from ...io.truth.records import FrameKey, TrueObject, Truth
@@ -59,7 +60,7 @@ def choose_objects(truth: Truth, run: Run, names: Mapping[str, str] | None = Non
 def _identified(name: str, run: Run) -> frozenset[str]:
     """What a run's object is called where that says which one it is: yellow_gr."""
     model = run.models.get(name)
-    called = {f"{name}_{identity.name}" for identity in model.identities} if model is not None else set()
+    called = {f"{name}_{identity.name}" for identity in identities_of(model)} if model is not None else set()
     return frozenset(called - run.objects.keys())
 
 

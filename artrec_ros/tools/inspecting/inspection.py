@@ -11,6 +11,7 @@ import numpy as np
 from ...core.base.errors import ConfigError, ImageError, SourceError
 from ...core.geometry.camera import Camera
 from ...core.image.segmentation import Segmenter
+from ...core.model.identities import identities_of
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...core.ways import SPACE, way_of
@@ -109,7 +110,7 @@ def _likeliest_first(models: Mapping[str, ObjectModel], category: str) -> Iterat
 
     def named(key: str) -> bool:
         name = key.rpartition(": ")[2]
-        identities = {i.name for i in models[key].identities}
+        identities = {i.name for i in identities_of(models[key])}
         return category == name or category.startswith(f"{name}_") or category in identities
 
     yield from (models[key] for key in sorted(models, key=named, reverse=True))
@@ -117,7 +118,7 @@ def _likeliest_first(models: Mapping[str, ObjectModel], category: str) -> Iterat
 
 def _identities(annotated: Sequence[AnnotatedObject], model: ObjectModel) -> Iterator[str]:
     """Whether annotations tell which one of several like objects each is: by an attribute, or their category's end."""
-    names, parts = sorted(i.name for i in model.identities), {c.name for c in model.components if c.classes}
+    names, parts = sorted(i.name for i in identities_of(model)), {c.name for c in model.components if c.classes}
     silent = []
     for o in annotated if names else ():
         called = (name for name in names if o.category == name or o.category.endswith(f"_{name}"))

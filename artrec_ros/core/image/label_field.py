@@ -101,25 +101,26 @@ class LabelField:
         """Half the width of the seam of unknown pixels that the segmenter leaves around a class; 0 without one.
 
         Measured where another known class follows within `reach_px` of the class' border. Where that is along a part of
-        it alone, as between the patches of one robot, it is a seam only if the segmenter leaves some around the others.
+        it alone, as between the patches of one robot, it is a seam only if the segmenter leaves some around the others;
+        where classes are told by colours none are left.
         """
         if label not in self._seams:
             near, border = self.unowned._near_px(label)
             seams = len(near) > self._config.border_share * border
             if seams and len(near) <= self._config.clear_share * border:
-                seams = self.unowned.leaves_seams
+                seams = self.meaning is LABELS and self.unowned.leaves_seams
             self._seams[label] = float(np.median(near)) / 2 if seams else 0.0
         return self._seams[label]
 
     @cached_property
     def leaves_seams(self) -> bool:
-        """Whether another known class follows within a seam's reach along most of the borders of all classes."""
+        """Whether another known class follows within a seam's reach along much of the borders of all classes."""
         known = np.ones(256, bool)
         known[[UNKNOWN, EMPTY, OWNED, OUTSIDE]] = False
         labels = np.flatnonzero((np.bincount(self.padded_labels, minlength=256) > 0) & known)
         counts = [(len(near), border) for near, border in map(self._near_px, labels.tolist())]
         near, border = np.array(counts).reshape(-1, 2).sum(axis=0)
-        return bool(near > self._config.clear_share * border)
+        return bool(near > self._config.all_share * border)
 
     def _near_px(self, label: int) -> tuple[Array, int]:
         """The gaps between a class and others in reach, and how many of its border pixels were looked at."""

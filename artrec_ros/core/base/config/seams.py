@@ -30,10 +30,18 @@ class SeamsConfig(Room):
     )
     clear_share: float = param(
         0.5,
-        "where that share is less than this, the same share of all classes' borders decides: else what is near is a "
-        "neighbour across a gap, not a seam",
+        "more than this share is a seam's for sure; of less the borders of all classes decide: what is near may be a "
+        "neighbour across a gap",
         low=0,
         high=1,
         paths=("plane", "space", "facing"),
         origin="of robots seen from above, patches with gaps between them .1 to .4, where labels leave seams .6 to 1",
+    )
+    all_share: float = param(
+        0.3,
+        "the same share of all classes' borders together, without which the segmenter of a label image leaves no seams",
+        low=0,
+        high=1,
+        paths=("plane", "space", "facing"),
+        origin="recorded segmentations of quadrupeds .33 to .8, robots with gaps between their patches .06 to .26",
     )

@@ -46,6 +46,7 @@ class LabelField:
         self.codes, self.meaning, self._ignored = codes, meaning, ignored
         self._config = seams or SeamsConfig()
         self._seams: dict[int, float] = {}
+        self._near: dict[int, tuple[Array, int, float]] = {}
         self._before: LabelField | None = None
         self._seams_of: dict[tuple[tuple[int, ...], ...], Array] = {}
 
@@ -105,7 +106,7 @@ class LabelField:
         where classes are told by colours none are left.
         """
         if label not in self._seams:
-            near, border = self.unowned._near_px(label)
+            near, border, _ = self.unowned._near_px(label)
             seams = len(near) > self._config.border_share * border
             if seams and len(near) <= self._config.clear_share * border:
                 seams = self.meaning is LABELS and self.unowned.leaves_seams
@@ -118,14 +119,17 @@ class LabelField:
         known = np.ones(256, bool)
         known[[UNKNOWN, EMPTY, OWNED, OUTSIDE]] = False
         labels = np.flatnonzero((np.bincount(self.padded_labels, minlength=256) > 0) & known)
-        counts = [(len(near), border) for near, border in map(self._near_px, labels.tolist())]
+        counts = [(scale * len(near), scale * border) for near, border, scale in map(self._near_px, labels.tolist())]
         near, border = np.array(counts).reshape(-1, 2).sum(axis=0)
         return bool(near > self._config.all_share * border)
 
-    def _near_px(self, label: int) -> tuple[Array, int]:
-        """The gaps between a class and others in reach, and how many of its border pixels were looked at."""
-        gaps = self._gaps_px(label)
-        return gaps[gaps < self._config.reach_px], len(gaps)
+    def _near_px(self, label: int) -> tuple[Array, int, float]:
+        """The gaps between a class and others in reach; how many of its border pixels were looked at, and for how many
+        each of these stands."""
+        if label not in self._near:
+            gaps, scale = self._gaps_px(label)
+            self._near[label] = gaps[gaps < self._config.reach_px], len(gaps), scale
+        return self._near[label]
 
     def seams_px(self, classes: tuple[tuple[int, ...], ...]) -> Array:
         """Half the width of the seam around each of some classes; of several labels' the mean. Not to be changed."""
@@ -134,18 +138,19 @@ class LabelField:
             self._seams_of[classes] = np.array(means, float)
         return self._seams_of[classes]
 
-    def _gaps_px(self, label: int) -> Array:
+    def _gaps_px(self, label: int) -> tuple[Array, float]:
         """From border pixels of a class, but for those within `reach_px` of the image's border, to the next pixel
-        of another known class, itself not counted; inf: far."""
+        of another known class, itself not counted; inf: far. And for how many each of them stands."""
         silent = np.zeros(256, bool)
         silent[[UNKNOWN, EMPTY, OWNED, OUTSIDE, label]] = True
         (height, width), labels = self.codes.shape, self.padded_labels
         mine = np.flatnonzero(labels.reshape(height + 2, width + 2)[1:-1, 1:-1] == label)
+        scale = max(len(mine) / _SEAM_PIXELS, 1.0)
         if len(mine) > _SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
             mine = mine[(np.arange(_SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
         reach = int(np.ceil(self._config.reach_px))
         gaps, looks = np.empty(len(mine)), _around(reach)
-        return gaps[: gaps_px(labels, width, height, reach, mine, label, silent, *looks, gaps)]
+        return gaps[: gaps_px(labels, width, height, reach, mine, label, silent, *looks, gaps)], scale
 
     @property
     def unowned(self) -> LabelField:

@@ -70,7 +70,7 @@ with its size in the image telling how far off it is, or to lie on the plane tha
 class IdentityFit:
     """Which one of several like objects an object is.
 
-    :param name: None: two fit nearly alike, or all names are taken.
+    :param name: None: two fit nearly alike, all names are taken, or nothing is seen that tells (no `evidence`).
     :param probability: 0..1, of the best one against its runner-up.
     :param unique: whether there is one of each name.
     :param least: probability below which no name is told.

@@ -90,8 +90,9 @@ class RegionFit:
         arm = np.where(revolute, arm, scale[:, None])  # pixels that a radian, or a metre, moves points
         reach = config.region_reach_px / np.column_stack([np.ones((len(size), 2)), size, size, np.maximum(arm, 1.0)])
         at = np.column_stack([origin, np.zeros(len(size)), np.ones(len(size)), np.zeros(poses.q.shape)])
-        turns = np.where(revolute, np.sign(axis[..., 2]), 0.0)
-        about = np.where(revolute[:, None], joint_at, axis[..., :2] * scale[:, None, None])
+        # in one order in memory, whatever indexing gives: another one is compiled for anew
+        turns = np.ascontiguousarray(np.where(revolute, np.sign(axis[..., 2]), 0.0))
+        about = np.ascontiguousarray(np.where(revolute[:, None], joint_at, axis[..., :2] * scale[:, None, None]))
         return Regions(x, y, self._region, self._count, self._moved, turns, about), at, reach
 
 

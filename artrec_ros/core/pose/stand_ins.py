@@ -36,19 +36,21 @@ class StandIns:
         self._R = np.array([rotation_from_rotvec([0.0, 0.0, turn]) for turn in turns])  # (K, 3, 3)
         self._shift = np.column_stack([u, v, np.zeros(len(u))])  # (K, 3)
 
-    def better(self, frame: ImageFrame, poses: Poses, patch: int, votes: float) -> int | None:
+    def better(self, frame: ImageFrame, poses: Poses, patch: int, votes: float, area_px: float) -> int | None:
         """The component whose marker in this place of one hypothesis has the most votes, where these are more than
-        those of the required component's own, and the object's other components find their labels then, too; None:
-        there is none.
+        those of the required component's own, all in all and of a pixel (a larger one has more where it lies across
+        two), and the object's other components find their labels then, too; None: there is none.
 
-        :param patch: its marker, one of the surface's patches. :param votes: for it.
+        :param patch: its marker, one of the surface's patches. :param votes, area_px: of it.
         """
         best, most, of_all = None, votes, None
         for other in self._others[patch]:
             if self._most_votes(frame, poses, patch, other) <= most:
                 continue
             there = self._laid_on(poses, patch, other)
-            found = self._surface.score(frame, there, np.array([other]), occlusion=False).votes[:, 0]
+            said = self._surface.score(frame, there, np.array([other]), occlusion=False)
+            fits = said.votes * max(area_px, 1.0) > said.area_px * votes
+            found = np.where(fits, said.votes, -np.inf)[:, 0]
             turned = found.reshape(len(_TURNS), -1)
             each = turned.argmax(axis=1) + np.arange(len(_TURNS)) * turned.shape[1]
             each = each[found[each] > most]
@@ -57,7 +59,10 @@ class StandIns:
             if of_all is None:
                 of_all = float(self._explained(frame, poses).max())
             c = int(self._surface.component[other])
-            if self._explained(frame, self._bent(frame, there[each], c), without=True).max() > self._share * of_all:
+            if (
+                self._explained(frame, self._bent(frame, there[each], c), self._surface.root).max()
+                > self._share * of_all
+            ):
                 best, most = c, float(found[each].max())
         return best
 
@@ -72,14 +77,13 @@ class StandIns:
             found.append(self._surface.search_joints(frame, poses[h : h + 1], grids))
         return Poses.concatenate(found)
 
-    def _explained(self, frame: ImageFrame, poses: Poses, *, without: bool = False) -> Array:
-        """(H,) votes for the markers of the components that have any, with or without the required one."""
+    def _explained(self, frame: ImageFrame, poses: Poses, *without: int) -> Array:
+        """(H,) votes for the markers of the components that have any, some left out."""
         surface = self._surface
         votes = surface.score(frame, poses, surface.markers, occlusion=False).votes
         on = surface.component[surface.markers]
         each = np.stack([votes[:, on == c].sum(axis=1) for c in range(len(surface.model.components))], axis=1)
-        if without:
-            each[:, surface.root] = 0.0
+        each[:, list(without)] = 0.0
         return np.asarray(np.maximum(each, 0.0).sum(axis=1))
 
     def _unlike(self, patch: int) -> list[int]:

@@ -68,7 +68,8 @@ def remembered(now: IdentityFit | None, before: IdentityFit | None, memory: floa
     """With the evidence of earlier sightings. :param memory: what it counts, of one frame's."""
     if now is None or before is None:
         return now
-    evidence = {k: v + memory * before.evidence.get(k, 0.0) for k, v in now.evidence.items()}
+    told = now.evidence or dict.fromkeys(before.evidence, 0.0)  # who shows nothing now is who it was
+    evidence = {k: v + memory * before.evidence.get(k, 0.0) for k, v in told.items()}
     return replace(now, evidence=evidence)
 
 

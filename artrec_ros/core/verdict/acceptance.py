@@ -142,6 +142,18 @@ class Verdict:
         """Confirmed components besides the required one."""
         return [c for c, yes in enumerate(self.confirmed) if yes and c != self.claim.finder.root]
 
+    @cached_property
+    def stand_in(self) -> str | None:
+        """The component that explains better what is taken for the required one, where the object has one to spare:
+        whatever the clock says."""
+        claim, finder = self.claim, self.claim.finder
+        patch, names = self.shown[finder.root], [c.name for c in finder.surface.model.components]
+        if not self.confirmed[finder.root] or len(self.others) + 1 == len(names):
+            return None
+        scores = claim.scores.votes[0, patch], claim.scores.area_px[0, patch]
+        found = finder.stand_ins.better(claim.frame.unhurried(), claim.poses, patch, *map(float, scores))
+        return None if found is None else names[found]
+
     @property
     def probability(self) -> float:
         """That the claim is an object, 0 to 1."""

@@ -50,7 +50,7 @@ class Describer:
             return mine, []
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         probability = np.array([v.probability for v in mine])
-        surplus = self._identifier.surplus(frame, self._settled(mine, frame), self._told(mine), probability)
+        surplus = self._identifier.surplus(frame, self._settled(mine, frame), self._seen(mine), probability)
         told, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
         return [mine[i] for i in told], [mine[i] for i in none_left]
 
@@ -62,7 +62,7 @@ class Describer:
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         used, poses = self._used(verdicts), self._settled(verdicts, frame)
         told = self._told(verdicts)
-        identities = self._identifier.identify(frame, poses, told)
+        identities = self._identifier.identify(frame, poses, self._seen(verdicts))
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = (
@@ -130,6 +130,14 @@ class Describer:
         """The components that are told of each, and their probabilities."""
         least, root = self.finder.config.min_component_probability, self.finder.root
         return [{c: p for c, p in of.items() if c == root or p >= least} for of in part_probabilities(verdicts)]
+
+    def _seen(self, verdicts: Sequence[Verdict]) -> list[set[int]]:
+        """The same without a required one that is not confirmed: of that no marker is told."""
+        root = self.finder.root
+        return [
+            {c for c in told if c != root or v.confirmed[root]}
+            for v, told in zip(verdicts, self._told(verdicts), strict=True)
+        ]
 
     def _instances(
         self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]], frames: Frames, frame: ImageFrame

@@ -49,9 +49,8 @@ class Identifier:
         names, least = [i.name for i in self.identities], self._config.min_identity_probability
         shows, evidence = self._shows(told), self.evidence(frame, poses)
         found = list(named(np.where(shows[:, None], evidence, 0.0), names, self._unique, least))
-        return [
-            fit if shown else replace(fit, name=None, probability=0.0) for fit, shown in zip(found, shows, strict=True)
-        ]
+        bare = [replace(fit, name=None, probability=0.0, runner_up=None, evidence={}) for fit in found]
+        return [fit if shown else none for fit, none, shown in zip(found, bare, shows, strict=True)]
 
     def _shows(self, told: Sequence[Collection[int]]) -> NDArray[np.bool_]:
         """(H,) which objects show a component that tells identities."""

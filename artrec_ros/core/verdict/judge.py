@@ -64,7 +64,7 @@ class Judge:
         return np.asarray(verdicts.claims.votes >= self.min_votes)
 
     def accepts(self, verdicts: Verdicts) -> NDArray[np.bool_]:
-        """(H,) whether each claim is an object, be it one that is not told: else `reason` has nothing against it."""
+        """(H,) whether each claim is an object, be it one that is not told (`tells`)."""
         claims, confirmed = verdicts.claims, verdicts.confirmed
         wanted = min(self.min_components, confirmed.shape[1])
         enough = self.may_stand(verdicts) & (verdicts.probability >= self.min_probability)
@@ -86,7 +86,7 @@ class Judge:
     def tells(self, verdict: Verdict) -> bool:
         """Whether an object is told, and does not only own its pixels: its required component is seen, and what is
         taken for it is none of the others."""
-        return self.shows_required(verdict) and _stand_in(verdict) is None
+        return self.shows_required(verdict) and verdict.stand_in is None
 
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
@@ -99,8 +99,8 @@ class Judge:
     def reason(self, verdict: Verdict) -> str | None:
         """Why a claim is not told as an object; None where it is."""
         objection = self._objection(verdict)
-        if objection is None and (stand_in := _stand_in(verdict)) is not None:
-            return f"what would be its required component looks more like {stand_in}"
+        if objection is None and verdict.stand_in is not None:
+            return f"what would be its required component looks more like {verdict.stand_in}"
         return objection
 
     def _objection(self, verdict: Verdict) -> str | None:
@@ -122,16 +122,6 @@ class Judge:
             told = math.floor(100 * verdict.probability) / 100  # rounded up it might be what is wanted
             return f"probability {told:.2f} is below {self.min_probability:g}: {verdict.doubt}"
         return None
-
-
-def _stand_in(verdict: Verdict) -> str | None:
-    """The component that explains better what is taken for the required one, where the object has one to spare."""
-    claim, finder = verdict.claim, verdict.claim.finder
-    patch, names = verdict.shown[finder.root], [c.name for c in finder.surface.model.components]
-    if not verdict.confirmed[finder.root] or len(verdict.others) + 1 == len(names):
-        return None
-    found = finder.stand_ins.better(claim.frame, claim.poses, patch, float(claim.scores.votes[0, patch]))
-    return None if found is None else names[found]
 
 
 def _trust(verdicts: Verdicts) -> Array:

@@ -52,7 +52,7 @@ def patches(gap=2):
 def test_a_gap_between_two_patches_is_no_seam():
     """It made the patches larger, and bent robots' joints further by five degrees."""
     field = LabelField(patches())
-    near, border = field._near_px(RED)
+    near, border, _ = field._near_px(RED)
     assert DEFAULTS.seams.border_share * border < len(near) < DEFAULTS.seams.clear_share * border
     assert field.seam_px(RED) == field.seam_px(4) == 0.0
 
@@ -123,7 +123,7 @@ def test_a_seams_gaps_are_those_to_the_nearest_pixel_of_another_known_class():
         near = np.hypot(*off[np.abs(off).max(axis=1) <= 4].T)
         expected.append(near.min() - 1 if len(near) else np.inf)
     assert np.isinf(expected).any() and len(set(expected)) > 3
-    np.testing.assert_allclose(np.sort(LabelField(labels)._gaps_px(RED)), np.sort(expected))
+    np.testing.assert_allclose(np.sort(LabelField(labels)._gaps_px(RED)[0]), np.sort(expected))
 
 
 @pytest.mark.uncompiled
@@ -138,6 +138,6 @@ def test_small_images_and_absent_classes_have_no_seam(size):
 def test_every_side_of_a_large_blob_tells_its_seam(turns):
     labels = np.zeros((460, 620), np.uint8)
     labels[10:450, 10:610], labels[:, :9] = RED, 5  # only one side has something known beside it
-    gaps = LabelField(np.rot90(labels, turns).copy())._gaps_px(RED)
+    gaps = LabelField(np.rot90(labels, turns).copy())._gaps_px(RED)[0]
     assert np.isfinite(gaps).sum() > 5
     assert np.median(gaps[np.isfinite(gaps)]) == 1.0

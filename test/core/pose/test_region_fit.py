@@ -150,3 +150,14 @@ def test_points_move_with_every_joint_that_carries_them(turn):
     np.testing.assert_allclose(x, other.x[0], atol=1e-6)
     np.testing.assert_allclose(y, other.y[0], atol=1e-6)
     assert np.abs(other.x[0] - one.x[0]).max() > 5
+
+
+def test_however_many_and_however_jointed_they_are_the_same_code_fits_them():
+    """Another order in memory would be compiled for in the middle of a frame."""
+    frame, begin = frame_of(rendered(BENT)), BENT.pose
+    for finder, q in ((FINDER, []), (gate_finder(), [0.3]), (gate_finder(linked()), [0.01, 0.2])):
+        there = begin(frame.camera)
+        for n in (1, 2):
+            poses = Poses(*(np.repeat(v, n, axis=0) for v in (there.R, there.t, np.array([q], float).reshape(1, -1))))
+            regions, _, _ = finder.regions._figures(frame, poses)
+            assert all(np.asarray(part).flags.c_contiguous for part in regions)

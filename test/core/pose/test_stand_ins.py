@@ -1,10 +1,13 @@
 """Other components that explain what is taken for the required one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from settings import DEFAULTS
 from solids import BLUE, RED, camera_of, marker, rectangle, render
 
+from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -67,9 +70,9 @@ def stand_ins_of(surface):
 
 def judged(model, frame, poses):
     finder = WholeObjectFinder(Target("snake", model, RED), DEFAULTS)
-    votes = finder.judge(frame, poses, occlusion=True).votes
+    scores = finder.judge(frame, poses, occlusion=True)
     patch = finder.surface.markers_of[finder.surface.root][0]
-    return finder.surface, patch, float(votes[0, patch])
+    return finder.surface, patch, float(scores.votes[0, patch]), float(scores.area_px[0, patch])
 
 
 def test_a_head_laid_on_a_link_looks_more_like_a_link():
@@ -77,8 +80,8 @@ def test_a_head_laid_on_a_link_looks_more_like_a_link():
     true = at(model)
     frame = frame_of(model, true, hidden=["head"])
     claim = head_on(model, true, "link1")
-    surface, patch, votes = judged(model, frame, claim)
-    found = stand_ins_of(surface).better(frame, claim, patch, votes)
+    surface, patch, *said = judged(model, frame, claim)
+    found = stand_ins_of(surface).better(frame, claim, patch, *said)
     assert found is not None and model.components[found].name.startswith("link")
 
 
@@ -87,8 +90,8 @@ def test_a_head_in_view_looks_like_itself(z):
     model = snake()
     true = at(model, z=z)
     frame = frame_of(model, true)
-    surface, patch, votes = judged(model, frame, true)
-    assert stand_ins_of(surface).better(frame, true, patch, votes) is None
+    surface, patch, *said = judged(model, frame, true)
+    assert stand_ins_of(surface).better(frame, true, patch, *said) is None
 
 
 @pytest.mark.parametrize(
@@ -101,8 +104,8 @@ def test_only_what_joints_may_bring_there_and_looks_otherwise_stands_in(other):
     true = at(snake())
     frame = frame_of(snake(), true, hidden=["head"])
     claim = Poses(*(getattr(head_on(snake(), true, "link1"), n) for n in "Rt"), at(model).q)
-    surface, patch, _ = judged(model, frame, claim)
-    assert stand_ins_of(surface).better(frame, claim, patch, -1e9) is None
+    surface, patch, _, area_px = judged(model, frame, claim)
+    assert stand_ins_of(surface).better(frame, claim, patch, -1e9, area_px) is None
 
 
 def test_such_an_object_is_not_told_but_owns_its_pixels_and_the_reason_names_the_other():
@@ -117,6 +120,34 @@ def test_such_an_object_is_not_told_but_owns_its_pixels_and_the_reason_names_the
     assert told == []
     (other,) = others
     assert "looks more like link" in judge.reason(other)
+
+
+@pytest.mark.parametrize("length", [0.03, 0.04])
+@pytest.mark.parametrize("bend", [0.0, 0.1])
+def test_a_head_that_is_smaller_than_what_it_draws_looks_like_itself(length, bend):
+    """A link laid across it and the next one has more votes, but fewer a pixel."""
+    plain, judge = snake(), Judge.of(DEFAULTS)
+    head = Component("head", (marker("head", rectangle(length, 0.022), np.eye(3), (0, 0, 0)),), required=True)
+    model = ObjectModel("snake", (head, *plain.components[1:]))
+    true = at(model, bend=bend)
+    frame = frame_of(model, true, hidden=["link5"])
+    finder = WholeObjectFinder(Target("snake", model, RED), DEFAULTS)
+    told, _ = share_out([(finder, true)], frame, judge)
+    assert len(told) == 1
+
+
+def test_the_clock_does_not_decide_what_it_looks_like():
+    model, judge = snake(), Judge.of(DEFAULTS)
+    true = at(model, bend=0.0)
+    frame = frame_of(model, true, hidden=["head"])
+    claim = head_on(model, true, "link0")
+    claim = Poses(claim.R, 1.05 * claim.t, claim.q)
+    finder = WholeObjectFinder(Target("snake", model, RED), DEFAULTS)
+    late = replace(frame, deadline=Deadline(0.0))
+    for seen in (frame, late):
+        (verdict,) = judge.verdicts(finder, claim, seen)
+        assert verdict.stand_in == "link0" and not judge.tells(verdict)
+        assert "looks more like link0" in judge.reason(verdict)
 
 
 def test_where_all_components_are_in_view_there_is_none_to_spare():

@@ -112,3 +112,27 @@ def test_objects_without_identities_stay_as_they_are():
 def test_switched_off_names_are_the_recognisers():
     told = followed([seen((100, DOUBT))] * 6, TrackingConfig(enabled=False))
     assert [names(d) for d in told] == [[None]] * 6
+
+
+def bare(x):
+    """One of which nothing is seen that tells a name, as the recogniser has it."""
+    fit = named(np.zeros((1, len(NAMES))), NAMES, True, 0.8)[0]
+    return replace(flat(x), identity=replace(fit, name=None, probability=0.0, runner_up=None, evidence={}))
+
+
+def test_who_shows_nothing_that_tells_a_name_gets_none_that_is_left():
+    """With the others named it would have the last one for sure."""
+    others = [
+        replace(d, identity=f.identity)
+        for d, f in zip(
+            (flat(100), flat(300)), seen((100, (0, -30, -30)), (300, (-30, 0, -30))).detections, strict=True
+        )
+    ]
+    told = followed([frame(*others, bare(600))] * 4)
+    assert names(told[-1]) == ["gr", "gv", None]
+    assert told[-1][2].identity.probability == 0.0
+
+
+def test_who_showed_one_before_keeps_it_while_its_patches_are_hidden():
+    told = followed([seen((100, (-30, -30, 0)))] * 4 + [frame(bare(100))] * 2)
+    assert names(told[-1]) == ["vr"]

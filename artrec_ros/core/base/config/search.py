@@ -135,7 +135,7 @@ class SearchConfig(Room):
     near_joints: float = param(
         0.99,
         "share of an object's votes that the best of these must have for a climb; parts that are worth less than the "
-        "rest are left where they are",
+        "rest are left where they are, and so are all of a known object that keeps this share of what it had",
         low=0,
         high=1,
         paths=_SPACE,

@@ -59,10 +59,8 @@ class StandIns:
             if of_all is None:
                 of_all = float(self._explained(frame, poses).max())
             c = int(self._surface.component[other])
-            if (
-                self._explained(frame, self._bent(frame, there[each], c), self._surface.root).max()
-                > self._share * of_all
-            ):
+            rest = self._explained(frame, self._bent(frame, there[each], c), self._surface.root)
+            if rest.max() > self._share * of_all:
                 best, most = c, float(found[each].max())
         return best
 

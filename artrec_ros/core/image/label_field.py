@@ -17,6 +17,7 @@ from .seam_kernels import gaps_px
 
 _SUBPIXEL_BITS = 4
 _SEAM_PIXELS = 6000  # of a class that are looked at: its median is known to a hundredth of a pixel
+_SILENT = UNKNOWN, EMPTY, OWNED, OUTSIDE  # labels of no class
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
 
@@ -116,9 +117,7 @@ class LabelField:
     @cached_property
     def leaves_seams(self) -> bool:
         """Whether another known class follows within a seam's reach along much of the borders of all classes."""
-        known = np.ones(256, bool)
-        known[[UNKNOWN, EMPTY, OWNED, OUTSIDE]] = False
-        labels = np.flatnonzero((np.bincount(self.padded_labels, minlength=256) > 0) & known)
+        labels = np.setdiff1d(np.flatnonzero(np.bincount(self.padded_labels)), _SILENT)
         counts = [(scale * len(near), scale * border) for near, border, scale in map(self._near_px, labels.tolist())]
         near, border = np.array(counts).reshape(-1, 2).sum(axis=0)
         return bool(near > self._config.all_share * border)
@@ -142,7 +141,7 @@ class LabelField:
         """From border pixels of a class, but for those within `reach_px` of the image's border, to the next pixel
         of another known class, itself not counted; inf: far. And for how many each of them stands."""
         silent = np.zeros(256, bool)
-        silent[[UNKNOWN, EMPTY, OWNED, OUTSIDE, label]] = True
+        silent[[*_SILENT, label]] = True
         (height, width), labels = self.codes.shape, self.padded_labels
         mine = np.flatnonzero(labels.reshape(height + 2, width + 2)[1:-1, 1:-1] == label)
         scale = max(len(mine) / _SEAM_PIXELS, 1.0)

@@ -96,8 +96,7 @@ def _placed_markers(surface: SpatialModel) -> list[_Placed]:
     frames = kin.forward(np.eye(3)[None], np.zeros((1, 3)), (kin.lower + kin.upper)[None] / 2)
     for c, component in enumerate(surface.model.components):
         for marker in component.markers if surface.labels[c] == label else ():
-            assert marker.T_component_marker is not None  # the model is spatial
-            inside = marker.T_component_marker @ Pose(np.eye(3), np.append(marker.centroid, 0.0))
+            inside = middle_of(marker)
             out.append(_Placed(c, marker, inside, Pose(frames.R[0, c], frames.t[0, c]) @ inside))
     return out
 
@@ -132,6 +131,12 @@ def _turns_of_discs(mine: _Placed, there: _Placed, markers: list[_Placed]) -> li
     first, second = polar[0], polar[1][:, None]
     same = np.abs(np.abs(second) - np.abs(first)) < _NEAR * mine.marker.area**0.5
     return sorted({round(float(turn), 1) for turn in np.angle((second * first.conj())[same])})
+
+
+def middle_of(marker: Marker) -> Pose:
+    """A marker's frame at its centroid, in its component's."""
+    assert marker.T_component_marker is not None  # the model is spatial
+    return marker.T_component_marker @ Pose(np.eye(3), np.append(marker.centroid, 0.0))
 
 
 def turns_alike(mine: Marker, there: Marker) -> list[float]:

@@ -44,14 +44,15 @@ class RegionFit:
 
         :param used: (H, M) markers that the labels support: joints that move none of these stay.
         """
-        config, (regions, at, reach) = self._config, self._figures(frame, poses)
+        config, (regions, at) = self._config, self._figures(frame, poses)
+        scale = frame.camera.focal_px / poses.t[:, 2]
+        reach = self._reach(regions, scale)
         kin, component = self._surface.kinematics, self._surface.component[self._surface.markers]
         reach[:, 4:] *= (used @ kin.moves[component])[:, self._order] > 0
         least, most = at - reach, at + reach
         within = np.where(kin.endless, -np.inf, kin.lower - poses.q), np.where(kin.endless, np.inf, kin.upper - poses.q)
         least[:, 4:] = np.minimum(np.maximum(least[:, 4:], within[0][:, self._order]), 0.0)
         most[:, 4:] = np.maximum(np.minimum(most[:, 4:], within[1][:, self._order]), 0.0)
-        scale = frame.camera.focal_px / poses.t[:, 2]
         least[:, 3] = np.minimum(np.maximum(least[:, 3], self._limits.least / scale), 1.0)  # but never has it to move
         most[:, 3] = np.maximum(np.minimum(most[:, 3], self._limits.greatest / scale), 1.0)
         even_out_each(_image(frame), regions, at, reach / 4, config.region_rounds, least, most, np.empty(len(at)))
@@ -68,13 +69,23 @@ class RegionFit:
     def evenness(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H,) the share of the variance of the colours on and around each hypothesis that is between its regions; 0
         where a part of it lies outside of the image."""
-        (regions, at, reach), uneven = self._figures(frame, poses), np.empty(len(poses))
-        even_out_each(_image(frame), regions, at, reach, 0, at, at, uneven)
+        (regions, at), uneven = self._figures(frame, poses), np.empty(len(poses))
+        even_out_each(_image(frame), regions, at, at, 0, at, at, uneven)
         return 1.0 - uneven
 
-    def _figures(self, frame: ImageFrame, poses: Poses) -> tuple[Regions, Array, Array]:
-        """Each hypothesis' points in the image, its similarity and by how much joints are moved (H, 4 + J), and how far
-        these may go."""
+    def _reach(self, regions: Regions, scale: Array) -> Array:
+        """(H, 4 + J) how far similarities and joints may go. :param scale: (H,) pixels per metre."""
+        x, y, about = regions.x, regions.y, regions.at
+        size = np.sqrt(np.mean(x * x + y * y, axis=1))
+        arms = np.hypot(x[:, None] - about[..., :1], y[:, None] - about[..., 1:])  # (H, J, n)
+        arm = np.sqrt((arms**2 * self._moved).sum(axis=2) / np.maximum(self._moved.sum(axis=1), 1))
+        revolute = self._surface.kinematics.revolute[self._order]
+        arm = np.where(revolute, arm, scale[:, None])  # pixels that a radian, or a metre, moves points
+        each = np.column_stack([np.ones((len(size), 2)), size, size, np.maximum(arm, 1.0)])
+        return np.asarray(self._config.region_reach_px / each)
+
+    def _figures(self, frame: ImageFrame, poses: Poses) -> tuple[Regions, Array]:
+        """Each hypothesis' points in the image, its similarity and by how much joints are moved (H, 4 + J)."""
         camera, config, depth = frame.camera, self._config, poses.t[:, 2]
         frames = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
         scale, origin = camera.focal_px / depth, project(camera, poses.t)  # scale: pixels per metre
@@ -82,18 +93,13 @@ class RegionFit:
         away_m = np.minimum(config.region_ring_px / scale[:, None], self._most_m)
         pixels = project(camera, at + away_m[..., None] * (beyond - at))
         x, y = np.ascontiguousarray((pixels - origin[:, None]).transpose(2, 0, 1))
-        size = np.sqrt(np.mean(x * x + y * y, axis=1))
         axis, joint_at = frames.axis[:, self._order], project(camera, frames.origin[:, self._order]) - origin[:, None]
         revolute = self._surface.kinematics.revolute[self._order]
-        arms = np.hypot(x[:, None] - joint_at[..., :1], y[:, None] - joint_at[..., 1:])  # (H, J, n)
-        arm = np.sqrt((arms**2 * self._moved).sum(axis=2) / np.maximum(self._moved.sum(axis=1), 1))
-        arm = np.where(revolute, arm, scale[:, None])  # pixels that a radian, or a metre, moves points
-        reach = config.region_reach_px / np.column_stack([np.ones((len(size), 2)), size, size, np.maximum(arm, 1.0)])
-        at = np.column_stack([origin, np.zeros(len(size)), np.ones(len(size)), np.zeros(poses.q.shape)])
+        at = np.column_stack([origin, np.zeros(len(depth)), np.ones(len(depth)), np.zeros(poses.q.shape)])
         # in one order in memory, whatever indexing gives: another one is compiled for anew
         turns = np.ascontiguousarray(np.where(revolute, np.sign(axis[..., 2]), 0.0))
         about = np.ascontiguousarray(np.where(revolute[:, None], joint_at, axis[..., :2] * scale[:, None, None]))
-        return Regions(x, y, self._region, self._count, self._moved, turns, about), at, reach
+        return Regions(x, y, self._region, self._count, self._moved, turns, about), at
 
 
 def _image(frame: ImageFrame) -> NDArray[np.uint8]:

@@ -15,7 +15,7 @@ from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
 from ..model.objects import Marker
 from ..model.surface import Patch
-from .lookalikes import turns_alike
+from .lookalikes import middle_of, turns_alike
 from .surface_model import Poses, SpatialModel
 
 _TURNS = 2 * np.pi * np.arange(8) / 8  # in which another marker is laid there,
@@ -43,9 +43,10 @@ class StandIns:
 
         :param patch: its marker, one of the surface's patches. :param votes, area_px: of it.
         """
-        best, most, of_all = None, votes, None
-        for other in self._others[patch]:
-            if self._most_votes(frame, poses, patch, other) <= most:
+        others, best, most, of_all = self._others[patch], None, votes, None
+        scale = self._scale(frame, poses, patch) if others else 0.0
+        for other in others:
+            if self._most_votes(other, scale) <= most:
                 continue
             there = self._laid_on(poses, patch, other)
             said = self._surface.score(frame, there, np.array([other]), occlusion=False)
@@ -96,14 +97,18 @@ class StandIns:
                 out.setdefault((_marker(other).outline.tobytes(), other.labels), p)
         return list(out.values())
 
-    def _most_votes(self, frame: ImageFrame, poses: Poses, patch: int, other: int) -> float:
-        """That a marker can have there: pixels and outline all of its class, and nothing squeezes it."""
+    def _scale(self, frame: ImageFrame, poses: Poses, patch: int) -> float:
+        """Pixels per metre where one hypothesis has a marker of the required component."""
+        surface = self._surface
+        seen = surface.kinematics.forward(poses.R, poses.t, poses.q)
+        depth = float((seen.R[0, surface.root] @ surface.centre[patch] + seen.t[0, surface.root])[2])
+        return frame.camera.focal_px / max(depth, 1e-6)
+
+    def _most_votes(self, patch: int, scale: float) -> float:
+        """That a marker can have: pixels and outline all of its class, and nothing squeezes it."""
         surface, v = self._surface, self._surface.votes
-        k = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
-        depth = float((k.R[0, surface.root] @ surface.centre[patch] + k.t[0, surface.root])[2])
-        scale = frame.camera.focal_px / max(depth, 1e-6)  # pixels per metre
-        around = (v.rim[0] + v.ring[2]) * v.ring_width_px * _marker(surface.patches[other]).perimeter * scale
-        return float(v.inside[0] * surface.area[other] * scale**2 + around)
+        around = (v.rim[0] + v.ring[2]) * v.ring_width_px * _marker(surface.patches[patch]).perimeter * scale
+        return float(v.inside[0] * surface.area[patch] * scale**2 + around)
 
     def _laid_on(self, poses: Poses, patch: int, other: int) -> Poses:
         """K hypotheses with another marker laid on one in all turns, a little off in all directions; joints as they
@@ -111,8 +116,8 @@ class StandIns:
         surface = self._surface
         kin, c = surface.kinematics, int(surface.component[other])
         seen = kin.forward(poses.R, poses.t, poses.q)
-        at = Pose(seen.R[0, surface.root], seen.t[0, surface.root]) @ _middle(surface.patches[patch])
-        inside = _middle(surface.patches[other]).inverse()
+        at = Pose(seen.R[0, surface.root], seen.t[0, surface.root]) @ middle_of(_marker(surface.patches[patch]))
+        inside = middle_of(_marker(surface.patches[other])).inverse()
         R = at.rotation @ self._R @ inside.rotation  # (K, 3, 3) frames of the component
         t = at.position + surface.area[patch] ** 0.5 * self._shift @ at.rotation.T
         t = t + (at.rotation @ self._R) @ inside.position
@@ -124,13 +129,6 @@ class StandIns:
 def _marker(patch: Patch) -> Marker:
     assert patch.marker is not None  # the caller's condition
     return patch.marker
-
-
-def _middle(patch: Patch) -> Pose:
-    """A marker's frame at its centroid, in its component's."""
-    marker = _marker(patch)
-    assert marker.T_component_marker is not None  # the model is spatial
-    return marker.T_component_marker @ Pose(np.eye(3), np.append(marker.centroid, 0.0))
 
 
 def _alike(a: Patch, b: Patch) -> bool:

@@ -50,7 +50,8 @@ class Describer:
             return mine, []
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         probability = np.array([v.probability for v in mine])
-        surplus = self._identifier.surplus(frame, self._settled(mine, frame), self._seen(mine), probability)
+        poses = self._settled(mine, self._used(mine), frame)
+        surplus = self._identifier.surplus(frame, poses, self._seen(mine, self._told(mine)), probability)
         told, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
         return [mine[i] for i in told], [mine[i] for i in none_left]
 
@@ -60,9 +61,9 @@ class Describer:
             return []
         finder, surface = self.finder, self.finder.surface
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
-        used, poses = self._used(verdicts), self._settled(verdicts, frame)
-        told = self._told(verdicts)
-        identities = self._identifier.identify(frame, poses, self._seen(verdicts))
+        used, told = self._used(verdicts), self._told(verdicts)
+        poses = self._settled(verdicts, used, frame)
+        identities = self._identifier.identify(frame, poses, self._seen(verdicts, told))
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = (
@@ -80,10 +81,9 @@ class Describer:
         """(H, M) markers whose contours tell where each object is."""
         return np.concatenate([self.finder.supported(v.claim.scores) for v in verdicts])
 
-    def _settled(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> Poses:
-        """H poses at rest on what the image shows."""
+    def _settled(self, verdicts: Sequence[Verdict], used: NDArray[np.bool_], frame: ImageFrame) -> Poses:
+        """H poses at rest on what the image shows. :param used: see `_used`."""
         candidates, regions = Poses.concatenate([v.claim.poses for v in verdicts]), self.finder.regions
-        used = self._used(verdicts)
         poses = self.finder.settled(frame.unhurried(), candidates, used)
         return poses if regions is None or frame.image is None else regions.fitted(frame, poses, used)
 
@@ -131,13 +131,10 @@ class Describer:
         least, root = self.finder.config.min_component_probability, self.finder.root
         return [{c: p for c, p in of.items() if c == root or p >= least} for of in part_probabilities(verdicts)]
 
-    def _seen(self, verdicts: Sequence[Verdict]) -> list[set[int]]:
-        """The same without a required one that is not confirmed: of that no marker is told."""
+    def _seen(self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]]) -> list[set[int]]:
+        """Of those that are told the components without a required one that is not confirmed: of that no marker is."""
         root = self.finder.root
-        return [
-            {c for c in told if c != root or v.confirmed[root]}
-            for v, told in zip(verdicts, self._told(verdicts), strict=True)
-        ]
+        return [{c for c in of if c != root or v.confirmed[root]} for v, of in zip(verdicts, told, strict=True)]
 
     def _instances(
         self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]], frames: Frames, frame: ImageFrame

@@ -47,14 +47,19 @@ class Identifier:
         if not self.identities or not len(poses):
             return [None] * len(poses)
         names, least = [i.name for i in self.identities], self._config.min_identity_probability
-        shows, evidence = self._shows(told), self.evidence(frame, poses)
-        found = list(named(np.where(shows[:, None], evidence, 0.0), names, self._unique, least))
-        bare = [replace(fit, name=None, probability=0.0, runner_up=None, evidence={}) for fit in found]
-        return [fit if shown else none for fit, none, shown in zip(found, bare, shows, strict=True)]
+        shows, evidence = self._shown(frame, poses, told)
+        return [
+            fit if shown else replace(fit, name=None, probability=0.0, runner_up=None, evidence={})
+            for fit, shown in zip(named(evidence, names, self._unique, least), shows, strict=True)
+        ]
 
-    def _shows(self, told: Sequence[Collection[int]]) -> NDArray[np.bool_]:
-        """(H,) which objects show a component that tells identities."""
-        return np.array([not self._alternatives.components.isdisjoint(of) for of in told], bool)
+    def _shown(
+        self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]]
+    ) -> tuple[NDArray[np.bool_], Array]:
+        """(H,) which objects show a component that tells identities, and (H, N) the `evidence`, 0 of those that do
+        not."""
+        shows = np.array([not self._alternatives.components.isdisjoint(of) for of in told], bool)
+        return shows, np.where(shows[:, None], self.evidence(frame, poses), 0.0)
 
     def may_be_surplus(self, objects: int) -> bool:
         """Whether so many are more than there are."""
@@ -70,7 +75,7 @@ class Identifier:
         if not self.may_be_surplus(len(poses)):
             return np.zeros(len(poses), bool)
         odds = logit(np.clip(probability, _LEAST, 1 - _LEAST))
-        evidence = np.where(self._shows(told)[:, None], self.evidence(frame, poses), 0.0)
+        _, evidence = self._shown(frame, poses, told)
         return surplus(evidence, odds, 1 - self._config.min_identity_probability)
 
     def evidence(self, frame: ImageFrame, poses: Poses) -> Array:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from .params import Room, param
 
+_EDGES = ("plane", "space", "facing")
+
 
 @dataclass(frozen=True)
 class SeamsConfig(Room):
@@ -17,7 +19,7 @@ class SeamsConfig(Room):
         unit="px",
         low=1,
         high=20,
-        paths=("plane", "space", "facing"),
+        paths=_EDGES,
         origin="segmenters leave two pixels where colours blend",
     )
     border_share: float = param(
@@ -25,7 +27,7 @@ class SeamsConfig(Room):
         "least share of a class' border that must have another known class in reach, for it to have a seam",
         low=0,
         high=1,
-        paths=("plane", "space", "facing"),
+        paths=_EDGES,
         origin="less is a neighbour that happens to be near",
     )
     clear_share: float = param(
@@ -34,7 +36,7 @@ class SeamsConfig(Room):
         "neighbour across a gap",
         low=0,
         high=1,
-        paths=("plane", "space", "facing"),
+        paths=_EDGES,
         origin="of robots seen from above, patches with gaps between them .1 to .4, where labels leave seams .6 to 1",
     )
     all_share: float = param(
@@ -42,6 +44,6 @@ class SeamsConfig(Room):
         "the same share of all classes' borders together, without which the segmenter of a label image leaves no seams",
         low=0,
         high=1,
-        paths=("plane", "space", "facing"),
+        paths=_EDGES,
         origin="recorded segmentations of quadrupeds .33 to .8, robots with gaps between their patches .06 to .26",
     )

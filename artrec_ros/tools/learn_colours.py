@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
@@ -19,6 +18,7 @@ from tqdm import tqdm
 from ..core.base.config import GREATEST_LABEL, ImageConfig
 from ..core.base.errors import ConfigError
 from ..core.geometry.field_plane import FieldPlane
+from ..core.image.segmentation import filtered
 from ..core.learning.colour_learning import (
     Learned,
     Pair,
@@ -29,6 +29,7 @@ from ..core.learning.colour_learning import (
     sample_beside,
     sample_colours,
 )
+from ..core.learning.lens_blur import lens_blur
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
 from ..io.learned.marked_objects import BESIDE, REST, load_marked_objects, marked_scales
@@ -134,7 +135,7 @@ def learn_from(
     """
     doubtful = [name for name in samples if name not in labels] if told.by_segmenter else []
     learned = learn_colours(samples, labels, ImageConfig(), doubtful, shown=shown)
-    return replace(learned, image=sharpened(learned.image, told))
+    return replace(learned, image=replace(sharpened(learned.image, told), blur_px=told.blur_px))
 
 
 def sharpened(image: ImageConfig, told: Told) -> ImageConfig:
@@ -167,11 +168,12 @@ def check(args: argparse.Namespace) -> None:
 class Told:
     """Some of the images with their class numbers, and class number -> label; 0: background.
 
-    :param by_segmenter: the numbers come from label images.
+    :param by_segmenter: the numbers come from label images. :param blur_px: what was undone before.
     """
 
     labels: Mapping[int, int]
     by_segmenter: bool
+    blur_px: float = 0.0
     pairs: list[Pair] = field(default_factory=list)
 
 
@@ -195,30 +197,38 @@ def samples_of_labels(pairs: Iterable[Pair], labels: dict[str, int], every: int)
 def samples_of_regions(
     marked: Iterable[MarkedImage], labels: dict[str, int], blank: tuple[int, ...] = (), smoothing_px: float = 0.0
 ) -> tuple[Samples, Told]:
-    """Colours by category from images with marked regions.
+    """Colours by category from images with marked regions; where the lens has blurred them, with this undone.
 
-    :param blank: rectangles that are not looked at. :param smoothing_px: of images before they are looked at.
+    :param blank: rectangles that are not looked at. :param smoothing_px: of images before they are looked at; somebody
+        who wants them smooth does not want them sharp.
     """
     marked = list(marked)
     found = dict.fromkeys([*labels, *(name for m in marked for name, _ in m.regions)])
     names = {0: REST} | dict(enumerate((name for name in found if name != REST), start=1))
     numbers = {name: n for n, name in names.items()}
-    pairs = (_prepared(m.read(numbers, _UNMARKED), blank, smoothing_px) for m in marked)
-    return _collect(pairs, names, labels)
+    blurred = (_prepared(m.read(numbers, _UNMARKED), blank, ImageConfig()) for m in marked[:_TRIED])
+    blur_px = 0.0 if smoothing_px else lens_blur(blurred, _UNMARKED)
+    image = ImageConfig(smoothing_px=smoothing_px, blur_px=blur_px)
+    pairs = (_prepared(m.read(numbers, _UNMARKED), blank, image) for m in marked)
+    return _collect(pairs, names, labels, blur_px=blur_px)
 
 
-def _prepared(pair: Pair, blank: tuple[int, ...], smoothing_px: float) -> Pair:
+def _prepared(pair: Pair, blank: tuple[int, ...], image: ImageConfig) -> Pair:
     for x, y, width, height in np.reshape(blank, (-1, 4)).astype(int).tolist():
         pair[1][y : y + height, x : x + width] = _UNMARKED
-    return pair if smoothing_px == 0 else (cv2.GaussianBlur(pair[0], (0, 0), smoothing_px), pair[1])
+    return filtered(pair[0], image), pair[1]
 
 
 def _collect(
-    pairs: Iterable[Pair], names: dict[int, str], labels: Mapping[str, int], by_segmenter: bool = False
+    pairs: Iterable[Pair],
+    names: dict[int, str],
+    labels: Mapping[str, int],
+    by_segmenter: bool = False,
+    blur_px: float = 0.0,
 ) -> tuple[Samples, Told]:
     rng = np.random.default_rng(0)
     found = defaultdict(list)
-    told = Told({n: labels.get(name, 0) for n, name in names.items()}, by_segmenter)
+    told = Told({n: labels.get(name, 0) for n, name in names.items()}, by_segmenter, blur_px)
     for image, numbers in _READ(pairs):
         for name, colours in sample_colours(image, numbers, names, rng).items():
             found[name].append(colours)

@@ -329,6 +329,25 @@ def test_what_was_decided_about_sharpening_goes_before_an_earlier_file(robots: P
     assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.sharpen_px in (0, 1)
 
 
+def test_a_blurred_lens_is_measured_and_undone_before_colours_are_learned(robots: Path, capsys) -> None:
+    """And what an earlier file says of it goes: what was sharp is told to be so, too."""
+    text = (robots / "robots.yaml").read_text()
+    (robots / "robots.yaml").write_text(text.replace("kind: colour", "kind: colour\n      blur_px: 3"))
+    assert learn_robots(robots) == 0
+    assert "blur_px: 0\n" in capsys.readouterr().out
+    assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.blur_px == 0
+    for n in range(3):
+        path = str(robots / f"{n}.png")
+        blurred = cv2.GaussianBlur(cv2.imread(path).astype(np.float32), (0, 0), 1.5)
+        noisy = blurred + np.random.default_rng(n).normal(0, 2, blurred.shape)
+        cv2.imwrite(path, np.clip(np.rint(noisy), 0, 255).astype(np.uint8))
+    assert learn_robots(robots) == 0
+    image = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
+    assert image.blur_px == pytest.approx(1.5, rel=0.2)
+    read = Segmenter(image).labels(cv2.imread(str(robots / "0.png")))
+    assert (read[12:28, 10:26] == 1).mean() > 0.9 and (read[32:48, 50:66] == 2).mean() > 0.9
+
+
 def test_the_scale_of_what_was_marked_is_told_with_limits(robots: Path, capsys) -> None:
     """Axes of 16 px, 0.2 m long."""
     assert learn_robots(robots) == 0

@@ -7,6 +7,8 @@ applied before, so that the table never changes.
 
 from __future__ import annotations
 
+from functools import cache
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,7 @@ from .codes import LABELS
 from .colour_table import colour_table
 
 Image = NDArray[np.uint8]
+_FREQUENCIES = 256  # that a filter is made from: many more than it has taps
 
 
 class Segmenter:
@@ -87,8 +90,7 @@ class Segmenter:
         gain = self._gain(image)
         if gain != 1.0:
             image = cv2.convertScaleAbs(image, alpha=gain)
-        if self._config.smoothing_px > 0:
-            image = cv2.GaussianBlur(image, (0, 0), self._config.smoothing_px)
+        image = filtered(image, self._config)
         if self._config.sharpen_px > 0:
             image = unblur(image, self._config.sharpen_px, self._config.sharpen_amount)
             image = sharpen(image, self._config.sharpen_px, self._config.sharpen_step)
@@ -109,6 +111,33 @@ class Segmenter:
         level = int(np.searchsorted(share, self._config.gain_percentile / 100 * share[-1]))
         limit = self._config.gain_limit
         return float(np.clip(255 * self._config.gain_level / max(level, 1), 1 / limit, limit))
+
+
+def filtered(image: Image, config: ImageConfig) -> Image:
+    """A colour image (H, W, 3) uint8 as colours are learned from it: smoothed, its blur undone, as configured."""
+    if config.smoothing_px > 0:
+        image = np.asarray(cv2.GaussianBlur(image, (0, 0), config.smoothing_px), np.uint8)
+    return deblur(image, config.blur_px, config.blur_noise) if config.blur_px > 0 else image
+
+
+def deblur(image: Image, blur_px: float, noise: float) -> Image:
+    """An image as a sharper lens would have shown it: a Wiener filter for Gaussian blur, along rows, then columns.
+
+    :param image: (H, W, 3) uint8. :param blur_px: the blur's standard deviation, pixels.
+    :param noise: power of the noise over that of the scene, the same at all frequencies.
+    """
+    taps = _wiener(blur_px, noise)
+    return np.asarray(cv2.sepFilter2D(image, -1, taps, taps, borderType=cv2.BORDER_REPLICATE), np.uint8)
+
+
+@cache
+def _wiener(blur_px: float, noise: float) -> NDArray[np.float32]:
+    """(2 r + 1,) the filter's taps, whose sum is 1."""
+    blurred = np.exp(-2 * (np.pi * blur_px * np.fft.fftfreq(_FREQUENCIES)) ** 2)
+    taps = np.fft.ifft(blurred / (blurred**2 + noise * (1 - blurred**2))).real
+    reach = int(np.ceil(3 * blur_px)) + 1
+    taps = np.concatenate([taps[-reach:], taps[: reach + 1]])
+    return np.asarray(taps / taps.sum(), np.float32)
 
 
 def unblur(image: Image, radius_px: int, amount: float) -> Image:

@@ -231,7 +231,7 @@ def _told_around(own: NDArray[np.bool_], told: NDArray[np.bool_]) -> float:
 
 def _confusion(samples: Samples, image: ImageConfig) -> dict[str, dict[str, float]]:
     names = {cls.label: name for name, cls in image.classes.items()} | {0: "unknown"}
-    segmenter = Segmenter(replace(image, sharpen_px=0, smoothing_px=0, gain_percentile=0, blank=()))
+    segmenter = Segmenter(replace(image, sharpen_px=0, blur_px=0, smoothing_px=0, gain_percentile=0, blank=()))
     confusion = {}
     for name, colours in samples.items():
         labels, counts = np.unique(segmenter.labels(colours[None]), return_counts=True)

@@ -18,7 +18,8 @@ _HEADER = (
 def save_colours(path: str | Path, image: ImageConfig) -> None:
     """Writes what differs from the defaults, and what was decided, as it is read after colours learned before;
     `ConfigError` where that is not possible."""
-    values: dict[str, Any] = {"kind": image.kind, "sharpen_px": image.sharpen_px} | _changed(image, ImageConfig())
+    decided = {name: getattr(image, name) for name in ("kind", "blur_px", "sharpen_px")}
+    values: dict[str, Any] = decided | _changed(image, ImageConfig())
     values["classes"] = list(image.classes)
     values |= {name: {**_changed(cls, ClassConfig()), "light": list(cls.light)} for name, cls in image.classes.items()}
     text = yaml.safe_dump({"/**": {"ros__parameters": {"image": values}}}, sort_keys=False, default_flow_style=None)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.image.colour_table import colour_table
-from artrec_ros.core.image.segmentation import Segmenter, sharpen, unblur
+from artrec_ros.core.image.segmentation import Segmenter, deblur, filtered, sharpen, unblur
 
 RED, BLUE, GREEN, WHITE, SKY = (200, 40, 45), (40, 65, 170), (50, 140, 45), (215, 215, 215), (75, 180, 230)
 CLASSES = {
@@ -130,6 +130,31 @@ def test_a_ribbon_too_narrow_for_its_colour_gets_its_label() -> None:
 def test_unblurring_keeps_plain_colours() -> None:
     image = as_image(field(BLUE))
     assert np.array_equal(unblur(image, 1, 0.5), image)
+    assert np.array_equal(deblur(image, 1.5, 0.03), image)
+
+
+@pytest.mark.parametrize(("blur_px", "side_px"), [(1.5, 4), (2.0, 5)])
+def test_a_known_blur_is_undone(blur_px: float, side_px: int) -> None:
+    """Patches too small to reach their colour have it again, and are as large as they are."""
+    truth = np.zeros((48, 48), bool)
+    for y in range(4, 44, 12):
+        for x in range(4, 44, 12):
+            truth[y : y + side_px, x : x + side_px] = True
+    sharp = np.where(truth[..., None], np.float32((190, 40, 45)), np.float32(90))[..., ::-1]
+    image = as_noisy(cv2.GaussianBlur(sharp, (0, 0), blur_px))
+    inside = cv2.erode(truth.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    error = {px: np.abs(deblurred(image, px).astype(float) - sharp)[inside].mean() for px in (0.0, blur_px)}
+    assert error[blur_px] < 0.6 * error[0.0]
+    assert np.abs(np.mean(deblurred(image, blur_px) - image.astype(float))) < 1
+
+
+def deblurred(image: np.ndarray, blur_px: float) -> np.ndarray:
+    return filtered(image, ImageConfig(blur_px=blur_px))
+
+
+def as_noisy(colours: np.ndarray) -> np.ndarray:
+    noisy = colours + np.random.default_rng(0).normal(0, 2, colours.shape)
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
 
 
 def test_sharpening_keeps_sharp_edges_and_its_input() -> None:

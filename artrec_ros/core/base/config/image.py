@@ -77,6 +77,19 @@ class ImageConfig:
     smoothing_px: float = param(
         0.0, "colour images: sigma of a Gaussian before classification", unit="px", low=0, high=10
     )
+    blur_px: float = param(
+        0.0,
+        "colour images: standard deviation of the lens' blur, undone before classification; 0: none",
+        unit="px",
+        low=0,
+        high=4,
+    )
+    blur_noise: float = param(
+        0.03,
+        "colour images: for blur_px, the noise's power over the scene's; more: less is undone, less noise brought out",
+        low=0.001,
+        high=1,
+    )
     sharpen_px: int = param(
         0,
         "colour images: pixels on a step between two colours take the nearer one within this radius; 0: off",

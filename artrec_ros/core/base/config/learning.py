@@ -136,6 +136,29 @@ class LearningConfig(Room):
         origin="of 61 real T-shaped markers on coloured plates 44 are found with it and limits of the scale, 32 with "
         "1.0, and 9 where nothing lies beside",
     )
+    sharp_px: float = param(
+        0.9,
+        "standard deviation of the blur of edges from which on it is undone",
+        unit="px",
+        low=0,
+        high=10,
+        origin="drawn robots of 8 to 20 px: without blur .58 to .71 is measured, with .5 px .69 to .89, with 1 px 1.03 "
+        "to 1.24",
+    )
+    least_edge: float = param(
+        0.02,
+        "gradient of an edge that blur is measured at, share of full scale a pixel",
+        low=0,
+        high=1,
+        origin="five times that of noise of 1 in 255",
+    )
+    strong_edges: float = param(
+        0.25,
+        "share of the edges near what is marked that blur is measured at, the strongest",
+        low=0,
+        high=1,
+        origin="markers' outlines; the rest is texture and compression",
+    )
     margin_unknown_px: int = param(
         4,
         "the same of what is not labelled",

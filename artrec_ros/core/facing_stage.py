@@ -60,7 +60,7 @@ class FacingStage:
         accepted, others = self.verdicts(faced, blobs, limits)
         detections, surplus = list[Detection](), list[Verdict]()
         for describer in self.describers:
-            told, none_left = describer.without_surplus(accepted, faced)
+            told, none_left = describer.without_surplus(accepted, faced, self._judge)
             detections += [self._placer.faced(detection, faced) for detection in describer.describe(told, faced)]
             surplus += none_left
         finders = [s.finder for s in self._searches]

@@ -46,7 +46,7 @@ class SpatialStage:
         accepted, others = share_out(found, frame, self._judge)
         detections, surplus = list[Detection](), list[Verdict]()
         for finder, describer in zip(self._finders, self._describers, strict=True):
-            told, none_left = describer.without_surplus(accepted, frame)
+            told, none_left = describer.without_surplus(accepted, frame, self._judge)
             detections += describer.describe(told, frame)
             surplus += none_left
             if recall is not None:

@@ -15,7 +15,8 @@ from .model.found import Rejection
 from .pose.finder import WholeObjectFinder
 from .verdict.acceptance import Verdict
 from .verdict.claims import Claim, silhouette
-from .verdict.descriptions import NONE_LEFT, rejection_of
+from .verdict.descriptions import rejection_of
+from .verdict.identity import NONE_LEFT
 from .verdict.judge import Judge
 
 _MOST = 3  # are told of each object, the largest: what an image is full of is clutter

@@ -23,9 +23,12 @@ def square(name: str, side: float, pose: Pose | None) -> Marker:
     return Marker(name, corners, np.array([-side / 2, 0.0]), np.array([side / 2, 0.0]), None, pose)
 
 
-def robot(side: float = 0.04, *, placed: bool = True) -> ObjectModel:
-    """Two squares that touch at a corner: the accent ahead and to the left. :param placed: the markers have places."""
-    places = [Pose(np.eye(3), np.array([x, x, 0.0])) if placed else None for x in (-side / 2, side / 2)]
+def robot(side: float = 0.04, *, placed: bool = True, above: float = 0.0) -> ObjectModel:
+    """Two squares that touch at a corner: the accent ahead and to the left.
+
+    :param placed: the markers have places. :param above: the robot's frame, metres.
+    """
+    places = [Pose(np.eye(3), np.array([x, x, above])) if placed else None for x in (-side / 2, side / 2)]
     team = Component("team", (square("patch", side, places[0]),), required=True)
     return ObjectModel("robot", (team, Component("accent", (square("patch", side, places[1]),), label=ACCENT)))
 

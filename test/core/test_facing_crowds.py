@@ -18,7 +18,7 @@ from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict.claims import silhouette
-from artrec_ros.core.verdict.descriptions import NONE_LEFT
+from artrec_ros.core.verdict.identity import NONE_LEFT
 
 SCALE, SIZE = 190.0, (220, 160)
 LOST = (18, 0.2, 0.96), (13, 0.8, 1.0)  # rows of three of which the first look finds two

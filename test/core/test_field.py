@@ -34,18 +34,20 @@ def robots(seed: int) -> np.ndarray:
     return np.column_stack([GRID + rng.uniform(-0.03, 0.03, GRID.shape), rng.uniform(-np.pi, np.pi, len(GRID))])
 
 
-def target(*, placed: bool = True) -> Target:
-    """:param placed: markers have places: it is found as a whole; else by constraints."""
-    model = fields.robot(SIDE, placed=placed)
+def target(*, placed: bool = True, above: float = 0.0) -> Target:
+    """:param placed: markers have places: it is found as a whole; else by constraints. :param above: the frame."""
+    model = fields.robot(SIDE, placed=placed, above=above)
     apart = {"distance_m": Interval(0.04, 0.075)}
     pair = PairConstraint(("team", "patch"), ("accent", "patch"), 9, apart, apart)
     return Target("robot", model, fields.TEAM, None if placed else ConstraintSet(model.name, 0.95, (pair,)))
 
 
-def found(labels: np.ndarray, scene: SceneConfig, camera: object = None, *, placed: bool = True) -> FrameResult:
+def found(
+    labels: np.ndarray, scene: SceneConfig, camera: object = None, *, placed: bool = True, above: float = 0.0
+) -> FrameResult:
     config = RecognizerConfig(scene=scene)
     segmenter = Segmenter(ImageConfig(kind="labels"))
-    recognizer = Recognizer((target(placed=placed),), config, segmenter, calibrated=camera is not None)
+    recognizer = Recognizer((target(placed=placed, above=above),), config, segmenter, calibrated=camera is not None)
     return recognizer.recognize(labels, camera)
 
 
@@ -112,6 +114,25 @@ def test_covariance_is_as_large_as_the_errors() -> None:
             mine = C[np.ix_([0, 1, 5], [0, 1, 5])]
             ratios.append(error @ np.linalg.solve(mine, error) / 3)
     assert 0.15 < np.mean(ratios) < 1.5
+
+
+def test_how_sure_a_place_is_does_not_depend_on_how_high_the_markers_are() -> None:
+    """How the object is tilted is not known, but its markers lie on the plane wherever their frame is."""
+    camera, truth = fields.camera(), robots(5)
+    scene = SceneConfig(plane=fields.plane(camera, 20.0))
+    told = []
+    for above in (0.0, 0.1):
+        result = found(fields.render(camera, 20.0, SIDE, truth), scene, above=above)
+        told.append(
+            {int(np.argmin(np.abs(truth[:, :2] - d.pose.position[:2]).sum(axis=1))): d for d in result.detections}
+        )
+    assert len(told[0]) == len(told[1]) == len(truth)
+    for n, low in told[0].items():
+        high = told[1][n]
+        np.testing.assert_allclose(high.pose.position, low.pose.position - (0, 0, 0.1), atol=2e-4)
+        deviations = [np.sqrt(np.diag(d.pose_covariance)) for d in (low, high)]
+        assert 0.5 < (deviations[1] / deviations[0]).min() and (deviations[1] / deviations[0]).max() < 2
+        assert deviations[0][:2].max() < 2e-3
 
 
 def test_outside_of_the_region_nothing_is_looked_for() -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from ..base.config import RecognizerConfig
 from ..geometry.field_plane import FieldPlane
 from ..geometry.projection import normalise, projection_jacobian
-from ..geometry.transforms import Array, Pose
+from ..geometry.transforms import Array, Pose, skew
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Instance
 from ..model.objects import Marker, ObjectModel
@@ -71,7 +71,9 @@ class PlanePlacer:
         camera, to_marker = frame.camera, pose.rotation @ self._above[detection.object]
         marker = pose.position + to_marker
         J = np.zeros((3, 6))  # of that point's pixel and the turn about the optical axis, by the pose
-        J[:2, :3], J[2, 5] = projection_jacobian(camera, marker), 1.0
+        of_point = projection_jacobian(camera, marker)
+        # turned about its frame the point moves: how an object is tilted is not known, but where its markers are is
+        J[:2], J[2, 5] = np.hstack([of_point, of_point @ skew(-to_marker)]), 1.0
         points = np.concatenate([c.contour for c in detection.components])
         along = normalise(camera, points) * marker[2] - pose.position[:2]
         noise = J @ detection.pose_covariance @ J.T

@@ -32,14 +32,22 @@ def scatter(
     :param use: (H, M) as of `fit_poses`. :param covariances: (H, 6+J, 6+J) how sure each is to first order.
     :param known: (H, 6+J) deviations without any image. :param facing: poses turn about the optical axis alone.
     """
-    away = _away(covariances, known, config)
-    if facing:
-        away[:, 3:5] = 0.0
+    away = _away(_without_tilt(covariances) if facing else covariances, known, config)
     away /= np.maximum(1.0, (np.abs(away) / _farthest(model, poses, config)).max(axis=1, keepdims=True))
     begun, twice, fit = _to_both_sides(model, poses, away), np.repeat(use, 2, axis=0), config.fit
     rests = fit_poses(model, frame.unhurried(), begun, twice, fit.fine_reach_px, fit, facing=facing, occlusion=True)
     off = _between(model, rests, poses)
     return np.asarray(off.swapaxes(1, 2) @ off / 2, np.float64)
+
+
+def _without_tilt(covariances: Array) -> Array:
+    """Covariances (H, 6+J, 6+J) where rotations about x and y are what they are: none is tried, so no place is that
+    makes up for one."""
+    tilt, rest = [3, 4], [i for i in range(covariances.shape[1]) if i not in (3, 4)]
+    both, out = covariances[:, rest][:, :, tilt], np.zeros_like(covariances)
+    explained = both @ np.linalg.solve(covariances[:, tilt][:, :, tilt], both.swapaxes(1, 2))
+    out[:, np.array(rest)[:, None], rest] = covariances[:, rest][:, :, rest] - explained
+    return out
 
 
 def _away(covariances: Array, known: Array, config: RecognizerConfig) -> Array:

@@ -41,15 +41,18 @@ class Describer:
         self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
         self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
 
-    def without_surplus(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> tuple[list[Verdict], list[Verdict]]:
-        """Those of this target that are told, and those that no identity is left for, where each occurs once."""
+    def without_surplus(
+        self, verdicts: Sequence[Verdict], frame: ImageFrame, judge: Judge
+    ) -> tuple[list[Verdict], list[Verdict]]:
+        """Those of this target that are told, and those that no identity is left for, where each occurs once; without
+        identities there is one."""
         mine = [v for v in verdicts if v.claim.finder is self.finder]
-        if not mine:
-            return [], []
         if not self._identifier.may_be_surplus(len(mine)):
             return mine, []
+        # by all pixels: what one leaves is easily like another, though both can't be there
+        candidates = Poses.concatenate([v.claim.poses for v in mine])
+        probability = judge.verdicts(self.finder, candidates, frame.unhurried()).probability
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
-        probability = np.array([v.probability for v in mine])
         poses = self._settled(mine, self._used(mine), frame)
         surplus = self._identifier.surplus(frame, poses, self._seen(mine, self._told(mine)), probability)
         told, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
@@ -172,9 +175,6 @@ class Describer:
         outline = pixels[self._first_drawn[row] + 3 : self._first_drawn[row + 1]]  # behind centroid, tail and head
         name = self.finder.target.model.components[shown.component].name
         return Instance(name, shown.marker.name, score, x, y, theta, scale, outline.copy())
-
-
-NONE_LEFT = "all of its identities, each of which occurs once, are those of likelier ones"
 
 
 def rejection_of(

@@ -27,7 +27,7 @@ from ..pose.alternatives import Alternatives
 from ..pose.surface_model import Poses
 
 _LEAST = 1e-9  # nothing is surer than that
-_ANOTHER = "it occurs once (unique), and a likelier one is told"
+NONE_LEFT = "it occurs once, or its identities do (unique), and likelier ones are told"
 _NOT_KNOWN = -1e9  # instead of a forbidden pair: linear_sum_assignment wants numbers
 
 
@@ -63,19 +63,17 @@ class Identifier:
 
     def may_be_surplus(self, objects: int) -> bool:
         """Whether so many are more than there are."""
-        return bool(self._unique and self.identities) and objects > len(self.identities)
+        return self._unique and objects > max(len(self.identities), 1)
 
     def surplus(
         self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]], probability: Array
     ) -> NDArray[np.bool_]:
-        """(H,) which objects there is no identity left for, where each occurs once.
+        """(H,) which objects there is no identity left for, where each occurs once; without identities all but one.
 
-        :param told: as of `identify`. :param probability: (H,) of each object.
+        :param told: as of `identify`. :param probability: (H,) of each object, as if it were the only one.
         """
-        if not self.may_be_surplus(len(poses)):
-            return np.zeros(len(poses), bool)
         odds = logit(np.clip(probability, _LEAST, 1 - _LEAST))
-        _, evidence = self._shown(frame, poses, told)
+        evidence = self._shown(frame, poses, told)[1] if self.identities else np.zeros((len(poses), 1))
         return surplus(evidence, odds, 1 - self._config.min_identity_probability)
 
     def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
@@ -96,7 +94,7 @@ def one_of_each(
             best[d.object] = max(best.get(d.object, d), d, key=lambda one: one.score)
     told = tuple(d for d in detections if best.get(d.object, d) is d)
     others = (d for d in detections if best.get(d.object, d) is not d)
-    return told, tuple(Rejection(d.object, _ANOTHER, d.score, d.image.x, d.image.y) for d in others)
+    return told, tuple(Rejection(d.object, NONE_LEFT, d.score, d.image.x, d.image.y) for d in others)
 
 
 def named(evidence: Array, names: Sequence[str], unique: bool, least: float) -> list[IdentityFit]:

@@ -85,7 +85,7 @@ class ImageConfig:
         high=4,
     )
     blur_noise: float = param(
-        0.03,
+        0.1,
         "colour images: for blur_px, the noise's power over the scene's; more: less is undone, less noise brought out",
         low=0.001,
         high=1,

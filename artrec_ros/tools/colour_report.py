@@ -32,6 +32,7 @@ def report(learned: Learned, bodies: Collection[str] = ()) -> Iterator[str]:
             yield f"{name:{width}}  {learned.samples[name]:7d}  {shares.get(name, 0.0):6.1%}  {_colours(cls.rgb)}"
         yield from (f"{'':{width}}    {line}" for line in _taken(name, shares))
     yield f"background: {_colours(learned.image.background) or 'no colour of its own'}"
+    yield f"gamma: {learned.image.gamma:g}"
     yield f"blur_px: {learned.image.blur_px:g}"
     yield f"sharpen_px: {learned.image.sharpen_px}"
     yield from _advice(learned)

@@ -18,7 +18,7 @@ from tqdm import tqdm
 from ..core.base.config import GREATEST_LABEL, ImageConfig
 from ..core.base.errors import ConfigError
 from ..core.geometry.field_plane import FieldPlane
-from ..core.image.segmentation import filtered
+from ..core.image.segmentation import as_light, filtered
 from ..core.learning.colour_learning import (
     Learned,
     Pair,
@@ -29,6 +29,7 @@ from ..core.learning.colour_learning import (
     sample_beside,
     sample_colours,
 )
+from ..core.learning.gamma import gamma_of
 from ..core.learning.lens_blur import lens_blur
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
@@ -135,7 +136,9 @@ def learn_from(
     """
     doubtful = [name for name in samples if name not in labels] if told.by_segmenter else []
     learned = learn_colours(samples, labels, ImageConfig(), doubtful, shown=shown)
-    return replace(learned, image=replace(sharpened(learned.image, told), blur_px=told.blur_px))
+    return replace(
+        learned, image=replace(sharpened(learned.image, told), gamma=told.camera.gamma, blur_px=told.camera.blur_px)
+    )
 
 
 def sharpened(image: ImageConfig, told: Told) -> ImageConfig:
@@ -168,12 +171,12 @@ def check(args: argparse.Namespace) -> None:
 class Told:
     """Some of the images with their class numbers, and class number -> label; 0: background.
 
-    :param by_segmenter: the numbers come from label images. :param blur_px: what was undone before.
+    :param by_segmenter: the numbers come from label images. :param camera: how images were made sharp before.
     """
 
     labels: Mapping[int, int]
     by_segmenter: bool
-    blur_px: float = 0.0
+    camera: ImageConfig = ImageConfig()
     pairs: list[Pair] = field(default_factory=list)
 
 
@@ -182,7 +185,7 @@ def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetu
         names = {label: name for name, label in labels.items()}
         plane = FieldPlane.of(setup.plane, None) if setup.plane.is_given else None  # a lens bends no outline by much
         marked = load_marked_objects(args.annotations, setup.targets, names, args.images, args.around, plane)
-        return samples_of_regions(marked[:: args.every], labels, setup.blank, setup.smoothing_px)
+        return samples_of_regions(marked[:: args.every], labels, setup.blank, setup.smoothing_px, by_axes=True)
     if args.annotations:
         return samples_of_regions(load_regions(args.annotations)[:: args.every], labels)
     return samples_of_labels(_pairs(args), labels, args.every)
@@ -195,22 +198,30 @@ def samples_of_labels(pairs: Iterable[Pair], labels: dict[str, int], every: int)
 
 
 def samples_of_regions(
-    marked: Iterable[MarkedImage], labels: dict[str, int], blank: tuple[int, ...] = (), smoothing_px: float = 0.0
+    marked: Iterable[MarkedImage],
+    labels: dict[str, int],
+    blank: tuple[int, ...] = (),
+    smoothing_px: float = 0.0,
+    *,
+    by_axes: bool = False,
 ) -> tuple[Samples, Told]:
     """Colours by category from images with marked regions; where the lens has blurred them, with this undone.
 
     :param blank: rectangles that are not looked at. :param smoothing_px: of images before they are looked at; somebody
-        who wants them smooth does not want them sharp.
+        who wants them smooth does not want them sharp. :param by_axes: regions end where markers do: axes tell so.
     """
     marked = list(marked)
     found = dict.fromkeys([*labels, *(name for m in marked for name, _ in m.regions)])
     names = {0: REST} | dict(enumerate((name for name in found if name != REST), start=1))
     numbers = {name: n for n, name in names.items()}
-    blurred = (_prepared(m.read(numbers, _UNMARKED), blank, ImageConfig()) for m in marked[:_TRIED])
-    blur_px = 0.0 if smoothing_px else lens_blur(blurred, _UNMARKED)
-    image = ImageConfig(smoothing_px=smoothing_px, blur_px=blur_px)
+    raw = [_prepared(m.read(numbers, _UNMARKED), blank, ImageConfig()) for m in marked[:_TRIED]]
+    outlined = [(pair[0], [o for name, o in m.regions if name in labels]) for pair, m in zip(raw, marked, strict=False)]
+    gamma = gamma_of(outlined) if by_axes else 1.0
+    lit = ((as_light(image, gamma), told) for image, told in raw)
+    blur_px = 0.0 if smoothing_px else lens_blur(lit, _UNMARKED)
+    image = ImageConfig(smoothing_px=smoothing_px, gamma=gamma, blur_px=blur_px)
     pairs = (_prepared(m.read(numbers, _UNMARKED), blank, image) for m in marked)
-    return _collect(pairs, names, labels, blur_px=blur_px)
+    return _collect(pairs, names, labels, camera=image)
 
 
 def _prepared(pair: Pair, blank: tuple[int, ...], image: ImageConfig) -> Pair:
@@ -224,13 +235,13 @@ def _collect(
     names: dict[int, str],
     labels: Mapping[str, int],
     by_segmenter: bool = False,
-    blur_px: float = 0.0,
+    camera: ImageConfig | None = None,
 ) -> tuple[Samples, Told]:
     rng = np.random.default_rng(0)
     found = defaultdict(list)
-    told = Told({n: labels.get(name, 0) for n, name in names.items()}, by_segmenter, blur_px)
+    told = Told({n: labels.get(name, 0) for n, name in names.items()}, by_segmenter, camera or ImageConfig())
     for image, numbers in _READ(pairs):
-        for name, colours in sample_colours(image, numbers, names, rng).items():
+        for name, colours in sample_colours(image, numbers, names, rng, told.camera.blur_px).items():
             found[name].append(colours)
         if names.get(0) == REST and len(colours := sample_beside(image, numbers, _UNMARKED, rng)):
             found[BESIDE].append(colours)

@@ -24,7 +24,7 @@ class ImageFrame:
     :param field: the label image.
     :param calibration: of the camera that took it; None: not known, and nothing is sought in space.
     :param deadline: when the search ends with what it has.
-    :param image: (H, W, 3) uint8 the colours of which the labels were made; None: the labels came as they are.
+    :param image: (H, W, 3) uint8 the colours of which labels were made, as light; None: labels came as they are.
     :param scene: what is known of where objects are.
     """
 

@@ -36,6 +36,10 @@ class Segmenter:
         self._table, self.meaning = colour_table(config) if config.kind == "colour" else (np.zeros(0, np.uint8), LABELS)
         self._nothing = int(np.flatnonzero(self.meaning.unknown)[0])
 
+    def light(self, image: NDArray) -> Image | None:
+        """The colours of an image as light (see `as_light`); None where it has none."""
+        return as_light(image, self._config.gamma) if self._config.kind == "colour" else None
+
     @property
     def blank(self) -> tuple[int, ...]:
         """Ignored rectangles x,y,width,height,..., pixels: what ends there was not seen to end."""
@@ -117,17 +121,42 @@ def filtered(image: Image, config: ImageConfig) -> Image:
     """A colour image (H, W, 3) uint8 as colours are learned from it: smoothed, its blur undone, as configured."""
     if config.smoothing_px > 0:
         image = np.asarray(cv2.GaussianBlur(image, (0, 0), config.smoothing_px), np.uint8)
-    return deblur(image, config.blur_px, config.blur_noise) if config.blur_px > 0 else image
+    return deblur(image, config.blur_px, config.blur_noise, config.gamma) if config.blur_px > 0 else image
 
 
-def deblur(image: Image, blur_px: float, noise: float) -> Image:
+def as_light(image: Image, gamma: float) -> Image:
+    """A colour image (H, W, 3) uint8 whose values grow with light: blends of two colours lie between them.
+
+    :param gamma: values of the image given grow with light to the power of its reciprocal.
+    """
+    if gamma == 1.0:
+        return image
+    return np.asarray(cv2.LUT(image, np.rint(255 * _light(gamma)).astype(np.uint8)), np.uint8)
+
+
+@cache
+def _light(gamma: float) -> NDArray[np.float64]:
+    """(256,) light of each value, 0 to 1."""
+    return np.asarray((np.arange(256) / 255) ** gamma)
+
+
+@cache
+def _values(gamma: float) -> Image:
+    """(65536,) the value of each light in 16 bits."""
+    return np.asarray(np.rint(255 * (np.arange(1 << 16) / 65535) ** (1 / gamma)), np.uint8)
+
+
+def deblur(image: Image, blur_px: float, noise: float, gamma: float = 1.0) -> Image:
     """An image as a sharper lens would have shown it: a Wiener filter for Gaussian blur, along rows, then columns.
 
     :param image: (H, W, 3) uint8. :param blur_px: the blur's standard deviation, pixels.
-    :param noise: power of the noise over that of the scene, the same at all frequencies.
+    :param noise: power of the noise over that of the scene, the same at all frequencies. :param gamma: see `as_light`.
     """
     taps = _wiener(blur_px, noise)
-    return np.asarray(cv2.sepFilter2D(image, -1, taps, taps, borderType=cv2.BORDER_REPLICATE), np.uint8)
+    if gamma == 1.0:
+        return np.asarray(cv2.sepFilter2D(image, -1, taps, taps, borderType=cv2.BORDER_REPLICATE), np.uint8)
+    light = cv2.LUT(image, np.rint(65535 * _light(gamma)).astype(np.uint16))  # a lens blurs light, not values
+    return np.take(_values(gamma), cv2.sepFilter2D(light, -1, taps, taps, borderType=cv2.BORDER_REPLICATE))
 
 
 @cache

@@ -45,20 +45,25 @@ class Learned:
 
 
 def sample_colours(
-    image: NDArray[np.uint8], labels: NDArray[np.uint8], names: Mapping[int, str], rng: np.random.Generator
+    image: NDArray[np.uint8],
+    labels: NDArray[np.uint8],
+    names: Mapping[int, str],
+    rng: np.random.Generator,
+    blur_px: float = 0.0,
 ) -> dict[str, NDArray[np.uint8]]:
     """Name -> (n, 3) colours of a part of the pixels with its label, none of them at an edge.
 
     Of a class whose pixels all lie near edges, as in patches of some 10 px, the third that lies deepest.
 
     :param image: (H, W, 3) uint8 BGR. :param labels: (H, W) class numbers; numbers without a name are passed over.
+    :param blur_px: deviation of the lens' blur: edges reach farther, be it undone.
     """
     found = {}
     for label in np.unique(labels).tolist():
         if label not in names:
             continue
         own = (labels == label).astype(np.uint8)
-        margin = _LEARNING.margin_px if label else _LEARNING.margin_unknown_px
+        margin = _LEARNING.margin_px + round(blur_px) if label else _LEARNING.margin_unknown_px
         inside = cv2.erode(own, np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)) > 0
         if label and np.count_nonzero(inside) < np.count_nonzero(own) / 3:
             depth = cv2.distanceTransform(own, cv2.DIST_L2, 3)

@@ -116,7 +116,15 @@ def add_contours(
 
 @jit
 def contour_rows(
-    term: ContourTerm, h: int, placed: Placed, normal: Any, spacing_px: Any, residual: Any, weight: Any, jacobian: Any
+    term: ContourTerm,
+    h: int,
+    placed: Placed,
+    point: Any,
+    normal: Any,
+    spacing_px: Any,
+    residual: Any,
+    weight: Any,
+    jacobian: Any,
 ) -> None:
     """Fill what the term says of hypothesis `h` point by point: the fields of `pose_fit.ContourFit`."""
     s, n_par, m = term.surface, jacobian.shape[2], term.surface.contour.shape[2]
@@ -137,6 +145,7 @@ def contour_rows(
             spacing_px[k] += math.hypot(outline[0, i - 1] - outline[0, i], outline[1, i - 1] - outline[1, i]) / m
             for a in range(n):
                 jacobian[k, i, columns[a]] = room.rows[a, i]
+            point[k, i, 0], point[k, i, 1] = outline[0, i], outline[1, i]
             normal[k, i, 0], normal[k, i, 1] = outline[2, i], outline[3, i]
             residual[k, i] = -room.edge[i]
             weight[k, i] = room.weight[i] if term.use[h, k] and cosine > term.least_cosine else 0.0

@@ -24,6 +24,7 @@ from ..model.target import Target
 from . import climb_kernels as climbing
 from .alternatives import Alternatives
 from .climb_kernels import Steps, Value
+from .colour_fit import ColourFit
 from .distinct import apart
 from .lookalikes import Lookalikes
 from .other_joints import OtherJoints
@@ -83,6 +84,7 @@ class WholeObjectFinder:
         step, most, plain = self._search.fine_joint_step, self._search.other_joints, float(config.votes.inside[0])
         self._other_joints = OtherJoints(self.surface, self._value, step, most, plain, 1 - self._search.near_joints)
         self.regions = RegionFit(self.surface, config) if facing else None
+        self._to_colours = self.regions or ColourFit(self.surface, config)
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
         # classes of whose blobs an object is guessed
@@ -324,6 +326,10 @@ class WholeObjectFinder:
         both = Poses.concatenate([poses, fitted])
         before, after = self.votes(frame, both, occlusion=True).reshape(2, -1)
         return both[np.arange(len(poses)) + len(poses) * (after > self._search.settled_votes * before)]
+
+    def on_colours(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
+        """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
+        return poses if frame.image is None else self._to_colours.fitted(frame, poses, used)
 
     def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, occlusion: bool = False) -> Poses:
         """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""

@@ -71,12 +71,14 @@ def fit_component(
 class ContourFit:
     """The contours of M markers of one or more hypotheses against the labels' edges, m points each.
 
-    :param normal: (H, M, m, 2) outward unit normals in the image. :param spacing_px: (H, M) of neighbouring points.
+    :param point: (H, M, m, 2) pixels. :param normal: (H, M, m, 2) outward unit normals in the image.
+    :param spacing_px: (H, M) of neighbouring points.
     :param residual: (H, M, m) signed distance of each point from its edge along its normal, pixels.
     :param weight: (H, M, m), 0 where the residual says nothing: there is no edge, or the object hides the point.
     :param jacobian: (H, M, m, 6+J) of the residuals.
     """
 
+    point: Array
     normal: Array
     spacing_px: Array
     residual: Array
@@ -90,14 +92,15 @@ def contour_fit(
     """How poses fit as they are; the markers that some hypothesis uses."""
     kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
     chain, which = kin.forward(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
-    normal, spacing_px, residual = np.empty((*size, 2)), np.empty(size[:2]), np.empty(size)
-    weight, jacobian = np.empty(size), np.empty((*size, 6 + kin.n_joints))
+    point, normal, spacing_px = np.empty((*size, 2)), np.empty((*size, 2)), np.empty(size[:2])
+    residual, weight, jacobian = np.empty(size), np.empty(size), np.empty((*size, 6 + kin.n_joints))
     shown, joints = model.shown_contour(poses, use), _joints(kin)
     term = _contour_term(model, frame, use, shown, (reach,), config)
     for h in range(len(poses)):
         placed = Placed(poses.t[h], poses.q[h], chain.R[h], chain.t[h], chain.axis[h], chain.origin[h], joints)
-        contour_rows(term, h, placed, normal[h], spacing_px[h], residual[h], weight[h], jacobian[h])
-    kept = (values[:, which] for values in (normal, spacing_px, residual, weight, jacobian))
+        rows = point[h], normal[h], spacing_px[h], residual[h], weight[h], jacobian[h]
+        contour_rows(term, h, placed, *rows)
+    kept = (values[:, which] for values in (point, normal, spacing_px, residual, weight, jacobian))
     return ContourFit(*kept)
 
 

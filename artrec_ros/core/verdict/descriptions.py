@@ -86,9 +86,9 @@ class Describer:
 
     def _settled(self, verdicts: Sequence[Verdict], used: NDArray[np.bool_], frame: ImageFrame) -> Poses:
         """H poses at rest on what the image shows. :param used: see `_used`."""
-        candidates, regions = Poses.concatenate([v.claim.poses for v in verdicts]), self.finder.regions
+        candidates = Poses.concatenate([v.claim.poses for v in verdicts])
         poses = self.finder.settled(frame.unhurried(), candidates, used)
-        return poses if regions is None or frame.image is None else regions.fitted(frame, poses, used)
+        return self.finder.on_colours(frame.unhurried(), poses, used)
 
     def _detection(
         self,

@@ -18,7 +18,7 @@ _HEADER = (
 def save_colours(path: str | Path, image: ImageConfig) -> None:
     """Writes what differs from the defaults, and what was decided, as it is read after colours learned before;
     `ConfigError` where that is not possible."""
-    decided = {name: getattr(image, name) for name in ("kind", "blur_px", "sharpen_px")}
+    decided = {name: getattr(image, name) for name in ("kind", "gamma", "blur_px", "sharpen_px")}
     values: dict[str, Any] = decided | _changed(image, ImageConfig())
     values["classes"] = list(image.classes)
     values |= {name: {**_changed(cls, ClassConfig()), "light": list(cls.light)} for name, cls in image.classes.items()}

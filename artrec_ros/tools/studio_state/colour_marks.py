@@ -176,7 +176,9 @@ class ColourMarks:
         """Colours from marked axes, as `artrec learn-colours --annotations ... --params-file ...` learns them."""
         names = {label: name for name, label in self.labels.items()}
         marked = load_marked_objects([annotations], self._setup.targets, names)
-        samples, told = samples_of_regions(marked, self.labels, self._setup.blank, self._setup.smoothing_px)
+        samples, told = samples_of_regions(
+            marked, self.labels, self._setup.blank, self._setup.smoothing_px, by_axes=True
+        )
         return learn_from(samples, told, self.labels)
 
     def keep(self, learned: Learned) -> Path:

@@ -66,6 +66,39 @@ class FitConfig(Room):
         paths=_WHOLE,
         origin="2/3: right -1 of 244; 4/3: -2, found -3",
     )
+    colour_reach_px: int = param(
+        3,
+        "in colour images, how far in and out of a contour colours are compared to find the edge between them",
+        unit="px",
+        low=1,
+        high=20,
+        paths=("space",),
+        origin="beyond the blur of an edge, short of a neighbour's",
+    )
+    colour_contrast: float = param(
+        0.06,
+        "least difference of these colours, share of full scale",
+        low=0,
+        high=1,
+        paths=("space",),
+        origin="five times a camera's noise",
+    )
+    colour_doubt: float = param(
+        0.25,
+        "what a point counts where they tell no edge and labels do",
+        low=0,
+        high=1,
+        paths=("space",),
+        origin="such an edge is one or two pixels off where blur is",
+    )
+    colour_rounds: int = param(
+        3,
+        "steps of the last fit to colours",
+        low=0,
+        high=50,
+        paths=("space",),
+        origin="of 2 to 4 alike on rendered quadrupeds and vehicles",
+    )
     border_px: float = param(
         1.2,
         "an edge so near to the image's border is none",

@@ -77,6 +77,12 @@ class ImageConfig:
     smoothing_px: float = param(
         0.0, "colour images: sigma of a Gaussian before classification", unit="px", low=0, high=10
     )
+    gamma: float = param(
+        1.0,
+        "colour images: values grow with light to the power 1/gamma: 2.2 of most cameras, 1 of linear ones",
+        low=0.3,
+        high=4,
+    )
     blur_px: float = param(
         0.0,
         "colour images: standard deviation of the lens' blur, undone before classification; 0: none",

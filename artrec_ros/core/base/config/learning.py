@@ -159,6 +159,30 @@ class LearningConfig(Room):
         high=1,
         origin="markers' outlines; the rest is texture and compression",
     )
+    edge_reach_px: float = param(
+        3.0,
+        "how far in and out of marked outlines values are compared to tell gamma",
+        unit="px",
+        low=1,
+        high=20,
+        origin="beyond the blur of an edge, short of a neighbour's",
+    )
+    edge_step: float = param(
+        0.16,
+        "values inside must be brighter by so much, share of full scale",
+        low=0,
+        high=1,
+        origin="blends of less are told by noise",
+    )
+    gamma_gain_px: float = param(
+        0.1,
+        "by how much nearer to marked outlines edges must lie with gamma 2.2 than with 1",
+        unit="px",
+        low=0,
+        high=10,
+        origin="what marking is worth; drawn vehicles whose light is blended: .42 and .07 px off; robots drawn of "
+        "blended values: .05 and .15 px; two real cameras .40 and .11, .14 and .18 px",
+    )
     margin_unknown_px: int = param(
         4,
         "the same of what is not labelled",

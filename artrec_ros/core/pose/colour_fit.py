@@ -73,12 +73,11 @@ class ColourFit:
         config, kin, (H, _, _, n) = self._config, self._surface.kinematics, fit.jacobian.shape
         J, r = fit.jacobian.reshape(H, -1, n), residual.reshape(H, -1)
         w = weight.reshape(H, -1) / np.maximum(1.0, np.abs(r))
-        held = np.zeros((H, n))  # per unit of a point's variance: what is known of joints, and short steps
+        held = np.empty((H, n))  # per unit of a point's variance: steps are short (Levenberg)
         held[:, :3] = (config.shift_sigma * np.maximum(poses.t[:, 2:], 1e-6)) ** -2.0
-        held[:, 3:6], held[:, 6:] = config.bend_sigma**-2.0, (config.joint_sigma * kin.unit) ** -2.0
+        held[:, 3:], held[:, 6:] = config.bend_sigma**-2.0, (config.bend_sigma * kin.unit) ** -2.0
         held *= config.point_sigma_px**2
-        pull = np.einsum("hnp,hn->hp", J, w * r)
-        pull[:, 6:] += held[:, 6:] * (poses.q - (kin.lower + kin.upper) / 2)
+        pull = np.einsum("hnp,hn->hp", J, w * r)  # of joints nothing more: those that nobody sees stay
         A = np.einsum("hnp,hnq->hpq", J, J * w[..., None]) + held[:, None] * np.eye(n)
         x = -np.linalg.solve(A, pull[..., None])[..., 0]
         R = rotation_from_rotvec(x[:, 3:6]) @ poses.R

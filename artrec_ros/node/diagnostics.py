@@ -151,6 +151,7 @@ class Diagnostics:
             level, text = ERROR, f"QoS mismatch on {state.topic}: {state.incompatible}"
         elif silent:
             level, text = WARN, f"no images: {state.publishers} publisher(s) of {state.topic} send none"
+            text += f" any more; of those that came: {c.last_error}" if c.last_error else ""
         elif new.failed:
             level, text = ERROR, f"{new.failed} image(s) could not be used: {c.last_error}"
         elif new.lost > looked_at + new.dropped:
@@ -180,7 +181,9 @@ class Diagnostics:
         if state.calibration and state.on_plane:
             return self._status("calibration", OK, f"{state.calibration}; poses are those on scene.plane", {})
         if state.calibration:
-            return self._status("calibration", WARN, f"{state.calibration}; no metric poses", {})
+            return self._status(
+                "calibration", WARN, f"{state.calibration}; no metric poses but those on a scene.plane", {}
+            )
         return self._status("calibration", OK, "calibrated", {})
 
     def _recognition(self, state: NodeState, reports: list[FrameReport], rate_hz: float) -> DiagnosticStatus:

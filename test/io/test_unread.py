@@ -45,7 +45,7 @@ def told(folder: Path, files: list[str], **values: Any) -> list[str]:
         ),
         (["flat"], {"expert__paper__match": 0.5}, ("by profile paper alone", "recognizer.profile is default")),
         (["spatial"], {"recognizer__min_match": 0.5}, ("where images are calibrated", "in the image plane alone")),
-        (["spatial"], {"recognizer__min_probability": 0.5}, ("where images are not calibrated",)),
+        (["spatial"], {"recognizer__min_probability": 0.5}, ("is read only where images are calibrated",)),
         (
             ["plate"],
             {"recognizer__min_match": 0.5},
@@ -54,10 +54,10 @@ def told(folder: Path, files: list[str], **values: Any) -> list[str]:
         (["plate"], {"expert__facing__turns": 20}, ("where images are calibrated", "face the camera alone")),
         (["spatial"], {"expert__facing__turns": 20}, ("camera alone, and none of those with such places is flat",)),
         (["flat"], {"expert__facing__turns": 20}, ("camera alone, and no object has a place",)),
-        (["plate"], {"expert__guesses__root_keep": 9}, ("where images are not calibrated",)),
-        (["flat"], {"recognizer__max_range_m": 2.0}, ("where images are not calibrated",)),
-        (["spatial"], {"recognizer__min_range_m": 2.0}, ("where images are not calibrated",)),
-        (["flat", "spatial"], {"recognizer__max_range_m": 2.0}, ("where images are not calibrated",)),
+        (["plate"], {"expert__guesses__root_keep": 9}, ("is read only where images are calibrated",)),
+        (["flat"], {"recognizer__max_range_m": 2.0}, ("is read only where images are calibrated",)),
+        (["spatial"], {"recognizer__min_range_m": 2.0}, ("is read only where images are calibrated",)),
+        (["flat", "spatial"], {"recognizer__max_range_m": 2.0}, ("is read only where images are calibrated",)),
     ],
 )
 def test_what_is_not_read_is_told(folder: Path, files: list[str], values: dict[str, Any], parts: tuple[str]) -> None:

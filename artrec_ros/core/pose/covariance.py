@@ -10,6 +10,9 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
 * each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
   estimate of Liang and Zeger, 1986).
 
+Where labels' edges lie farther from contours than those of exact labels and a seam do, as where a network gives labels
+for cells of pixels, all of it counts for more: corners are rounded, and cells err together.
+
 To this comes what no derivative tells: where the same fit comes to rest when it begins elsewhere (`restarts.py`). And
 where a segmenter leaves wide seams all of it counts for more: its shade and blur move edges in ways of their own.
 """
@@ -90,7 +93,8 @@ def sources(
     independent = np.minimum(1.0, fit.spacing_px)[..., None]  # (H, M, 1) of each point, a share
     n = (independent * (w > 0)).sum(axis=(1, 2))
     freedom = n / np.maximum(np.maximum(n - n_par, c.least_freedom * n), 1e-9)
-    spread = (w * fit.residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9) * freedom
+    square = (w * fit.residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9)
+    spread = square * freedom
     seams_px = model.seams_px(frame.field)[use.argmax(axis=1)]
     starts = n_points * np.arange(c.stretches) // c.stretches
     each = Jw * np.sqrt(spread[:, None, None] / np.maximum(independent, 1e-3))[..., None]
@@ -98,12 +102,14 @@ def sources(
     pull = np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
     gain = np.linalg.inv(A)
     by_pixel = _squared(outwards @ gain)
+    rough_px = np.maximum(np.sqrt(square) - c.exact_px - seams_px, 0.0) * (frame.image is None)
+    more = (1 + c.rough_gain * rough_px)[:, None, None]
     return Sources(
         known=gain @ prior @ gain,
-        spread=_squared(_stacked(each) @ gain),
-        seam=seams_px[:, None, None] ** 2 * by_pixel,
+        spread=more * _squared(_stacked(each) @ gain),
+        seam=more * seams_px[:, None, None] ** 2 * by_pixel,
         blend=by_pixel * (frame.image is not None),
-        stretch=_squared(_stacked(pull) @ gain),
+        stretch=more * _squared(_stacked(pull) @ gain),
         seams_px=seams_px,
     )
 

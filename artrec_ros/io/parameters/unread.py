@@ -54,7 +54,11 @@ def _lines(spec: Spec, setup: Setup, there: Collection[bool]) -> Iterator[str]:
             f"read {where} alone"
         )
     elif (spec.calibrated or not reads & bare) and False in there:
-        yield f"{spec.name} changes nothing where images are not calibrated"
+        yield (
+            f"{spec.name} is read only where images are calibrated"
+            if True in there
+            else f"{spec.name} changes nothing, for images are not calibrated"
+        )
 
 
 def _why(spec: Spec, setup: Setup) -> str:

@@ -21,10 +21,16 @@ REACH = (8, 6, 4, 3, 3, 2, 2)
 MODELS = {"truck": truck(), "sign": sign(), "slide": slide()}
 
 
-def scene(model, truth, camera=CAMERA, seam=False, rng=None):
+def cells(labels, size):
+    """Labels of every `size`-th pixel, each for a cell of pixels around it."""
+    rows, columns = (np.arange(n) // size * size + size // 2 for n in labels.shape)
+    return labels[np.minimum(rows, len(labels) - 1)][:, np.minimum(columns, labels.shape[1] - 1)]
+
+
+def scene(model, truth, camera=CAMERA, seam=False, rng=None, cell=1):
     """Surface, labels and the markers in view; with `seam`, pixels between two classes are mostly unknown."""
     surface = SpatialModel(model, RED, DEFAULTS.votes)
-    labels = render(camera, [(model, truth, RED)])
+    labels = cells(render(camera, [(model, truth, RED)]), cell)
     if seam:
         mixed = np.zeros(labels.shape, bool)
         for axis in (0, 1):
@@ -44,21 +50,21 @@ def rotation_error(R, truth):
     return axis / 2 * (1.0 if angle < 1e-6 else angle / np.sin(angle))
 
 
-def fits(name, count, seam=False, seed=0):
+def fits(name, count, seam=False, seed=0, cell=1, config=DEFAULTS):
     """Errors (n, 6+J) and covariances (n, 6+J, 6+J) of fits that begun near the truth."""
     model, rng = MODELS[name], np.random.default_rng(seed)
     errors, covariances = [], []
     while len(errors) < count:
         names = {c.name: rng.uniform(0.5 * c.joint.lower, 0.5 * c.joint.upper) for c in model.joint_components}
         truth = pose(*rng.uniform(-0.15, 0.15, 2), rng.uniform(0.6, 1.6), rng.uniform(-0.9, 0.9), 0.1, model, names)
-        surface, frame, use = scene(model, truth, seam=seam, rng=rng)
+        surface, frame, use = scene(model, truth, seam=seam, rng=rng, cell=cell)
         start = jolted(rng, truth, 1, 0.01, 0.05, 0.05)
         fit = fit_poses(surface, frame, start, use, REACH, DEFAULTS.fit)
         error = np.r_[fit.t[0] - truth.t[0], rotation_error(fit.R[0], truth.R[0]), fit.q[0] - truth.q[0]]
         if np.linalg.norm(error[3:]) > 0.4:
             continue  # the mirrored turn: no covariance tells of that
         errors.append(error)
-        covariances.append(pose_covariances(surface, frame, fit, use, DEFAULTS)[0])
+        covariances.append(pose_covariances(surface, frame, fit, use, config)[0])
     return np.array(errors), np.array(covariances)
 
 
@@ -136,6 +142,14 @@ def test_a_seam_makes_the_range_less_sure():
         surface, frame, use = scene(MODELS["truck"], truth, seam=seam, rng=rng)
         spread.append(pose_covariances(surface, frame, truth, use, DEFAULTS)[0][2, 2])
     assert spread[1] > 1.5 * spread[0]
+
+
+@pytest.mark.parametrize("name", ["truck", "slide"])
+def test_labels_in_cells_of_pixels_are_known_to_be_rough(name):
+    """As networks give them whose labels are a third of the image's size."""
+    smooth = replace(DEFAULTS, covariance=replace(KNOWN, rough_gain=0.0))
+    held = [shares(*fits(name, 40, cell=3, config=c), slice(0, 6))[1] for c in (DEFAULTS, smooth)]
+    assert held[0] > 0.7 and held[1] < held[0] - 0.2
 
 
 def test_blended_colours_make_the_range_less_sure_and_hardly_where_it_lies():

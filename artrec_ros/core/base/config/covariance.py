@@ -89,6 +89,25 @@ class CovarianceConfig(Room):
         paths=_WHOLE,
         origin=_FITTED,
     )
+    exact_px: float = param(
+        0.5,
+        "root mean square of the residuals that exact labels leave",
+        unit="px",
+        low=0,
+        high=10,
+        paths=_WHOLE,
+        origin="drawn arms whose pixels have the label of most of them: .48 to .53; quadrupeds of a segmenter with "
+        "seams: .24 to .75",
+    )
+    rough_gain: float = param(
+        4.0,
+        "by how much more all of this counts for each pixel of residuals beyond that and half a seam",
+        low=0,
+        high=20,
+        paths=_WHOLE,
+        origin="arms whose labels come in cells of four pixels, or smoothed over them: 90 % regions hold .27 and .28 "
+        "without, nine in ten need deviations of 1.9 and 1.6 times as much, at residuals of 1.2 and .9 px",
+    )
     least_freedom: float = param(
         0.25,
         "least degrees of freedom left by the fit, as a share of the points",

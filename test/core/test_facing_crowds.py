@@ -1,5 +1,8 @@
 """Many flat objects that face the camera: more than there are names, and such as touch one another."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from settings import settings
@@ -7,8 +10,10 @@ from squares import BACK, COLOURS, SIDE, TEAM, Placing, rendered, robot
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.facing_search import FacingSearch
+from artrec_ros.core.facing_stage import FacingStage
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.range_limits import scale_limits
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -64,6 +69,31 @@ def test_the_one_that_goes_is_the_one_that_shows_no_name():
     result = recognizer(robot()).recognize(picture)
     assert sorted(d.identity.name for d in result.detections) == ["gr", "gv", "rg", "vr"]
     assert all(found_at(result, at) for at in placed[:4]) and not found_at(result, placed[4])
+
+
+def test_which_one_of_an_object_that_occurs_once_is_told_is_asked_of_all_pixels():
+    """What one leaves is easily like another; the probabilities that are shared out do not decide."""
+    once = replace(robot(alternatives=False), unique=True)
+    picture, places = rendered(*PLACED[:2], size=SIZE), PLACED[:2]
+    result = recognizer(once).recognize(picture)
+    assert len(result.detections) == 1 and [r.reason for r in result.rejected] == [NONE_LEFT]
+
+    config = settings(time_budget_ms=60000)
+    stage = FacingStage([Target("robot", once, TEAM)], config)
+    faced, blobs = ImageFrame(LabelField(picture)).faced(), find_blobs(picture, {TEAM}, config)
+    accepted, _ = stage.verdicts(faced, blobs, scale_limits(config, None))
+    (describer,), asked = stage.describers, []
+
+    class Asked:
+        def verdicts(self, finder, poses, frame):
+            asked.append((len(poses), frame.field.unowned is frame.field))
+            return SimpleNamespace(probability=probability)
+
+    for best in (0, 1):
+        probability = np.where(np.arange(2) == best, 0.8, 0.2)
+        told, left = describer.without_surplus(accepted, faced, Asked())
+        assert told == [accepted[best]] and left == [accepted[1 - best]]
+    assert asked == [(2, True)] * 2 and len(places) == len(accepted)
 
 
 def chain(seed, bend=0.2, pitch=0.96):

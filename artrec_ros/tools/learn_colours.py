@@ -5,20 +5,16 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ..core.base.config import GREATEST_LABEL, ImageConfig
 from ..core.base.errors import ConfigError
 from ..core.geometry.field_plane import FieldPlane
-from ..core.image.segmentation import as_light, filtered
 from ..core.learning.colour_learning import (
     Learned,
     Pair,
@@ -26,26 +22,18 @@ from ..core.learning.colour_learning import (
     choose_sharpening,
     enough,
     learn_colours,
-    sample_beside,
-    sample_colours,
 )
-from ..core.learning.gamma import gamma_of
-from ..core.learning.lens_blur import lens_blur
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
-from ..io.learned.marked_objects import BESIDE, REST, load_marked_objects, marked_scales
-from ..io.learned.regions import MarkedImage, drawn_regions, load_regions
+from ..io.learned.marked_objects import load_marked_objects, marked_scales
+from ..io.learned.regions import drawn_regions, load_regions
 from ..io.sources.opening import Frame, SourceOptions, holds_bag, open_sources
 from .colour_report import report, scale_line
+from .colour_samples import Samples, Told, samples_of_labels, samples_of_regions
 from .colour_setup import ColourSetup, load_colour_setup
 
 _DRAWS = partial(tqdm, unit="draw", disable=None, leave=False)
-_READ = partial(tqdm, desc="reading", unit="image", disable=None, leave=False)
-_UNMARKED = 255  # number of the pixels that nobody has marked
 _SHARPEN_PX = 1
-_TRIED = 24  # images at most that sharpening is tried on
-
-Samples = dict[str, NDArray[np.uint8]]
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -167,19 +155,6 @@ def check(args: argparse.Namespace) -> None:
         raise ConfigError("--images and --around go with --params-file")
 
 
-@dataclass
-class Told:
-    """Some of the images with their class numbers, and class number -> label; 0: background.
-
-    :param by_segmenter: the numbers come from label images. :param camera: how images were made sharp before.
-    """
-
-    labels: Mapping[int, int]
-    by_segmenter: bool
-    camera: ImageConfig = ImageConfig()
-    pairs: list[Pair] = field(default_factory=list)
-
-
 def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup | None) -> tuple[Samples, Told]:
     if setup is not None:
         names = {label: name for name, label in labels.items()}
@@ -189,65 +164,6 @@ def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetu
     if args.annotations:
         return samples_of_regions(load_regions(args.annotations)[:: args.every], labels)
     return samples_of_labels(_pairs(args), labels, args.every)
-
-
-def samples_of_labels(pairs: Iterable[Pair], labels: dict[str, int], every: int) -> tuple[Samples, Told]:
-    """Colours by class from images with label images; other labels as 'label N'."""
-    names = {n: f"label {n}" for n in range(_UNMARKED)} | {label: name for name, label in labels.items()}
-    return _collect((pair for i, pair in enumerate(pairs) if i % every == 0), names, labels, by_segmenter=True)
-
-
-def samples_of_regions(
-    marked: Iterable[MarkedImage],
-    labels: dict[str, int],
-    blank: tuple[int, ...] = (),
-    smoothing_px: float = 0.0,
-    *,
-    by_axes: bool = False,
-) -> tuple[Samples, Told]:
-    """Colours by category from images with marked regions; where the lens has blurred them, with this undone.
-
-    :param blank: rectangles that are not looked at. :param smoothing_px: of images before they are looked at; somebody
-        who wants them smooth does not want them sharp. :param by_axes: regions end where markers do: axes tell so.
-    """
-    marked = list(marked)
-    found = dict.fromkeys([*labels, *(name for m in marked for name, _ in m.regions)])
-    names = {0: REST} | dict(enumerate((name for name in found if name != REST), start=1))
-    numbers = {name: n for n, name in names.items()}
-    raw = [_prepared(m.read(numbers, _UNMARKED), blank, ImageConfig()) for m in marked[:_TRIED]]
-    outlined = [(pair[0], [o for name, o in m.regions if name in labels]) for pair, m in zip(raw, marked, strict=False)]
-    gamma = gamma_of(outlined) if by_axes else 1.0
-    lit = ((as_light(image, gamma), told) for image, told in raw)
-    blur_px = 0.0 if smoothing_px else lens_blur(lit, _UNMARKED)
-    image = ImageConfig(smoothing_px=smoothing_px, gamma=gamma, blur_px=blur_px)
-    pairs = (_prepared(m.read(numbers, _UNMARKED), blank, image) for m in marked)
-    return _collect(pairs, names, labels, camera=image)
-
-
-def _prepared(pair: Pair, blank: tuple[int, ...], image: ImageConfig) -> Pair:
-    for x, y, width, height in np.reshape(blank, (-1, 4)).astype(int).tolist():
-        pair[1][y : y + height, x : x + width] = _UNMARKED
-    return filtered(pair[0], image), pair[1]
-
-
-def _collect(
-    pairs: Iterable[Pair],
-    names: dict[int, str],
-    labels: Mapping[str, int],
-    by_segmenter: bool = False,
-    camera: ImageConfig | None = None,
-) -> tuple[Samples, Told]:
-    rng = np.random.default_rng(0)
-    found = defaultdict(list)
-    told = Told({n: labels.get(name, 0) for n, name in names.items()}, by_segmenter, camera or ImageConfig())
-    for image, numbers in _READ(pairs):
-        for name, colours in sample_colours(image, numbers, names, rng, told.camera.blur_px).items():
-            found[name].append(colours)
-        if names.get(0) == REST and len(colours := sample_beside(image, numbers, _UNMARKED, rng)):
-            found[BESIDE].append(colours)
-        if len(told.pairs) < _TRIED:
-            told.pairs.append((image, numbers))
-    return {name: np.concatenate(parts) for name, parts in found.items()}, told
 
 
 def _pairs(args: argparse.Namespace) -> Iterator[Pair]:

@@ -17,7 +17,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning.colour_learning import Learned
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
-from artrec_ros.tools import learn_colours
+from artrec_ros.tools import colour_samples
 from artrec_ros.tools.colour_report import report
 from artrec_ros.tools.main import main
 
@@ -136,7 +136,7 @@ def test_a_folder_without_label_images_names_the_option(folder: Path, capsys) ->
 
 def test_reading_shows_how_far_it_is(folder: Path, monkeypatch) -> None:
     read = []
-    monkeypatch.setattr(learn_colours, "_READ", lambda pairs: (read.append(1) or pair for pair in pairs))
+    monkeypatch.setattr(colour_samples, "_READ", lambda pairs: (read.append(1) or pair for pair in pairs))
     assert learn(folder, str(folder / "images"), "--label-images", str(folder / "labels")) == 0
     assert len(read) == 3
 

@@ -22,8 +22,9 @@ from ...io.learned.colours import save_colours
 from ...io.learned.marked_objects import load_marked_objects
 from ...io.learned.regions import load_regions
 from ...io.parameters.sections import read_flat
+from ..colour_samples import Samples, Told, samples_of_regions
 from ..colour_setup import load_colour_setup
-from ..learn_colours import Samples, Told, learn_from, samples_of_regions
+from ..learn_colours import learn_from
 from .session import Session
 
 REGIONS_FILE, COLOURS_FILE = "regions.json", "colours.yaml"

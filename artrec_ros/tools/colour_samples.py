@@ -1,0 +1,98 @@
+"""Colours of classes and backgrounds in images of which somebody has told what they show."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ..core.base.config import ImageConfig
+from ..core.image.segmentation import as_light, filtered
+from ..core.learning.colour_learning import Pair, sample_beside, sample_colours
+from ..core.learning.gamma import gamma_of
+from ..core.learning.lens_blur import lens_blur
+from ..io.learned.marked_objects import BESIDE, REST
+from ..io.learned.regions import MarkedImage
+
+_READ = partial(tqdm, desc="reading", unit="image", disable=None, leave=False)
+_UNMARKED = 255  # number of the pixels that nobody has marked
+_TRIED = 24  # images at most that sharpening is tried on, and blur is measured in
+
+Samples = dict[str, NDArray[np.uint8]]
+
+
+@dataclass
+class Told:
+    """Some of the images with their class numbers, and class number -> label; 0: background.
+
+    :param by_segmenter: the numbers come from label images. :param camera: how images were made sharp before.
+    """
+
+    labels: Mapping[int, int]
+    by_segmenter: bool
+    camera: ImageConfig = ImageConfig()
+    pairs: list[Pair] = field(default_factory=list)
+
+
+def samples_of_labels(pairs: Iterable[Pair], labels: dict[str, int], every: int) -> tuple[Samples, Told]:
+    """Colours by class from images with label images; other labels as 'label N'."""
+    names = {n: f"label {n}" for n in range(_UNMARKED)} | {label: name for name, label in labels.items()}
+    return _collect((pair for i, pair in enumerate(pairs) if i % every == 0), names, labels, by_segmenter=True)
+
+
+def samples_of_regions(
+    marked: Iterable[MarkedImage],
+    labels: dict[str, int],
+    blank: tuple[int, ...] = (),
+    smoothing_px: float = 0.0,
+    *,
+    by_axes: bool = False,
+) -> tuple[Samples, Told]:
+    """Colours by category from images with marked regions; where the lens has blurred them, with this undone.
+
+    :param blank: rectangles that are not looked at. :param smoothing_px: of images before they are looked at; somebody
+        who wants them smooth does not want them sharp. :param by_axes: regions end where markers do: axes tell so.
+    """
+    marked = list(marked)
+    found = dict.fromkeys([*labels, *(name for m in marked for name, _ in m.regions)])
+    names = {0: REST} | dict(enumerate((name for name in found if name != REST), start=1))
+    numbers = {name: n for n, name in names.items()}
+    raw = [_prepared(m.read(numbers, _UNMARKED), blank, ImageConfig()) for m in marked[:_TRIED]]
+    outlined = [(pair[0], [o for name, o in m.regions if name in labels]) for pair, m in zip(raw, marked, strict=False)]
+    gamma = gamma_of(outlined) if by_axes else 1.0
+    lit = ((as_light(image, gamma), told) for image, told in raw)
+    blur_px = 0.0 if smoothing_px else lens_blur(lit, _UNMARKED)
+    image = ImageConfig(smoothing_px=smoothing_px, gamma=gamma, blur_px=blur_px)
+    pairs = (_prepared(m.read(numbers, _UNMARKED), blank, image) for m in marked)
+    return _collect(pairs, names, labels, camera=image)
+
+
+def _prepared(pair: Pair, blank: tuple[int, ...], image: ImageConfig) -> Pair:
+    for x, y, width, height in np.reshape(blank, (-1, 4)).astype(int).tolist():
+        pair[1][y : y + height, x : x + width] = _UNMARKED
+    return filtered(pair[0], image), pair[1]
+
+
+def _collect(
+    pairs: Iterable[Pair],
+    names: dict[int, str],
+    labels: Mapping[str, int],
+    by_segmenter: bool = False,
+    camera: ImageConfig | None = None,
+) -> tuple[Samples, Told]:
+    rng = np.random.default_rng(0)
+    found = defaultdict(list)
+    told = Told({n: labels.get(name, 0) for n, name in names.items()}, by_segmenter, camera or ImageConfig())
+    for image, numbers in _READ(pairs):
+        for name, colours in sample_colours(image, numbers, names, rng, told.camera.blur_px).items():
+            found[name].append(colours)
+        if names.get(0) == REST and len(colours := sample_beside(image, numbers, _UNMARKED, rng)):
+            found[BESIDE].append(colours)
+        if len(told.pairs) < _TRIED:
+            told.pairs.append((image, numbers))
+    return {name: np.concatenate(parts) for name, parts in found.items()}, told

@@ -23,7 +23,7 @@ from .flat_stage import FlatStage
 from .geometry.camera import Camera
 from .geometry.scene import Scene
 from .image.blobs import Blob, centres, find_blobs
-from .image.codes import Codes
+from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
 from .memory.memory import Memory
@@ -52,11 +52,12 @@ class Labeller(Protocol):
     def meaning(self) -> Codes:
         """Of the codes that it reads."""
 
+    @property
+    def gamma(self) -> float:
+        """Values of images grow with light to the power of its reciprocal."""
+
     def codes(self, image: NDArray) -> NDArray[np.uint8]:
         """(H, W) what pixels show."""
-
-    def light(self, image: NDArray) -> NDArray[np.uint8] | None:
-        """(H, W, 3) the colours that it reads them from, as light; None where it reads none."""
 
 
 class Stopwatch:
@@ -183,8 +184,8 @@ class Recognizer:
             segmenter = self._segmenter
             field = LabelField(segmenter.codes(image), self._config.seams, segmenter.meaning, segmenter.blank)
             labels = field.labels
-            colours = segmenter.light(image)
-        frame = ImageFrame(field, camera, deadline, image=colours, scene=self._scene_of(camera))
+        colours = image if segmenter.meaning is not LABELS else None
+        frame = ImageFrame(field, camera, deadline, colours, self._scene_of(camera), segmenter.gamma)
         calibrated = camera is not None
         flat = self._flat[calibrated]
         with watch.stage("blobs"):

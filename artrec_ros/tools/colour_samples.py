@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -20,8 +20,9 @@ from ..io.learned.marked_objects import BESIDE, REST
 from ..io.learned.regions import MarkedImage
 
 _READ = partial(tqdm, desc="reading", unit="image", disable=None, leave=False)
+_SHARP = ImageConfig()
 _UNMARKED = 255  # number of the pixels that nobody has marked
-_TRIED = 24  # images at most that sharpening is tried on, and blur is measured in
+_TRIED = 24  # images at most that sharpening is tried on, or blur and gamma are measured in
 
 Samples = dict[str, NDArray[np.uint8]]
 
@@ -35,8 +36,13 @@ class Told:
 
     labels: Mapping[int, int]
     by_segmenter: bool
-    camera: ImageConfig = ImageConfig()
+    camera: ImageConfig = _SHARP
     pairs: list[Pair] = field(default_factory=list)
+
+    def as_seen(self, image: ImageConfig) -> ImageConfig:
+        """A configuration by which images are made sharp as these were."""
+        c = self.camera
+        return replace(image, gamma=c.gamma, blur_px=c.blur_px, blur_noise=c.blur_noise)
 
 
 def samples_of_labels(pairs: Iterable[Pair], labels: dict[str, int], every: int) -> tuple[Samples, Told]:
@@ -49,27 +55,40 @@ def samples_of_regions(
     marked: Iterable[MarkedImage],
     labels: dict[str, int],
     blank: tuple[int, ...] = (),
-    smoothing_px: float = 0.0,
+    camera: ImageConfig = _SHARP,
     *,
-    by_axes: bool = False,
+    gamma_known: bool = False,
 ) -> tuple[Samples, Told]:
     """Colours by category from images with marked regions; where the lens has blurred them, with this undone.
 
-    :param blank: rectangles that are not looked at. :param smoothing_px: of images before they are looked at; somebody
-        who wants them smooth does not want them sharp. :param by_axes: regions end where markers do: axes tell so.
+    :param blank: rectangles that are not looked at. :param camera: how images are smoothed, and what is known of them.
+    :param gamma_known: that is so of its gamma; else it is told by outlines that axes mark.
     """
     marked = list(marked)
     found = dict.fromkeys([*labels, *(name for m in marked for name, _ in m.regions)])
     names = {0: REST} | dict(enumerate((name for name in found if name != REST), start=1))
     numbers = {name: n for n, name in names.items()}
-    raw = [_prepared(m.read(numbers, _UNMARKED), blank, ImageConfig()) for m in marked[:_TRIED]]
-    outlined = [(pair[0], [o for name, o in m.regions if name in labels]) for pair, m in zip(raw, marked, strict=False)]
-    gamma = gamma_of(outlined) if by_axes else 1.0
-    lit = ((as_light(image, gamma), told) for image, told in raw)
-    blur_px = 0.0 if smoothing_px else lens_blur(lit, _UNMARKED)
-    image = ImageConfig(smoothing_px=smoothing_px, gamma=gamma, blur_px=blur_px)
-    pairs = (_prepared(m.read(numbers, _UNMARKED), blank, image) for m in marked)
-    return _collect(pairs, names, labels, camera=image)
+    camera = _measured(marked[:: 1 + len(marked) // _TRIED], numbers, blank, camera, gamma_known)
+    pairs = (_prepared(m.read(numbers, _UNMARKED), blank, camera) for m in marked)
+    return _collect(pairs, names, labels, camera=camera)
+
+
+def _measured(
+    marked: Sequence[MarkedImage], numbers: dict[str, int], blank: tuple[int, ...], camera: ImageConfig, known: bool
+) -> ImageConfig:
+    """With the lens' blur, but where images are to be smooth: who wants that does not want them sharp; and with gamma,
+    which matters where edges are blurred.
+
+    :param known: whether gamma is.
+    """
+    if camera.smoothing_px > 0:
+        return camera
+    raw = [_prepared(m.read(numbers, _UNMARKED), blank, _SHARP) for m in marked]
+    if not known and lens_blur(raw, _UNMARKED) > 0:
+        exact = [(image, list(m.exact)) for (image, _), m in zip(raw, marked, strict=True)]
+        camera = replace(camera, gamma=gamma_of(exact))
+    lit = ((as_light(image, camera.gamma), told) for image, told in raw)
+    return replace(camera, blur_px=lens_blur(lit, _UNMARKED))
 
 
 def _prepared(pair: Pair, blank: tuple[int, ...], image: ImageConfig) -> Pair:
@@ -83,15 +102,15 @@ def _collect(
     names: dict[int, str],
     labels: Mapping[str, int],
     by_segmenter: bool = False,
-    camera: ImageConfig | None = None,
+    camera: ImageConfig = _SHARP,
 ) -> tuple[Samples, Told]:
     rng = np.random.default_rng(0)
     found = defaultdict(list)
-    told = Told({n: labels.get(name, 0) for n, name in names.items()}, by_segmenter, camera or ImageConfig())
+    told = Told({n: labels.get(name, 0) for n, name in names.items()}, by_segmenter, camera)
     for image, numbers in _READ(pairs):
         for name, colours in sample_colours(image, numbers, names, rng, told.camera.blur_px).items():
             found[name].append(colours)
-        if names.get(0) == REST and len(colours := sample_beside(image, numbers, _UNMARKED, rng)):
+        if names.get(0) == REST and len(colours := sample_beside(image, numbers, _UNMARKED, rng, told.camera.blur_px)):
             found[BESIDE].append(colours)
         if len(told.pairs) < _TRIED:
             told.pairs.append((image, numbers))

@@ -13,7 +13,7 @@ from ..io.base.shared_files import resolve_path
 from ..io.parameters.parameter_file import setup_from_flat
 from ..io.parameters.sections import read_flat
 
-_READ = "image.blank", "image.smoothing_px"
+_READ = "image.blank", "image.smoothing_px", "image.gamma", "image.blur_noise"
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class ColourSetup:
     :param labels: of the classes that axes show, by name: those of markers, and of bodies of what lies flat.
     :param bodies: those of them that are of bodies alone.
     :param hidden: of the classes of other bodies alone, which axes do not show.
-    :param plane: on which objects lie. :param smoothing_px: of images before they are read.
+    :param plane: on which objects lie. :param camera: how images are smoothed, and what is known of them.
+    :param gamma_known: whether somebody has told their gamma.
     """
 
     targets: tuple[Target, ...]
@@ -32,12 +33,13 @@ class ColourSetup:
     bodies: frozenset[str] = frozenset()
     hidden: Mapping[str, int] = field(default_factory=dict)
     plane: PlaneConfig = PlaneConfig()
-    smoothing_px: float = 0.0
+    camera: ImageConfig = ImageConfig()
+    gamma_known: bool = False
 
 
 def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourSetup:
-    """From a node's parameter files; of their `image` only names and labels of classes, `blank` and
-    `smoothing_px` are read.
+    """From a node's parameter files; of their `image` only names and labels of classes, and what `_READ` lists,
+    are read.
 
     A class is named by `more` (name -> label), by `image.classes`, or by the object or component whose label it is.
     """
@@ -66,7 +68,8 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
     hidden = {name: label for name, label in hidden.items() if name not in labels}
     bodies = frozenset(labels) - on_markers
     image, plane = setup.image, setup.recognizer.scene.plane
-    return ColourSetup(setup.targets, labels, image.blank, bodies, hidden, plane, image.smoothing_px)
+    camera = ImageConfig(smoothing_px=image.smoothing_px, gamma=image.gamma, blur_noise=image.blur_noise)
+    return ColourSetup(setup.targets, labels, image.blank, bodies, hidden, plane, camera, "image.gamma" in flat)
 
 
 def _classes(targets: tuple[Target, ...]) -> Iterator[tuple[str, int, bool, bool]]:

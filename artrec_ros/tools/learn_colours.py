@@ -124,9 +124,7 @@ def learn_from(
     """
     doubtful = [name for name in samples if name not in labels] if told.by_segmenter else []
     learned = learn_colours(samples, labels, ImageConfig(), doubtful, shown=shown)
-    return replace(
-        learned, image=replace(sharpened(learned.image, told), gamma=told.camera.gamma, blur_px=told.camera.blur_px)
-    )
+    return replace(learned, image=told.as_seen(sharpened(learned.image, told)))
 
 
 def sharpened(image: ImageConfig, told: Told) -> ImageConfig:
@@ -160,7 +158,9 @@ def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetu
         names = {label: name for name, label in labels.items()}
         plane = FieldPlane.of(setup.plane, None) if setup.plane.is_given else None  # a lens bends no outline by much
         marked = load_marked_objects(args.annotations, setup.targets, names, args.images, args.around, plane)
-        return samples_of_regions(marked[:: args.every], labels, setup.blank, setup.smoothing_px, by_axes=True)
+        return samples_of_regions(
+            marked[:: args.every], labels, setup.blank, setup.camera, gamma_known=setup.gamma_known
+        )
     if args.annotations:
         return samples_of_regions(load_regions(args.annotations)[:: args.every], labels)
     return samples_of_labels(_pairs(args), labels, args.every)

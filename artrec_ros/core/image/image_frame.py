@@ -24,8 +24,9 @@ class ImageFrame:
     :param field: the label image.
     :param calibration: of the camera that took it; None: not known, and nothing is sought in space.
     :param deadline: when the search ends with what it has.
-    :param image: (H, W, 3) uint8 the colours of which labels were made, as light; None: labels came as they are.
+    :param image: (H, W, 3) uint8 the colours of which the labels were made; None: the labels came as they are.
     :param scene: what is known of where objects are.
+    :param gamma: the colours' values grow with light to the power of its reciprocal.
     """
 
     field: LabelField
@@ -33,6 +34,7 @@ class ImageFrame:
     deadline: Deadline = of(default_factory=Deadline)
     image: NDArray[np.uint8] | None = None
     scene: Scene = Scene()
+    gamma: float = 1.0
 
     @property
     def camera(self) -> Camera:

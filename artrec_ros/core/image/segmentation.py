@@ -19,6 +19,7 @@ from .codes import LABELS
 from .colour_table import colour_table
 
 Image = NDArray[np.uint8]
+_CUT_OFF = 0.02  # of a filter's taps, whose sum is 1, in sum at most
 _FREQUENCIES = 256  # that a filter is made from: many more than it has taps
 
 
@@ -36,9 +37,10 @@ class Segmenter:
         self._table, self.meaning = colour_table(config) if config.kind == "colour" else (np.zeros(0, np.uint8), LABELS)
         self._nothing = int(np.flatnonzero(self.meaning.unknown)[0])
 
-    def light(self, image: NDArray) -> Image | None:
-        """The colours of an image as light (see `as_light`); None where it has none."""
-        return as_light(image, self._config.gamma) if self._config.kind == "colour" else None
+    @property
+    def gamma(self) -> float:
+        """Values of colour images grow with light to the power of its reciprocal."""
+        return self._config.gamma
 
     @property
     def blank(self) -> tuple[int, ...]:
@@ -156,7 +158,10 @@ def deblur(image: Image, blur_px: float, noise: float, gamma: float = 1.0) -> Im
     if gamma == 1.0:
         return np.asarray(cv2.sepFilter2D(image, -1, taps, taps, borderType=cv2.BORDER_REPLICATE), np.uint8)
     light = cv2.LUT(image, np.rint(65535 * _light(gamma)).astype(np.uint16))  # a lens blurs light, not values
-    return np.take(_values(gamma), cv2.sepFilter2D(light, -1, taps, taps, borderType=cv2.BORDER_REPLICATE))
+    sharp = cv2.sepFilter2D(light, -1, taps, taps, borderType=cv2.BORDER_REPLICATE)
+    around = np.ones((2 * int(np.ceil(2 * blur_px)) + 1,) * 2, np.uint8)
+    # beside bright things the filter rings, and what is nothing of their light is all of the dark
+    return np.take(_values(gamma), cv2.max(sharp, cv2.erode(light, around)))
 
 
 @cache
@@ -164,7 +169,9 @@ def _wiener(blur_px: float, noise: float) -> NDArray[np.float32]:
     """(2 r + 1,) the filter's taps, whose sum is 1."""
     blurred = np.exp(-2 * (np.pi * blur_px * np.fft.fftfreq(_FREQUENCIES)) ** 2)
     taps = np.fft.ifft(blurred / (blurred**2 + noise * (1 - blurred**2))).real
-    reach = int(np.ceil(3 * blur_px)) + 1
+    half = len(taps) // 2
+    beyond = 2 * np.abs(taps[half:0:-1]).cumsum()[::-1]  # of taps from one on outwards
+    reach = max(int(np.argmax(beyond < _CUT_OFF)), 1) if (beyond < _CUT_OFF).any() else half - 1
     taps = np.concatenate([taps[-reach:], taps[: reach + 1]])
     return np.asarray(taps / taps.sum(), np.float32)
 

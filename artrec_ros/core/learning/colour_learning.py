@@ -63,7 +63,7 @@ def sample_colours(
         if label not in names:
             continue
         own = (labels == label).astype(np.uint8)
-        margin = _LEARNING.margin_px + round(blur_px) if label else _LEARNING.margin_unknown_px
+        margin = round(blur_px) + (_LEARNING.margin_px if label else _LEARNING.margin_unknown_px)
         inside = cv2.erode(own, np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)) > 0
         if label and np.count_nonzero(inside) < np.count_nonzero(own) / 3:
             depth = cv2.distanceTransform(own, cv2.DIST_L2, 3)
@@ -74,19 +74,24 @@ def sample_colours(
 
 
 def sample_beside(
-    image: NDArray[np.uint8], labels: NDArray[np.uint8], ignored: int, rng: np.random.Generator
+    image: NDArray[np.uint8],
+    labels: NDArray[np.uint8],
+    ignored: int,
+    rng: np.random.Generator,
+    blur_px: float = 0.0,
 ) -> NDArray[np.uint8]:
     """(n, 3) colours of a part of the pixels of number 0 that lie beside regions of other numbers, no farther off than
     `beside_share` of the median region's width: what outlines must be told from, and a small part of an image.
 
     :param image: (H, W, 3) uint8 BGR. :param labels: (H, W) class numbers. :param ignored: number of what is no region.
+    :param blur_px: as of `sample_colours`.
     """
     regions = ((labels != 0) & (labels != ignored)).astype(np.uint8)
     areas = cv2.connectedComponentsWithStats(regions)[2][1:, cv2.CC_STAT_AREA]
     if not len(areas):
         return np.zeros((0, 3), np.uint8)
     off, off_any = (cv2.distanceTransform(1 - r, cv2.DIST_L2, 5) for r in (regions, (labels != 0).astype(np.uint8)))
-    least = _LEARNING.beside_px
+    least = _LEARNING.beside_px + blur_px
     most = max(2 * least, _LEARNING.beside_share * float(np.median(np.sqrt(areas))))
     beside = (off > least) & (off <= most) & (off <= off_any)
     return _some(image[beside], _KEPT_PER_IMAGE, rng)

@@ -14,6 +14,7 @@ from ..geometry.transforms import Array
 _LEARNING = LearningConfig()
 _CAMERA = 2.2  # what most cameras deliver (IEC 61966-2-1, about)
 _BESIDE_PX = 0.5  # to either side of an outline: how steep an edge is there
+_CLIPPED = 250  # values of which nobody knows how bright they are
 _LEAST = 100  # values: fewer have no median worth the name
 
 Outlined = tuple[NDArray[np.uint8], list[Array]]
@@ -29,7 +30,7 @@ def gamma_of(images: Iterable[Outlined]) -> float:
     """
     values = [v for image, outlines in images for o in outlines if len(v := _across(image, o))]
     across = np.concatenate(values) if values else np.zeros((0, 5, 3))
-    bright = across[:, 0] - across[:, -1] > 255 * _LEARNING.edge_step
+    bright = (across[:, 0] - across[:, -1] > 255 * _LEARNING.edge_step) & (across[:, 0] < _CLIPPED)
     if np.count_nonzero(bright) < _LEAST:
         return 1.0
     inside = np.moveaxis(across, 2, 1)[bright] / 255  # (n, 5)

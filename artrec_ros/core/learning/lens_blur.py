@@ -24,7 +24,8 @@ def lens_blur(pairs: Iterable[Pair], ignored: int) -> float:
 
     A step that is blurred by s has its greatest gradient proportional to 1/s. Blurred once more, by a known amount, its
     ratio to the first tells s (Zhuo and Sim, Defocus map estimation from a single image, 2011). The median of the
-    strongest edges: weaker ones are texture. Where patches are small their edges run into each other and look sharper.
+    strongest edges: weaker ones are texture. Where patches are small their edges run into each other and look sharper;
+    beyond some 2.5 pixels noise makes all edges look sharper than they are.
 
     :param pairs: colour images (H, W, 3) BGR and the numbers of what is marked (H, W), 0: nothing.
     :param ignored: number of what is not marked, either.
@@ -32,7 +33,7 @@ def lens_blur(pairs: Iterable[Pair], ignored: int) -> float:
     found = [edges for image, numbers in pairs if len(edges := _blurs(image, (numbers != 0) & (numbers != ignored)))]
     edges = np.concatenate(found) if found else np.zeros(0)
     blur = float(np.median(edges)) if len(edges) >= _LEAST_EDGES else 0.0
-    return round(blur, 2) if blur >= _LEARNING.sharp_px else 0.0
+    return min(round(blur, 2), _LEARNING.most_blur_px) if blur >= _LEARNING.sharp_px else 0.0
 
 
 def _blurs(image: NDArray[np.uint8], marked: NDArray[np.bool_]) -> Array:

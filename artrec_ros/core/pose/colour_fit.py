@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array, rotation_from_rotvec
@@ -18,8 +19,10 @@ from .pose_fit import ContourFit, contour_fit
 from .surface_model import Poses, SpatialModel
 
 _SAMPLES = 15  # along a normal: where they are half a pixel apart for the widest reach
+_SHARES = np.r_[0.5, np.ones(_SAMPLES - 2), 0.5] / (_SAMPLES - 1)  # of what lies between them (trapezoids)
 _ENDS = 2  # of them on either side tell what a step begins and ends with
 _ASIDE = 0.25  # of a step: colours that are no blend of its ends pass a third one, such as a dark rim
+_KEPT = 0.8  # of what points weigh at least: one that loses its edges lies on nothing
 _CLEAN = 1.5  # ways that colours go between the ends at most: one who goes to and fro passes more than one edge
 
 
@@ -39,11 +42,11 @@ class ColourFit:
         if not len(poses) or not used.any():
             return poses
         at, (fit, residual, weight) = poses, self._edges(frame, poses, used)
-        before = _misfit(residual, weight)
+        before, seen = _misfit(residual, weight), _total(weight)
         for _ in range(self._config.colour_rounds):
             at = self._step(at, fit, residual, weight)
             fit, residual, weight = self._edges(frame, at, used)
-        better = _misfit(residual, weight) < before
+        better = (_misfit(residual, weight) < before) & (_total(weight) > _KEPT * seen)
         both = Poses.concatenate([poses, at])
         return both[np.arange(len(poses)) + len(poses) * better]
 
@@ -54,17 +57,12 @@ class ColourFit:
         scale = frame.camera.focal_px / np.maximum(poses.t[:, 2], 1e-6)
         half = np.clip(self._radius_m[which] * scale[:, None], 1.0, config.colour_reach_px + 0.5)[..., None]
         off = half[..., None] * np.linspace(-1, 1, _SAMPLES)  # (H, M, 1, S) along the normals, from the labels' edges
-        at = (fit.point - fit.residual[..., None] * fit.normal)[..., None, :] + off[..., None] * fit.normal[
-            ..., None, :
-        ]
-        colours = _sampled(frame, at)
-        begin, end = colours[..., :_ENDS, :].mean(axis=-2), colours[..., -_ENDS:, :].mean(axis=-2)
-        step, apart = end - begin, np.linalg.norm(end - begin, axis=-1)
-        done, aside = _along(colours - begin[..., None, :], step)
-        ways, done = np.abs(np.diff(done, axis=-1)).sum(axis=-1), np.clip(done, -0.2, 1.2)
-        beyond = half * (1 - 2 * done.mean(axis=-1))  # as much before it as behind
-        told = (fit.weight > 0) & (apart > 255 * config.colour_contrast) & (np.abs(beyond) < half / 2)
-        told &= (ways < _CLEAN) & (aside < _ASIDE * apart)
+        edges, outward = fit.point - fit.residual[..., None] * fit.normal, fit.normal[..., None, :]
+        values = _sampled(frame, edges[..., None, :] + off[..., None] * outward)
+        apart = np.linalg.norm(_end(values) - _begin(values), axis=-1)
+        done, clean = _along(values**frame.gamma)  # lenses blend light
+        beyond = half * (1 - 2 * done @ _SHARES)  # as much before it as behind
+        told = (fit.weight > 0) & (apart > config.colour_contrast) & clean & (np.abs(beyond) < half / 2)
         residual = np.where(told, fit.residual - beyond, fit.residual)
         return fit, residual, fit.weight * np.where(told, 1.0, config.colour_doubt)
 
@@ -84,25 +82,40 @@ class ColourFit:
         return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:]))
 
 
-def _along(colours: Array, step: Array) -> tuple[Array, Array]:
-    """(..., S) how much of a step (..., 3) is done in colours (..., S, 3), and (...) how far these leave it at most."""
-    size = np.maximum((step**2).sum(axis=-1), 1e-9)[..., None]
-    done = (colours * step[..., None, :]).sum(axis=-1) / size
-    return done, np.linalg.norm(colours - done[..., None] * step[..., None, :], axis=-1).max(axis=-1)
+def _begin(colours: Array) -> Array:
+    return np.asarray(colours[..., :_ENDS, :].mean(axis=-2))
+
+
+def _end(colours: Array) -> Array:
+    return np.asarray(colours[..., -_ENDS:, :].mean(axis=-2))
+
+
+def _along(light: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """(..., S) how much of a step from one end to the other is done in each of the colours (..., S, 3), and (...)
+    whether that is one step between two colours."""
+    begin, step = _begin(light)[..., None, :], (_end(light) - _begin(light))[..., None, :]
+    size = np.maximum((step**2).sum(axis=-1), 1e-9)
+    done = ((light - begin) * step).sum(axis=-1) / size
+    aside = np.linalg.norm(light - begin - done[..., None] * step, axis=-1).max(axis=-1)
+    ways = np.abs(np.diff(done, axis=-1)).sum(axis=-1)
+    return np.clip(done, -0.2, 1.2), (ways < _CLEAN) & (aside < _ASIDE * np.sqrt(size[..., 0]))
 
 
 def _sampled(frame: ImageFrame, at: Array) -> Array:
-    """(..., 3) colours of an image at pixels (..., 2)."""
+    """(..., 3) values of an image at pixels (..., 2), 0 to 1."""
     assert frame.image is not None  # the caller's condition
     flat = np.ascontiguousarray(at.reshape(-1, at.shape[-2], 2), np.float32)
     out = [
         cv2.remap(frame.image, part[..., 0], part[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         for part in np.array_split(flat, len(flat) // (1 << 14) + 1)  # as many rows as it takes
     ]
-    return np.asarray(np.concatenate(out).reshape(*at.shape[:-1], 3), np.float64)
+    return np.asarray(np.concatenate(out).reshape(*at.shape[:-1], 3) / 255, np.float64)
 
 
 def _misfit(residual: Array, weight: Array) -> Array:
     """(H,) mean size of the residuals (H, M, m)."""
-    total = np.maximum(weight.sum(axis=(1, 2)), 1e-9)
-    return np.asarray((weight * np.minimum(np.abs(residual), 3.0)).sum(axis=(1, 2)) / total)
+    return np.asarray((weight * np.minimum(np.abs(residual), 3.0)).sum(axis=(1, 2)) / np.maximum(_total(weight), 1e-9))
+
+
+def _total(weight: Array) -> Array:
+    return np.asarray(weight.sum(axis=(1, 2)))

@@ -51,11 +51,13 @@ class Describer:
             return mine, []
         # by all pixels: what one leaves is easily like another, though both can't be there
         candidates = Poses.concatenate([v.claim.poses for v in mine])
-        probability = judge.verdicts(self.finder, candidates, frame.unhurried()).probability
+        alone = judge.verdicts(self.finder, candidates, frame.unhurried())
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         poses = self._settled(mine, self._used(mine), frame)
-        surplus = self._identifier.surplus(frame, poses, self._seen(mine, self._told(mine)), probability)
+        surplus = self._identifier.surplus(frame, poses, self._seen(mine, self._told(mine)), alone.probability)
         told, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
+        if len(told) == 1 and told != [0]:  # the first one's pixels are its own again
+            return [alone[told[0]]], [mine[i] for i in none_left]
         return [mine[i] for i in told], [mine[i] for i in none_left]
 
     def describe(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> list[Detection]:

@@ -70,6 +70,8 @@ class Identifier:
     ) -> NDArray[np.bool_]:
         """(H,) which objects there is no identity left for, where each occurs once; without identities all but one.
 
+        Of more objects than `may_be_surplus` allows.
+
         :param told: as of `identify`. :param probability: (H,) of each object, as if it were the only one.
         """
         odds = logit(np.clip(probability, _LEAST, 1 - _LEAST))

@@ -68,12 +68,16 @@ def load_marked_objects(
         ignored[image].append(outline)
     sizes = {o.image: o.size for o in annotations.objects}
     marked = [
-        MarkedImage(image, (*bodies[image], *own), REST, around_px, tuple(ignored[image]), sizes[image])
+        MarkedImage(image, (*bodies[image], *own), REST, around_px, tuple(ignored[image]), sizes[image], _outlines(own))
         for image, own in regions.items()
         if own
     ]
     # where no object is annotated nobody has said that the rest is background
     return marked + [MarkedImage(image, tuple(own)) for image, own in bodies.items() if own and not regions.get(image)]
+
+
+def _outlines(regions: Iterable[tuple[str, Array]]) -> tuple[Array, ...]:
+    return tuple(outline for _, outline in regions)
 
 
 def shown_markers(

@@ -28,6 +28,7 @@ class MarkedImage:
     :param around_px: what is farther than this from every region is not marked at all.
     :param ignored: outlines of what is not marked, whatever lies there; regions go before.
     :param size: width and height, where its file tells them.
+    :param exact: those outlines that end where markers do, as axes tell.
     """
 
     path: Path
@@ -36,6 +37,7 @@ class MarkedImage:
     around_px: float = math.inf
     ignored: tuple[Array, ...] = ()
     size: tuple[int, int] | None = None
+    exact: tuple[Array, ...] = ()
 
     def read(self, numbers: dict[str, int], unmarked: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """The image (H, W, 3) BGR, and (H, W) each category's number, `unmarked` elsewhere."""

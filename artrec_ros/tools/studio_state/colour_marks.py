@@ -171,14 +171,14 @@ class ColourMarks:
     def _samples(self, labels: dict[str, int]) -> tuple[Samples, Told]:
         if not self.patches:
             raise ConfigError(f"nothing is marked yet: click patches of {', '.join(self.labels)}, and background")
-        return samples_of_regions(load_regions([self.path]), labels, smoothing_px=self._setup.smoothing_px)
+        return samples_of_regions(load_regions([self.path]), labels, camera=self._setup.camera)
 
     def learn_from_axes(self, annotations: Path) -> Learned:
         """Colours from marked axes, as `artrec learn-colours --annotations ... --params-file ...` learns them."""
         names = {label: name for name, label in self.labels.items()}
         marked = load_marked_objects([annotations], self._setup.targets, names)
         samples, told = samples_of_regions(
-            marked, self.labels, self._setup.blank, self._setup.smoothing_px, by_axes=True
+            marked, self.labels, self._setup.blank, self._setup.camera, gamma_known=self._setup.gamma_known
         )
         return learn_from(samples, told, self.labels)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.image.colour_table import colour_table
-from artrec_ros.core.image.segmentation import Segmenter, deblur, filtered, sharpen, unblur
+from artrec_ros.core.image.segmentation import Segmenter, _wiener, deblur, filtered, sharpen, unblur
 
 RED, BLUE, GREEN, WHITE, SKY = (200, 40, 45), (40, 65, 170), (50, 140, 45), (215, 215, 215), (75, 180, 230)
 CLASSES = {
@@ -146,6 +146,34 @@ def test_a_known_blur_is_undone(blur_px: float, side_px: int) -> None:
     error = {px: np.abs(deblurred(image, px).astype(float) - sharp)[inside].mean() for px in (0.0, blur_px)}
     assert error[blur_px] < 0.6 * error[0.0]
     assert np.abs(np.mean(deblurred(image, blur_px) - image.astype(float))) < 1
+
+
+@pytest.mark.parametrize("blur_px", [0.5, 0.9, 1.5, 2.0, 4.0])
+@pytest.mark.parametrize("noise", [0.001, 0.03, 0.1, 1.0])
+def test_the_filter_is_wieners_at_all_frequencies(blur_px: float, noise: float) -> None:
+    taps = _wiener(blur_px, noise)
+    reach, n = len(taps) // 2, 512
+    spread = np.zeros(n)
+    spread[: reach + 1], spread[-reach:] = taps[reach:], taps[:reach]
+    blurred = np.exp(-2 * (np.pi * blur_px * np.fft.fftfreq(n)) ** 2)
+    wanted = blurred / (blurred**2 + noise * (1 - blurred**2))
+    assert np.abs(np.fft.fft(spread).real - wanted).max() < 0.02 * wanted.max() + 0.02
+
+
+def test_in_light_blur_is_undone_as_light() -> None:
+    """A bright square on a dark ground, whose values a lens makes too large."""
+    light = np.full((40, 40, 3), (40 / 255) ** 2.2)
+    light[12:28, 12:28] = (220 / 255) ** 2.2
+    values = 255 * cv2.GaussianBlur(light, (0, 0), 1.5) ** (1 / 2.2)
+    sharp, image = np.where(light > 0.1, 220.0, 40.0), np.rint(values).astype(np.uint8)
+    found = [filtered(image, camera).astype(float) for camera in cameras(1.0, 2.2)]
+    off = [np.abs(each - sharp)[10:30, 10:30].mean() for each in (values, *found)]
+    assert off[2] < off[1] < off[0]
+    assert found[1].min() >= 40  # and no dark ring beside it
+
+
+def cameras(*gammas: float) -> list[ImageConfig]:
+    return [ImageConfig(blur_px=1.5, gamma=gamma) for gamma in gammas]
 
 
 def deblurred(image: np.ndarray, blur_px: float) -> np.ndarray:

@@ -111,6 +111,20 @@ def test_samples_leave_out_edges_and_numbers_without_a_name() -> None:
     assert (found["rest"] == 0).all()
 
 
+def test_where_a_lens_blurs_samples_keep_farther_from_edges() -> None:
+    labels = np.zeros((60, 60), np.uint8)
+    labels[20:40, 20:40] = 3
+    depth = cv2.distanceTransform((labels == 3).astype(np.uint8), cv2.DIST_C, 3)
+    away = cv2.distanceTransform((labels == 0).astype(np.uint8), cv2.DIST_C, 3)
+    image = np.repeat(np.where(labels == 3, depth, away).astype(np.uint8)[..., None], 3, axis=2)
+    least = {}
+    for blur_px in (0.0, 2.0):
+        found = sample_colours(image, labels, {0: "floor", 3: "red"}, np.random.default_rng(0), blur_px)
+        beside = sample_beside(image, labels, 255, np.random.default_rng(0), blur_px)
+        least[blur_px] = [int(colours.min()) for colours in (found["red"], found["floor"], beside)]
+    assert (np.subtract(least[2.0], least[0.0]) >= 1).all(), least
+
+
 def test_what_lies_beside_markers_is_sampled_by_itself() -> None:
     """Not an edge's blur, nor what lies farther off than a third of a marker's width, nor what is beside what is
     ignored."""

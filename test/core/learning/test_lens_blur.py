@@ -34,6 +34,11 @@ def test_blur_is_told_to_a_quarter(blur_px: float, side_px: int) -> None:
     )
 
 
+@pytest.mark.parametrize("blur_px", [3.0, 6.0])
+def test_much_blur_is_told_as_no_more_than_can_be_undone(blur_px: float) -> None:
+    assert 1.8 < lens_blur([squares(blur_px, 34, noise=0.5)], IGNORED) <= 4.0
+
+
 def test_sharp_images_are_told_to_be_sharp() -> None:
     assert lens_blur([squares(0.0), squares(0.4, seed=1)], IGNORED) == 0
 

@@ -145,6 +145,14 @@ class LearningConfig(Room):
         origin="drawn robots of 8 to 20 px: without blur .58 to .71 is measured, with .5 px .69 to .89, with 1 px 1.03 "
         "to 1.24",
     )
+    most_blur_px: float = param(
+        4.0,
+        "standard deviation of the blur of edges up to which it is undone",
+        unit="px",
+        low=0,
+        high=4,
+        origin="the most that image.blur_px may be",
+    )
     least_edge: float = param(
         0.02,
         "gradient of an edge that blur is measured at, share of full scale a pixel",

@@ -10,6 +10,7 @@ from ..geometry.projection import project
 from ..geometry.range_limits import scale_limits
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from ..image.segmentation import as_light
 from .region_kernels import Regions, even_out_each
 from .surface_model import Poses, SpatialModel
 
@@ -44,7 +45,7 @@ class RegionFit:
 
         :param used: (H, M) markers that the labels support: joints that move none of these stay.
         """
-        config, (regions, at) = self._config, self._figures(frame, poses)
+        config, (regions, at) = self._config, self._figures(frame, poses)  # in light, which lenses blend
         scale = frame.camera.focal_px / poses.t[:, 2]
         reach = self._reach(regions, scale)
         kin, component = self._surface.kinematics, self._surface.component[self._surface.markers]
@@ -55,7 +56,16 @@ class RegionFit:
         most[:, 4:] = np.maximum(np.minimum(most[:, 4:], within[1][:, self._order]), 0.0)
         least[:, 3] = np.minimum(np.maximum(least[:, 3], self._limits.least / scale), 1.0)  # but never has it to move
         most[:, 3] = np.maximum(np.minimum(most[:, 3], self._limits.greatest / scale), 1.0)
-        even_out_each(_image(frame), regions, at, reach / 4, config.region_rounds, least, most, np.empty(len(at)))
+        even_out_each(
+            as_light(_image(frame), frame.gamma),
+            regions,
+            at,
+            reach / 4,
+            config.region_rounds,
+            least,
+            most,
+            np.empty(len(at)),
+        )
         z = poses.t[:, 2] / at[:, 3]
         roll = np.zeros((len(at), 3, 3))
         roll[:, 0, 0] = roll[:, 1, 1] = np.cos(at[:, 2])

@@ -81,7 +81,7 @@ class ImageConfig:
         1.0,
         "colour images: values grow with light to the power 1/gamma: 2.2 of most cameras, 1 of linear ones",
         low=0.3,
-        high=4,
+        high=3,
     )
     blur_px: float = param(
         0.0,

@@ -84,9 +84,13 @@ def _measured(
     if camera.smoothing_px > 0:
         return camera
     raw = [_prepared(m.read(numbers, _UNMARKED), blank, _SHARP) for m in marked]
-    if not known and lens_blur(raw, _UNMARKED) > 0:
-        exact = [(image, list(m.exact)) for (image, _), m in zip(raw, marked, strict=True)]
-        camera = replace(camera, gamma=gamma_of(exact))
+    if not known:
+        camera = replace(camera, blur_px=lens_blur(raw, _UNMARKED))
+        if camera.blur_px > 0:
+            exact = [(image, list(m.exact)) for (image, _), m in zip(raw, marked, strict=True)]
+            camera = replace(camera, gamma=gamma_of(exact))
+        if camera.gamma == 1.0:
+            return camera
     lit = ((as_light(image, camera.gamma), told) for image, told in raw)
     return replace(camera, blur_px=lens_blur(lit, _UNMARKED))
 

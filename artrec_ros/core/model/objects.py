@@ -64,6 +64,12 @@ class Marker:
         """Metres."""
         return float(np.linalg.norm(np.roll(self.outline, -1, axis=0) - self.outline, axis=1).sum())
 
+    @property
+    def radius(self) -> float:
+        """Metres: twice the area over the perimeter, a disc's radius. An edge all around that errs, errs the scale by
+        its share of this."""
+        return 2 * self.area / self.perimeter
+
     @cached_property
     def centroid(self) -> Array:
         """(2,) centroid of the outline's area, marker frame."""

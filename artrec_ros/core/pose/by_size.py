@@ -52,7 +52,7 @@ class SizePlacer:
         shown = [self._shown(d) for d in detections]
         markers = [self._marker(d, s) for d, s in zip(detections, shown, strict=True)]
         scale = np.array([s.scale for s in shown])
-        radius_px = np.array([2 * m.area / m.perimeter for m in markers]) * scale  # an edge that errs errs the scale
+        radius_px = np.array([m.radius for m in markers]) * scale  # an edge that errs errs the scale
         seam_px = np.array([self._seam_px(d, frame) for d in detections])
         place, theta, zoom = _seen(shown, frame.camera)
         depth = zoom / (scale * (1 + seam_px / radius_px))

@@ -32,7 +32,7 @@ class ColourFit:
     def __init__(self, surface: SpatialModel, config: RecognizerConfig) -> None:
         self._surface, self._config = surface, config.fit
         shown = [surface.patches[p].marker for p in surface.markers]
-        self._radius_m = np.array([2 * m.area / m.perimeter for m in shown if m is not None])  # of a circle within
+        self._radius_m = np.array([m.radius for m in shown if m is not None])
 
     def fitted(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Poses at rest on the colours' edges, but for those that lie worse on them than before.

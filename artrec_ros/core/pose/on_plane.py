@@ -96,7 +96,7 @@ class PlanePlacer:
             outline = np.column_stack([marker.outline, np.zeros(len(marker.outline))])
             along.append((T.apply(outline) @ rotation.T)[:, :2])
             points.append(_outline(seen, marker))
-            radius_px = 2 * marker.area / marker.perimeter * seen.scale  # what an edge errs is so much of its turn
+            radius_px = marker.radius * seen.scale  # what an edge errs is so much of its turn
             place_px = np.hypot(self._contour.contour_noise_px, self._contour.model_noise * radius_px)
             noise_px.append((place_px, radius_px))
         pixels, metres = np.concatenate(points), np.concatenate(along)

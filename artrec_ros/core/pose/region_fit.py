@@ -26,7 +26,7 @@ class RegionFit:
         outward = [np.cross(p.contour_along, p.normal) for p in patches]
         around = surface.open_contour
         # inside as far from the outlines as outside: else blur, which is in some points and not in others, pulls
-        radius = [2 * p.area / p.marker.perimeter for p in patches if p.marker is not None]  # of a circle within, about
+        radius = [p.marker.radius for p in patches if p.marker is not None]
         inward = [(p.inside.mean(axis=0) - p.inside) / r for p, r in zip(patches, radius, strict=True)]
         most = [np.full(len(p.inside), _MOST_IN * r) for p, r in zip(patches, radius, strict=True)]
         points = [p.inside for p in patches] + [p.contour[free] for p, free in zip(patches, around, strict=True)]

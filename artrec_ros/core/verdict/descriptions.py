@@ -50,8 +50,7 @@ class Describer:
         if not self._identifier.may_be_surplus(len(mine)):
             return mine, []
         # by all pixels: what one leaves is easily like another, though both can't be there
-        candidates = Poses.concatenate([v.claim.poses for v in mine])
-        alone = judge.verdicts(self.finder, candidates, frame.unhurried())
+        alone = judge.verdicts(self.finder, _candidates(mine), frame.unhurried())
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         poses = self._settled(mine, self._used(mine), frame)
         surplus = self._identifier.surplus(frame, poses, self._seen(mine, self._told(mine)), alone.probability)
@@ -88,8 +87,7 @@ class Describer:
 
     def _settled(self, verdicts: Sequence[Verdict], used: NDArray[np.bool_], frame: ImageFrame) -> Poses:
         """H poses at rest on what the image shows. :param used: see `_used`."""
-        candidates = Poses.concatenate([v.claim.poses for v in verdicts])
-        poses = self.finder.settled(frame.unhurried(), candidates, used)
+        poses = self.finder.settled(frame.unhurried(), _candidates(verdicts), used)
         return self.finder.on_colours(frame.unhurried(), poses, used)
 
     def _detection(
@@ -177,6 +175,11 @@ class Describer:
         outline = pixels[self._first_drawn[row] + 3 : self._first_drawn[row + 1]]  # behind centroid, tail and head
         name = self.finder.target.model.components[shown.component].name
         return Instance(name, shown.marker.name, score, x, y, theta, scale, outline.copy())
+
+
+def _candidates(verdicts: Sequence[Verdict]) -> Poses:
+    """H poses as they were judged."""
+    return Poses.concatenate([v.claim.poses for v in verdicts])
 
 
 def rejection_of(

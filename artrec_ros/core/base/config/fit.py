@@ -97,7 +97,7 @@ class FitConfig(Room):
         low=0,
         high=50,
         paths=("space",),
-        origin="of 2 to 4 alike on rendered quadrupeds and vehicles",
+        origin="quadrupeds at 640x480: with 2 their places are .34 % of the range off (median), with 3 .29",
     )
     border_px: float = param(
         1.2,

@@ -100,7 +100,9 @@ def run(args: argparse.Namespace) -> int:
 def _plan_options(args: argparse.Namespace, options: SourceOptions) -> dict[str, Any]:
     """What results depend on besides sources and parameters."""
     given = {f.name: getattr(options, f.name) for f in dataclasses.fields(options)}
-    given["camera"] = repr(options.camera)
+    if (camera := options.camera) is not None:
+        K, bent = camera.matrix.ravel().tolist(), camera.distortion.tolist()
+        given["camera"] = {"frame_id": camera.frame_id, "size": list(camera.size), "K": K, "D": bent}
     outputs = {"images": args.images, "video": not args.no_video, "output_bag": args.output_bag, "labels": args.labels}
     outputs["rerun"] = args.rerun and str(args.rerun.absolute())
     return {**given, **outputs, "timing": not args.no_timing}

@@ -73,6 +73,9 @@ def _plan(c: Mapping[str, Any]) -> Iterator[str]:
     given = {k: v for k, v in c["options"].items() if v not in (None, "None", False)}
     yield f"sources: {', '.join(map(str, c['sources']))}"
     yield f"objects: {', '.join(map(str, c['parameters']['objects']))}; files: {', '.join(c['files'])}"
+    if isinstance(camera := given.get("camera"), dict):
+        (width, height), (fx, fy) = camera["size"], (camera["K"][i] for i in (0, 4))
+        given["camera"] = f"{width}x{height} (focal lengths {fx:.1f}, {fy:.1f} px)"
     yield f"options: {', '.join(f'{k} {v}' for k, v in given.items())}; artrec_ros {c['version']}"
 
 

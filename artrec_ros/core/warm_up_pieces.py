@@ -35,6 +35,7 @@ from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .pose.guesses import Guesser
 from .pose.pose_fit import contour_fit, fit_poses
+from .pose.rebends import Rebends
 from .pose.surface_model import Poses
 from .spatial_stage import SpatialStage
 from .verdict.judge import Judge
@@ -103,6 +104,8 @@ example = cache(Example)
 def _bend() -> None:
     finder = example().finder()
     finder.surface.search_joints(example().frame, example().ahead(finder), finder.first_grids)
+    rebends = Rebends(finder.surface, finder.config.search, finder.config.votes.hidden_cost)
+    rebends.of(example().frame, example().ahead(finder))
 
 
 def _fit() -> None:
@@ -185,7 +188,7 @@ PIECES = {
     "group": Piece(PLANE, 18, _group),
     "fit": Piece(SPACE, 16, _fit),
     "climb": Piece(SPACE, 15, _climb),
-    "bend": Piece(SPACE, 10, _bend),
+    "bend": Piece(SPACE, 17, _bend),
     "guess": Piece(SPACE, 5, _guess),
     "show": Piece(SPACE, 5, _show),
     "judge": Piece(SPACE, 8, _judge),

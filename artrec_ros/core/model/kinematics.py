@@ -91,6 +91,18 @@ class Kinematics:
         return out
 
     @cached_property
+    def line(self) -> np.ndarray:
+        """(C,) components, each branch from its root to its ends, then the next."""
+        children: list[list[int]] = [[] for _ in range(len(self.parent) + 1)]
+        for c, parent in enumerate(self.parent):
+            children[parent].append(c)  # of the object's frame: the last
+        line, rest = [], [-1]
+        while rest:
+            line.append(rest.pop())
+            rest += children[line[-1]][::-1]
+        return np.array(line[1:], np.int64)
+
+    @cached_property
     def chain(self) -> Chain:
         """The same for compiled code."""
         joints = [c.joint for c in self.model.components]

@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig, SearchConfig
 from ..geometry.camera import Camera
@@ -80,7 +79,7 @@ class WholeObjectFinder:
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
         fine = kin.grids(self._search.fine_joint_step)
         self.stand_ins = StandIns(self.surface, fine, config.verdict.stand_in)
-        self._rebends = Rebends(self.surface, self.first_grids)
+        self._rebends = Rebends(self.surface, self._search, self._value.hidden_cost)
         step, most, plain = self._search.fine_joint_step, self._search.other_joints, float(config.votes.inside[0])
         self._other_joints = OtherJoints(self.surface, self._value, step, most, plain, 1 - self._search.near_joints)
         self.regions = RegionFit(self.surface, config) if facing else None
@@ -148,19 +147,15 @@ class WholeObjectFinder:
         return self._with_rival_flips(frame, found).best(search.flip_keep, search)
 
     def rebent(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
-        """The same, the first one with joints bent otherwise where labels like that better, or where it brings
-        components to light that it should show and does not."""
+        """The same, the first one with joints bent otherwise where labels like that better."""
         if not len(found):
             return found
         best, search = self.rejointed(frame, found[:1], climb), self._search
         while self._rebends.any and not frame.deadline.expired:
-            joints = self._rebends.joints(self._lacking(frame, best.poses))
-            tried = found[:0]
-            for others in (self._rebends.of(frame, best.poses, j) for j in joints):
-                votes = self.votes(frame, others, occlusion=True)
-                tried += Ranked(others, votes)[np.argsort(-votes, kind="stable")[: search.rebends]]
+            bent = self._rebends.of(frame, best.poses)
+            tried = Ranked(bent, self.votes(frame, bent, occlusion=True)).best(search.rebends, search)
             fitted = self._fit_all(frame, self._sweep(frame, tried).poses).best(1, search)
-            if not len(fitted) or fitted.votes[0] <= best.votes[0]:
+            if fitted.votes[0] <= best.votes[0]:
                 break
             best = fitted
         return best + found if best.votes[0] > found.votes[0] else found
@@ -179,13 +174,6 @@ class WholeObjectFinder:
                 break
             best = found
         return best
-
-    def _lacking(self, frame: ImageFrame, poses: Poses) -> NDArray[np.bool_]:
-        """(C,) components that the labels do not support where the first hypothesis has them, be they hidden there."""
-        shown = self.supported(self.judge(frame, poses[:1], occlusion=True))[0]
-        lacking = np.ones(len(self.target.model.components), bool)
-        lacking[self.surface.component[self.surface.markers[shown]]] = False
-        return lacking
 
     def _with_bent(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the same with joints sought anew: a better pose may show a limb that a worse one missed."""

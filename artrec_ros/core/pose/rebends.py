@@ -1,48 +1,38 @@
-"""Other bends for joints beyond which an object's parts are not where a hypothesis has them.
+"""Other bends for an object whose joints carry joints.
 
 A limb that is seen under slant looks the same when it leans to the camera and away from it. Its own labels do not tell
-which; what hangs on it does: with the wrong one it is nowhere. A search joint by joint has then chosen already.
+which; what hangs on it does: with the wrong one it is nowhere, or lies on its neighbours' labels, shifted by a link. A
+search joint by joint has chosen by then; one that follows several ways to bend the object side by side has not.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..geometry.transforms import Array
+from ..base.config import SearchConfig
 from ..image.image_frame import ImageFrame
+from .bend_kernels import Branches, bend
 from .surface_model import Poses, SpatialModel
 
 
 class Rebends:
     """Of one object."""
 
-    def __init__(self, surface: SpatialModel, grids: Array) -> None:
-        """:param grids: (J, n) values of joints, see `Kinematics.grids`."""
+    def __init__(self, surface: SpatialModel, search: SearchConfig, hidden_cost: float) -> None:
+        """:param hidden_cost: of what speaks against itself, votes per pixel."""
         kin = surface.kinematics
-        self._surface, self._grids, self._moves = surface, grids, kin.moves
-        self._carried = kin.moves[kin.carried].T & ~np.eye(kin.n_joints, dtype=bool)  # (J, J) joints each one moves
-        self._own = np.array(kin.joint_of)[:, None] == np.arange(kin.n_joints)  # (C, J)
+        self._surface, self._hidden_cost = surface, float(hidden_cost)
+        self._grids, self._ways = kin.grids(search.bend_step), search.bend_ways
+        joint_of = np.array(kin.joint_of)
+        self._branches = Branches(kin.line, (kin.moves.sum(axis=1) == 1) & (joint_of >= 0), *surface.by_component)
+        self.any = bool((kin.moves.sum(axis=1) > 1).any())  # else a climb finds all there is
 
-    @property
-    def any(self) -> bool:
-        """Whether a joint carries another one: else a climb finds all there is."""
-        return bool(self._carried.any())
-
-    def joints(self, lacking: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Joints that move some of the components (C,) and joints besides."""
-        return np.flatnonzero((self._moves & ~self._own)[lacking].any(axis=0))
-
-    def of(self, frame: ImageFrame, poses: Poses, joint: int) -> Poses:
-        """The first hypothesis with this joint at all its values, and at each the joints that it moves where the labels
-        like their components best."""
-        q, values = poses.q[0], self._grids[joint]
-        values = values[np.abs(values - q[joint]) > np.nanmin(np.diff(values))]  # the rest a climb has looked at
-        grids = np.full_like(self._grids, np.nan)
-        grids[:, 0] = q
-        grids[self._carried[joint]] = self._grids[self._carried[joint]]
-        found = []
-        for value in values:
-            grids[joint, 0] = value
-            found.append(self._surface.search_joints(frame, poses[:1], grids))
-        return Poses.concatenate([poses[:0], *found])
+    def of(self, frame: ImageFrame, poses: Poses) -> Poses:
+        """The first hypothesis with all joints where the labels like its components best together, the best first."""
+        surface, found = self._surface, np.empty((self._ways, self._surface.kinematics.n_joints))
+        n = bend(
+            surface.compiled, surface.kinematics.chain, self._branches, poses.R[0], poses.t[0], self._grids, frame.view,
+            surface.limits, self._hidden_cost, found,
+        )  # fmt: skip
+        same = poses[np.zeros(n, int)]
+        return Poses(same.R, same.t, found[:n])

@@ -177,7 +177,7 @@ class SpatialModel:
         )
 
     @cached_property
-    def _by_component(self) -> tuple[np.ndarray, np.ndarray]:
+    def by_component(self) -> tuple[np.ndarray, np.ndarray]:
         """(P,) patches by component, and where those of each one begin: (C + 1,)."""
         order = np.argsort(self.component, kind="stable")
         return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
@@ -262,7 +262,7 @@ class SpatialModel:
         kin, R, t, q, view = self.kinematics, poses.R, poses.t, poses.q.copy(), frame.view
         for part in frame.deadline.parts(len(poses), _AT_ONCE):
             search_joints(
-                self.compiled, kin.chain, *self._by_component, R[part], t[part], q[part], grids, view,
+                self.compiled, kin.chain, *self.by_component, R[part], t[part], q[part], grids, view,
                 self.limits,
             )  # fmt: skip
         return Poses(R, t, q)

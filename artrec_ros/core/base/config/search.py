@@ -105,14 +105,31 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="with 2 right +0 of 244, with 4 +0",
     )
-    rebends: int = param(
-        4,
-        "other values of each joint that are looked at where a component that it and other joints carry is not seen",
-        low=0,
+    bend_step: float = param(
+        0.1,
+        "joints of an object whose joints carry joints are sought together at values so far apart; in radians or "
+        "shares of what slides",
+        low=0.01,
+        high=3,
+        paths=_SPACE,
+        origin="a peak's place is found to a quarter of it; of 15 chains of twelve links whose joints were wrong, 7 "
+        "are right with it, 5 with 0.08 or 0.15",
+    )
+    bend_ways: int = param(
+        16,
+        "ways to bend such an object that are followed side by side, from its root to its ends",
+        low=1,
         high=10000,
         paths=_SPACE,
-        origin="arms of four joints made by others, three to five a picture: right in all links 78 of 105 without it, "
-        "82 with it; of links all of one colour 47 and 49 of 52",
+        origin="with 32 the same of these chains",
+    )
+    rebends: int = param(
+        4,
+        "such bends of an object that are fitted, the best ones",
+        low=1,
+        high=10000,
+        paths=_SPACE,
+        origin="as other_joints",
     )
     fine_joint_step: float = param(
         0.05,

@@ -69,7 +69,9 @@ class SpatialLooks:
         if self.judge.trust(verdicts[0]) <= self._config.sure:
             return found.poses[:0]
         found = finder.climbed(frame, found, self._plain_climb, sure=True)
-        return finder.rebent(frame, found, self._plain_climb).poses
+        found = finder.rebent(frame, found, self._plain_climb)
+        trust = self.judge.trust_in(finder, found.poses, frame)
+        return found.poses if trust > self._config.beyond_doubt else found.poses[:0]
 
     def close(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob, piece: int = 0) -> Poses:
         """Hypotheses of which a component made a blob, or part of one, best first. :param piece: see `scale_range`."""
@@ -85,6 +87,21 @@ class SpatialLooks:
                 found = finder.climbed(frame, found, climb, sure=sure)
         # bent otherwise, what is in doubt would find parts of others
         return (finder.rebent(frame, found, self._plain_climb) if sure else found).poses
+
+    def thorough(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses:
+        """A close look, and where what it shows is not beyond doubt, at a blob that several things may make up, one in
+        each range of their sizes: the hypotheses the first of which is most probable."""
+        best = self.close(frame, finder, blob)
+        pieces = self._config.pieces if finder.may_be_several(blob) else 0
+        most = self.judge.trust_in(finder, best, frame) if pieces else 0.0
+        for piece in range(1, pieces + 1):
+            if most > self._config.beyond_doubt or frame.deadline.expired:
+                break
+            found = self.close(frame, finder, blob, piece)
+            trust = self.judge.trust_in(finder, found, frame)
+            if trust > max(most, self._config.sure):
+                best, most = found, trust
+        return best
 
     def full(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
         """What a plain look finds, or else a close one."""

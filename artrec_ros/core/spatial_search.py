@@ -60,7 +60,7 @@ class SpatialSearch:
         limbs = [(f, b) for f, b in queue if b.label not in f.root_labels]
         queue = [(f, b) for f, b in queue if b.label in f.root_labels]
         queue = self._look(self._looks.plain, queue, Crew(1))  # most are of objects, which change what is next
-        self._look(self._looks.close, queue, self._crew)
+        self._look(self._looks.thorough, queue, self._crew)
         limbs = self._look(self._looks.close, limbs, self._crew)
         self._look_for_pieces(queue + limbs if self._judge.unseen else queue)
         self._hide_found()

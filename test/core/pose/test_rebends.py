@@ -1,4 +1,6 @@
-"""Joints that are bent otherwise where what they carry is not seen."""
+"""Joints that carry joints, sought together."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -62,11 +64,49 @@ def test_what_hangs_on_a_link_tells_which_way_it_leans(finder, lean):
     assert finder.rebent(frame, better[:1], Climb(1, 4, 1.0)).votes[0] == better.votes[0]  # nothing is lacking any more
 
 
-def test_joints_at_the_end_of_a_chain_are_left_to_the_climb():
-    surface = WholeObjectFinder(Target("truck", truck(), RED), DEFAULTS).surface
-    rebends = Rebends(surface, surface.kinematics.grids(0.25))
-    assert not len(rebends.joints(np.ones(3, bool)))  # each leg has a joint of its own
-    surface = WholeObjectFinder(Target("arm", arm(), RED), DEFAULTS).surface
-    rebends = Rebends(surface, surface.kinematics.grids(0.25))
-    assert rebends.joints(np.array([False, False, True])).tolist() == [0]
-    assert rebends.joints(np.array([False, True, False])).tolist() == []
+def rebends_of(model):
+    finder = WholeObjectFinder(Target(model.name, model, RED), DEFAULTS)
+    return Rebends(finder.surface, DEFAULTS.search, DEFAULTS.votes.hidden_cost)
+
+
+def test_joints_that_carry_none_are_left_to_the_climb():
+    assert not rebends_of(truck()).any
+    assert rebends_of(arm()).any
+
+
+def chain(n):
+    """Equal links, every other one of which leans to the camera or away from it: one that leans the wrong way lies on
+    its own labels, and those that follow lie on their neighbours'."""
+    link, base = (
+        rectangle(0.03, 0.034, (0.0, 0.02)),
+        Component("head", (plate("face", rectangle(0.1, 0.06)),), required=True),
+    )
+    parts = [base]
+    for k in range(n):
+        at = (0.0, 0.0, 0.03) if k == 0 else (0.0, 0.0, 0.04)
+        axis = np.array([1.0, 0, 0]) if k % 2 == 0 else np.array([0.0, 1.0, 0.0])
+        joint = Joint(parts[-1].name, Pose.from_xyz_rpy(at), axis, -0.6, 0.6)
+        parts.append(Component(f"link_{k}", (plate("face", link),), joint=joint))
+    return ObjectModel("chain", tuple(parts))
+
+
+@pytest.mark.parametrize(
+    "q", [(-0.5, 0.2, 0.5, -0.1, -0.5, 0.2, 0.5, -0.2), (-0.5, 0.2, -0.5, 0.5, 0.5, 0.4, 0.5, 0.5)]
+)
+def test_several_ways_side_by_side_find_what_joint_by_joint_misses(q):
+    model = chain(8)
+    finder = WholeObjectFinder(Target("chain", model, RED), DEFAULTS)
+    joints = dict(zip([c.name for c in model.components[1:]], q, strict=True))
+    truth = pose(0.0, 0.12, 0.6, 0.2, model=model, joints=joints)
+    straight = pose(0.0, 0.12, 0.6, 0.2, model=model, joints={})
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, truth, RED)])), CAMERA)
+
+    def best_of(ways):
+        search = replace(DEFAULTS.search, bend_ways=ways)
+        bent = Rebends(finder.surface, search, DEFAULTS.votes.hidden_cost).of(frame, straight)
+        assert len(bent) <= ways and len(np.unique(bent.q.round(3), axis=0)) == len(bent)
+        return finder.votes(frame, bent, occlusion=True).max()
+
+    most = finder.votes(frame, truth, occlusion=True)[0]
+    assert best_of(DEFAULTS.search.bend_ways) > 0.9 * most
+    assert best_of(1) < 0.75 * most

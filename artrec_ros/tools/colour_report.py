@@ -82,9 +82,20 @@ def _advice_on_bodies(learned: Learned, bodies: Collection[str]) -> Iterator[str
         if own * right + unknown * rest + other * (1 - right - rest) < own / 2:
             yield (
                 f"{right:.0%} of the body's class '{name}' is told, too little: it speaks for objects by less than "
-                "half of what it should, or against them. Leave the label out of the body (docs/object_file.md), or "
-                "make it as small as what shows it"
+                f"half of what it should, or against them. {_remedy(name, shares, rest)}"
             )
+
+
+def _remedy(name: str, shares: Mapping[str, float], unknown: float) -> str:
+    """What helps a body's class: one that another class takes is lost around markers, too, without its label."""
+    others = {other: share for other, share in shares.items() if other not in (name, "unknown")}
+    most = max(others, key=lambda other: others[other], default=None)
+    if most is None or others[most] < unknown:
+        return "Leave the label out of the body (docs/object_file.md), or make it as small as what shows it"
+    return (
+        f"{most} takes {others[most]:.0%} of it: mark {most} well inside its edges, and where other things have its "
+        "colour, give --around, so that they do not count as background. Leave the label in the body"
+    )
 
 
 def _why(name: str) -> str:

@@ -14,10 +14,10 @@ from tqdm import tqdm
 from ..core.base.errors import SourceError
 from ..core.recognizer import remembers
 from ..core.tracking.tracker import Tracker
-from ..core.ways import SPACE
+from ..core.ways import SPACE, way_of
 from ..io.bags.reader import STORAGES
 from ..io.parameters.parameter_file import Setup, load_parameters
-from ..io.parameters.unread import unread, ways_taken
+from ..io.parameters.unread import unread
 from ..io.sources.frames import once
 from ..io.sources.opening import SourceOptions, Sources, open_sources
 from .getting_ready import get_setup_ready
@@ -83,7 +83,8 @@ def run(args: argparse.Namespace) -> int:
             say(line)
         for line in setup.lacks(all(part.starts_calibrated() for part in sources.parts)):
             say(f"warning: {line}")
-        if True not in calibrated and SPACE in ways_taken(setup)[0]:
+        in_space = [t for t in setup.targets if way_of(t, setup.recognizer, calibrated=True) == SPACE]
+        if True not in calibrated and not all(t.model.is_flat for t in in_space):  # flat ones are found without
             say("warning: images have no calibration, so there are no poses in space; --camera-info FILE gives one")
         plan = plan_of(setup, args.sources, _plan_options(args, options))
         with ReplayFolder(args.output, plan, setup.to_yaml(), args.overwrite) as folder:

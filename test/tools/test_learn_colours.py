@@ -365,13 +365,22 @@ def test_colours_go_before_those_of_an_earlier_file_with_other_lights(robots: Pa
     assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.classes["blue"].label == 2
 
 
-@pytest.mark.parametrize(("right", "unknown", "told"), [(0.6, 0.15, True), (0.75, 0.2, False), (0.5, 0.5, True)])
-def test_a_body_whose_class_is_badly_told_is_named_with_what_to_do(right: float, unknown: float, told: bool) -> None:
+LEAVE_OUT, KEEP = "Leave the label out of the body", "green takes 25% of it: mark green well inside its edges"
+
+
+@pytest.mark.parametrize(
+    ("right", "unknown", "told"),
+    [(0.6, 0.15, KEEP), (0.75, 0.2, None), (0.5, 0.5, LEAVE_OUT), (0.45, 0.3, LEAVE_OUT)],
+)
+def test_a_body_whose_class_is_badly_told_is_named_with_what_to_do(
+    right: float, unknown: float, told: str | None
+) -> None:
     image = ImageConfig(kind="colour", classes={"plate": ClassConfig(5, (40, 130, 40))})
     shares = {"plate": {"plate": right, "unknown": unknown, "green": 1 - right - unknown}}
     learned = Learned(image, shares, {"plate": 100})
     lines = [line for line in report(learned, ["plate"]) if "body's class 'plate'" in line]
-    assert len(lines) == told and all("Leave the label out of the body" in line for line in lines)
+    assert len(lines) == (told is not None) and all(str(told) in line for line in lines)
+    assert all(("Leave the label in the body" in line) == (told == KEEP) for line in lines)
     assert not any("body's class" in line for line in report(learned))  # as a marker's it is another matter
 
 

@@ -202,6 +202,14 @@ components:
 """
 
 
+ONE_MARKER = """
+format: artrec_object/1
+name: sign
+markers: {plate: {outline: [[0, 0], [0.1, 0], [0, 0.1]], axis: [[0, 0], [0.1, 0]]}}
+components: {plate: {required: true, markers: {plate: {pose: {xyz: [0, 0, 0]}}}}}
+"""
+
+
 def marked(folder, count=12, swapped=()):
     """Marks of that object with a rod of 0.08 m, at 1000 pixels a metre, in `count` pictures."""
     rows = []
@@ -253,6 +261,9 @@ def test_marks_that_measure_nothing_are_refused_with_the_reason(tmp_path):
     source, marks = marked(tmp_path, count=3)
     with pytest.raises(ConfigError, match="of 3 marked objects too few"):
         run(source, "--marks", marks)
+    (tmp_path / "one.yaml").write_text(ONE_MARKER)
+    with pytest.raises(ConfigError, match="'sign' has one marker"):
+        run(tmp_path / "one.yaml", "--marks", marks)
     with pytest.raises(ConfigError, match=r"'quadruped' is not flat.*--camera-info"):
         run(QUADRUPED, "--marks", marks)
     with pytest.raises(ConfigError, match="link of 'pendulum' has no pose"):

@@ -439,3 +439,16 @@ def test_what_cannot_be_found_for_want_of_constraints_is_told_once(tmp_path, par
     said = capsys.readouterr().err
     assert said.count("bob: will not be found: it has no constraint_file") == 1
     assert "learn constraints with artrec train and name their file in bob.constraint_file" in said
+
+
+@pytest.mark.parametrize(("objects", "told"), [("mirosot", False), ("quadruped", True)])
+def test_only_what_needs_calibration_is_missed_for_want_of_it(tmp_path, recogniser, capsys, objects, told):
+    shown = {"object_file": str(CONFIG / "objects" / f"{objects}.yaml"), "label": 3}
+    names = {"green": 4, "red": 5, "violet": 6}
+    image = {"kind": "labels", "classes": list(names), **{name: {"label": n} for name, n in names.items()}}
+    section = {"objects": ["it"], "it": shown, "image": image}
+    (tmp_path / "params.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": section}}))
+    (tmp_path / "images").mkdir()
+    cv2.imwrite(str(tmp_path / "images" / "0.png"), np.ones((32, 48), np.uint8))
+    assert run(tmp_path / "params.yaml", tmp_path / "images", tmp_path / "out") == 0
+    assert ("images have no calibration" in capsys.readouterr().err) == told

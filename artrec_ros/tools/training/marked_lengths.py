@@ -35,6 +35,8 @@ def measured_by(annotations: Annotations, model: ObjectModel, camera: Camera | N
             f"--marks: marker {lacking} of '{model.name}' has no pose: only what says where its markers lie can be "
             "measured (docs/object_file.md); a rough guess will do"
         )
+    if sum(len(c.markers) for c in model.components) < 2:
+        raise ConfigError(f"--marks: '{model.name}' has one marker; how markers lie to each other is measured")
     if camera is None and not model.is_flat:
         raise ConfigError(
             f"--marks: '{model.name}' is not flat, so its lengths show in images of a calibrated camera alone: "

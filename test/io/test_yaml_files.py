@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
@@ -60,11 +61,12 @@ def test_what_is_no_regular_file_is_refused_at_once(tmp_path: Path) -> None:
     _refusal(lambda: load_value(tmp_path / "endless.yaml"), "endless.yaml", "a pipe or device")
 
 
-def test_exponents_without_a_dot_are_numbers(tmp_path: Path) -> None:
+def test_numbers_are_those_of_yaml_1_2_and_ros(tmp_path: Path) -> None:
     path = tmp_path / "v.yaml"
-    path.write_text("a: 1e-3\nb: -2E4\nc: 1.5e2\n")
+    path.write_text("a: 1e-3\nb: -2E4\nc: 1.5e2\nd: -.05\ne: +.5\nf: .25\ng: [-.07, .07]\n")
     values = load_value(path).entries()
-    assert [values[k].number() for k in "abc"] == [1e-3, -2e4, 150.0]
+    assert [values[k].number() for k in "abcdef"] == [1e-3, -2e4, 150.0, -0.05, 0.5, 0.25]
+    np.testing.assert_array_equal(values["g"].vector(2), [-0.07, 0.07])
 
 
 @pytest.mark.parametrize(

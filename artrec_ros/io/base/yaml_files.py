@@ -49,7 +49,8 @@ def _check_events(text: str) -> None:
             raise yaml.constructor.ConstructorError(None, None, f"is nested more than {_DEEPEST} deep", mark)
 
 
-_FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$")  # YAML 1.2 and ROS: no dot needed before the exponent
+# YAML 1.2 and ROS: no dot is needed before the exponent, no digit before the dot, be there a sign or not
+_FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$|^[-+]\.\d+$")
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
 
 MOST_BYTES = 2**28

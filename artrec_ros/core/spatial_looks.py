@@ -69,9 +69,7 @@ class SpatialLooks:
         if self.judge.trust(verdicts[0]) <= self._config.sure:
             return found.poses[:0]
         found = finder.climbed(frame, found, self._plain_climb, sure=True)
-        found = finder.rebent(frame, found, self._plain_climb)
-        trust = self.judge.trust_in(finder, found.poses, frame)
-        return found.poses if trust > self._config.beyond_doubt else found.poses[:0]
+        return finder.rebent(frame, found, self._plain_climb).poses
 
     def close(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob, piece: int = 0) -> Poses:
         """Hypotheses of which a component made a blob, or part of one, best first. :param piece: see `scale_range`."""

@@ -59,7 +59,8 @@ class SpatialSearch:
         queue, waiting = self._without_waiting(queue)
         limbs = [(f, b) for f, b in queue if b.label not in f.root_labels]
         queue = [(f, b) for f, b in queue if b.label in f.root_labels]
-        queue = self._look(self._looks.plain, queue, Crew(1))  # most are of objects, which change what is next
+        # most are of objects, which change what is next
+        queue = self._look(self._looks.plain, queue, Crew(1), self._config.beyond_doubt)
         self._look(self._looks.thorough, queue, self._crew)
         limbs = self._look(self._looks.close, limbs, self._crew)
         self._look_for_pieces(queue + limbs if self._judge.unseen else queue)
@@ -76,8 +77,11 @@ class SpatialSearch:
         split = [[task for task, wait in zip(queue, waits, strict=True) if wait == which] for which in (False, True)]
         return split[0], split[1]
 
-    def _look(self, look: _Look, queue: list[_Task], crew: Crew) -> list[_Task]:
-        """Look at all blobs, one after the other; those in which no sure object was found, but one may be."""
+    def _look(self, look: _Look, queue: list[_Task], crew: Crew, least: float | None = None) -> list[_Task]:
+        """Look at all blobs, one after the other; those in which no sure object was found, but one may be.
+
+        :param least: see `_take`.
+        """
         left: list[_Task] = []
         frame = self._frame
         ahead = Ahead(crew, partial(_at, look, frame), queue, self._is_wanted)
@@ -91,7 +95,7 @@ class SpatialSearch:
             found = ahead.take(number)
             if not frame.deadline.expired:  # else it was cut short, and is looked at again
                 self._turns[finder].search(blob)
-            if found is not None and not self._take(finder, found):
+            if found is not None and not self._take(finder, found, least):
                 left.append((finder, blob))
         ahead.close()
         return left
@@ -208,15 +212,17 @@ class SpatialSearch:
         """Whether somebody owns a blob's pixels in a frame."""
         return frame.field.owned_share(blob.contour) > self._config.explained
 
-    def _take(self, finder: WholeObjectFinder, poses: Poses) -> bool:
+    def _take(self, finder: WholeObjectFinder, poses: Poses, least: float | None = None) -> bool:
         """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.
 
         A likely one may share them with a rival, but its own target's is not sought for them again.
+
+        :param least: trust that makes it sure; what has less is kept, and its blobs are looked at again.
         """
         self._found.setdefault(finder, []).append(poses)
         trust = self._judge.trust_in(finder, poses, self._frame)
-        sure = trust > self._config.sure
-        if sure or trust > self._config.likely:
+        sure = trust > (self._config.sure if least is None else least)
+        if sure or (least is None and trust > self._config.likely):
             self._to_hide = finder, poses[:1], sure
         return sure
 

@@ -21,6 +21,7 @@ _CLOCK_PERIOD_S = 0.025
 _DEPTH = 10
 _DISCOVERY_S = 0.1
 _STEADY_S = 0.5
+_STAMP_END = 12  # of a serialised message that begins with a header: four bytes of encapsulation, sec, nanosec
 _SETTLE_S = 5.0  # discovery may take so long, and a node to follow what is offered
 
 
@@ -59,6 +60,7 @@ class Player:
         self._wait_for = node.resolve_topic_name(wait_for) if wait_for else None
         self._answers: list[int] = []
         self._awaited: set[str] = set()  # topics of the bag
+        self._calibrations: dict[str, bytes] = {}  # the last one of each topic of the bag, but for its stamp
 
     def begin(self) -> None:
         """Give listeners time to connect; with `wait_for`, until somebody answers there.
@@ -120,8 +122,15 @@ class Player:
             if not self._spin_until(lambda: stamp_ns in self._answers):
                 self.unanswered.append(stamp_ns)
                 self._say(f"{message.topic}: the image of {stamp_ns} ns was not answered in {self._timeout_s:g} s")
-        elif self._wait_for and message.msgtype.endswith("/CameraInfo"):  # which is to be there before the next image
-            publisher.wait_for_all_acked(Duration(seconds=_SETTLE_S))
+        elif self._wait_for and message.msgtype.endswith("/CameraInfo") and self._is_another(message):
+            publisher.wait_for_all_acked(Duration(seconds=_SETTLE_S))  # it is to be there before the next image
+
+    def _is_another(self, calibration: RawMessage) -> bool:
+        """Whether it tells something else than the one before on its topic: that one has arrived is known. To know it
+        of each would take a heartbeat of the middleware, three seconds."""
+        told = calibration.data[_STAMP_END:]
+        before, self._calibrations[calibration.topic] = self._calibrations.get(calibration.topic), told
+        return told != before
 
     def _send_clock(self, now_ns: int) -> None:
         msg = Clock()
@@ -187,6 +196,6 @@ class Player:
 
 
 def _stamp_ns(cdr: bytes) -> int:
-    """The stamp of a serialised message that begins with a header: four bytes of encapsulation, sec, nanosec."""
+    """The stamp of a serialised message that begins with a header."""
     sec, nanosec = struct.unpack_from("<iI" if cdr[1] & 1 else ">iI", cdr, 4)
     return int(sec) * 10**9 + int(nanosec)

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -19,9 +20,11 @@ from peer import ROOT, STARTED, WAIT_S, NodeProcess, Peer, label_image, ros
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, MultiDOFJointState
 
+from artrec_ros.io.bags.reader import Bag
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.io.results.results import FrameRecord, read_results
+from artrec_ros.node.player import Player
 from artrec_ros.tools.main import main as artrec
 
 PLACES = ((0.05, 0.02, 0.6, 0.2), (0.04, 0.0, 0.5, -0.3), None, (-0.05, 0.03, 0.7, 0.5), (0.0, 0.0, 0.45, 0.0))
@@ -130,6 +133,25 @@ def test_the_bags_time_and_stamps_are_kept(bag: Path) -> None:
 def test_mistakes_are_told(bag: Path, arguments: list[str], code: int, said: str) -> None:
     done = play(bag, *arguments)
     assert done.returncode == code and said in done.stderr and "Traceback" not in done.stderr
+
+
+def test_calibrations_that_tell_the_same_are_not_waited_for_again(bag: Path) -> None:
+    """Of each the middleware tells only seconds later that it has arrived."""
+    with Peer("unused") as peer, Bag(bag) as recorded:
+        player = Player(peer.node, recorded.topics.values(), wait_for="answers")
+        waited: list[float] = []
+        for name, publisher in player._publishers.items():
+            told = SimpleNamespace(publish=publisher.publish, wait_for_all_acked=lambda _: waited.append(1))
+            player._publishers[name] = told
+        info = list(recorded.messages(["/eye/camera_info"]))
+        assert len(info) == len(PLACES)
+        for message in info:
+            player._send(message)
+        assert len(waited) == 1
+        other = info[0].data[:-8] + bytes(8 * [1])
+        for message in (info[0]._replace(data=other), info[0]):
+            player._send(message)
+        assert len(waited) == 3
 
 
 def test_an_image_that_is_not_answered_is_told_while_it_plays(bag: Path) -> None:

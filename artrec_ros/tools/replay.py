@@ -88,6 +88,8 @@ def run(args: argparse.Namespace) -> int:
             say("warning: images have no calibration, so there are no poses in space; --camera-info FILE gives one")
         plan = plan_of(setup, args.sources, _plan_options(args, options))
         with ReplayFolder(args.output, plan, setup.to_yaml(), args.overwrite) as folder:
+            if folder.lost:
+                say(folder.lost)
             if folder.finished:
                 return _tell(folder.summary(), args.output, "done before; --overwrite does it again; results are")
             order = order_of(setup, args.sources, sources, options)

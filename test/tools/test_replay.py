@@ -270,6 +270,33 @@ def test_results_that_no_plan_tells_of_are_kept(tmp_path, params, recogniser, ca
     assert (tmp_path / "out" / "detections.jsonl").read_text() == "mine"
 
 
+@pytest.mark.parametrize("name", ["video.mp4", "summary.json", "parameters.yaml", "bag_0"])
+def test_files_of_nobody_knows_whom_are_kept(tmp_path, params, recogniser, capsys, name):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).write_text("mine")
+    assert run(params, bag(tmp_path / "bag", [1]), tmp_path / "out") == 1
+    said = capsys.readouterr().err
+    assert f"holds {name}" in said and "--overwrite" in said
+    assert (tmp_path / "out" / name).read_text() == "mine"
+    assert [p.name for p in (tmp_path / "out").iterdir() if p.name != "frames"] == [name]
+
+
+def test_a_journal_with_a_bad_line_is_gone_on_with_from_there(tmp_path, params, recogniser, capsys):
+    source, out = bag(tmp_path / "bag", [1, 2, 3, 4]), tmp_path / "out"
+    recogniser.at_frame[3] = lambda: os.kill(os.getpid(), signal.SIGINT)
+    run(params, source, out)
+    journal = out / "journal.jsonl"
+    done = len(journal.read_text().splitlines())
+    assert 1 < done < 4
+    with journal.open("a") as stream:
+        stream.write('{"bad": tru\n')
+    seen, recogniser.at_frame = recogniser.seen, {}
+    assert run(params, source, out) == 0
+    assert recogniser.seen - seen == 4 - done
+    assert f"journal.jsonl: line {done + 1} is no frame" in capsys.readouterr().err
+    assert len(list(read_results(out / "detections.jsonl"))) == 4
+
+
 def test_a_finished_replay_is_not_done_again(tmp_path, params, recogniser, capsys):
     source, out = bag(tmp_path / "bag", [1, 1, 9]), tmp_path / "out"
     assert run(params, source, out) == 0

@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from types import TracebackType
 
@@ -108,7 +109,12 @@ class LineFile:
     def lines(self) -> Iterator[str]:
         """What it holds, without the ends of the lines."""
         for line in _raw_lines(self._path):
-            yield line.decode().removesuffix("\n")
+            yield line.decode(errors="replace").removesuffix("\n")
+
+    def cut(self, count: int) -> None:
+        """Leaves the first `count` lines. :raises OSError: it cannot be written."""
+        self._end, self.count = sum(map(len, islice(_raw_lines(self._path), count))), count
+        os.ftruncate(self._handle, self._end)
 
     def append(self, line: str) -> None:
         """:raises OSError: it cannot be written; the file is as it was before. :raises SourceError: it was removed."""

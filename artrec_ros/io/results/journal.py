@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from ...core.base.errors import SourceError
 from ...core.geometry.transforms import Pose
 from ...core.memory.looks import Looks
 from ...core.memory.memory import Known, Memory
@@ -70,11 +69,14 @@ _TYPES = {
 
 
 class Journal:
-    """The frames done so far, in a file. A context manager."""
+    """The frames done so far, in a file. A context manager.
+
+    :ivar lost: why frames of an earlier run are not there any more, a line for the user; empty: all are.
+    """
 
     def __init__(self, path: Path) -> None:
         """:raises OSError: it cannot be opened."""
-        self._path = path
+        self._path, self.lost = path, ""
         self._file = LineFile(path)
 
     def __enter__(self) -> Journal:
@@ -93,12 +95,15 @@ class Journal:
         return _parsed(line)[1]
 
     def frames(self) -> Iterator[tuple[int, Recognised]]:
-        """Number and frame, in the order of their lines. :raises SourceError: naming the line that cannot be read."""
+        """Number and frame, in the order of their lines, up to the first that is none: from there on the file is cut
+        off, and `lost` says why."""
         for place, line in enumerate(self._file.lines(), 1):
             try:
                 yield _parsed(line)
             except (KeyError, ValueError, TypeError) as error:
-                raise SourceError(f"{self._path}: line {place} is no frame: {fault(error)}; use --overwrite") from error
+                self._file.cut(place - 1)
+                self.lost = f"{self._path}: line {place} is no frame: {fault(error)}; what follows is recognised again"
+                break
 
 
 def _parsed(line: str) -> tuple[int, Recognised]:

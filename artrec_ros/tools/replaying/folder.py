@@ -28,6 +28,7 @@ class ReplayFolder:
 
     :ivar known: what an earlier run recognised, by the frame's number.
     :ivar finished: there is nothing left to do. :ivar check: raises SourceError where the folder is gone.
+    :ivar lost: why some of what an earlier run recognised is recognised again, a line for the user; empty: none is.
     """
 
     def __init__(self, path: Path, plan: Mapping[str, Any], parameters: str, overwrite: bool) -> None:
@@ -43,10 +44,12 @@ class ReplayFolder:
             if begun:
                 check_plan(path / PLAN_FILE, plan)
             else:
+                _check_free(path, parameters)
                 write_whole(path / PARAMETERS_FILE, parameters)
                 write_plan(path / PLAN_FILE, plan)
             self.finished = begun and not (path / JOURNAL_FILE).exists() and (path / SUMMARY_FILE).exists()
             self.known: dict[int, Recognised] = {}
+            self.lost = ""
             if not self.finished:
                 self._open()
         except OSError as error:
@@ -64,7 +67,7 @@ class ReplayFolder:
 
     def _open(self) -> None:
         self.journal = self._stack.enter_context(Journal(self.path / JOURNAL_FILE))
-        self.known = dict(self.journal.frames())
+        self.known, self.lost = dict(self.journal.frames()), self.journal.lost
         self._detections = self._stack.enter_context(LineFile(self.path / DETECTIONS_FILE))
         self._there = self._detections.count  # of an earlier run: what would be written again is the same
         self._count = 0
@@ -91,6 +94,21 @@ class ReplayFolder:
         for record in read_results(self.path / DETECTIONS_FILE):
             summary.add(record)
         return summary
+
+
+def _check_free(folder: Path, parameters: str) -> None:
+    """Whether no file of somebody else's would be written over; the parameters may be of a replay that went no farther.
+
+    :raises SourceError: one would.
+    """
+    there = [folder / name for name in _FILES if (folder / name).exists()]
+    there = [p for p in there if p.name != PARAMETERS_FILE or p.read_text(errors="replace") != parameters]
+    there += sorted(folder.glob("bag_[0-9]*"))
+    if there:
+        raise SourceError(
+            f"{folder}: holds {there[0].name}, which is of no replay that could go on; choose another folder, or "
+            "--overwrite"
+        )
 
 
 def clear(folder: Path) -> None:

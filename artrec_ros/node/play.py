@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from ..core.base.errors import ArtrecError, SourceError
 from ..io.bags.reader import STORAGES, Bag, RawMessage, Topic
+from ..io.base.bars import bar
 from .main import MISSING
 
 
@@ -62,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
             player.begin()
             while True:
                 messages = _messages(bag, topics, args)
-                player.play(tqdm(messages, unit="message", disable=not sys.stderr.isatty()), args.rate)
+                player.play(bar(messages, unit="message"), args.rate)
                 if not args.loop:
                     break
         finally:

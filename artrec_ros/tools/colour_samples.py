@@ -9,17 +9,17 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from ..core.base.config import ImageConfig
 from ..core.image.segmentation import as_light, filtered
 from ..core.learning.colour_learning import Pair, sample_beside, sample_colours
 from ..core.learning.gamma import gamma_of
 from ..core.learning.lens_blur import lens_blur
+from ..io.base.bars import bar
 from ..io.learned.marked_objects import BESIDE, REST
 from ..io.learned.regions import MarkedImage
 
-_READ = partial(tqdm, desc="reading", unit="image", disable=None, leave=False)
+_READ = partial(bar, desc="reading", unit="image", leave=False)
 _SHARP = ImageConfig()
 _UNMARKED = 255  # number of the pixels that nobody has marked
 _TRIED = 24  # images at most that sharpening is tried on, or blur and gamma are measured in

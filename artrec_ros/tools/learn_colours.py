@@ -10,8 +10,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from tqdm import tqdm
-
 from ..core.base.config import GREATEST_LABEL, ImageConfig
 from ..core.base.errors import ConfigError
 from ..core.geometry.field_plane import FieldPlane
@@ -23,6 +21,7 @@ from ..core.learning.colour_learning import (
     enough,
     learn_colours,
 )
+from ..io.base.bars import bar
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
 from ..io.learned.marked_objects import load_marked_objects, marked_scales
@@ -32,7 +31,7 @@ from .colour_report import report, scale_line
 from .colour_samples import Samples, Told, samples_of_labels, samples_of_regions
 from .colour_setup import ColourSetup, load_colour_setup
 
-_DRAWS = partial(tqdm, unit="draw", disable=None, leave=False)
+_DRAWS = partial(bar, desc="choosing", unit="draw", leave=False)
 _SHARPEN_PX = 1
 
 

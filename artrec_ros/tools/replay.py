@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-
-from tqdm import tqdm
 
 from ..core.base.errors import SourceError
 from ..core.recognizer import remembers
 from ..core.tracking.tracker import Tracker
 from ..core.ways import SPACE, way_of
 from ..io.bags.reader import STORAGES
+from ..io.base.bars import bar
 from ..io.parameters.parameter_file import Setup, load_parameters
 from ..io.parameters.unread import unread
 from ..io.sources.frames import once
@@ -127,9 +125,9 @@ def _replay(
         with (
             engine_of(args) as engine,
             Pictures(folder.path, options, sources.parts, targets, folder.check, recording) as pictures,
-            tqdm(total=sources.count, unit="frame", disable=not sys.stderr.isatty()) as bar,
+            bar(total=sources.count, unit="frame") as shown,
         ):
-            take = counted(summaries, folder, not args.no_timing, bar.update)
+            take = counted(summaries, folder, not args.no_timing, shown.update)
             setup = order.setup
             join = Join(Tracker(setup.tracking, setup.targets, setup.in_doubt))
             running = Running(

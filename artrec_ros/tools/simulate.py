@@ -7,11 +7,10 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from ..core.base.config import GREATEST_LABEL
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
+from ..io.base.bars import bar
 from ..io.objects.object_reader import load_object
 from ..io.parameters.parameter_file import load_parameters
 from ..simulation.config import SceneConfig, SensorConfig
@@ -75,8 +74,8 @@ def run(args: argparse.Namespace) -> int:
         frames = simulate_motion(targets, camera, scene, MotionConfig(**motion), sensor, args.seed, args.frames)
     else:
         frames = simulate(targets, camera, scene, sensor, args.seed, args.frames)
-    bar = tqdm(frames, total=args.frames, unit="frame", disable=None, leave=False)
-    write_frames(bar, targets, args.output, args.storage, args.colour)
+    shown = bar(frames, "rendering", total=args.frames, unit="frame", leave=False)
+    write_frames(shown, targets, args.output, args.storage, args.colour)
     print(f"{args.frames} frames in {args.output}: bag, truth.jsonl, annotations.json, camera.yaml, images, preview")
     return 0
 

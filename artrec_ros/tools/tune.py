@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import sys
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tqdm import tqdm
-
 from ..core.base.errors import ArtrecError, ConfigError, SourceError
+from ..io.base.bars import bar
 from ..io.base.whole_files import held
 from ..io.parameters.parameter_file import Setup, load_parameters
 from ..io.sources.frames import once
@@ -127,8 +125,8 @@ def _tune(args: argparse.Namespace, session: Session, space: tuple[Dimension, ..
     search = Search(args.output, space, goal, args.seed)
     if not search.begin(session.setup.resolved, measures(session.before(session.split.tuned_on))):
         say(f"the given parameters lie outside {args.search}: they are no trial")
-    with tqdm(total=args.trials, initial=len(search.tried), unit="trial", disable=not sys.stderr.isatty()) as bar:
-        if not session.search(search, space, args.trials, _progress(bar, goal)):
+    with bar(total=args.trials, initial=len(search.tried), unit="trial") as shown:
+        if not session.search(search, space, args.trials, _progress(shown, goal)):
             return False
     best = _best(search)
     found = changed(session.setup, space, best.values)

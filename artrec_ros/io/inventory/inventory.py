@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from ...core.base.errors import ArtrecError, ConfigError, ImageError, SourceError
 from ...core.geometry.camera import Camera
 from ..bags.metadata import BAG_SUFFIXES, is_storage
 from ..bags.reader import Bag, Topic
 from ..bags.topics import IMAGE_TYPES, camera_info_topic, camera_of, decode_message, stamp_of
+from ..base.bars import bar
 from ..base.kinds import COCO, CONSTRAINTS, OBJECT, kind_of
 from ..base.yaml_files import load_value, load_yaml
 from ..images.cameras import load_camera
@@ -153,7 +152,7 @@ def _read_bag(path: Path) -> BagContent:
     with Bag(path) as bag:
         topics = tuple(sorted(bag.topics.values()))
         samples = tuple(_sample(bag, t) for t in topics if t.msgtype in IMAGE_TYPES)
-        for _ in tqdm(bag.messages(bag.topics), "reading", delay=1, leave=False, disable=not sys.stderr.isatty()):
+        for _ in bar(bag.messages(bag.topics), "reading", unit="message", delay=1, leave=False):
             pass  # the bag counts what it gives, and holds that against what it says of itself
         duration_s = max(0, bag.end_ns - bag.start_ns) / 1e9
         return BagContent(topics, duration_s, samples, tuple(bag.problems))

@@ -6,13 +6,12 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from tqdm import tqdm
-
 from ...core.base.errors import ConfigError
 from ...core.constraints.constraint_set import ConstraintSet
 from ...core.learning.pair_learning import Example, learn
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
+from ...io.base.bars import bar
 from ...io.images.cameras import load_camera
 from ...simulation.config import SceneConfig
 from ...simulation.joint_examples import joint_examples
@@ -48,7 +47,7 @@ def examples_from_joints(args: argparse.Namespace, model: ObjectModel) -> list[E
     camera = load_camera(args.camera_info) if args.camera_info else pinhole_camera(_IMAGE_PX, args.view_angle)
     scene = SceneConfig(objects=(1, 1), distractors=0, facing=0.0, margin=0.0, **given_options(args, SceneConfig))
     views = joint_examples(Target(model.name, model, 1), camera, scene, args.seed, args.views)
-    return [e for e in tqdm(views, total=args.views, unit="view", disable=None, leave=False) if e]
+    return [e for e in bar(views, "looking", total=args.views, unit="view", leave=False) if e]
 
 
 def constraints_from(model: ObjectModel, examples: Sequence[Example], coverage: float) -> ConstraintSet:

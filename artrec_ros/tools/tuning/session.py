@@ -64,6 +64,8 @@ class Session:
         numbers = {p.first + i for p in self._pieces for i in range(p.part.count)}
         with Journal(self._folder / BEFORE_FILE) as journal:
             before = dict(journal.frames())
+            if journal.lost:
+                self._note(journal.lost)
 
             def take(number: int, frame: Recognised) -> None:
                 before[number] = journal.append(number, frame)

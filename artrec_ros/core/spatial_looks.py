@@ -88,18 +88,19 @@ class SpatialLooks:
 
     def thorough(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses:
         """A close look, and where what it shows is not beyond doubt, at a blob that several things may make up, one in
-        each range of their sizes: the hypotheses the first of which is most probable."""
-        best = self.close(frame, finder, blob)
+        each range of their sizes: the most probable hypothesis comes first."""
+        found, best, most = [self.close(frame, finder, blob)], 0, 0.0
         pieces = self._config.pieces if finder.may_be_several(blob) else 0
-        most = self.judge.trust_in(finder, best, frame) if pieces else 0.0
+        if pieces:
+            most = self.judge.trust_in(finder, found[0], frame)
         for piece in range(1, pieces + 1):
             if most > self._config.beyond_doubt or frame.deadline.expired:
                 break
-            found = self.close(frame, finder, blob, piece)
-            trust = self.judge.trust_in(finder, found, frame)
+            found.append(self.close(frame, finder, blob, piece))
+            trust = self.judge.trust_in(finder, found[-1], frame)
             if trust > max(most, self._config.sure):
-                best, most = found, trust
-        return best
+                best, most = piece, trust
+        return Poses.concatenate([found.pop(best), *found])
 
     def full(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
         """What a plain look finds, or else a close one."""

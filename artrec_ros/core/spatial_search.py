@@ -43,6 +43,8 @@ class SpatialSearch:
         self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
         self._roots: list[_Task] = []  # that the required component may have made
         self._near: dict[tuple[int, int], list[Blob]] = {}  # of a finder and a limb's blob
+        self._seen: dict[tuple[int, int], ImageFrame] = {}  # in which a finder looked at a blob last
+        self._in_doubt: list[tuple[WholeObjectFinder, Poses]] = []  # by few guesses
         # found, and whether sure; its pixels are still in the frames
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
@@ -65,6 +67,8 @@ class SpatialSearch:
         limbs = self._look(self._looks.close, limbs, self._crew)
         self._look_for_pieces(queue + limbs if self._judge.unseen else queue)
         self._hide_found()
+        for finder, poses in self._in_doubt if self._frame.deadline.expired else ():
+            self._found.setdefault(finder, []).append(poses)
         for finder, blob in all_blobs:
             if self._turns[finder].is_searched(blob) and self._explains(self._frame, blob):
                 self._turns[finder].explain(blob)
@@ -93,6 +97,7 @@ class SpatialSearch:
                 ahead.close()
                 ahead = Ahead(crew, partial(_at, look, frame), queue, self._is_wanted)
             found = ahead.take(number)
+            self._seen[id(finder), id(blob)] = frame
             if not frame.deadline.expired:  # else it was cut short, and is looked at again
                 self._turns[finder].search(blob)
             if found is not None and not self._take(finder, found, least):
@@ -103,7 +108,7 @@ class SpatialSearch:
     def _look_for_pieces(self, queue: list[_Task]) -> None:
         """Blobs that nothing explains may be of several objects: these are looked for in one range of sizes after the
         other, for one large alignment over several has more votes than a right one; and again where one was found."""
-        several = [task for task in queue if self._is_wanted(task) and task[0].may_be_several(task[1])]
+        several = [task for task in queue if self._may_show_more(*task)]
         for piece in range(1, self._config.pieces + 1):
             left = several
             for _ in range(_MOST_IN_ONE):
@@ -112,6 +117,13 @@ class SpatialSearch:
                 left = [(f, b) for f, b in left if (id(f), id(b)) not in vain and self._is_wanted((f, b))]
                 if not left:
                     break
+
+    def _may_show_more(self, finder: WholeObjectFinder, blob: Blob) -> bool:
+        """Whether pieces of a blob are worth a look: one of the required component's had it, unless others have taken
+        pixels since."""
+        if not (self._is_wanted((finder, blob)) and finder.may_be_several(blob)):
+            return False
+        return blob.label not in finder.root_labels or self._seen.get((id(finder), id(blob))) is not self._frame
 
     def _look_for_known(self, queue: list[_Task]) -> None:
         """Known objects take their pixels. Where it is their turn, or they show less than they did, others are looked
@@ -217,12 +229,16 @@ class SpatialSearch:
 
         A likely one may share them with a rival, but its own target's is not sought for them again.
 
-        :param least: trust that makes it sure; what has less is kept, and its blobs are looked at again.
+        :param least: trust that makes it sure; the blobs of what has less are looked at again, and it is kept for the
+            case that there is no time for that.
         """
-        self._found.setdefault(finder, []).append(poses)
         trust = self._judge.trust_in(finder, poses, self._frame)
         sure = trust > (self._config.sure if least is None else least)
-        if sure or (least is None and trust > self._config.likely):
+        if least is not None and not sure:
+            self._in_doubt.append((finder, poses))
+            return False
+        self._found.setdefault(finder, []).append(poses)
+        if sure or trust > self._config.likely:
             self._to_hide = finder, poses[:1], sure
         return sure
 

@@ -90,7 +90,7 @@ def _remedy(name: str, shares: Mapping[str, float], unknown: float) -> str:
     """What helps a body's class: one that another class takes is lost around markers, too, without its label."""
     others = {other: share for other, share in shares.items() if other not in (name, "unknown")}
     most = max(others, key=lambda other: others[other], default=None)
-    if most is None or others[most] < unknown:
+    if most is None or sum(others.values()) < unknown:
         return "Leave the label out of the body (docs/object_file.md), or make it as small as what shows it"
     return (
         f"{most} takes {others[most]:.0%} of it: mark {most} well inside its edges, and where other things have its "

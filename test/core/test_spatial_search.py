@@ -17,6 +17,7 @@ from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.spatial_looks import SpatialLooks
 from artrec_ros.core.spatial_search import SpatialSearch
 from artrec_ros.core.verdict.acceptance_curves import LIKELY, SURE
 from artrec_ros.core.verdict.judge import Judge
@@ -142,3 +143,56 @@ def test_blobs_of_other_classes_are_not_asked(looks):
     other = WholeObjectFinder(Target("other", TRUCK, RED + 1), DEFAULTS)
     found, _ = search(other, trust=0.5)
     assert not found and not looks
+
+
+class Certain:
+    """A judge of poses by the depth at which they lie: a claim at 0.7 m has a trust of 0.7."""
+
+    unseen = False
+
+    def trust_in(self, finder, poses, frame):
+        return float(poses.t[0, 2]) if len(poses) else 0.0
+
+
+class Pieces:
+    """A finder of blobs that may be of several objects."""
+
+    def __init__(self, several=True):
+        self.several = several
+
+    def may_be_several(self, blob):
+        return self.several
+
+
+def at(*depths):
+    return Poses(
+        np.tile(np.eye(3), (len(depths), 1, 1)), np.array([[0, 0, z] for z in depths]), np.zeros((len(depths), 0))
+    )
+
+
+@pytest.mark.parametrize(
+    ("several", "trusts", "order"),
+    [
+        (True, (0.99, 0.5, 0.5), [0.99]),  # beyond doubt: no other size is looked for
+        (True, (0.9, 0.95, 0.97), [0.97, 0.9, 0.95]),
+        (True, (0.5, 0.6, 0.7), [0.5, 0.6, 0.7]),  # none is sure
+        (True, (0.0, 0.99, 0.5), [0.99, 0.0]),
+        (False, (0.9, 0.95, 0.97), [0.9]),
+    ],
+)
+def test_a_blob_of_several_things_is_looked_at_in_all_sizes(monkeypatch, several, trusts, order):
+    monkeypatch.setattr(SpatialLooks, "close", lambda self, frame, finder, blob, piece=0: at(trusts[piece]))
+    looks = SpatialLooks(Certain(), DEFAULTS.search)
+    frame = ImageFrame(LabelField(np.zeros((4, 4), np.uint8)), CAMERA)
+    assert looks.thorough(frame, Pieces(several), None).t[:, 2].tolist() == order
+
+
+@pytest.mark.parametrize(("trust", "sure"), [(0.99, True), (0.9, False)])
+@pytest.mark.parametrize("late", [False, True])
+def test_what_few_guesses_find_counts_where_it_is_beyond_doubt_or_there_is_no_time(finder, trust, sure, late):
+    frame = ImageFrame(LabelField(np.zeros((240, 320), np.uint8)), CAMERA, Deadline(-1.0 if late else 100.0))
+    search = SpatialSearch(frame, Certain(), DEFAULTS.search)
+    found = Poses(LEFT.R, LEFT.t * 0 + np.array([[0, 0, trust]]), LEFT.q)
+    assert search._take(finder, found, DEFAULTS.search.beyond_doubt) == sure
+    told = search.run([finder], ())
+    assert sum(len(poses) for _, poses in told) == int(sure or late)

@@ -91,7 +91,7 @@ def insert(votes: float, way: int, value: float, n: int, best: Best) -> int:
 
 @lean
 def follow(
-    s: Surface, chain: Chain, c: int, patches: Any, ways: Ways, w: int, grid: Any, view: LabelView,
+    s: Surface, chain: Chain, c: int, patches: Any, ways: Ways, w: int, grid: Any, ends: Any, view: LabelView,
     limits: SurfaceLimits, hidden_cost: float, bench: Bench, n: int, best: Best,
 ) -> int:  # fmt: skip
     """Put one way's peaks of the votes of component `c` along its joint among the `n` best; how many they are then."""
@@ -106,7 +106,7 @@ def follow(
         for _ in range(_HALVED):
             middle = value
             for side in (-step, step):
-                at = min(max(middle + side, grid[0]), grid[m - 1])
+                at = min(max(middle + side, ends[0]), ends[1])
                 said = said_at(s, chain, c, patches, R, t, at, view, limits, hidden_cost, bench)
                 if said[0] > most:
                     value, most, counts = at, said[0], said[1]
@@ -132,16 +132,16 @@ def go_on(chain: Chain, c: int, now: Ways, n: int, best: Best, then: Ways, bench
 
 @jit
 def bend(
-    s: Surface, chain: Chain, branches: Branches, R: Any, t: Any, grids: Any, view: LabelView, limits: SurfaceLimits,
-    hidden_cost: float, out: Any,
+    s: Surface, chain: Chain, branches: Branches, R: Any, t: Any, grids: Any, ends: Any, view: LabelView,
+    limits: SurfaceLimits, hidden_cost: float, out: Any,
 ) -> int:  # fmt: skip
     """Fill out (W, J) with the joints at which the labels like the components of an object at R (3, 3), t (3,) best
-    together, best first; how many these are.
+    together; how many these are.
 
     Of each joint the peaks of its component's votes are followed on, W ways to bend the object at a time. Branches that
     hang on what no joint moves know nothing of each other: of each the best way stays.
 
-    :param grids: (J, n) values of joints, evenly spaced; NaN ends a row.
+    :param grids: (J, n) values of joints, evenly spaced; NaN ends a row. :param ends: (J, 2) their limits.
     """
     n_w, n_c, n_j = len(out), len(chain.parent), out.shape[1]
     now = Ways(np.zeros((n_w, n_c, 3, 3)), np.zeros((n_w, n_c, 3)), np.zeros((n_w, n_j)), np.zeros(n_w))
@@ -157,7 +157,7 @@ def bend(
             found = 0
             for w in range(n):
                 found = follow(
-                    s, chain, c, mine, now, w, grids[j], view, limits, hidden_cost, bench, found, best
+                    s, chain, c, mine, now, w, grids[j], ends[j], view, limits, hidden_cost, bench, found, best
                 )  # fmt: skip
             go_on(chain, c, now, found, best, then, bench)
             now, then, n = then, now, found

@@ -153,8 +153,9 @@ class WholeObjectFinder:
         best, search = self.rejointed(frame, found[:1], climb), self._search
         while self._rebends.any and not frame.deadline.expired:
             bent = self._rebends.of(frame, best.poses)
-            tried = Ranked(bent, self.votes(frame, bent, occlusion=True)).best(search.rebends, search)
-            fitted = self._fit_all(frame, self._sweep(frame, tried).poses).best(1, search)
+            tried = Ranked(bent, self.votes(frame, bent, occlusion=True))
+            tried = self._sweep(frame, tried[[int(np.argmax(tried.votes))]])
+            fitted = self._fit_all(frame, tried.poses).best(1, search)
             if fitted.votes[0] <= best.votes[0]:
                 break
             best = fitted

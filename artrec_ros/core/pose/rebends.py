@@ -22,17 +22,21 @@ class Rebends:
         """:param hidden_cost: of what speaks against itself, votes per pixel."""
         kin = surface.kinematics
         self._surface, self._hidden_cost = surface, float(hidden_cost)
-        self._grids, self._ways = kin.grids(search.bend_step), search.bend_ways
+        self._grids, self._ways = kin.grids(search.bend_step).copy(), search.bend_ways
+        self._ends = np.stack([kin.lower, kin.upper], axis=1)
+        self._ends[kin.endless] = -np.inf, np.inf
+        last = np.isfinite(self._grids).sum(axis=1) - 1
+        self._grids[kin.endless, last[kin.endless]] = np.nan  # is the first one again
         joint_of = np.array(kin.joint_of)
         self._branches = Branches(kin.line, (kin.moves.sum(axis=1) == 1) & (joint_of >= 0), *surface.by_component)
         self.any = bool((kin.moves.sum(axis=1) > 1).any())  # else a climb finds all there is
 
     def of(self, frame: ImageFrame, poses: Poses) -> Poses:
-        """The first hypothesis with all joints where the labels like its components best together, the best first."""
+        """The first hypothesis with all joints where the labels like its components best together."""
         surface, found = self._surface, np.empty((self._ways, self._surface.kinematics.n_joints))
         n = bend(
-            surface.compiled, surface.kinematics.chain, self._branches, poses.R[0], poses.t[0], self._grids, frame.view,
-            surface.limits, self._hidden_cost, found,
+            surface.compiled, surface.kinematics.chain, self._branches, poses.R[0], poses.t[0], self._grids, self._ends,
+            frame.view, surface.limits, self._hidden_cost, found,
         )  # fmt: skip
         same = poses[np.zeros(n, int)]
-        return Poses(same.R, same.t, found[:n])
+        return Poses(same.R, same.t, surface.kinematics.bound(found[:n]))

@@ -61,7 +61,7 @@ def test_what_hangs_on_a_link_tells_which_way_it_leans(finder, lean):
     assert found.votes[0] < 0.8 * best
     assert better.votes[0] > 0.95 * best and len(better) == 2
     np.testing.assert_allclose(better.poses.q[0], truth.q[0], atol=0.08)
-    assert finder.rebent(frame, better[:1], Climb(1, 4, 1.0)).votes[0] == better.votes[0]  # nothing is lacking any more
+    assert finder.rebent(frame, better[:1], Climb(1, 4, 1.0)).votes[0] == better.votes[0]
 
 
 def rebends_of(model):
@@ -110,3 +110,73 @@ def test_several_ways_side_by_side_find_what_joint_by_joint_misses(q):
     most = finder.votes(frame, truth, occlusion=True)[0]
     assert best_of(DEFAULTS.search.bend_ways) > 0.9 * most
     assert best_of(1) < 0.75 * most
+
+
+def leaning(name, parent, at, axis=(1.0, 0, 0), limit=0.6):
+    joint = Joint(parent, Pose.from_xyz_rpy(at), np.array(axis, float), -limit, limit)
+    return Component(name, (plate("face", rectangle(0.03, 0.05, (0.0, 0.028))),), joint=joint)
+
+
+def best_of(model, q, ways):
+    """The joints with the most votes of so many ways, from straight ones."""
+    finder = WholeObjectFinder(Target(model.name, model, RED), DEFAULTS)
+    truth, straight = (pose(0.0, 0.1, 0.5, 0.2, model=model, joints=joints) for joints in (q, {}))
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, truth, RED)])), CAMERA)
+    bent = Rebends(finder.surface, replace(DEFAULTS.search, bend_ways=ways), DEFAULTS.votes.hidden_cost).of(
+        frame, straight
+    )
+    votes = finder.votes(frame, bent, occlusion=True)
+    return bent.q[np.argmax(votes)], truth.q[0]
+
+
+def test_fingers_that_hang_on_one_palm_know_nothing_of_each_other():
+    """So two ways are enough for each of four, for all together they would be sixteen."""
+    parts, q = [Component("palm", (plate("face", rectangle(0.28, 0.05)),), required=True)], {}
+    for k, x in enumerate((-0.12, -0.04, 0.04, 0.12)):
+        parts += [
+            leaning(f"near_{k}", "palm", (x, 0.0, 0.026)),
+            leaning(f"far_{k}", f"near_{k}", (0.0, 0.0, 0.06), (0, 1.0, 0)),
+        ]
+        q |= {f"near_{k}": 0.5 if k % 2 else -0.5, f"far_{k}": 0.4}
+    found, truth = best_of(ObjectModel("hand", tuple(parts)), q, ways=2)
+    np.testing.assert_allclose(found, truth, atol=0.25)
+
+
+def test_a_fixed_link_between_joints_counts():
+    side = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], float)
+    fixed = Joint("near", Pose.from_xyz_rpy((0.0, 0.0, 0.06)), np.array([1.0, 0, 0]), 0.0, 0.0, kind="fixed")
+    wide = Marker(
+        "face",
+        rectangle(0.12, 0.03, (0.0, 0.02)),
+        np.zeros(2),
+        np.array([0, 0.03]),
+        T_component_marker=Pose(side, np.zeros(3)),
+    )
+    parts = (
+        Component("base", (plate("face", rectangle(0.16, 0.05)),), required=True),
+        leaning("near", "base", (0.0, 0.0, 0.026)),
+        Component("bar", (wide,), joint=fixed),
+        leaning("far", "bar", (0.0, 0.0, 0.04), (0, 1.0, 0)),
+    )
+    for lean in (0.5, -0.5):
+        found, truth = best_of(ObjectModel("arm", parts), {"near": lean, "far": 0.3}, ways=4)
+        np.testing.assert_allclose(found, truth, atol=0.25)
+
+
+def test_where_a_joint_goes_round_both_ends_are_one_place():
+    model = ObjectModel(
+        "dial",
+        (
+            Component("base", (plate("face", rectangle(0.16, 0.05)),), required=True),
+            leaning("near", "base", (0.0, 0.0, 0.026)),
+            leaning("far", "near", (0.0, 0.0, 0.06), (0, 1.0, 0), np.pi),
+        ),
+    )
+    found, truth = best_of(model, {"near": 0.4, "far": 3.12}, ways=16)
+    assert abs(np.angle(np.exp(1j * (found - truth)))).max() < 0.25
+    finder = WholeObjectFinder(Target("dial", model, RED), DEFAULTS)
+    frame = ImageFrame(LabelField(np.zeros((240, 320), np.uint8)), CAMERA)
+    straight = pose(0.0, 0.1, 0.5, 0.2, model=model, joints={})
+    bent = Rebends(finder.surface, DEFAULTS.search, DEFAULTS.votes.hidden_cost).of(frame, straight)
+    turned = np.exp(1j * bent.q).round(6)
+    assert len(np.unique(turned, axis=0)) == len(bent)

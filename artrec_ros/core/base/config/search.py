@@ -119,17 +119,9 @@ class SearchConfig(Room):
         16,
         "ways to bend such an object that are followed side by side, from its root to its ends",
         low=1,
-        high=10000,
+        high=100,
         paths=_SPACE,
         origin="with 32 the same of these chains",
-    )
-    rebends: int = param(
-        4,
-        "such bends of an object that are fitted, the best ones",
-        low=1,
-        high=10000,
-        paths=_SPACE,
-        origin="as other_joints",
     )
     fine_joint_step: float = param(
         0.05,
@@ -261,8 +253,8 @@ class SearchConfig(Room):
     )
     pieces: int = param(
         2,
-        "ranges of sizes, each guesses.piece_ratio below the other, in which blobs that nothing explains are searched "
-        "for several objects that make them up",
+        "ranges of sizes, each guesses.piece_ratio below the other, in which blobs that nothing explains beyond doubt "
+        "are searched for several objects that make them up",
         low=0,
         high=6,
         paths=_SPACE,
@@ -271,7 +263,7 @@ class SearchConfig(Room):
     )
     sure: float = param(
         0.82,
-        "trust in an object whose pixels are not searched for others",
+        "trust in an object that takes its pixels: others are not searched for there",
         low=0,
         high=2,
         paths=_SPACE,

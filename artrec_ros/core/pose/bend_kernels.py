@@ -100,8 +100,8 @@ def follow(
         votes[m], counted[m] = said_at(s, chain, c, patches, R, t, grid[m], view, limits, hidden_cost, bench)
         m += 1
     for i in range(m):
-        if (i > 0 and votes[i] < votes[i - 1]) or (i < m - 1 and votes[i] <= votes[i + 1]):
-            continue
+        if (i > 0 and votes[i] < votes[i - 1]) or (i < m - 1 and votes[i] < votes[i + 1]):
+            continue  # where nothing is seen of it all values are as good
         value, most, counts, step = grid[i], votes[i], counted[i], (grid[1] - grid[0]) / 2
         for _ in range(_HALVED):
             middle = value

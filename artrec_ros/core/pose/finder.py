@@ -30,6 +30,7 @@ from .other_joints import OtherJoints
 from .pose_fit import fit_poses
 from .ranked import Ranked
 from .rebends import Rebends
+from .refit import Refit
 from .region_fit import RegionFit
 from .required_place import RequiredPlace
 from .seeds import Seeds
@@ -72,6 +73,7 @@ class WholeObjectFinder:
         self.root_labels = self.surface.labels[self.root]
         self._value = Value(len(target.model.components), self.root, float(config.votes.hidden_cost), occlusion=True)
         self._steps = _steps(config.search)
+        self._refit = Refit(self.surface, self._value, config, facing=facing)
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.required = RequiredPlace(target.model, self.surface)
         self._lookalikes = Lookalikes(self.surface)
@@ -248,7 +250,7 @@ class WholeObjectFinder:
     def _climb(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Local search on the votes of the whole object: no hypothesis gets worse, and the clock ends it."""
         kin, moved, surface = self.surface.kinematics, found.copied(), self.surface
-        near_m, far_m = map(float, self._depths(frame.camera))
+        near_m, far_m = self._depths(frame.camera)
         limits = kin.lower, kin.upper, kin.unit, kin.endless
         moves = climbing.Moves(self._steps, frame.camera.focal_px, near_m, far_m, *limits)
         steps = np.full((len(found), 6 + kin.n_joints), climb.first_step, float)
@@ -297,10 +299,7 @@ class WholeObjectFinder:
 
     def _fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
-        scores = self.judge(frame, poses, occlusion=True)
-        fitted = self._fitted(frame, poses, self.supported(scores))
-        votes = np.concatenate([self.total(scores), self.votes(frame, fitted, occlusion=True)])
-        return Ranked(Poses.concatenate([poses, fitted]), votes)
+        return self._refit.of(frame, poses, self._depths(frame.camera))
 
     def supported(self, scores: PatchScores) -> np.ndarray:
         """(H, M) markers that the labels support."""
@@ -338,8 +337,8 @@ class WholeObjectFinder:
         """Between which depths hypotheses stay while they move: of what faces the camera, those of its scale."""
         if not self.facing:
             return 0.0, np.inf
-        limits = scale_limits(self.config, None)
-        return camera.focal_px / limits.greatest, camera.focal_px / limits.least if limits.least > 0 else np.inf
+        limits, f = scale_limits(self.config, None), float(camera.focal_px)
+        return f / float(limits.greatest), f / float(limits.least) if limits.least > 0 else np.inf
 
 
 def _steps(search: SearchConfig) -> Steps:

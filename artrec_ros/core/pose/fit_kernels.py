@@ -112,16 +112,20 @@ def fit_one(terms: Terms, h: int, chain: Chain, joints: Joints, R: Any, t: Any, 
 
 
 @jit
-def fit_each(terms: Terms, chain: Chain, joints: Joints, R: Any, t: Any, q: Any) -> None:
-    """Fit hypotheses R (H, 3, 3), t (H, 3), q (H, J) in place; one that uses no marker stays."""
-    use, contour, reach = terms.contours.use, terms.contours.surface.contour, terms.contours.edges.reach
-    n_c, n_joints = len(chain.parent), q.shape[1]
-    n = 6 + n_joints
-    room = FitRoom(
+def fit_room(terms: Terms, chain: Chain, n_joints: int) -> FitRoom:
+    """Scratch arrays for the fits of these terms."""
+    n_c, n, edges = len(chain.parent), 6 + n_joints, terms.contours.edges
+    return FitRoom(
         np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((n_joints, 3)), np.empty((n_joints, 3)),
         no_equations(n_joints), np.empty(n), np.empty(n, np.int64), np.empty(n, np.int64), np.empty((3, 3, 3)),
-        edge_room(contour.shape[2], reach.max(), n),
+        edge_room(terms.contours.surface.contour.shape[2], edges.reach.max(), n),
     )  # fmt: skip
+
+
+@jit
+def fit_each(terms: Terms, chain: Chain, joints: Joints, R: Any, t: Any, q: Any) -> None:
+    """Fit hypotheses R (H, 3, 3), t (H, 3), q (H, J) in place; one that uses no marker stays."""
+    use, room = terms.contours.use, fit_room(terms, chain, q.shape[1])
     for h in range(len(R)):
         if use[h].any():
             fit_one(terms, h, chain, joints, R[h], t[h], q[h], room)

@@ -22,7 +22,7 @@ from .placed_kernels import Joints, Placed
 from .surface_model import Poses, SpatialModel
 
 _PIN = 1e9  # weight that holds a parameter: beyond all others, and no overflow
-_AT_ONCE = 64  # hypotheses between two looks at the clock
+AT_ONCE = 64  # hypotheses between two looks at the clock
 _ALL_SHOWN = np.empty((0, 0, 0), bool)  # nobody asks what of a contour is hidden
 
 
@@ -45,17 +45,47 @@ def fit_poses(
     :param free_joints: (H, J) bool; None: all. :param facing: poses turn about the optical axis alone.
     :param occlusion: leave out what the object hides of its own contours where the fit begins.
     """
-    kin = model.kinematics
-    free = np.ones(poses.q.shape, bool) if free_joints is None else free_joints
     R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
     shown = model.shown_contour(poses, use) if occlusion else _ALL_SHOWN
-    contours, joints = _contour_term(model, frame, use, shown, reach_px, config), _joints(kin)
-    prior, damping = _joint_prior(kin, free, config), _damping(config, facing=facing)
-    for part in frame.deadline.parts(len(poses), _AT_ONCE):
-        seen = contours._replace(use=contours.use[part], shown=contours.shown[part])
-        terms = Terms(seen, prior._replace(free=free[part]), damping)
-        fit_each(terms, kin.chain, joints, R[part], t[part], q[part])
+    fit = Fit(model, config, facing=facing)
+    terms = fit.terms(frame, use, reach_px, free_joints, shown)
+    for part in frame.deadline.parts(len(poses), AT_ONCE):
+        fit_each(of_some(terms, part), model.kinematics.chain, fit.joints, R[part], t[part], q[part])
     return Poses(R, t, q)
+
+
+class Fit:
+    """What fits of one model have in common.
+
+    :param facing: poses turn about the optical axis alone. :ivar joints: for compiled code.
+    """
+
+    def __init__(self, model: SpatialModel, config: FitConfig, *, facing: bool) -> None:
+        kin = model.kinematics
+        self._model, self._config, self.joints = model, config, _joints(kin)
+        self._prior, self._damping = _joint_prior(kin, config), _damping(config, facing=facing)
+
+    def terms(
+        self,
+        frame: ImageFrame,
+        use: np.ndarray,
+        reach_px: tuple[int, ...],
+        free_joints: np.ndarray | None = None,
+        shown: np.ndarray = _ALL_SHOWN,
+    ) -> Terms:
+        """What the fits of H hypotheses balance; arguments as of `fit_poses`.
+
+        :param shown: (H, M, m) see `ContourTerm`.
+        """
+        free = np.ones((len(use), len(self._prior.middle)), bool) if free_joints is None else free_joints
+        contours = _contour_term(self._model, frame, use, shown, reach_px, self._config)
+        return Terms(contours, self._prior._replace(free=free), self._damping)
+
+
+def of_some(terms: Terms, part: slice) -> Terms:
+    """The terms of some of the hypotheses."""
+    seen = terms.contours._replace(use=terms.contours.use[part], shown=terms.contours.shown[part])
+    return Terms(seen, terms.joints._replace(free=terms.joints.free[part]), terms.damping)
 
 
 def fit_component(
@@ -116,9 +146,10 @@ def _contour_term(
     return ContourTerm(model.compiled, model.markers, used, edges, frame.view, model.limits.least_cosine, shown)
 
 
-def _joint_prior(kin: Kinematics, free: np.ndarray, config: FitConfig) -> JointPrior:
+def _joint_prior(kin: Kinematics, config: FitConfig) -> JointPrior:
+    """Of no hypothesis yet."""
     weight = (config.point_sigma_px / (config.joint_sigma * kin.unit)) ** 2
-    return JointPrior((kin.lower + kin.upper) / 2, weight, free, _PIN)
+    return JointPrior((kin.lower + kin.upper) / 2, weight, np.empty((0, kin.n_joints), bool), _PIN)
 
 
 def _damping(config: FitConfig, *, facing: bool) -> Damping:

@@ -40,7 +40,8 @@ class FromAbove:
 
     def seen(self, frame: ImageFrame, view: TopView) -> tuple[ImageFrame, tuple[Blob, ...]]:
         """The frame as it is from above, and the blobs in it."""
-        field = LabelField(view.codes(frame.field.blanked(OUTSIDE), OUTSIDE), self._config.seams, frame.field.meaning)
+        codes, of = view.codes(frame.field.blanked(OUTSIDE), OUTSIDE), frame.field
+        field = LabelField(codes, self._config.seams, of.meaning, on_bodies=of.on_bodies)
         image = None if frame.image is None else view.colours(frame.image)
         camera = Camera.facing(view.size)
         above = replace(frame, field=field, calibration=camera, image=image, scene=view.scene)

@@ -135,9 +135,8 @@ class Recognizer:
         self._by_size, self._on_plane = SizePlacer(self._targets, config), PlanePlacer(self._targets, config)
         self._classifier = Classifier(self._targets if config.profile == "default" else (), config)
         self._models = {t.name: t.model for t in self._targets}
-        self._wanted = {
-            label for target in self._targets for c in target.model.components for label in c.labels(target.label)
-        }
+        self._wanted = {label for target in self._targets for label in target.labels}
+        self._on_bodies = {label for target in self._targets for label in target.on_bodies}
 
     def _in_plane(self, *, calibrated: bool) -> tuple[Target, ...]:
         """Targets whose markers are found one by one."""
@@ -182,7 +181,8 @@ class Recognizer:
         deadline = Deadline(self._config.time_budget_ms / 1e3)
         with watch.stage("segmentation"):
             segmenter = self._segmenter
-            field = LabelField(segmenter.codes(image), self._config.seams, segmenter.meaning, segmenter.blank)
+            codes, meaning = segmenter.codes(image), segmenter.meaning
+            field = LabelField(codes, self._config.seams, meaning, segmenter.blank, self._on_bodies)
             labels = field.labels
         colours = image if segmenter.meaning is not LABELS else None
         frame = ImageFrame(field, camera, deadline, colours, self._scene_of(camera), segmenter.gamma)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from copy import copy
 from functools import cached_property, lru_cache
 
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from ..base.config import SeamsConfig
 from ..geometry.transforms import Array
 from .codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
-from .seam_kernels import gaps_px
+from .seam_kernels import SILENT, UNTOLD, gaps_px
 
 _SUBPIXEL_BITS = 4
 _SEAM_PIXELS = 6000  # of a class that are looked at: its median is known to a hundredth of a pixel
-_SILENT = UNKNOWN, EMPTY, OWNED, OUTSIDE  # labels of no class
+_NO_CLASS = UNKNOWN, EMPTY, OWNED, OUTSIDE  # labels of none
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
 
@@ -35,6 +35,8 @@ class LabelField:
     :param codes: (H, W) what pixels show. :param seams: how seams are measured; None: by the defaults.
     :param meaning: of the codes; a label image's are its labels.
     :param ignored: x, y, width, height, ... of rectangles of which nothing is known.
+    :param on_bodies: classes of the markers of objects whose bodies have no class: between such a marker and what lies
+        beyond a body may show that is no wider than a seam.
     """
 
     def __init__(
@@ -43,8 +45,9 @@ class LabelField:
         seams: SeamsConfig | None = None,
         meaning: Codes = LABELS,
         ignored: Sequence[int] = (),
+        on_bodies: Iterable[int] = (),
     ) -> None:
-        self.codes, self.meaning, self._ignored = codes, meaning, ignored
+        self.codes, self.meaning, self._ignored, self.on_bodies = codes, meaning, ignored, frozenset(on_bodies)
         self._config = seams or SeamsConfig()
         self._seams: dict[int, float] = {}
         self._near: dict[int, tuple[Array, int, float]] = {}
@@ -104,23 +107,42 @@ class LabelField:
 
         Measured where another known class follows within `reach_px` of the class' border. Where that is along a part of
         it alone, as between the patches of one robot, it is a seam only if the segmenter leaves some around the others;
-        where classes are told by colours none are left.
+        where classes are told by colours none are left. Around a class of `on_bodies` it is as wide as around others.
         """
         if label not in self._seams:
-            near, border, _ = self.unowned._near_px(label)
-            seams = len(near) > self._config.border_share * border
-            if seams and len(near) <= self._config.clear_share * border:
-                seams = self.meaning is LABELS and self.unowned.leaves_seams
-            self._seams[label] = float(np.median(near)) / 2 if seams else 0.0
+            whole = self.unowned
+            self._seams[label] = whole._seam_of_others_px if label in self.on_bodies else whole._seam_of_px(label)
         return self._seams[label]
+
+    def _seam_of_px(self, label: int) -> float:
+        near, border, _ = self._near_px(label)
+        seams = len(near) > self._config.border_share * border
+        if seams and len(near) <= self._config.clear_share * border:
+            seams = self.leaves_seams
+        return float(np.median(near)) / 2 if seams else 0.0
+
+    @cached_property
+    def _seam_of_others_px(self) -> float:
+        """The same around all classes together that others are near, but those of `on_bodies`."""
+        if self.meaning is not LABELS:
+            return 0.0
+        looks = map(self._near_px, self._told_labels)
+        gaps = [near for near, border, _ in looks if len(near) > self._config.border_share * border]
+        return float(np.median(np.concatenate(gaps))) / 2 if gaps else 0.0
+
+    @cached_property
+    def _told_labels(self) -> list[int]:
+        """Classes in the image whose borders tell of seams."""
+        labels = np.flatnonzero(np.bincount(self.padded_labels))
+        return [int(v) for v in np.setdiff1d(labels, (*_NO_CLASS, *self.on_bodies))]
 
     @cached_property
     def leaves_seams(self) -> bool:
-        """Whether another known class follows within a seam's reach along much of the borders of all classes."""
-        labels = np.setdiff1d(np.flatnonzero(np.bincount(self.padded_labels)), _SILENT)
-        counts = [(scale * len(near), scale * border) for near, border, scale in map(self._near_px, labels.tolist())]
+        """Whether the image is one of labels, and another known class follows within a seam's reach along much of the
+        borders of all classes."""
+        counts = [(scale * len(near), scale * border) for near, border, scale in map(self._near_px, self._told_labels)]
         near, border = np.array(counts).reshape(-1, 2).sum(axis=0)
-        return bool(near > self._config.all_share * border)
+        return self.meaning is LABELS and bool(near > self._config.all_share * border)
 
     def _near_px(self, label: int) -> tuple[Array, int, float]:
         """The gaps between a class and others in reach; how many of its border pixels were looked at, and for how many
@@ -139,9 +161,11 @@ class LabelField:
 
     def _gaps_px(self, label: int) -> tuple[Array, float]:
         """From border pixels of a class, but for those within `reach_px` of the image's border, to the next pixel
-        of another known class, itself not counted; inf: far. And for how many each of them stands."""
-        silent = np.zeros(256, bool)
-        silent[[*_SILENT, label]] = True
+        of another known class, itself not counted; inf: far. And for how many each of them stands. Those before a class
+        of `on_bodies` tell nothing."""
+        means = np.zeros(256, np.uint8)
+        means[list(self.on_bodies)] = UNTOLD
+        means[[*_NO_CLASS, label]] = SILENT
         (height, width), labels = self.codes.shape, self.padded_labels
         mine = np.flatnonzero(labels.reshape(height + 2, width + 2)[1:-1, 1:-1] == label)
         scale = max(len(mine) / _SEAM_PIXELS, 1.0)
@@ -149,7 +173,7 @@ class LabelField:
             mine = mine[(np.arange(_SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
         reach = int(np.ceil(self._config.reach_px))
         gaps, looks = np.empty(len(mine)), _around(reach)
-        return gaps[: gaps_px(labels, width, height, reach, mine, label, silent, *looks, gaps)], scale
+        return gaps[: gaps_px(labels, width, height, reach, mine, label, means, *looks, gaps)], scale
 
     @property
     def unowned(self) -> LabelField:

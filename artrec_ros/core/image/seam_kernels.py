@@ -8,10 +8,12 @@ import numpy as np
 
 from ..base.jit import lean
 
+ENDS, SILENT, UNTOLD = range(3)  # what a label means to a gap: it ends it, is passed over, or leaves the pixel out
+
 
 @lean
 def gaps_px(
-    padded: Any, width: int, height: int, reach: int, mine: Any, label: int, silent: Any, rows: Any, columns: Any,
+    padded: Any, width: int, height: int, reach: int, mine: Any, label: int, means: Any, rows: Any, columns: Any,
     gap_px: Any, out: Any,
 ) -> int:  # fmt: skip
     """Fill the first of out with the gaps, infinite where none is in reach, and say how many there are.
@@ -19,7 +21,7 @@ def gaps_px(
     :param padded: labels with a border of one pixel, flat.
     :param reach: pixels nearer to the image's border have no gap.
     :param mine: (n,) flat indices, without that border, of the pixels of class `label`.
-    :param silent: (256,) bool: labels that end no gap.
+    :param means: (256,) what each label means.
     :param rows, columns, gap_px: (m,) where to look around a pixel, nearest first.
     """
     count = 0
@@ -33,10 +35,11 @@ def gaps_px(
             inner &= padded[at + rows[n] * (width + 2) + columns[n]] == label
         if inner:
             continue
-        out[count] = np.inf
+        out[count], told = np.inf, 1
         for n in range(1, len(rows)):
-            if not silent[padded[at + rows[n] * (width + 2) + columns[n]]]:
-                out[count] = gap_px[n]
+            what = means[padded[at + rows[n] * (width + 2) + columns[n]]]
+            if what != SILENT:
+                out[count], told = gap_px[n], 1 if what == ENDS else 0
                 break
-        count += 1
+        count += told
     return count

@@ -15,3 +15,14 @@ class Target:
     model: ObjectModel
     label: int
     constraints: object | None = None
+
+    @property
+    def labels(self) -> frozenset[int]:
+        """Classes that its markers may have."""
+        return frozenset(label for c in self.model.components for label in c.labels(self.label))
+
+    @property
+    def on_bodies(self) -> frozenset[int]:
+        """The same of those markers beyond whose outlines a body of no known class may show."""
+        mine = (c for c in self.model.components if self.model.is_on_unknown(c))
+        return frozenset(label for c in mine for label in c.labels(self.label))

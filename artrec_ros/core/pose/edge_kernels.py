@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ class EdgeTerms(NamedTuple):
     step_out: float
     prior: Any  # (steps, n) of each place, the first 2 reach + 2 count
     seam_px: Any  # (M,) half the seam of each marker's class
+    on_unknown: Any  # (M,) bool: unknown pixels beyond a marker may be its body, which ends it, and no seam
     kind: Any  # (M, 256) int32, of each label for each marker
     outside: int
     beyond: float  # as likely as this beyond reach, there is no edge
@@ -82,13 +84,28 @@ def look_along(k: int, reach: int, e: EdgeTerms, view: LabelView, room: EdgeRoom
 
 
 @inlined
+def leave_bodies(reach: int, seam_px: float, room: EdgeRoom) -> None:
+    """Along normals on which more unknown pixels lie before the last known one than in a seam, these are of a body: the
+    marker ends where they begin."""
+    last, wide = room.flags[2], room.flags[4]
+    wide[:] = 0
+    for n in range(2 * reach + 1):
+        row = room.kind[n]
+        for i in range(len(last)):
+            wide[i] += (row[i] == SILENT) & (n < last[i])
+    for i in range(len(last)):
+        last[i] = -1 if wide[i] > math.ceil(2 * seam_px) else last[i]
+
+
+@inlined
 def find_edges(k: int, e: EdgeTerms, step: int, view: LabelView, room: EdgeRoom) -> None:
     """Where the boundary of marker `k`'s class crosses the normals of its contour, which is room.outline: fill
     room.edge with signed distances along the normals, and room.weight with inverse variances (0: no edge).
 
     The labels along each normal, up to a step's `reach` in and out, are explained by every place of the boundary; the
     edge is the mean of these places under their likelihood, so it comes to lie in the middle of a seam of unknown
-    pixels between two classes. Where only unknown pixels follow, half the usual seam is added.
+    pixels between two classes. Where only unknown pixels follow, or such as may be the marker's body, half the usual
+    seam is added.
     """
     reach, prior = e.reach[step], e.prior[step]
     look_along(k, reach, e, view, room)
@@ -96,6 +113,8 @@ def find_edges(k: int, e: EdgeTerms, step: int, view: LabelView, room: EdgeRoom)
     likelihood, total, mean, square, end = room.sums[0], room.sums[1], room.sums[2], room.sums[3], room.sums[4]
     likelihood[:], total[:], mean[:], square[:], seam[:] = 1.0, 0.0, 0.0, 0.0, 0
     m, step_in, step_seam, step_out = len(total), e.step_in, e.step_seam, e.step_out
+    if e.on_unknown[k]:
+        leave_bodies(reach, e.seam_px[k], room)
     for n in range(2 * reach + 2):
         place, before = n - reach - 0.5, prior[n]
         for i in range(m):

@@ -64,6 +64,20 @@ def test_where_the_segmenter_leaves_seams_around_other_classes_the_gap_is_one_to
     assert LabelField(both).seam_px(RED) == pytest.approx(1.0, abs=0.3)
 
 
+def test_what_may_be_a_body_of_no_class_around_a_marker_is_no_seam():
+    """A rim of two pixels of a robot's body: its marker was taken for larger by as much."""
+    assert LabelField(disc_image(2), on_bodies=[RED]).seam_px(RED) == 0.0
+    tight = np.hstack([disc_image(2), np.where(disc_image() == RED, 4, 5).astype(np.uint8)])
+    assert LabelField(tight, on_bodies=[RED]).seam_px(RED) == 0.0
+
+
+def test_around_such_a_marker_the_seam_is_what_it_is_around_other_classes():
+    other = disc_image(2)
+    other[other == RED] = 4
+    field = LabelField(np.hstack([disc_image(4), other]), on_bodies=[RED])
+    assert field.seam_px(RED) == field.seam_px(4) == pytest.approx(1.0, abs=0.2)
+
+
 def test_where_nothing_known_follows_there_is_no_seam():
     assert LabelField(disc_image(outer=UNKNOWN)).seam_px(RED) == 0.0
     assert LabelField(np.full((9, 9), RED, np.uint8)).seam_px(RED) == 0.0

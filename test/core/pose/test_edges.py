@@ -1,13 +1,18 @@
 """Edges of a class along the normals of a contour's points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import BACKGROUND, RED, camera_of, sign
+from solids import BACKGROUND, BODY, RED, camera_of, sign
 
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.codes import UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Box, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.edge_kernels import edge_room, find_edges
 from artrec_ros.core.pose.edges import edge_terms
 from artrec_ros.core.pose.surface_model import SpatialModel
@@ -22,10 +27,11 @@ def half_plane(edge, seam=0, outer=BACKGROUND):
     return np.select([x < edge - seam / 2, x < edge + seam / 2], [RED, UNKNOWN], outer).astype(np.uint8)
 
 
-def edges(labels, points, normal, reach=5, label=RED):
+def edges(labels, points, normal, reach=5, label=RED, target=None):
     """Signed distances of the edge along the normals of a contour's points, and their weights: (n,) each."""
-    model, pixels = SpatialModel(sign(), label, DEFAULTS.votes), np.array(points, float)
-    frame = ImageFrame(LabelField(labels), CAMERA)
+    target = target or Target("sign", sign(), label)
+    model, pixels = SpatialModel(target.model, label, DEFAULTS.votes), np.array(points, float)
+    frame = ImageFrame(LabelField(labels, on_bodies=target.on_bodies), CAMERA)
     room = edge_room(len(pixels), reach, 6)
     room.outline[:2], room.outline[2:] = pixels.T, np.broadcast_to(np.array(normal, float), pixels.shape).T
     find_edges(0, edge_terms(model, frame.field, (reach,), DEFAULTS.fit), 0, frame.view, room)
@@ -85,3 +91,31 @@ def test_half_the_usual_seam_is_added_where_only_unknown_follows():
     assert found[0] == pytest.approx(0.5, abs=0.4)
     alone, _ = edges(half_plane(29, 0, UNKNOWN), [(29, 5)], (1, 0))
     assert alone[0] == pytest.approx(-0.5, abs=0.4)
+
+
+def on_a_body(label=None):
+    """The sign on a plate."""
+    (plate,) = sign().components
+    bodies = (Box(Pose.identity(), np.array([0.3, 0.001, 0.2])),)
+    return Target("sign", ObjectModel("sign", (replace(plate, bodies=bodies, body_label=label),)), RED)
+
+
+@pytest.mark.parametrize("rim", [1, 2, 4])
+def test_a_marker_ends_where_the_body_of_no_class_that_bears_it_begins(rim):
+    """Between it and the floor are so many unknown pixels: red ends at 29.5 - rim / 2, and there is no seam."""
+    labels, points = half_plane(30, rim), [(29, 20), (28, 20)]
+    end = labels[20].tolist().index(UNKNOWN) - 0.5
+    found, _ = edges(labels, points, (1, 0), target=on_a_body())
+    np.testing.assert_allclose(found, [end - 29, end - 28], atol=0.35)
+    amid, _ = edges(labels, points, (1, 0), target=on_a_body(BODY))  # of a body that has a class they are none
+    assert (amid - found > rim / 4).all()
+
+
+def test_where_the_segmenter_leaves_seams_an_unknown_gap_as_wide_is_one_before_a_body_of_no_class_too():
+    labels = half_plane(30, 2)
+    labels[:20][labels[:20] == RED] = 4  # of nothing that stands on such a body
+    found, _ = edges(labels, [(29, 30)], (1, 0), target=on_a_body())
+    assert found[0] == pytest.approx(0.5, abs=0.4)
+    labels[20:, 24:31] = UNKNOWN  # wider than that
+    found, _ = edges(labels, [(24, 30)], (1, 0), target=on_a_body())
+    assert found[0] == pytest.approx(23.5 + 1 - 24, abs=0.4)  # and half the seam beyond

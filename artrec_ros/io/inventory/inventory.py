@@ -29,7 +29,17 @@ from ..parameters.sections import read_flat
 from ..results.journal import JOURNAL_FILE
 from ..results.results import DETECTIONS_FILE, read_results
 from ..truth.records import load_truth
-from .contents import BagContent, ConstraintContent, Content, Item, ResultContent, Sample, Supplement, TruthContent
+from .contents import (
+    MISSING,
+    BagContent,
+    ConstraintContent,
+    Content,
+    Item,
+    ResultContent,
+    Sample,
+    Supplement,
+    TruthContent,
+)
 from .own_reports import read_drawing, read_report, read_urdf
 
 _YAML = (".yaml", ".yml")
@@ -61,7 +71,7 @@ def _look(path: Path, more: Sequence[Path]) -> Iterator[Item]:
         for part in parts:
             yield from _look(part, more)
         return
-    kind = "unknown"
+    kind = "unknown" if path.exists() else MISSING
     try:
         kind, read = _reader(path, more)
         yield Item(path, kind, read(path))

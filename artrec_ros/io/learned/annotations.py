@@ -152,9 +152,13 @@ def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) ->
         without = {number: name for number, name in known.items() if number not in own}
         bare.update(dict.fromkeys(without.values(), 0))
         objects += [o for v in top["annotations"].items() if (o := _annotation(v, images, own, known)) is not None]
-        bare.update(without[v.raw["category_id"]] for v in top["annotations"].items() if v.raw["category_id"] in without)
+        bare.update(
+            without[v.raw["category_id"]] for v in top["annotations"].items() if v.raw["category_id"] in without
+        )
         crowds += [own[v.raw["category_id"]][0] for v in top["annotations"].items() if _is_crowd(v, own)]
-    return Annotations(categories, tuple(objects), {n: k for n, k in bare.items() if n not in categories}, tuple(crowds))
+    return Annotations(
+        categories, tuple(objects), {n: k for n, k in bare.items() if n not in categories}, tuple(crowds)
+    )
 
 
 def _is_crowd(value: Value, categories: Collection[int]) -> bool:

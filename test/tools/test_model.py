@@ -75,6 +75,12 @@ def test_what_will_be_ambiguous_is_told(toy):
     assert [line.split(":")[0] for line in lines] == sorted((line.split(":")[0] for line in lines), reverse=True)
 
 
+def test_long_lists_of_markers_are_shortened():
+    lines = advice(find_ambiguities(load_object(QUADRUPED, {})), pinhole_camera((640, 480), 60), None)
+    assert not [line for line in lines if line.count("/") > 8]
+    assert [line for line in lines if "like it) look" in line or "more are alike in shape" in line], lines
+
+
 def test_a_good_object_gives_no_warning_near_by_and_some_far_off():
     found = find_ambiguities(load_object(OBJECTS / "excavator.yaml", {}))
     camera = pinhole_camera((640, 480), 60)

@@ -160,7 +160,7 @@ class Eye:
             q[:, joint] = values
             tried = self._laid(figure, marks, q)
             best = tried[[int(np.argmin(self._off_px(figure, marks, tried)))]]
-        near = bool(self._off_px(figure, marks, best)[0] <= marks.worst_px)
+        near = bool(self._off_px(figure, marks, best)[0] < marks.worst_px)  # one of two that is lost is as much
         return Start(marks, best, float(self._off_each_px(figure, marks, best).mean()), near)
 
     def _laid(self, figure: Figure, marks: Marks, q: Array) -> Poses:

@@ -9,7 +9,9 @@ import yaml
 
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.inventory import inventory
 from artrec_ros.simulation.simulator import pinhole_camera
+from artrec_ros.tools import getting_ready
 from artrec_ros.tools.main import main
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -208,6 +210,16 @@ def test_regions_are_told_beside_objects_and_are_no_problem_alone(tmp_path, caps
     code, printed, problems = inspect(capsys, tmp_path / "regions.json")
     assert (code, problems) == (0, [])
     assert "  regions, of categories without keypoints: wheel: 2, shadow: 1, cable: 0\n" in printed
+
+
+def test_what_takes_long_is_shown(tmp_path, config, capsys, monkeypatch):
+    looked = []
+    monkeypatch.setattr(inventory, "bar", lambda work, desc, **_: looked.append(desc) or work)
+    monkeypatch.setattr(getting_ready, "share_compiled", lambda some: 0.5)
+    truth = write_truth(tmp_path / "truth.jsonl")
+    main(["inspect", str(config / "excavator.yaml"), str(write_bag(tmp_path / "bag")), str(truth)])
+    assert looked == ["looking into", "reading", "reading stamps"]
+    assert "compiling, once on a machine" in capsys.readouterr().err
 
 
 def test_that_a_file_is_not_there_is_said_once(tmp_path, capsys):

@@ -52,7 +52,8 @@ def take_stock(paths: Sequence[Path]) -> list[Item]:
     Parameter files without objects are read after each of those that have some, in the order given.
     """
     more = [p for p in paths if _is_supplement(p)]
-    return [item for path in paths for item in _look(path, more)]
+    looked = bar(paths, "looking into", unit="path", delay=1, leave=False)
+    return [item for path in looked for item in _look(path, more)]
 
 
 def _is_supplement(path: Path) -> bool:
@@ -172,7 +173,7 @@ def image_stamps(path: Path, topic: str) -> frozenset[int]:
     """Header stamps (ns) of an image topic; reads all its messages."""
     stamps = set()
     with Bag(path) as bag:
-        for message in bag.messages([topic]):
+        for message in bar(bag.messages([topic]), "reading stamps", unit="message", delay=1, leave=False):
             try:
                 stamps.add(stamp_of(bag.parse(message), message.log_ns))
             except ImageError:

@@ -87,8 +87,7 @@ def run(args: argparse.Namespace) -> int:
     learned = learn_from(samples, told, labels, _DRAWS)
     save_colours(args.output, learned.image)
     print("\n".join(report(learned, setup.bodies if setup is not None else ())))
-    scales = marked_scales(args.annotations, setup.targets) if setup is not None else ()
-    if len(scales):
+    if setup is not None and len(scales := marked_scales(args.annotations, setup.targets)):
         print(scale_line(scales))
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")
     return 0

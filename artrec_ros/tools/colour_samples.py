@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,10 +46,16 @@ class Told:
         return replace(image, gamma=c.gamma, blur_px=c.blur_px, blur_noise=c.blur_noise)
 
 
-def samples_of_labels(pairs: Iterable[Pair], labels: dict[str, int], every: int) -> tuple[Samples, Told]:
-    """Colours by class from images with label images; other labels as 'label N'."""
+def samples_of_labels(
+    pairs: Iterable[Pair], labels: dict[str, int], every: int, blank: tuple[int, ...] = (), camera: ImageConfig = _SHARP
+) -> tuple[Samples, Told]:
+    """Colours by class from images with label images; other labels as 'label N'.
+
+    :param blank, camera: as of `samples_of_regions`.
+    """
     names = {n: f"label {n}" for n in range(_UNMARKED)} | {label: name for name, label in labels.items()}
-    return _collect((pair for i, pair in enumerate(pairs) if i % every == 0), names, labels, by_segmenter=True)
+    used = (_prepared((image, told.copy()), blank, camera) for image, told in islice(pairs, 0, None, every))
+    return _collect(used, names, labels, by_segmenter=True, camera=camera)
 
 
 def samples_of_regions(

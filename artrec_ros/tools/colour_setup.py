@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..core.base.config import ImageConfig, PlaneConfig
@@ -35,6 +35,11 @@ class ColourSetup:
     plane: PlaneConfig = PlaneConfig()
     camera: ImageConfig = ImageConfig()
     gamma_known: bool = False
+
+    def in_label_images(self) -> ColourSetup:
+        """The same where all classes are seen, those of any bodies, too."""
+        labels, bodies = {**self.labels, **self.hidden}, self.bodies | {*self.hidden}
+        return replace(self, labels=labels, bodies=bodies, hidden={})
 
 
 def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourSetup:

@@ -12,6 +12,7 @@ from typing import Any
 from tqdm import tqdm
 
 from ..core.base import kernel_cache
+from ..core.base.jit import kernels, share_compiled
 from ..core.recognizer import parts_needed
 from ..core.warm_up import Told, get_ready
 from ..io.parameters.parameter_file import Setup
@@ -26,6 +27,12 @@ def get_setup_ready(setup: Setup, calibrated: Collection[bool] = (True,)) -> Non
     parts = {p for c in calibrated for p in parts_needed(setup.targets, setup.recognizer, calibrated=c)}
     with progress() as told:
         get_ready(parts, told)
+
+
+def tell_of_compiling(kernel: Any) -> None:
+    """Say so where a compiled function of `core` that is about to be called has to be made first."""
+    if any(k is kernel for k in kernels(kernel.__module__.split("."))) and share_compiled([kernel]) < 1:
+        say("getting ready: compiling, once on a machine")
 
 
 @contextmanager

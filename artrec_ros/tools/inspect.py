@@ -12,6 +12,7 @@ from ..core.constraints.constraint_set import ConstraintSet
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
 from ..io.inventory.contents import (
+    MISSING,
     BagContent,
     ConstraintContent,
     Item,
@@ -107,7 +108,7 @@ def describe(item: Item) -> Iterator[str]:
     elif isinstance(content, Report):
         yield f"{item.path}: {content.kind}"
         yield from content.lines
-    else:
+    elif item.kind != MISSING:  # of which its problem says all
         yield f"{head}, not readable"
 
 
@@ -199,3 +200,5 @@ def _annotations(head: str, annotations: Annotations) -> Iterator[str]:
     yield f"{head}, {counted(len(annotations.objects), 'annotated object')} in {counted(images, 'image')}"
     for name, keypoints in annotations.categories.items():
         yield f"{name}: {counted(counts[name], 'object')}, {counted(len(keypoints), 'keypoint')}"
+    if annotations.bare:
+        yield f"regions, of categories without keypoints: {_counts(annotations.bare)}"

@@ -25,7 +25,7 @@ from ..io.base.bars import bar
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
 from ..io.learned.marked_objects import load_marked_objects, marked_scales
-from ..io.learned.regions import drawn_regions, load_regions
+from ..io.learned.regions import MarkedImage, drawn_regions, load_regions
 from ..io.sources.opening import Frame, SourceOptions, holds_bag, open_sources
 from .colour_report import report, scale_line
 from .colour_samples import Samples, Told, samples_of_labels, samples_of_regions
@@ -40,7 +40,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "learn-colours", help="learn a camera's colours", description=__doc__,
         epilog="Either SOURCE comes with label images (bags hold them; folders need --label-images), or --annotations "
         "are boxes and polygons drawn in images, or, with --params-file, the axes of objects as for artrec train: its "
-        "objects' files tell outlines and classes. What is of no class is background.",
+        "objects' files tell outlines and classes. What is of no class is background. --params-file tells classes' "
+        "names and labels of either.",
     )  # fmt: skip
     p.add_argument("sources", metavar="SOURCE", nargs="*", type=Path, help="bag or folder of colour images")
     p.add_argument("--topic", help="topic of the colour images (else the only one with three channels)")
@@ -53,7 +54,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )  # fmt: skip
     p.add_argument(
         "--params-file", type=Path, action="append", metavar="NODE.yaml",
-        help="the objects that are annotated, and their classes; may be given again: later ones go before",
+        help="the objects that are seen, and their classes; may be given again: later ones go before",
     )  # fmt: skip
     p.add_argument("--images", type=Path, metavar="DIR", help="where annotated images lie (default: beside each file)")
     p.add_argument(
@@ -72,12 +73,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """Learns, writes the colours, prints how well they tell the classes apart."""
     check(args)
-    setup = load_colour_setup(args.params_file, dict(args.classes)) if args.params_file else None
+    setup = _setup(args)
     labels = dict(args.classes) if setup is None else _told_labels(args, setup)
     samples, told = _samples(args, labels, setup)
     for name in lacking_bodies(samples, setup) if setup is not None else ():
         _say(
-            f"Class '{name}' (label {labels.pop(name)}) is not learned: too little of it shows beside the markers; "
+            f"Class '{name}' (label {labels.pop(name)}) is not learned: too little of it shows; "
             "leave it out of image.classes, and its label out of the body"
         )
         samples.pop(name, None)
@@ -86,14 +87,23 @@ def run(args: argparse.Namespace) -> int:
     learned = learn_from(samples, told, labels, _DRAWS)
     save_colours(args.output, learned.image)
     print("\n".join(report(learned, setup.bodies if setup is not None else ())))
-    if setup is not None:
-        print(scale_line(marked_scales(args.annotations, setup.targets)))
+    if setup is not None and len(scales := marked_scales(args.annotations, setup.targets)):
+        print(scale_line(scales))
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")
     return 0
 
 
+def _setup(args: argparse.Namespace) -> ColourSetup | None:
+    if not args.params_file:
+        return None
+    setup = load_colour_setup(args.params_file, dict(args.classes))
+    return setup if args.annotations else setup.in_label_images()
+
+
 def _told_labels(args: argparse.Namespace, setup: ColourSetup) -> dict[str, int]:
     """The classes that are annotated, by axes or by regions of their names."""
+    if not args.annotations:
+        return {**setup.labels, **dict(args.classes)}
     if not setup.hidden:
         return dict(setup.labels)
     drawn = {name for own in drawn_regions(args.annotations, args.images).values() for name, _ in own}
@@ -144,25 +154,30 @@ def check(args: argparse.Namespace) -> None:
     for source in args.sources if args.label_images is None else ():
         if source.is_dir() and not holds_bag(source):
             raise ConfigError(f"{source}: is no bag; name the folder of its label images with --label-images DIR")
-    if args.params_file and not args.annotations:
-        raise ConfigError("--params-file tells what --annotations are of; give these, too")
     if not args.params_file and not args.classes:
         raise ConfigError("--classes: name the classes to learn, such as red=3, or give --params-file")
-    if not args.params_file and (args.images or math.isfinite(args.around)):
-        raise ConfigError("--images and --around go with --params-file")
+    if not (args.params_file and args.annotations) and (args.images or math.isfinite(args.around)):
+        raise ConfigError("--images and --around go with --annotations and --params-file")
 
 
 def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup | None) -> tuple[Samples, Told]:
-    if setup is not None:
-        names = {label: name for name, label in labels.items()}
-        plane = FieldPlane.of(setup.plane, None) if setup.plane.is_given else None  # a lens bends no outline by much
-        marked = load_marked_objects(args.annotations, setup.targets, names, args.images, args.around, plane)
-        return samples_of_regions(
-            marked[:: args.every], labels, setup.blank, setup.camera, gamma_known=setup.gamma_known
-        )
-    if args.annotations:
-        return samples_of_regions(load_regions(args.annotations)[:: args.every], labels)
-    return samples_of_labels(_pairs(args), labels, args.every)
+    blank, camera = (setup.blank, setup.camera) if setup is not None else ((), ImageConfig())
+    if not args.annotations:
+        return samples_of_labels(_pairs(args), labels, args.every, blank, camera)
+    marked, known = _marked(args, labels, setup)[:: args.every], setup is not None and setup.gamma_known
+    samples, told = samples_of_regions(marked, labels, blank, camera, gamma_known=known)
+    for name in dict.fromkeys(name for m in marked for name, _ in m.regions):
+        if name not in samples and name not in labels:
+            _say(f"'{name}' is left out: no pixel is its own, for smaller regions or image.blank cover it")
+    return samples, told
+
+
+def _marked(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup | None) -> list[MarkedImage]:
+    if setup is None:
+        return [m.smaller_before() for m in load_regions(args.annotations)]
+    names = {label: name for name, label in labels.items()}
+    plane = FieldPlane.of(setup.plane, None) if setup.plane.is_given else None  # a lens bends no outline by much
+    return load_marked_objects(args.annotations, setup.targets, names, args.images, args.around, plane)
 
 
 def _pairs(args: argparse.Namespace) -> Iterator[Pair]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from ..core.design.ambiguity import Ambiguities, find_ambiguities
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
+from ..io.base.bars import bar
 from ..io.images.cameras import load_camera
 from ..io.images.decoding import IMAGE_SUFFIXES
 from ..io.images.writing import save_picture
@@ -34,6 +36,7 @@ from .options.picture_sizes import picture_sizes
 from .training.marked_lengths import lines, measured_by
 
 _YAML, _URDF, _SVG = (".yaml", ".yml"), (".urdf", ".xml"), (".svg",)
+_COMPARED = partial(bar, desc="comparing markers", unit="pair", delay=1, leave=False)
 _SHOWN_LABEL = 2  # the colour of markers on the sheet whose components name no class
 
 
@@ -95,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
     camera = camera_of(args)
     _check(args)
     model, notes = _model_of(args)
-    found = find_ambiguities(model)
+    found = find_ambiguities(model, shown=_COMPARED)
     print(summary(model))
     print(
         f"With a camera of {camera.size[0]} x {camera.size[1]} pixels and a focal length of {focal_px(camera):.0f} px, "

@@ -166,7 +166,7 @@ def _tell(summary: Summary, folder: Path, what: str) -> int:
     nothing = summary.frames == summary.errors.total()
     if nothing and not (summary.interrupted and not summary.frames):  # else the user knows why there is none
         say(f"artrec: {f'none of {summary.frames} frames could be used' if summary.frames else 'there was no frame'}")
-    print(f"{what} in {folder}")
+    print(f"{'why is told' if summary.unusable_only else what} in {folder}")
     return int(summary.interrupted or nothing)
 
 

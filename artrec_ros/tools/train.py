@@ -113,7 +113,7 @@ def run_from_joints(args: argparse.Namespace, model: ObjectModel) -> int:
     examples = [without_oblique(e, args.max_scale_ratio) for e in examples_from_joints(args, model)]
     constraints = constraints_from(model, examples, args.coverage)
     save_constraints(args.output, constraints)
-    print("\n".join(report(model, examples, constraints, made_up=True)))
+    print("\n".join(report(model, examples, constraints, made_up=True, detailed=args.debug)))
     print(f"Wrote {args.output}: {len(constraints.pairs)} pairs of object '{model.name}', from its joints alone.")
     return 0
 

@@ -178,7 +178,7 @@ def test_regions_of_other_categories_go_with_axes(tmp_path: Path, targets: list[
     content["images"].append({"id": 8, "file_name": "b.png"})
     path.write_text(json.dumps(content))
     marked, other = load_marked_objects([path], targets, NAMES)
-    assert [name for name, _ in marked.regions] == ["ball", "yellow", "green"]
+    assert [name for name, _ in marked.regions] == ["yellow", "green", "ball"]  # the smaller one goes before
     assert [name for name, _ in other.regions] == ["ball"] and other.rest is None  # nobody has marked the robots there
     labels = marked.read({**numbers(), "ball": 6}, 255)[1]
     assert labels[8, 48] == 6 and labels[8, 8] == 255 and labels[15, 30] == 1

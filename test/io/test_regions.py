@@ -72,3 +72,10 @@ def test_an_image_that_is_not_there_or_has_no_colour_is_refused(tmp_path: Path) 
     cv2.imwrite(str(tmp_path / "a.png"), np.zeros((5, 5), np.uint8))
     with pytest.raises(ConfigError, match="a.png: a colour image is wanted"):
         marked[0].read({"red": 1}, 255)
+
+
+def test_the_smaller_of_regions_goes_before_whatever_their_order_in_the_file(tmp_path: Path) -> None:
+    inner, outer = {"bbox": [4, 5, 3, 3]}, {"bbox": [2, 3, 9, 9], "category_id": 2}
+    (marked,) = load_regions([coco(tmp_path, inner, outer, image=np.zeros((20, 20, 3), np.uint8))])
+    labels = marked.smaller_before().read({"red": 1, "floor": 2}, 255)[1]
+    assert (labels[6, 5], labels[10, 10], labels[0, 0]) == (1, 2, 255)

@@ -9,7 +9,9 @@ import yaml
 
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.inventory import inventory
 from artrec_ros.simulation.simulator import pinhole_camera
+from artrec_ros.tools import getting_ready
 from artrec_ros.tools.main import main
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -195,6 +197,35 @@ def test_a_category_is_of_the_object_that_it_names_though_others_have_its_keypoi
         _, printed, problems = inspect(capsys, tmp_path / "robots.yaml", tmp_path / "coco.json")
         assert "not readable" not in printed
         assert not [line for line in problems if "identity" in line or "none of the objects" in line], problems
+
+
+def test_regions_are_told_beside_objects_and_are_no_problem_alone(tmp_path, capsys):
+    cv2.imwrite(str(tmp_path / "a.png"), np.zeros((60, 80, 3), np.uint8))
+    content = {
+        "images": [{"id": 1, "file_name": "a.png"}],
+        "categories": [{"id": n, "name": name} for n, name in enumerate(("wheel", "shadow", "cable"))],
+        "annotations": [{"image_id": 1, "category_id": c, "bbox": [1, 2, 8, 8]} for c in (0, 1, 0)],
+    }
+    (tmp_path / "regions.json").write_text(json.dumps(content))
+    code, printed, problems = inspect(capsys, tmp_path / "regions.json")
+    assert (code, problems) == (0, [])
+    assert "  regions, of categories without keypoints: wheel: 2, shadow: 1, cable: 0\n" in printed
+
+
+def test_what_takes_long_is_shown(tmp_path, config, capsys, monkeypatch):
+    looked = []
+    monkeypatch.setattr(inventory, "bar", lambda work, desc, **_: looked.append(desc) or work)
+    monkeypatch.setattr(getting_ready, "share_compiled", lambda some: 0.5)
+    truth = write_truth(tmp_path / "truth.jsonl")
+    main(["inspect", str(config / "excavator.yaml"), str(write_bag(tmp_path / "bag")), str(truth)])
+    assert looked == ["looking into", "reading", "reading stamps"]
+    assert "compiling, once on a machine" in capsys.readouterr().err
+
+
+def test_that_a_file_is_not_there_is_said_once(tmp_path, capsys):
+    code, printed, _ = inspect(capsys, tmp_path / "colours.yaml")
+    assert code == 1
+    assert printed == f"problem: {tmp_path / 'colours.yaml'}: there is no such file or folder\n"
 
 
 def test_truth_and_results_must_share_labels_names_and_stamps(tmp_path, config, capsys):

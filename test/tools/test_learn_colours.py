@@ -295,6 +295,67 @@ def test_a_class_of_other_bodies_is_learned_where_somebody_drew_it(robots: Path,
     assert "is not learned" not in capsys.readouterr().err
 
 
+def drawn(folder: Path, name: str, box: list[int]) -> None:
+    """A box of a category of its own in each picture."""
+    coco = json.loads((folder / "coco.json").read_text())
+    number = len(coco["categories"]) + 1
+    coco["categories"].append({"id": number, "name": name})
+    coco["annotations"] += [{"image_id": n, "category_id": number, "bbox": box} for n in range(3)]
+    (folder / "coco.json").write_text(json.dumps(coco))
+
+
+def test_a_region_inside_an_outline_is_no_part_of_the_class(robots: Path, capsys) -> None:
+    """A grey plate on the red marker: without the region its colour would be the class'."""
+    for n in range(3):
+        image = cv2.imread(str(robots / f"{n}.png"))
+        image[36:44, 14:22] = 90
+        cv2.imwrite(str(robots / f"{n}.png"), image)
+    drawn(robots, "qr", [14, 36, 8, 8])
+    drawn(robots, "yard", [0, 8, 90, 52])  # which holds all markers, and is beneath them
+    drawn(robots, "under", [16, 38, 2, 2])
+    drawn(robots, "blanked", [10, 0, 20, 5])
+    assert learn_robots(robots) == 0
+    printed = capsys.readouterr()
+    rows = {line.split()[0]: line for line in printed.out.splitlines() if "%" in line}
+    assert "(background)" in rows["qr"] and "(background)" in rows["yard"] and "100.0%" in rows["red"]
+    assert "'blanked' is left out: no pixel is its own" in printed.err and "'under'" not in printed.err
+    image = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
+    read = Segmenter(image).labels(cv2.imread(str(robots / "1.png")))
+    assert not (read[37:43, 15:21] == 3).any() and (read[33:35, 12:24] == 3).all()
+
+
+GAMMA = ROBOTS.replace("kind: colour", "kind: colour\n      gamma: 1.8\n      smoothing_px: 0.7")
+
+
+def test_label_images_take_names_labels_and_gamma_of_the_parameter_file(robots: Path, capsys) -> None:
+    (robots / "images").mkdir()
+    (robots / "labels").mkdir()
+    for n in range(3):
+        labels = np.zeros((60, 90), np.uint8)
+        labels[12:28, 10:26] = labels[12:28, 50:66] = 1
+        labels[32:48, 10:26], labels[32:48, 50:66] = 3, 2
+        (robots / f"{n}.png").rename(robots / "images" / f"{n}.png")
+        cv2.imwrite(str(robots / "labels" / f"{n}.png"), labels)
+    (robots / "robots.yaml").write_text(GAMMA)
+    sources = [str(robots / "images"), "--label-images", str(robots / "labels")]
+    files = ["--params-file", str(robots / "robots.yaml"), "-o", str(robots / "colours.yaml")]
+    assert main(["learn-colours", *sources, *files]) == 0
+    image = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
+    assert {name: c.label for name, c in image.classes.items()} == {"team": 1, "red": 3, "blue": 2}
+    assert (image.gamma, image.smoothing_px, image.blur_px) == (1.8, 0.7, 0)
+    assert "scale: " not in capsys.readouterr().out
+
+
+def test_drawn_regions_keep_the_gamma_of_the_parameter_file(robots: Path, capsys) -> None:
+    coco = json.loads((robots / "coco.json").read_text())
+    (robots / "coco.json").write_text(json.dumps({**coco, "annotations": [], "categories": []}))
+    for name, box in (("team", [11, 13, 14, 14]), ("red", [11, 33, 14, 14]), ("blue", [51, 33, 14, 14])):
+        drawn(robots, name, box)
+    (robots / "robots.yaml").write_text(GAMMA)
+    assert learn_robots(robots) == 0
+    assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.gamma == 1.8
+
+
 def test_what_is_taken_beside_markers_is_told_with_what_to_do(robots: Path, capsys) -> None:
     """A rim of a class' own colour around one robot's patches."""
     for n in range(3):
@@ -309,9 +370,13 @@ def test_what_is_taken_beside_markers_is_told_with_what_to_do(robots: Path, caps
 @pytest.mark.parametrize(
     "arguments, words",
     [
-        (["--params-file", "robots.yaml", "images"], "--params-file tells what --annotations are of"),
+        (["--params-file", "robots.yaml", "0.png"], "0.png: "),
+        (["--params-file", "robots.yaml", ".", "--label-images", ".", "--around", "5"], "go with --annotations"),
         (["--annotations", "coco.json"], "--classes: name the classes"),
-        (["--annotations", "coco.json", "--classes", "red=3", "--around", "5"], "go with --params-file"),
+        (
+            ["--annotations", "coco.json", "--classes", "red=3", "--around", "5"],
+            "go with --annotations and --params-file",
+        ),
         (["--annotations", "coco.json", "--params-file", "robots.yaml", "--around", "0"], "--around: 0.0"),
     ],
 )

@@ -75,6 +75,12 @@ def test_what_will_be_ambiguous_is_told(toy):
     assert [line.split(":")[0] for line in lines] == sorted((line.split(":")[0] for line in lines), reverse=True)
 
 
+def test_long_lists_of_markers_are_shortened():
+    lines = advice(find_ambiguities(load_object(QUADRUPED, {})), pinhole_camera((640, 480), 60), None)
+    assert not [line for line in lines if line.count("/") > 8]
+    assert [line for line in lines if "like it) look" in line or "more are alike in shape" in line], lines
+
+
 def test_a_good_object_gives_no_warning_near_by_and_some_far_off():
     found = find_ambiguities(load_object(OBJECTS / "excavator.yaml", {}))
     camera = pinhole_camera((640, 480), 60)
@@ -259,7 +265,16 @@ def test_an_object_file_with_which_marks_agree_stays(tmp_path, capsys):
 
 def test_marks_that_measure_nothing_are_refused_with_the_reason(tmp_path):
     source, marks = marked(tmp_path, count=3)
-    with pytest.raises(ConfigError, match="of 3 marked objects too few"):
+    with pytest.raises(ConfigError, match="3 marked objects, of which 3 show .* of 3 looked at 3 lie .*; 4 such"):
+        run(source, "--marks", marks)
+    coco = json.loads(marked(tmp_path, count=5)[1].read_text())
+    for row in coco["annotations"][1:4]:  # rods far from their joints
+        row["keypoints"][6] += 150
+        row["keypoints"][9] += 150
+    coco["annotations"][0]["keypoints"][6:] = [0] * 6
+    marks.write_text(json.dumps(coco))
+    said = r"5 marked objects, of which 4 show two .*; of 4 looked at 1 lie about.*; 4 such.* ends lie \d+ px off \("
+    with pytest.raises(ConfigError, match=said):
         run(source, "--marks", marks)
     (tmp_path / "one.yaml").write_text(ONE_MARKER)
     with pytest.raises(ConfigError, match="'sign' has one marker"):

@@ -194,6 +194,16 @@ def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogni
     assert len(list((tmp_path / "out" / "frames").iterdir())) == 9
 
 
+def test_where_no_image_can_be_used_nothing_is_said_of_objects(tmp_path, params, recogniser, capsys):
+    (tmp_path / "images").mkdir()
+    for name in ("0.png", "1.png"):
+        cv2.imwrite(str(tmp_path / "images" / name), np.full((24, 32), 9, np.uint8))
+    assert run(params, tmp_path / "images", tmp_path / "out") == 1
+    printed = capsys.readouterr().out
+    assert "frames 2, no image could be used" in printed and f"why is told in {tmp_path / 'out'}" in printed
+    assert "without any" not in printed and "results in" not in printed
+
+
 def test_label_images_as_jpeg_are_told(tmp_path, params, recogniser, capsys):
     for name in ("a.jpg", "b.png"):
         (tmp_path / name[0]).mkdir()

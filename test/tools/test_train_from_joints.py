@@ -38,6 +38,17 @@ def test_new_views_lie_within_what_was_learned(tmp_path, capsys):
     assert checked > 100 and inside / checked > 0.85
 
 
+def test_pairs_that_nobody_asks_are_counted_and_listed_with_debug_alone(tmp_path, capsys):
+    for more, listed in (((), False), (("--debug",), True)):
+        assert train(tmp_path, "--views", "30", *more) == 0
+        printed = capsys.readouterr().out
+        pairs = load_constraints(tmp_path / "c.yaml", load_object(EXCAVATOR, {})).pairs
+        assert "no pair is asked" in printed and f"{len(pairs)} pairs of object" in printed
+        assert (f"{len(pairs)} pairs: --debug lists them" in printed) != listed
+        assert ("by chance" in printed) == listed == (printed.count(" deg") > 5)
+    assert train(tmp_path, "--views", "30", model=OBJECTS / "pendulum.yaml") == 1  # whose markers have no places
+
+
 def test_the_same_seed_learns_the_same(tmp_path):
     texts = []
     for seed in (1, 1, 2):

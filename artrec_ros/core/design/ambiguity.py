@@ -5,9 +5,11 @@ Scales are pixels per metre of a marker that is seen straight on: focal length (
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property, lru_cache
 from itertools import combinations
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -80,20 +82,40 @@ class Ambiguities:
         return scales
 
 
-def find_ambiguities(model: ObjectModel, config: RecognizerConfig | None = None) -> Ambiguities:
+def find_ambiguities(
+    model: ObjectModel,
+    config: RecognizerConfig | None = None,
+    shown: Callable[[Sequence[_Pair]], Iterable[_Pair]] = iter,
+) -> Ambiguities:
     """Limits of every marker, and every pair of one class that can be taken for one another.
 
     :param config: what the recogniser tells apart: `symmetry_px`, `contour_noise_px`.
+    :param shown: passes on the pairs to be compared, and may show how far they are: many shapes take seconds.
     """
     config = config or RecognizerConfig()
-    shown = [(c, m, Shape.from_marker(m)) for c in model.components for m in c.markers]
-    limits = tuple(_limits(c, m, s, config) for c, m, s in shown)
-    alike = [
-        pair
-        for (c1, m1, s1), (c2, m2, s2) in combinations(shown, 2)
-        if c1.label == c2.label and (pair := _compare(((c1, m1), (c2, m2)), s1, s2, config)) is not None
-    ]
-    return Ambiguities(model, limits, tuple(alike))
+    shapes: dict[tuple[bytes, float | None], Shape] = {}
+    looks = []
+    for c, m in [(component, marker) for component in model.components for marker in component.markers]:
+        key = m.outline.tobytes(), m.disc_radius  # many markers are of one shape
+        if key not in shapes:
+            shapes[key] = Shape.from_marker(m)
+        looks.append(_Look(c.label, shapes[key], _limits(c, m, shapes[key], config)))
+    pairs = [(a, b) for a, b in combinations(looks, 2) if a.label == b.label and _like_in_size(a.shape, b.shape)]
+    unlike = cache(unlikeness)
+    alike = (_compare(a, b, unlike, config) for a, b in shown(pairs))
+    return Ambiguities(model, tuple(look.limits for look in looks), tuple(pair for pair in alike if pair is not None))
+
+
+class _Look(NamedTuple):
+    """What there is to a marker: its component's label, its shape, its limits."""
+
+    label: int | None
+    shape: Shape
+    limits: MarkerLimits
+
+
+_Pair = tuple[_Look, _Look]
+_Unlike = Callable[[Shape, Shape], tuple[float, float]]
 
 
 def _limits(component: Component, marker: Marker, shape: Shape, config: RecognizerConfig) -> MarkerLimits:
@@ -110,25 +132,24 @@ def _limits(component: Component, marker: Marker, shape: Shape, config: Recogniz
     return MarkerLimits(component.name, marker.name, (long, short), found, float(turn), order)
 
 
-def _compare(
-    pair: tuple[tuple[Component, Marker], tuple[Component, Marker]], a: Shape, b: Shape, config: RecognizerConfig
-) -> Likeness | None:
-    """None where the two differ so much that they are told as soon as they are found."""
-    radius = min(a.rms_radius_m, b.rms_radius_m)
-    if max(a.rms_radius_m, b.rms_radius_m) > _DESIGN.much_larger * radius:
+def _like_in_size(a: Shape, b: Shape) -> bool:
+    small, large = sorted((a.rms_radius_m, b.rms_radius_m))
+    return large <= _DESIGN.much_larger * small
+
+
+def _compare(a: _Look, b: _Look, unlike: _Unlike, config: RecognizerConfig) -> Likeness | None:
+    """None where the two differ so much that they are told as soon as they are found. :param unlike: `unlikeness`."""
+    distance, turn = unlike(a.shape, b.shape)
+    same_m = _DESIGN.same_share * min(a.shape.rms_radius_m, b.shape.rms_radius_m)
+    told = np.inf if distance < same_m else _DESIGN.sigmas * config.constraints.contour_noise_px / distance
+    if told <= max(a.limits.found, b.limits.found):
         return None
-    distance, turn = unlikeness(a, b)
-    keys = [(c.name, m.name) for c, m in pair]
-    told = (
-        np.inf
-        if distance < _DESIGN.same_share * radius
-        else _DESIGN.sigmas * config.constraints.contour_noise_px / distance
-    )
-    found = max(_limits(c, m, s, config).found for (c, m), s in zip(pair, (a, b), strict=True))
-    mirrored = unlikeness(_mirror(a), b)[0] < _DESIGN.same_share * radius
-    return Likeness(keys[0], keys[1], float(told), turn, mirrored) if told > found else None
+    mirrored = unlike(_mirror(a.shape), b.shape)[0] < same_m
+    keys = [(look.limits.component, look.limits.marker) for look in (a, b)]
+    return Likeness(keys[0], keys[1], float(told), turn, mirrored)
 
 
+@lru_cache(maxsize=64)
 def _mirror(a: Shape) -> Shape:
     return replace(a, points=-a.points.conj(), outline=a.outline * (-1, 1))
 

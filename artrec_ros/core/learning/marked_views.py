@@ -21,7 +21,7 @@ from ..pose.views import FACING
 from .keypoint_fit import Points, fit_points
 
 _AROUND = 24  # values of each joint that are looked at
-_WORST_SHARE, _LEAST_WORST_PX = 0.1, 5.0  # of the object's size in the image: marks farther off tell no lengths
+WORST_SHARE, LEAST_WORST_PX = 0.1, 5.0  # of the object's size in the image: marks farther off tell no lengths
 
 
 class Marks(NamedTuple):
@@ -38,14 +38,19 @@ class Marks(NamedTuple):
     @property
     def worst_px(self) -> float:
         """How far off they may be in the mean."""
-        return max(_LEAST_WORST_PX, _WORST_SHARE * float(np.linalg.norm(np.ptp(self.ends.reshape(-1, 2), axis=0))))
+        return max(LEAST_WORST_PX, WORST_SHARE * float(np.linalg.norm(np.ptp(self.ends.reshape(-1, 2), axis=0))))
 
 
 class Start(NamedTuple):
-    """What is marked in an image, and the pose and joints, one row, that come near to it."""
+    """What is marked in an image, and the pose and joints, one row, that come nearest to it.
+
+    :param off_px: mean distance of the marked ends from where they would be. :param near: that is little enough.
+    """
 
     marks: Marks
     poses: Poses
+    off_px: float
+    near: bool
 
 
 def markers_of(model: ObjectModel) -> list[tuple[int, Marker, Pose]]:
@@ -117,7 +122,7 @@ class Eye:
     facing: bool
 
     def starts(self, marks: Sequence[Marks]) -> list[Start]:
-        """Of what is marked well enough to tell a pose."""
+        """Of what is marked well enough to tell a pose, be it near or not."""
         figure, kin = Figure.of(self.model), Kinematics(self.model)
         find = self._facing if self.facing else self._in_space
         found = [find(figure, kin, m) for m in marks]
@@ -140,11 +145,12 @@ class Eye:
             marks.ends[use].reshape(-1, 2),
         )
         fit = fit_points(kin, self.camera, points)
-        if fit is None or fit.rms_px > marks.worst_px:
+        if fit is None:
             return None
-        return Start(marks, Poses(fit.R[None], fit.t[None], fit.q[None]))
+        poses = Poses(fit.R[None], fit.t[None], fit.q[None])
+        return Start(marks, poses, fit.rms_px, bool(fit.rms_px <= marks.worst_px))
 
-    def _facing(self, figure: Figure, kin: Kinematics, marks: Marks) -> Start | None:
+    def _facing(self, figure: Figure, kin: Kinematics, marks: Marks) -> Start:
         """One marker tells the pose; then joint by joint what brings all marks nearest, twice around."""
         q = np.where(np.isfinite(kin.lower + kin.upper), (kin.lower + kin.upper) / 2, 0.0)[None]
         best = self._laid(figure, marks, q)
@@ -154,7 +160,8 @@ class Eye:
             q[:, joint] = values
             tried = self._laid(figure, marks, q)
             best = tried[[int(np.argmin(self._off_px(figure, marks, tried)))]]
-        return Start(marks, best) if self._off_px(figure, marks, best)[0] <= marks.worst_px else None
+        near = bool(self._off_px(figure, marks, best)[0] < marks.worst_px)  # one of two that is lost is as much
+        return Start(marks, best, float(self._off_each_px(figure, marks, best).mean()), near)
 
     def _laid(self, figure: Figure, marks: Marks, q: Array) -> Poses:
         """Poses that carry one axis, of the required component where that is marked, to its marks, at joints (H, J)."""
@@ -176,5 +183,9 @@ class Eye:
 
     def _off_px(self, figure: Figure, marks: Marks, poses: Poses) -> Array:
         """(H,) mean distance of the axes' ends from where they are marked; no mistaken axis counts for much."""
-        off = np.linalg.norm(self.pixels(figure, poses)[:, marks.marker] - marks.ends, axis=-1).mean(axis=2)
-        return np.asarray(np.minimum(off, 2 * marks.worst_px).mean(axis=1))
+        return np.asarray(np.minimum(self._off_each_px(figure, marks, poses), 2 * marks.worst_px).mean(axis=1))
+
+    def _off_each_px(self, figure: Figure, marks: Marks, poses: Poses) -> Array:
+        """(H, n) of each axis, mean of both ends."""
+        off = self.pixels(figure, poses)[:, marks.marker] - marks.ends
+        return np.asarray(np.linalg.norm(off, axis=-1).mean(axis=2))

@@ -25,7 +25,7 @@ from .marked_views import Eye, Marks, Start
 
 _CLICK_PX, _MISTAKEN = 1.0, 3.0  # deviation of a marked end; beyond so many it counts for less
 _LEAST_BETTER = 0.85  # of the distance that remains: else the object file holds as it is
-_LEAST_VIEWS = 4
+LEAST_VIEWS = 4
 MOST_VIEWS = 80  # seconds of work, and more tell hardly more
 _EXACT = 1e-5  # a step that betters the sum by a smaller share is the last one
 
@@ -62,21 +62,41 @@ class Measured:
         return self.after_px < _LEAST_BETTER * self.before_px
 
 
+@dataclass(frozen=True)
+class TooFew:
+    """Marked objects that tell too little: `LEAST_VIEWS` must be near to how the object may look.
+
+    :param showing: how many show two markers or more. :param looked_at: of how many of these a pose was sought.
+    :param near: how many are near to one. :param off_px: mean distance of marked ends from it, of those that are not.
+    """
+
+    showing: int
+    looked_at: int
+    near: int
+    off_px: tuple[float, ...]
+
+
 def measure(
     model: ObjectModel, marks: Sequence[Marks], camera: Camera | None, most: int = MOST_VIEWS
-) -> Measured | None:
-    """The lengths that marked images tell of an object whose markers have places. None: they tell too little of it.
+) -> Measured | TooFew:
+    """The lengths that marked images tell of an object whose markers have places.
 
     :param camera: of the images; None: the object is flat, and seen straight from above by whatever camera.
     :param most: images that are used, evenly drawn.
     """
-    marks = [m for m in marks if len(m.marker) > 1]
-    marks = marks[:: -(-len(marks) // most) or 1]
+    showing = [m for m in marks if len(m.marker) > 1]
+    marks = showing[:: -(-len(showing) // most) or 1]
     most_px = int(max((m.ends.max() for m in marks), default=1)) + 1
     eye = Eye(model, camera or Camera.facing((most_px, most_px)), camera is None)
-    starts = eye.starts(marks)
-    if len(starts) < _LEAST_VIEWS:
-        return None
+    found = eye.starts(marks)
+    starts = [start for start in found if start.near]
+    if len(starts) < LEAST_VIEWS:
+        return TooFew(len(showing), len(marks), len(starts), tuple(s.off_px for s in found if not s.near))
+    return _measured(model, eye, marks, starts)
+
+
+def _measured(model: ObjectModel, eye: Eye, marks: Sequence[Marks], starts: Sequence[Start]) -> Measured:
+    """By the starts of some of the marks."""
     lengths, used = Lengths(model), {id(start.marks) for start in starts}
     halves = [_Views(eye, lengths, half) for half in (starts[::2], starts[1::2])]
     found = [half.lengths() for half in halves]

@@ -75,7 +75,7 @@ def reason_alone(search: GroupSearch, seed: int, config: RecognizerConfig) -> tu
     near = np.flatnonzero(~table.forbidden[seed] & table.checked[seed])
     if not len(near):
         if not others or config.min_in_plane < 2:
-            return _too_faint(float(c.share[seed]), config.grouping.min_alone_match), None
+            return _too_faint(float(c.share[seed]), "min_alone_match", config), None
         return f"no instance of {' or '.join(others)} with a learned constraint and a like scale", None
     best = int(near[np.argmin(table.violation[seed, near])])
     failure = failure_of(c, seed, best) if table.violation[seed, best] > 0 else None
@@ -85,8 +85,10 @@ def reason_alone(search: GroupSearch, seed: int, config: RecognizerConfig) -> tu
     return _reason_together(search, seed, config)
 
 
-def _too_faint(share: float, wanted: float) -> str:
-    return f"{share:.2f} of its outline matches on average, {wanted:g} is wanted"
+def _too_faint(share: float, name: str, config: RecognizerConfig) -> str:
+    """:param name: of the parameter that asks for more."""
+    wanted = getattr(config.grouping, name)
+    return f"{share:.2f} of its outline matches on average, {wanted:g} is wanted (expert.grouping.{name})"
 
 
 def _reason_together(search: GroupSearch, seed: int, config: RecognizerConfig) -> tuple[str, ConstraintFailure | None]:
@@ -110,4 +112,4 @@ def _reason_together(search: GroupSearch, seed: int, config: RecognizerConfig) -
         if failure is not None:
             text += f"; {failure.first} - {failure.second} {text_of(failure)}"
         return text, failure
-    return _too_faint(float(np.mean(c.share[members])), config.grouping.min_group_match), None
+    return _too_faint(float(np.mean(c.share[members])), "min_group_match", config), None

@@ -9,6 +9,7 @@ import re
 import stat
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -225,12 +226,18 @@ def read_text(path: str | Path, most_bytes: int = MOST_BYTES) -> str:
         raise ConfigError(f"{path}: is no text file (UTF-8)") from None
 
 
+@lru_cache(maxsize=8)  # one command reads a file for this and for that: a fifth of a second, of many pairs
+def _parsed(text: str) -> Any:
+    """The content, which nobody changes."""
+    _check_events(text)
+    return yaml.load(text, _Loader)
+
+
 def load_value(path: str | Path) -> Value:
     """A YAML file of any content as a `Value`."""
     text = read_text(path, _MOST_YAML_BYTES)
     try:
-        _check_events(text)
-        raw = yaml.load(text, _Loader)
+        raw = _parsed(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f" line {mark.line + 1}:" if mark else ""

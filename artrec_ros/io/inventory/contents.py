@@ -109,6 +109,10 @@ Content = (
 )  # fmt: skip
 
 
+MISSING = "missing"
+"""The kind of a path where nothing is."""
+
+
 @dataclass(frozen=True)
 class Item:
     """A path and what it holds, or the reason (`error`) why that cannot be told."""

@@ -29,7 +29,17 @@ from ..parameters.sections import read_flat
 from ..results.journal import JOURNAL_FILE
 from ..results.results import DETECTIONS_FILE, read_results
 from ..truth.records import load_truth
-from .contents import BagContent, ConstraintContent, Content, Item, ResultContent, Sample, Supplement, TruthContent
+from .contents import (
+    MISSING,
+    BagContent,
+    ConstraintContent,
+    Content,
+    Item,
+    ResultContent,
+    Sample,
+    Supplement,
+    TruthContent,
+)
 from .own_reports import read_drawing, read_report, read_urdf
 
 _YAML = (".yaml", ".yml")
@@ -42,7 +52,8 @@ def take_stock(paths: Sequence[Path]) -> list[Item]:
     Parameter files without objects are read after each of those that have some, in the order given.
     """
     more = [p for p in paths if _is_supplement(p)]
-    return [item for path in paths for item in _look(path, more)]
+    looked = bar(paths, "looking into", unit="path", delay=1, leave=False)
+    return [item for path in looked for item in _look(path, more)]
 
 
 def _is_supplement(path: Path) -> bool:
@@ -61,7 +72,7 @@ def _look(path: Path, more: Sequence[Path]) -> Iterator[Item]:
         for part in parts:
             yield from _look(part, more)
         return
-    kind = "unknown"
+    kind = "unknown" if path.exists() else MISSING
     try:
         kind, read = _reader(path, more)
         yield Item(path, kind, read(path))
@@ -162,7 +173,7 @@ def image_stamps(path: Path, topic: str) -> frozenset[int]:
     """Header stamps (ns) of an image topic; reads all its messages."""
     stamps = set()
     with Bag(path) as bag:
-        for message in bag.messages([topic]):
+        for message in bar(bag.messages([topic]), "reading stamps", unit="message", delay=1, leave=False):
             try:
                 stamps.add(stamp_of(bag.parse(message), message.log_ns))
             except ImageError:

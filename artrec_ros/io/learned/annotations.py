@@ -6,6 +6,7 @@ that is not tilted against the marker sees it under a similarity, which these tw
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -57,13 +58,14 @@ class AnnotatedObject:
 class Annotations:
     """The annotations of one or more COCO files, in order.
 
-    :param categories: category name -> names of its keypoints. :param bare: the categories that have none.
+    :param categories: category name -> names of its keypoints.
+    :param bare: category that has none -> its annotations, which are regions.
     :param crowds: the categories of the crowds (iscrowd: 1), which are passed over.
     """
 
     categories: Mapping[str, tuple[str, ...]]
     objects: tuple[AnnotatedObject, ...]
-    bare: frozenset[str] = frozenset()
+    bare: Mapping[str, int] = field(default_factory=dict)
     crowds: tuple[str, ...] = ()
 
     def of(self, categories: Sequence[str] = ()) -> Annotations:
@@ -137,7 +139,7 @@ def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) ->
     """
     categories: dict[str, tuple[str, ...]] = {}
     objects: list[AnnotatedObject] = []
-    bare, crowds = set[str](), list[str]()
+    bare, crowds = Counter[str](), list[str]()
     for path in map(Path, paths):
         top = read_coco(path)
         with_points = (v for v in top["categories"].items() if v.entries().get("keypoints", v).raw)  # or an empty list
@@ -147,10 +149,16 @@ def load_coco(paths: Iterable[str | Path], images_folder: Path | None = None) ->
                 raise ConfigError(f"{path}: category '{name}': its keypoints differ from those of the files before it")
         images = dict(coco_image(v, images_folder or path.parent) for v in rows_of(top["images"]))
         known = {coco_entry(v, "id").integer(): str(v.raw.get("name")) for v in rows_of(top["categories"])}
-        bare |= {name for number, name in known.items() if number not in own}
+        without = {number: name for number, name in known.items() if number not in own}
+        bare.update(dict.fromkeys(without.values(), 0))
         objects += [o for v in top["annotations"].items() if (o := _annotation(v, images, own, known)) is not None]
+        bare.update(
+            without[v.raw["category_id"]] for v in top["annotations"].items() if v.raw["category_id"] in without
+        )
         crowds += [own[v.raw["category_id"]][0] for v in top["annotations"].items() if _is_crowd(v, own)]
-    return Annotations(categories, tuple(objects), frozenset(bare) - {*categories}, tuple(crowds))
+    return Annotations(
+        categories, tuple(objects), {n: k for n, k in bare.items() if n not in categories}, tuple(crowds)
+    )
 
 
 def _is_crowd(value: Value, categories: Collection[int]) -> bool:

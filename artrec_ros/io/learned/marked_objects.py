@@ -2,7 +2,8 @@
 
 The two ends of a marker's axis fix its place, so its outline in the image follows, and the object file knows its class.
 So do those of the bodies of an object that lies flat. What lies outside all outlines of an image is background. What
-else is drawn there, boxes and polygons of other categories, is of the class of that name, or background of its own.
+else is drawn there, boxes and polygons of other categories, is of the class of that name, or background of its own;
+where it and an outline overlap, the smaller one goes before.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 
@@ -26,7 +28,7 @@ from ...core.model.target import Target
 from ..base.yaml_files import nearest
 from .annotations import AnnotatedObject, Annotations, axis_px, load_coco
 from .coco import coco_entry, coco_image, read_coco
-from .regions import MarkedImage, drawn_regions, outlines_of
+from .regions import MarkedImage, drawn_regions, larger_first, outlines_of
 
 REST = "unmarked"
 """Category of what lies outside all outlines."""
@@ -52,32 +54,49 @@ def load_marked_objects(
     :param plane: on which the markers lie, and by which outlines are squeezed; None: they face the camera.
     :raises ConfigError: an annotation that is of none of the targets, or does not tell a component's class.
     """
-    annotations = load_coco(paths, images_folder)
-    regions: dict[Path, list[tuple[str, Array]]] = defaultdict(list)
-    bodies, ignored = defaultdict(list, drawn_regions(paths, images_folder)), defaultdict(list)
+    annotations, drawn = load_coco(paths, images_folder), drawn_regions(paths, images_folder)
+    seen: dict[Path, _Seen] = defaultdict(_Seen)
     for o in annotations.objects:
+        seen[o.image].add(o, annotations, targets, names, plane)
+    for image, outline in crowds(paths, images_folder):
+        seen[image].ignored.append(outline)
+    sizes = {o.image: o.size for o in annotations.objects}
+    marked = []
+    for image, own in seen.items():
+        if own.markers:
+            regions = (*own.bodies, *larger_first([*drawn.pop(image, ()), *own.markers]))
+            exact = tuple(outline for _, outline in own.markers)
+            marked.append(MarkedImage(image, regions, REST, around_px, tuple(own.ignored), sizes[image], exact))
+    # where no object is annotated nobody has said that the rest is background
+    return marked + [MarkedImage(image, tuple(larger_first(own))) for image, own in drawn.items() if own]
+
+
+@dataclass
+class _Seen:
+    """What an image shows of the objects in it: outlines of markers and of bodies' sure parts, each with its class'
+    name, and of what is ignored."""
+
+    markers: list[tuple[str, Array]] = field(default_factory=list)
+    bodies: list[tuple[str, Array]] = field(default_factory=list)
+    ignored: list[Array] = field(default_factory=list)
+
+    def add(
+        self,
+        o: AnnotatedObject,
+        annotations: Annotations,
+        targets: Sequence[Target],
+        names: Mapping[int, str],
+        plane: FieldPlane | None,
+    ) -> None:
+        """An object; the rest as of `load_marked_objects`."""
         flat = what_is_shown(o, targets)[0].model.is_flat  # else bodies do not follow from axes
         for component, marker, place, label in shown_markers(o, annotations, targets, names):
-            regions[o.image].append((names[label], outline_px(marker, place, plane)))
+            self.markers.append((names[label], outline_px(marker, place, plane)))
             for body_label in {*component.body_labels} & {*names} if flat else ():
                 for outline in body_outlines(component, marker, place, plane):
-                    bodies[o.image].append((names[body_label], inner_part(outline)))
-                    ignored[o.image].append(outline)
-        ignored[o.image] += hidden_parts(o)
-    for image, outline in crowds(paths, images_folder):
-        ignored[image].append(outline)
-    sizes = {o.image: o.size for o in annotations.objects}
-    marked = [
-        MarkedImage(image, (*bodies[image], *own), REST, around_px, tuple(ignored[image]), sizes[image], _outlines(own))
-        for image, own in regions.items()
-        if own
-    ]
-    # where no object is annotated nobody has said that the rest is background
-    return marked + [MarkedImage(image, tuple(own)) for image, own in bodies.items() if own and not regions.get(image)]
-
-
-def _outlines(regions: Iterable[tuple[str, Array]]) -> tuple[Array, ...]:
-    return tuple(outline for _, outline in regions)
+                    self.bodies.append((names[body_label], inner_part(outline)))
+                    self.ignored.append(outline)
+        self.ignored += hidden_parts(o)
 
 
 def shown_markers(

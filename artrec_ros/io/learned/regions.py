@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -22,7 +22,7 @@ _SUBPIXEL_BITS = 4
 
 @dataclass(frozen=True)
 class MarkedImage:
-    """An image and its regions: category and outline (n, 2) in pixels, in the file's order.
+    """An image and its regions: category and outline (n, 2) in pixels; where several overlap, the last one goes before.
 
     :param rest: category of what lies outside all regions; None: nobody has marked it.
     :param around_px: what is farther than this from every region is not marked at all.
@@ -38,6 +38,10 @@ class MarkedImage:
     ignored: tuple[Array, ...] = ()
     size: tuple[int, int] | None = None
     exact: tuple[Array, ...] = ()
+
+    def smaller_before(self) -> MarkedImage:
+        """The same where a region that lies inside another goes before."""
+        return replace(self, regions=tuple(larger_first(self.regions)))
 
     def read(self, numbers: dict[str, int], unmarked: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """The image (H, W, 3) BGR, and (H, W) each category's number, `unmarked` elsewhere."""
@@ -65,8 +69,13 @@ def _fill(labels: NDArray[np.uint8], outline: Array, number: int) -> None:
     cv2.fillPoly(labels, [fine], number, shift=_SUBPIXEL_BITS)
 
 
+def larger_first(regions: Iterable[tuple[str, Array]]) -> list[tuple[str, Array]]:
+    """Regions in an order in which one that lies inside another goes before."""
+    return sorted(regions, key=lambda region: -cv2.contourArea(np.asarray(region[1], np.float32)))
+
+
 def load_regions(paths: Iterable[str | Path]) -> list[MarkedImage]:
-    """The images of COCO files that have regions; images lie beside their file."""
+    """The images of COCO files that have regions, in the file's order; images lie beside their file."""
     marked = []
     for path in map(Path, paths):
         regions, sizes = _regions_of(path, path.parent, keypoints=True)

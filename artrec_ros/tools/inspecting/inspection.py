@@ -90,7 +90,7 @@ def _annotations(path: Path, coco: Annotations, models: Mapping[str, ObjectModel
     missing = sorted({o.image for o in coco.objects if not o.image.is_file()})
     if missing:
         yield f"{path}: {len(missing)} of its images are not there, such as {missing[0]}"
-    if not coco.objects:
+    if not coco.objects and not any(coco.bare.values()):
         yield f"{path}: holds no annotation with keypoints"
     for category in coco.categories if models else ():
         reasons = []

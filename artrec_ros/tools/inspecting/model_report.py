@@ -17,6 +17,7 @@ from ...core.model.objects import ObjectModel
 Key = tuple[str, str]
 
 _LARGE_M, _MOST_TIMES = 20.0, 100.0  # markers of an object that are larger, or than another one by so much, are none
+_LISTED = 6  # names on a line
 _FAR_SIZES = 3.0  # an axis may leave its marker, such as for a joint beside it
 _MOST_TURN_RAD = 2 * math.pi + 0.1
 
@@ -127,11 +128,14 @@ def odd_units(model: ObjectModel) -> Iterator[str]:
 
 def _own_turns(found: Ambiguities) -> Iterator[str]:
     required = found.model.required.name
-    alike: dict[tuple[bool, int], list[str]] = {}
+    alike: dict[tuple[bool, int], dict[bytes, list[Key]]] = {}
     for m in found.limits:
-        alike.setdefault((m.component == required, m.order), []).append(f"{m.component}/{m.marker}")
-    for (is_required, order), names in alike.items():
-        shown = f"{', '.join(names)} look{'s' if len(names) == 1 else ''} the same"
+        shape = np.round(found.model.component(m.component).marker(m.marker).outline, 6).tobytes()
+        shapes = alike.setdefault((m.component == required, m.order), {})
+        shapes.setdefault(shape, []).append((m.component, m.marker))
+    for (is_required, order), shapes in alike.items():
+        one = sum(map(len, shapes.values())) == 1
+        shown = f"{_shortened([_named(group) for group in shapes.values()])} look{'s' if one else ''} the same"
         turn = "any turn" if order == ANY_ANGLE else f"a turn of {360 / max(order, 1):.0f} degrees"
         if order != 1 and is_required:
             yield f"warning: {shown} after {turn}, and all starts there: alone it tells no direction"
@@ -143,7 +147,7 @@ def _same(found: Ambiguities) -> Iterator[str]:
     """Markers of one shape, by groups."""
     required = found.model.required.name
     for group in _groups([p for p in found.alike if p.same]):
-        names = ", ".join("/".join(key) for key in group)
+        names = _shortened(["/".join(key) for key in group])
         components = {component for component, _ in group}
         if components == {required}:
             yield f"warning: {names} are alike in shape: they do not tell which side of the object is seen"
@@ -197,6 +201,10 @@ def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iter
         )
 
 
+def _shortened(names: Sequence[str]) -> str:
+    return ", ".join(names[:_LISTED]) + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")
+
+
 def _named(group: Sequence[Key]) -> str:
     rest = f" (and {len(group) - 1} like it)" if len(group) > 1 else ""
     return "/".join(group[0]) + rest
@@ -205,8 +213,8 @@ def _named(group: Sequence[Key]) -> str:
 def _structure(model: ObjectModel) -> Iterator[str]:
     loose = [f"{c.name}/{m.name}" for c in model.components for m in c.markers if m.T_component_marker is None]
     if loose:
-        shown = ", ".join(loose[:4]) + (f" and {len(loose) - 4} more" if len(loose) > 4 else "")
-        yield f"note: {shown}: no pose: the object is found in the image plane only, with constraints from artrec train"
+        where = "the object is found in the image plane only, with constraints from artrec train"
+        yield f"note: {_shortened(loose)}: no pose: {where}"
         return
     fixed = [c.name for c in model.components if c.joint is None and not c.required]
     bare = [c.name for c in model.components if not c.bodies]

@@ -7,9 +7,11 @@ from collections.abc import Iterator
 from ...core.blobless import blobless
 from ...core.geometry.scene import Scene
 from ...core.image.blobs import centres, find_blobs
+from ...core.image.contour_kernels import outlines
 from ...core.image.segmentation import Segmenter
 from ...io.inventory.contents import Sample
 from ...io.parameters.parameter_file import Setup
+from ..getting_ready import tell_of_compiling
 
 
 def nothing_left(setup: Setup, sample: Sample) -> Iterator[str]:
@@ -19,6 +21,7 @@ def nothing_left(setup: Setup, sample: Sample) -> Iterator[str]:
     """
     segmenter, config, scene = Segmenter(setup.image), setup.recognizer, Scene.of(setup.recognizer.scene)
     wanted = {label for t in setup.targets for c in t.model.components for label in c.labels(t.label)}
+    tell_of_compiling(outlines)
     read = [segmenter.labels(image) for image in sample.images]
     for labels in read:
         if scene.inside(centres(find_blobs(labels, wanted, config, segmenter.blank))).any():

@@ -49,6 +49,11 @@ class Summary:
         if "total" in record.timing_ms:
             self.total_ms.append(record.timing_ms["total"])
 
+    @property
+    def unusable_only(self) -> bool:
+        """Whether there were frames, and none of them could be used."""
+        return 0 < self.frames == self.errors.total()
+
     def to_dict(self) -> dict[str, Any]:
         return {
             "frames": self.frames,
@@ -78,6 +83,9 @@ class Summary:
 
     def lines(self) -> Iterator[str]:
         """What the user is told at the end."""
+        if self.unusable_only:
+            yield f"frames {self.frames}, no image could be used, so nothing was looked for"
+            return
         found = ", ".join(f"{n} {name}" for name, n in sorted(self.objects.items())) or "none"
         yield f"frames {self.frames}, objects found: {found}; frames without any: {self.frames_without_objects}"
         if self.first_reason and not self.objects:

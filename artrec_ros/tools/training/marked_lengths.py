@@ -7,12 +7,14 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from ...core.base.errors import ConfigError
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array
 from ...core.learning.lengths import Change
-from ...core.learning.marked_views import marks_of
-from ...core.learning.size_fit import Far, Measured, measure
+from ...core.learning.marked_views import LEAST_WORST_PX, WORST_SHARE, marks_of
+from ...core.learning.size_fit import LEAST_VIEWS, Far, Measured, TooFew, measure
 from ...core.model.objects import ObjectModel
 from ...io.learned.annotations import Annotations
 from ...simulation.records import keypoint_names
@@ -47,12 +49,25 @@ def measured_by(annotations: Annotations, model: ObjectModel, camera: Camera | N
     marks = [marks_of(model, o.points, o.place) for o in own.objects]
     print(f"Measuring '{model.name}' in {len(marks)} marked objects ...", file=sys.stderr, flush=True)
     measured = measure(model, marks, camera)
-    if measured is None:
-        raise ConfigError(
-            f"--marks: of {len(marks)} marked objects too few (four are wanted, a dozen are better) show two markers "
-            f"or more of '{model.name}' about as its file has them; is it marked as the file says, tail and head?"
-        )
+    if isinstance(measured, TooFew):
+        raise ConfigError(f"--marks: {_too_few(measured, len(marks), model.name)}")
     return measured
+
+
+def _too_few(found: TooFew, marked: int, name: str) -> str:
+    """:param marked: how many objects are."""
+    line = f"{marked} marked objects, of which {found.showing} show two markers or more of '{name}'"
+    if found.looked_at:
+        line += f"; of {found.looked_at} looked at {found.near} lie about as its file has them"
+    line += f"; {LEAST_VIEWS} such are wanted, a dozen are better"
+    if found.off_px:
+        off = np.array(found.off_px)
+        line += (
+            f". In the others ends lie {np.median(off):.0f} px off (median; {off.min():.0f} to {off.max():.0f}), more "
+            f"than {LEAST_WORST_PX:g} px and {WORST_SHARE:.0%} of the object's size there: is it marked as the file "
+            "says, tail and head, or are its parts placed otherwise?"
+        )
+    return line
 
 
 def _categories_of(model: ObjectModel, annotations: Annotations) -> list[str]:
@@ -70,7 +85,7 @@ def hint(annotations: Annotations, model: ObjectModel, camera: Camera | None, pa
         return
     print("Comparing the object file's lengths with the marks ...", file=sys.stderr, flush=True)
     measured = measure(model, [marks_of(model, o.points) for o in annotations.objects], camera, _GLANCE)
-    if measured is not None and measured.helps:
+    if isinstance(measured, Measured) and measured.helps:
         yield (
             f"Marked ends lie {measured.before_px:.2f} px (median) from where {path} has them, and "
             f"{measured.after_px:.2f} px with lengths that the marks themselves measure: "

@@ -38,16 +38,38 @@ def wanting(model: ObjectModel, examples: Iterable[Example], constraints: Constr
 
 
 def report(
-    model: ObjectModel, examples: Sequence[Example], constraints: ConstraintSet, *, made_up: bool = False
+    model: ObjectModel,
+    examples: Sequence[Example],
+    constraints: ConstraintSet,
+    *,
+    made_up: bool = False,
+    detailed: bool = False,
 ) -> Iterator[str]:
     """The lines that `artrec train` prints: whether all this is asked, a table of pairs, classes, axes, then what more
     examples would help.
 
-    :param made_up: examples were made, so that nobody has more of them.
+    :param made_up: examples were made, so that nobody has more of them, nor wrong clicks to find in the table.
+    :param detailed: the table in any case, be it asked or not.
     """
     yield from _use(model)
-    more = {frozenset((w.first, w.second)): w for w in wanting(model, examples, constraints) if not made_up}
-    yield f"{len(examples)} examples of '{model.name}'. Box: what was seen. Covers: share of new examples expected"
+    if made_up and model.is_spatial and not detailed:
+        yield f"{len(examples)} examples of '{model.name}', {len(constraints.pairs)} pairs: --debug lists them."
+    else:
+        yield from _table(examples, constraints)
+    more = [] if made_up else sorted(wanting(model, examples, constraints), key=lambda w: -w.more)
+    if more:
+        needed = examples_wanted(constraints.coverage)
+        yield f"{len(more)} pairs want more examples: fewer than {needed} cannot show that {constraints.coverage:g} is"
+        yield "covered, and their margin supposes an even spread:"
+        for w in more:
+            yield f"  {'/'.join(w.first)} - {'/'.join(w.second)}: {w.more} more ({w.examples} seen)"
+    yield from _class_lines(constraints)
+    yield from _axis_lines(constraints)
+
+
+def _table(examples: Sequence[Example], constraints: ConstraintSet) -> Iterator[str]:
+    name = constraints.object
+    yield f"{len(examples)} examples of '{name}'. Box: what was seen. Covers: share of new examples expected"
     yield "inside that box, and inside the box with its margin, which is what the recogniser checks. By chance: share"
     yield "of unrelated markers nearby that pass the check all the same."
     width = max((len(_name(p)) for p in constraints.pairs), default=4)
@@ -56,14 +78,6 @@ def report(
         box = "  ".join(_side(name, interval) for name, interval in p.seen.items() if name in p.allowed)
         covers = f"{p.coverage_seen:4.2f} -> {shown_coverage(p.examples, constraints.coverage):4.2f}"
         yield f"{_name(p):{width}}  {p.examples:8d}  {covers}  {p.chance(constraints.reach_m):9.2g}  {box}"
-    if more:
-        needed = examples_wanted(constraints.coverage)
-        yield f"{len(more)} pairs want more examples: fewer than {needed} cannot show that {constraints.coverage:g} is"
-        yield "covered, and their margin supposes an even spread:"
-        for w in sorted(more.values(), key=lambda w: -w.more):
-            yield f"  {'/'.join(w.first)} - {'/'.join(w.second)}: {w.more} more ({w.examples} seen)"
-    yield from _class_lines(constraints)
-    yield from _axis_lines(constraints)
 
 
 def _use(model: ObjectModel) -> Iterator[str]:

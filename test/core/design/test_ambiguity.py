@@ -3,6 +3,7 @@ import pytest
 
 from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.alignment.symmetry import ANY_ANGLE
+from artrec_ros.core.design import ambiguity
 from artrec_ros.core.design.ambiguity import find_ambiguities, unlikeness
 from artrec_ros.core.design.placement import buried_markers
 from artrec_ros.core.geometry.transforms import Pose
@@ -37,6 +38,15 @@ def test_a_turned_copy_is_alike_at_that_turn(angle):
     )
     assert distance < 1e-3
     assert np.cos(turn - angle) == pytest.approx(1, abs=2e-3)
+
+
+def test_each_two_shapes_are_compared_once_and_shown_as_they_are(monkeypatch):
+    """However many markers have them: forty took nine seconds."""
+    compared, pairs = [], []
+    monkeypatch.setattr(ambiguity, "unlikeness", lambda a, b: compared.append((a, b)) or unlikeness(a, b))
+    parts = [(f"part{n}", None, [marker("flag", FLAG), marker("bar", BAR)]) for n in range(6)]
+    find_ambiguities(model(*parts), shown=lambda some: pairs.extend(some) or some)
+    assert len(pairs) == 12 * 11 / 2 and len(compared) <= 2 * 4
 
 
 def test_unlikeness_is_mutual_and_grows_with_size():

@@ -97,7 +97,10 @@ def test_the_reason_of_too_few_components_or_too_many_broken_constraints():
 def test_faint_outlines_are_a_reason():
     matches = found((0, at(0), 0.6), (1, at(1), 0.6))
     solution, search, config = solved(matches, BASE_FORE)
-    assert "0.60 of its outline matches" in rejections_of(solution, [search], matches.overlap, config)[0].reason
+    (told,) = rejections_of(solution, [search], matches.overlap, config)
+    wanted = config.grouping.min_group_match
+    assert "0.60 of its outline matches" in told.reason
+    assert told.reason.endswith(f"{wanted:g} is wanted (expert.grouping.min_group_match)")
 
 
 def test_what_an_object_lacks_is_told_with_the_constraint_that_failed():

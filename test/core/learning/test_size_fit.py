@@ -11,7 +11,7 @@ from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.learning.lengths import Lengths
 from artrec_ros.core.learning.marked_views import Figure, Marks, markers_of
-from artrec_ros.core.learning.size_fit import measure
+from artrec_ros.core.learning.size_fit import TooFew, measure
 from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 from artrec_ros.core.pose.surface_model import Poses
@@ -160,10 +160,10 @@ def test_equal_and_mirrored_markers_keep_one_size():
 
 def test_too_few_marks_measure_nothing():
     marks = flat_marks(crane(), 3, np.random.default_rng(5))
-    assert measure(crane(), marks, None) is None
-    assert measure(crane(), [], None) is None
+    assert isinstance(measure(crane(), marks, None), TooFew)
+    assert measure(crane(), [], None) == TooFew(0, 0, 0, ())
     alone = [replace_marks(m) for m in flat_marks(crane(), 9, np.random.default_rng(6))]
-    assert measure(crane(), alone, None) is None
+    assert measure(crane(), alone, None) == TooFew(0, 0, 0, ())
 
 
 def replace_marks(marks):

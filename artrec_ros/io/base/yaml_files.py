@@ -47,7 +47,7 @@ def _check_events(text: str) -> None:
             problem = "aliases are not read; write the value out"
             raise yaml.constructor.ConstructorError(None, None, problem, mark)
         if depth > _DEEPEST:
-            raise yaml.constructor.ConstructorError(None, None, f"is nested more than {_DEEPEST} deep", mark)
+            raise yaml.constructor.ConstructorError(None, None, _TOO_DEEP, mark)
 
 
 # YAML 1.2 and ROS: no dot is needed before the exponent, no digit before the dot, be there a sign or not
@@ -58,6 +58,7 @@ MOST_BYTES = 2**28
 """Of any file that is read as a whole: a larger one is taken for something else."""
 _MOST_YAML_BYTES = 2**20  # a second of reading; what this package writes has some ten thousand
 _DEEPEST = 100
+_TOO_DEEP, _OF_LIBYAML = f"is nested more than {_DEEPEST} deep", "maximum nesting depth"  # newer ones count, too
 _MOST_POINTS = 5000  # of an outline
 LFS_MAGIC = b"version https://git-lfs.github.com/spec/"
 LFS_POINTER = "is a pointer of Git LFS, which stands for the file itself: fetch that with 'git lfs pull'"
@@ -240,8 +241,10 @@ def load_value(path: str | Path) -> Value:
         raw = _parsed(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        line = f" line {mark.line + 1}:" if mark else ""
-        raise ConfigError(f"{path}:{line} {error.problem or error.context}") from None
+        line, problem = f" line {mark.line + 1}:" if mark else "", str(error.problem or error.context)
+        if _OF_LIBYAML in problem:
+            problem = _TOO_DEEP
+        raise ConfigError(f"{path}:{line} {problem}") from None
     except (yaml.YAMLError, TypeError, RecursionError) as error:
         raise ConfigError(f"{path}: is no valid YAML: {str(error).splitlines()[0]}") from None
     except (ValueError, LookupError, AttributeError, OverflowError):  # of PyYAML's constructors, each in its own way

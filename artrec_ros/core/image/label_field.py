@@ -52,7 +52,7 @@ class LabelField:
         self._seams: dict[int, float] = {}
         self._near: dict[int, tuple[Array, int, float]] = {}
         self._before: LabelField | None = None
-        self._seams_of: dict[tuple[tuple[int, ...], ...], Array] = {}
+        self._seams_of: dict[tuple[tuple[tuple[int, ...], ...], bool], Array] = {}
 
     @cached_property
     def padded(self) -> NDArray[np.uint8]:
@@ -114,6 +114,11 @@ class LabelField:
             self._seams[label] = whole._seam_of_others_px if label in self.on_bodies else whole._seam_of_px(label)
         return self._seams[label]
 
+    def most_seam_px(self, label: int) -> float:
+        """The same of all that may be a seam: around a class of `on_bodies` nobody can tell it from the body."""
+        told = self.seam_px(label)
+        return max(told, self.unowned._seam_of_px(label)) if label in self.on_bodies else told
+
     def _seam_of_px(self, label: int) -> float:
         near, border, _ = self._near_px(label)
         seams = len(near) > self._config.border_share * border
@@ -152,12 +157,13 @@ class LabelField:
             self._near[label] = gaps[gaps < self._config.reach_px], len(gaps), scale
         return self._near[label]
 
-    def seams_px(self, classes: tuple[tuple[int, ...], ...]) -> Array:
-        """Half the width of the seam around each of some classes; of several labels' the mean. Not to be changed."""
-        if classes not in self._seams_of:
-            means = [sum(map(self.seam_px, labels)) / len(labels) for labels in classes]
-            self._seams_of[classes] = np.array(means, float)
-        return self._seams_of[classes]
+    def seams_px(self, classes: tuple[tuple[int, ...], ...], *, most: bool = False) -> Array:
+        """Half the width of the seam around each of some classes, or of the most that it may be; of several labels' the
+        mean. Not to be changed."""
+        if (classes, most) not in self._seams_of:
+            of = self.most_seam_px if most else self.seam_px
+            self._seams_of[classes, most] = np.array([sum(map(of, labels)) / len(labels) for labels in classes], float)
+        return self._seams_of[classes, most]
 
     def _gaps_px(self, label: int) -> tuple[Array, float]:
         """From border pixels of a class, but for those within `reach_px` of the image's border, to the next pixel

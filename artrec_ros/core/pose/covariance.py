@@ -6,7 +6,8 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
 * each contour point by itself: the residuals' own spread, with the degrees of freedom that the fit took from it;
   points nearer than a pixel see the same labels and count as one;
 * all points together, outwards or inwards: where in the seam that a segmenter leaves between two classes the edge
-  lies is not known, and is the same all around. Nor is where between two blended colours it lies;
+  lies is not known, and is the same all around; nor is it where that may be a body of no class as well. Nor is where
+  between two blended colours it lies;
 * each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
   estimate of Liang and Zeger, 1986).
 
@@ -95,7 +96,7 @@ def sources(
     freedom = n / np.maximum(np.maximum(n - n_par, c.least_freedom * n), 1e-9)
     square = (w * fit.residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9)
     spread = square * freedom
-    seams_px = model.seams_px(frame.field)[use.argmax(axis=1)]
+    seams_px = model.seams_px(frame.field, most=True)[use.argmax(axis=1)]
     starts = n_points * np.arange(c.stretches) // c.stretches
     each = Jw * np.sqrt(spread[:, None, None] / np.maximum(independent, 1e-3))[..., None]
     outwards = Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J) of a pixel

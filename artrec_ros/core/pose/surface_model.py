@@ -215,9 +215,9 @@ class SpatialModel:
         """(M, m) contour points beyond which there is no other marker of the object."""
         return free_contour(self.model, self.patches, own_class=False)
 
-    def seams_px(self, field: LabelField) -> Array:
-        """(M,) half the width of the seam around each marker's class; of several classes the mean."""
-        return field.seams_px(self.marker_labels)
+    def seams_px(self, field: LabelField, *, most: bool = False) -> Array:
+        """(M,) half the width of the seam around each marker's class, see `LabelField.seams_px`."""
+        return field.seams_px(self.marker_labels, most=most)
 
     @property
     def no_poses(self) -> Poses:

@@ -144,6 +144,16 @@ def test_a_seam_makes_the_range_less_sure():
     assert spread[1] > 1.5 * spread[0]
 
 
+def test_what_may_be_a_seam_or_a_body_of_no_class_makes_it_as_unsure():
+    rng, model = np.random.default_rng(0), MODELS["truck"]
+    truth = pose(0.0, 0.0, 1.0, 0.5, 0.1, model)
+    surface, frame, use = scene(model, truth, seam=True, rng=rng)
+    seam = pose_covariances(surface, frame, truth, use, DEFAULTS)[0][2, 2]
+    either = replace(frame, field=LabelField(frame.field.codes, on_bodies=[RED]))
+    assert either.field.seam_px(RED) < frame.field.seam_px(RED)
+    assert pose_covariances(surface, either, truth, use, DEFAULTS)[0][2, 2] > 0.8 * seam
+
+
 @pytest.mark.parametrize("name", ["truck", "slide"])
 def test_labels_in_cells_of_pixels_are_known_to_be_rough(name):
     """As networks give them whose labels are a third of the image's size."""

@@ -145,7 +145,7 @@ def test_a_seam_makes_the_range_less_sure():
 
 
 def test_what_may_be_a_seam_or_a_body_of_no_class_makes_it_as_unsure():
-    rng, model = np.random.default_rng(0), MODELS["truck"]
+    rng, model = np.random.default_rng(0), MODELS["slide"]
     truth = pose(0.0, 0.0, 1.0, 0.5, 0.1, model)
     surface, frame, use = scene(model, truth, seam=True, rng=rng)
     seam = pose_covariances(surface, frame, truth, use, DEFAULTS)[0][2, 2]

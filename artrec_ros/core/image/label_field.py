@@ -145,9 +145,11 @@ class LabelField:
     def leaves_seams(self) -> bool:
         """Whether the image is one of labels, and another known class follows within a seam's reach along much of the
         borders of all classes."""
+        if self.meaning is not LABELS:
+            return False
         counts = [(scale * len(near), scale * border) for near, border, scale in map(self._near_px, self._told_labels)]
         near, border = np.array(counts).reshape(-1, 2).sum(axis=0)
-        return self.meaning is LABELS and bool(near > self._config.all_share * border)
+        return bool(near > self._config.all_share * border)
 
     def _near_px(self, label: int) -> tuple[Array, int, float]:
         """The gaps between a class and others in reach; how many of its border pixels were looked at, and for how many

@@ -113,6 +113,7 @@ def _fit() -> None:
     poses, use = example().ahead(finder), np.ones((1, len(finder.surface.markers)), bool)
     fit_poses(finder.surface, example().frame, poses, use, (3, 2), finder.config.fit)
     contour_fit(finder.surface, example().frame, poses, use, 3, finder.config.fit)
+    finder.refit.of(example().frame, poses, (0.0, np.inf))
 
 
 def _climb() -> None:
@@ -186,7 +187,7 @@ def _face() -> None:
 PIECES = {
     "align": Piece(PLANE, 17, _align),
     "group": Piece(PLANE, 18, _group),
-    "fit": Piece(SPACE, 16, _fit),
+    "fit": Piece(SPACE, 22, _fit),
     "climb": Piece(SPACE, 15, _climb),
     "bend": Piece(SPACE, 17, _bend),
     "guess": Piece(SPACE, 5, _guess),

@@ -41,7 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         epilog="Either SOURCE comes with label images (bags hold them; folders need --label-images), or --annotations "
         "are boxes and polygons drawn in images, or, with --params-file, the axes of objects as for artrec train: its "
         "objects' files tell outlines and classes. What is of no class is background. --params-file tells classes' "
-        "names and labels of either.",
+        "names and labels of all.",
     )  # fmt: skip
     p.add_argument("sources", metavar="SOURCE", nargs="*", type=Path, help="bag or folder of colour images")
     p.add_argument("--topic", help="topic of the colour images (else the only one with three channels)")
@@ -59,7 +59,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     p.add_argument("--images", type=Path, metavar="DIR", help="where annotated images lie (default: beside each file)")
     p.add_argument(
         "--around", type=float, default=math.inf, metavar="PX",
-        help="with --params-file: learn as background only what is so near to an annotated marker; for images in which "
+        help="with --annotations and --params-file: learn as background only what is so near to an annotated marker; "
+        "for images in which "
         "not all objects are annotated (default: all of the image)",
     )  # fmt: skip
     p.add_argument(

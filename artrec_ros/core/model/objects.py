@@ -224,11 +224,11 @@ class ObjectModel:
             raise ConfigError(f"object '{self.name}': two joints have the same name '{name}'")
         self._check_identities()
 
-    def is_on_unknown(self, component: Component) -> bool:
-        """Whether a body whose class is not known may show beyond the outlines of a component's markers: its own, or
-        where it has none, another component's."""
-        bodies = [component] if component.bodies else self.components
-        return any(c.bodies and not c.body_labels for c in bodies)
+    @cached_property
+    def is_on_unknown(self) -> bool:
+        """Whether a body whose class is not known may show beyond the outlines of markers: the component's own, or that
+        of another one behind it."""
+        return any(c.bodies and not c.body_labels for c in self.components)
 
     def _check_identities(self) -> None:
         own = {c.name: c.classes for c in self.components if c.classes}

@@ -23,6 +23,5 @@ class Target:
 
     @property
     def on_bodies(self) -> frozenset[int]:
-        """The same of those markers beyond whose outlines a body of no known class may show."""
-        mine = (c for c in self.model.components if self.model.is_on_unknown(c))
-        return frozenset(label for c in mine for label in c.labels(self.label))
+        """The same, where a body of no known class may show beyond markers' outlines; else none."""
+        return self.labels if self.model.is_on_unknown else frozenset()

@@ -22,7 +22,7 @@ class EdgeTerms(NamedTuple):
     step_out: float
     prior: Any  # (steps, n) of each place, the first 2 reach + 2 count
     seam_px: Any  # (M,) half the seam of each marker's class
-    on_unknown: Any  # (M,) bool: unknown pixels beyond a marker may be its body, which ends it, and no seam
+    on_unknown: bool  # unknown pixels beyond a marker may be a body of the object, which ends it, and no seam
     kind: Any  # (M, 256) int32, of each label for each marker
     outside: int
     beyond: float  # as likely as this beyond reach, there is no edge
@@ -35,7 +35,9 @@ class EdgeRoom(NamedTuple):
     outline: Any  # (4, m), see `outline_pixels`
     at: Any  # (m,)
     kind: Any  # (2 max reach + 1, m)
-    flags: Any  # (5, m) own inside, not own outside, last known place, silent outside, a seam in between
+    # (8, m) own inside, not own outside, last known place, silent outside, a seam in between; of `leave_bodies` the
+    # last own place, unknown ones up to the next known one, whether there was none yet
+    flags: Any
     sums: Any  # (6, m) likelihood; its sum, the places' and their squares' by it; its last; one for the caller
     edge: Any  # (m,) signed distance of the edge along the normal
     weight: Any  # (m,) 0: no edge
@@ -47,7 +49,7 @@ def edge_room(m: int, most_reach: int, n_par: int) -> EdgeRoom:
     """Scratch arrays for contours of `m` points that move with `n_par` parameters."""
     return EdgeRoom(
         np.empty((4, m)), np.empty(m, np.int32), np.empty((2 * most_reach + 1, m), np.int32),
-        np.empty((5, m), np.int32), np.empty((6, m)), np.empty(m), np.empty(m), np.empty((n_par + 3, m)),
+        np.empty((8, m), np.int32), np.empty((6, m)), np.empty(m), np.empty(m), np.empty((n_par + 3, m)),
     )  # fmt: skip
 
 
@@ -85,16 +87,21 @@ def look_along(k: int, reach: int, e: EdgeTerms, view: LabelView, room: EdgeRoom
 
 @inlined
 def leave_bodies(reach: int, seam_px: float, room: EdgeRoom) -> None:
-    """Along normals on which more unknown pixels lie before the last known one than in a seam, these are of a body: the
-    marker ends where they begin."""
-    last, wide = room.flags[2], room.flags[4]
-    wide[:] = 0
+    """Along normals on which more unknown pixels lie between the marker's last one and the next known one than in a
+    seam, these are of a body: the marker ends where they begin."""
+    last, own, gap, goes_on = room.flags[2], room.flags[5], room.flags[6], room.flags[7]
+    own[:], gap[:], goes_on[:] = -1, 0, 0
     for n in range(2 * reach + 1):
         row = room.kind[n]
         for i in range(len(last)):
-            wide[i] += (row[i] == SILENT) & (n < last[i])
+            if row[i] == OWN:
+                own[i], gap[i], goes_on[i] = n, 0, 1
+            elif row[i] == KNOWN:
+                goes_on[i] = 0
+            else:
+                gap[i] += goes_on[i]
     for i in range(len(last)):
-        last[i] = -1 if wide[i] > math.ceil(2 * seam_px) else last[i]
+        last[i] = own[i] if gap[i] > math.ceil(2 * seam_px) else last[i]
 
 
 @inlined
@@ -113,7 +120,7 @@ def find_edges(k: int, e: EdgeTerms, step: int, view: LabelView, room: EdgeRoom)
     likelihood, total, mean, square, end = room.sums[0], room.sums[1], room.sums[2], room.sums[3], room.sums[4]
     likelihood[:], total[:], mean[:], square[:], seam[:] = 1.0, 0.0, 0.0, 0.0, 0
     m, step_in, step_seam, step_out = len(total), e.step_in, e.step_seam, e.step_out
-    if e.on_unknown[k]:
+    if e.on_unknown:
         leave_bodies(reach, e.seam_px[k], room)
     for n in range(2 * reach + 2):
         place, before = n - reach - 0.5, prior[n]

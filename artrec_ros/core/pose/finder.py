@@ -73,7 +73,7 @@ class WholeObjectFinder:
         self.root_labels = self.surface.labels[self.root]
         self._value = Value(len(target.model.components), self.root, float(config.votes.hidden_cost), occlusion=True)
         self._steps = _steps(config.search)
-        self._refit = Refit(self.surface, self._value, config, facing=facing)
+        self.refit = Refit(self.surface, self._value, config, facing=facing)
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.required = RequiredPlace(target.model, self.surface)
         self._lookalikes = Lookalikes(self.surface)
@@ -299,7 +299,7 @@ class WholeObjectFinder:
 
     def _fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
-        return self._refit.of(frame, poses, self._depths(frame.camera))
+        return self.refit.of(frame, poses, self._depths(frame.camera))
 
     def supported(self, scores: PatchScores) -> np.ndarray:
         """(H, M) markers that the labels support."""

@@ -22,9 +22,9 @@ class Refit:
         self._support = Support(float(config.min_blob_px), float(config.votes.supported_agree))
 
     def of(self, frame: ImageFrame, poses: Poses, depths_m: tuple[float, float]) -> Ranked:
-        """H hypotheses, and then their fits; those left at the deadline stay as they are.
+        """H hypotheses, and then their fits; those that use no marker, or are left at the deadline, stay as they are.
 
-        :param depths_m: between which fitted ones are left.
+        :param depths_m: between which those that are fitted are left.
         """
         n, s, kin = len(poses), self._surface, self._surface.kinematics
         R, t, q = (np.concatenate([values, values]) for values in (poses.R, poses.t, poses.q))

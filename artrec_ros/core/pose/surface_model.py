@@ -115,8 +115,6 @@ class SpatialModel:
         self.faces = np.flatnonzero(~self.is_marker)
         self.classed_faces: list[int] = [p for p in self.faces.tolist() if self.patches[p].labels]  # that can be told
         self.marker_labels = tuple(self.patches[p].labels for p in self.markers)
-        on_unknown = [model.is_on_unknown(c) for c in model.components]
-        self.on_unknown = np.array([on_unknown[c] for c in self.component[self.markers]], bool)  # (M,)
         self.markers_of = [self.markers[self.component[self.markers] == c].tolist() for c in range(len(bodies))]
         self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
         self.contour_along = np.array([self.patches[i].contour_along for i in self.markers])  # (M, m, 3)

@@ -64,7 +64,7 @@ def load_marked_objects(
     marked = []
     for image, own in seen.items():
         if own.markers:
-            regions = (*own.bodies, *larger_first([*drawn.pop(image, ()), *own.markers]))
+            regions = tuple(larger_first([*drawn.pop(image, ()), *own.bodies, *own.markers]))
             exact = tuple(outline for _, outline in own.markers)
             marked.append(MarkedImage(image, regions, REST, around_px, tuple(own.ignored), sizes[image], exact))
     # where no object is annotated nobody has said that the rest is background

@@ -116,6 +116,15 @@ def test_where_the_segmenter_leaves_seams_an_unknown_gap_as_wide_is_one_before_a
     labels[:20][labels[:20] == RED] = 4  # of nothing that stands on such a body
     found, _ = edges(labels, [(29, 30)], (1, 0), target=on_a_body())
     assert found[0] == pytest.approx(0.5, abs=0.4)
-    labels[20:, 24:31] = UNKNOWN  # wider than that
-    found, _ = edges(labels, [(24, 30)], (1, 0), target=on_a_body())
-    assert found[0] == pytest.approx(23.5 + 1 - 24, abs=0.4)  # and half the seam beyond
+    for rim in (4, 7):  # wider than that
+        labels[20:, 31 - rim : 31] = UNKNOWN
+        found, _ = edges(labels, [(31 - rim, 30)], (1, 0), target=on_a_body())
+        assert found[0] == pytest.approx(-0.5 + 1, abs=0.4)  # and half the seam beyond
+
+
+def test_unknown_pixels_amid_a_marker_are_none_of_its_body():
+    labels = half_plane(30)
+    labels[20, 26] = UNKNOWN
+    alone, _ = edges(half_plane(30), [(29, 20)], (1, 0), target=on_a_body())
+    found, _ = edges(labels, [(29, 20)], (1, 0), target=on_a_body())
+    assert found[0] == pytest.approx(alone[0], abs=0.2)

@@ -28,7 +28,7 @@ from ...core.model.target import Target
 from ..base.yaml_files import nearest
 from .annotations import AnnotatedObject, Annotations, axis_px, load_coco
 from .coco import coco_entry, coco_image, read_coco
-from .regions import MarkedImage, drawn_regions, larger_first, outlines_of
+from .regions import MarkedImage, drawn_regions, larger_first, outlines_of, parted
 
 REST = "unmarked"
 """Category of what lies outside all outlines."""
@@ -64,7 +64,8 @@ def load_marked_objects(
     marked = []
     for image, own in seen.items():
         if own.markers:
-            regions = tuple(larger_first([*drawn.pop(image, ()), *own.bodies, *own.markers]))
+            beneath, above = parted(drawn.pop(image, ()), own.markers)
+            regions = (*larger_first([*beneath, *own.bodies]), *larger_first([*above, *own.markers]))
             exact = tuple(outline for _, outline in own.markers)
             marked.append(MarkedImage(image, regions, REST, around_px, tuple(own.ignored), sizes[image], exact))
     # where no object is annotated nobody has said that the rest is background

@@ -18,6 +18,7 @@ from .annotations import annotated_image
 from .coco import coco_entry, coco_image, read_coco
 
 _SUBPIXEL_BITS = 4
+_Regions = list[tuple[str, Array]]
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,20 @@ def _fill(labels: NDArray[np.uint8], outline: Array, number: int) -> None:
 
 def larger_first(regions: Iterable[tuple[str, Array]]) -> list[tuple[str, Array]]:
     """Regions in an order in which one that lies inside another goes before."""
-    return sorted(regions, key=lambda region: -cv2.contourArea(np.asarray(region[1], np.float32)))
+    return sorted(regions, key=lambda region: -_area(region))
+
+
+def parted(regions: Iterable[tuple[str, Array]], markers: Iterable[tuple[str, Array]]) -> tuple[_Regions, _Regions]:
+    """Regions that are larger than all markers, and the others: markers lie over the former, and on any body."""
+    most = max(_area(marker) for marker in markers)
+    both: tuple[_Regions, _Regions] = [], []
+    for region in regions:
+        both[_area(region) <= most].append(region)
+    return both
+
+
+def _area(region: tuple[str, Array]) -> float:
+    return float(cv2.contourArea(np.asarray(region[1], np.float32)))
 
 
 def load_regions(paths: Iterable[str | Path]) -> list[MarkedImage]:

@@ -25,11 +25,10 @@ def blobless(
     """
     left_out = _left_out(labels.shape, blank, scene)
     for target in targets:
-        wanted = [label for c in target.model.components for label in c.labels(target.label)]
         if left_out:
             yield Rejection(target.name, left_out)
         else:
-            yield from _small_or_outside(target.name, np.isin(labels, wanted), min_blob_px, scene)
+            yield from _small_or_outside(target.name, np.isin(labels, list(target.labels)), min_blob_px, scene)
 
 
 def _left_out(shape: tuple[int, ...], blank: tuple[int, ...], scene: Scene) -> str:

@@ -60,8 +60,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     p.add_argument(
         "--around", type=float, default=math.inf, metavar="PX",
         help="with --annotations and --params-file: learn as background only what is so near to an annotated marker; "
-        "for images in which "
-        "not all objects are annotated (default: all of the image)",
+        "for images in which not all objects are annotated (default: all of the image)",
     )  # fmt: skip
     p.add_argument(
         "--classes", nargs="+", type=_named_label, default=[], metavar="NAME=LABEL",

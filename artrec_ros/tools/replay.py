@@ -163,7 +163,7 @@ def _tell(summary: Summary, folder: Path, what: str) -> int:
         print(line)
     for line in summary.failures():
         say(line)
-    nothing = summary.frames == summary.errors.total()
+    nothing = summary.unusable_only or not summary.frames
     if nothing and not (summary.interrupted and not summary.frames):  # else the user knows why there is none
         say(f"artrec: {f'none of {summary.frames} frames could be used' if summary.frames else 'there was no frame'}")
     print(f"{'why is told' if summary.unusable_only else what} in {folder}")

@@ -101,5 +101,4 @@ def _targets(args: argparse.Namespace) -> tuple[Target, ...]:
 
 def labels_of(target: Target) -> set[int]:
     """The class labels that an object's markers and bodies bear."""
-    labels = {label for c in target.model.components for label in c.labels(target.label)}
-    return labels | {c.body_label for c in target.model.components if c.body_label is not None}
+    return {*target.labels, *(c.body_label for c in target.model.components if c.body_label is not None)}

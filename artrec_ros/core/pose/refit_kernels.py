@@ -13,6 +13,7 @@ from .climb_kernels import Value, body_of, whole_votes
 from .fit_kernels import Terms, fit_one, fit_room
 from .placed_kernels import Joints
 from .surface_kernels import Surface, SurfaceLimits, room_of
+from .vote_kernels import is_supported
 
 
 class Support(NamedTuple):
@@ -37,8 +38,7 @@ def support_of(
         )  # fmt: skip
         for k in range(len(markers)):
             p = markers[k]
-            shown = said.area_px[p] > support.min_px and said.agree[p] > support.least_agree
-            use[h, k] = shown and said.votes[p] > 0.0
+            use[h, k] = is_supported(said.votes[p], said.area_px[p], said.agree[p], support.min_px, support.least_agree)
 
 
 @jit

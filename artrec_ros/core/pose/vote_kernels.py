@@ -183,6 +183,12 @@ def said_of(
 
 
 @inlined
+def is_supported(votes: float, area_px: float, agree: float, min_px: float, least_agree: float) -> bool:
+    """Whether labels support a marker by what they say of it: see `WholeObjectFinder.supported`."""
+    return area_px > min_px and agree > least_agree and votes > 0.0
+
+
+@inlined
 def ring_px2(s: Surface, k: int, cosine: float, depth: float, f2: float, limits: SurfaceLimits) -> float:
     """Pixels that a marker's ring stands for."""
     return s.perimeter[k] * (1 + min(cosine, 1.0)) / 2 * math.sqrt(f2) / depth * limits.ring_width_px

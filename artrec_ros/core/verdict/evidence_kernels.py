@@ -12,7 +12,7 @@ from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_p
 from ..model.chain_kernels import Chain, place_all
 from ..pose.covering_kernels import COVERED, cover
 from ..pose.surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, points_of, room_of
-from ..pose.vote_kernels import LEAST_KNOWN
+from ..pose.vote_kernels import LEAST_KNOWN, is_supported
 
 ALONE, DESERTED, BORNE_OUT, UNSEEN, FADED = range(5)  # see `Verdict.case`
 
@@ -63,9 +63,8 @@ class Found(NamedTuple):
 
 @inlined
 def supports(said: Said, by: Criteria, h: int, p: int) -> bool:
-    """Whether the labels support a marker: see `WholeObjectFinder.supported`."""
-    enough = said.area_px[h, p] > by.min_px and said.agree[h, p] > by.supported_agree
-    return enough and said.votes[h, p] > 0.0
+    """Whether the labels support a marker of claim `h`."""
+    return is_supported(said.votes[h, p], said.area_px[h, p], said.agree[h, p], by.min_px, by.supported_agree)
 
 
 @inlined

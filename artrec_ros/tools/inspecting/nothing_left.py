@@ -20,7 +20,7 @@ def nothing_left(setup: Setup, sample: Sample) -> Iterator[str]:
     :raises ImageError: the images are not of the kind that the parameters name.
     """
     segmenter, config, scene = Segmenter(setup.image), setup.recognizer, Scene.of(setup.recognizer.scene)
-    wanted = {label for t in setup.targets for c in t.model.components for label in c.labels(t.label)}
+    wanted = {label for t in setup.targets for label in t.labels}
     tell_of_compiling(outlines)
     read = [segmenter.labels(image) for image in sample.images]
     for labels in read:

@@ -133,7 +133,7 @@ def _floor(scene: Scene) -> Iterator[str]:
 
 
 def _left(setup: Setup, scene: Scene, images: Sequence[Image]) -> str:
-    wanted = {c for t in setup.targets for part in t.model.components for c in part.labels(t.label)}
+    wanted = {label for t in setup.targets for label in t.labels}
     segmenter, inside, count = Segmenter(setup.image), 0, 0
     for image in images:
         try:

@@ -1,6 +1,5 @@
 """Images to whole objects in space: clean scenes of known truth, and images without any."""
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -300,10 +299,8 @@ def test_tiny_images(shape):
 def test_a_spent_budget_ends_the_search_and_says_so():
     labels = render(CAMERA, [(TRUCK, at, RED) for at in PAIR])
     engine = recognizer(Target("truck", TRUCK, RED), time_budget_ms=1.0)
-    start = time.perf_counter()
     result = engine.recognize(labels, CAMERA)
     assert result.ended_by == ("recognizer.time_budget_ms",) and not result.complete
-    assert time.perf_counter() - start < 10
     for d in result.detections:
         assert d.pose is not None
 

@@ -68,7 +68,7 @@ def lacking(targets: Sequence[Target], config: RecognizerConfig, calibrated: boo
             where = "recognizer.profile and recognizer.whole_object keep it in the image plane"
         elif way_of(target, config, calibrated=calibrated) == PLANE:
             where = "it is not flat, and there is no calibration to find it in space"
-            way_out = f"give a calibration, or {way_out}"
+            way_out = f"give a calibration, be it a guessed one (docs/camera.md), or {way_out}"
         else:
             continue
         yield f"{target.name}: will not be found: it has no constraint_file, and {where}; {way_out}"

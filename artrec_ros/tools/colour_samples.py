@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.base.config import ImageConfig
-from ..core.image.segmentation import as_light, filtered
+from ..core.image.segmentation import as_light, evenly_lit, filtered
 from ..core.learning.colour_learning import Pair, sample_beside, sample_colours
 from ..core.learning.gamma import gamma_of
 from ..core.learning.lens_blur import lens_blur
@@ -22,6 +22,7 @@ from ..io.learned.regions import MarkedImage
 
 _READ = partial(bar, desc="reading", unit="image", leave=False)
 _SHARP = ImageConfig()
+_AS_LEARNED = ("gamma", "blur_px", "blur_noise", "gain_percentile", "gain_level", "gain_limit")
 _UNMARKED = 255  # number of the pixels that nobody has marked
 _TRIED = 24  # images at most that sharpening is tried on, or blur and gamma are measured in
 
@@ -32,7 +33,7 @@ Samples = dict[str, NDArray[np.uint8]]
 class Told:
     """Some of the images with their class numbers, and class number -> label; 0: background.
 
-    :param by_segmenter: the numbers come from label images. :param camera: how images were made sharp before.
+    :param by_segmenter: the numbers come from label images. :param camera: how images were made even and sharp before.
     """
 
     labels: Mapping[int, int]
@@ -41,9 +42,8 @@ class Told:
     pairs: list[Pair] = field(default_factory=list)
 
     def as_seen(self, image: ImageConfig) -> ImageConfig:
-        """A configuration by which images are made sharp as these were."""
-        c = self.camera
-        return replace(image, gamma=c.gamma, blur_px=c.blur_px, blur_noise=c.blur_noise)
+        """A configuration by which images are made even and sharp as these were."""
+        return replace(image, **{name: getattr(self.camera, name) for name in _AS_LEARNED})
 
 
 def samples_of_labels(
@@ -90,7 +90,8 @@ def _measured(
     """
     if camera.smoothing_px > 0:
         return camera
-    raw = [_prepared(m.read(numbers, _UNMARKED), blank, _SHARP) for m in marked]
+    even = replace(camera, blur_px=0.0)
+    raw = [_prepared(m.read(numbers, _UNMARKED), blank, even) for m in marked]
     if not known:
         camera = replace(camera, blur_px=lens_blur(raw, _UNMARKED))
         if camera.blur_px > 0:
@@ -105,7 +106,7 @@ def _measured(
 def _prepared(pair: Pair, blank: tuple[int, ...], image: ImageConfig) -> Pair:
     for x, y, width, height in np.reshape(blank, (-1, 4)).astype(int).tolist():
         pair[1][y : y + height, x : x + width] = _UNMARKED
-    return filtered(pair[0], image), pair[1]
+    return filtered(evenly_lit(pair[0], replace(image, blank=blank)), image), pair[1]
 
 
 def _collect(

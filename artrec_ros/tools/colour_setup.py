@@ -13,7 +13,8 @@ from ..io.base.shared_files import resolve_path
 from ..io.parameters.parameter_file import setup_from_flat
 from ..io.parameters.sections import read_flat
 
-_READ = "image.blank", "image.smoothing_px", "image.gamma", "image.blur_noise"
+_CAMERA = "smoothing_px", "gamma", "blur_noise", "gain_percentile", "gain_level", "gain_limit"
+_READ = "image.blank", *(f"image.{name}" for name in _CAMERA)
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class ColourSetup:
     :param labels: of the classes that axes show, by name: those of markers, and of bodies of what lies flat.
     :param bodies: those of them that are of bodies alone.
     :param hidden: of the classes of other bodies alone, which axes do not show.
-    :param plane: on which objects lie. :param camera: how images are smoothed, and what is known of them.
+    :param plane: on which objects lie. :param camera: how images are smoothed and evened, and what is known of them.
     :param gamma_known: whether somebody has told their gamma.
     """
 
@@ -73,7 +74,7 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
     hidden = {name: label for name, label in hidden.items() if name not in labels}
     bodies = frozenset(labels) - on_markers
     image, plane = setup.image, setup.recognizer.scene.plane
-    camera = ImageConfig(smoothing_px=image.smoothing_px, gamma=image.gamma, blur_noise=image.blur_noise)
+    camera = ImageConfig(**{name: getattr(image, name) for name in _CAMERA})
     return ColourSetup(setup.targets, labels, image.blank, bodies, hidden, plane, camera, "image.gamma" in flat)
 
 

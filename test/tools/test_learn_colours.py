@@ -462,3 +462,17 @@ def test_colours_are_learned_of_images_as_they_will_be_read(robots: Path) -> Non
     read = Segmenter(setup.image).labels(cv2.imread(str(robots / "0.png")))
     shares = [(read[y : y + 10, x : x + 10] == label).mean() for y, x, label in ((15, 13, 1), (35, 13, 3), (35, 53, 2))]
     assert min(shares) > 0.95, shares
+
+
+def test_colours_are_learned_of_images_with_the_gain_of_the_parameter_file(robots: Path) -> None:
+    """One of the images is dark, and all are read alike: by the colours' file, without the other one."""
+    image = cv2.imread(str(robots / "1.png"))
+    dark = cv2.convertScaleAbs(image, alpha=0.2)
+    cv2.imwrite(str(robots / "2.png"), dark)
+    (robots / "robots.yaml").write_text(ROBOTS.replace("kind: colour", "kind: colour\n      gain_percentile: 95.0"))
+    assert learn_robots(robots) == 0
+    (robots / "robots.yaml").write_text(ROBOTS)
+    learned = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
+    assert learned.gain_percentile == 95
+    light, night = (Segmenter(learned).labels(seen) for seen in (image, dark))
+    assert {1, 2, 3} <= {*np.unique(light).tolist()} and np.mean(light == night) > 0.98

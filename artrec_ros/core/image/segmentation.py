@@ -93,30 +93,29 @@ class Segmenter:
 
     def _from_colour(self, image: NDArray) -> Image:
         _require_colour(image, self._config.kind)
-        gain = self._gain(image)
-        if gain != 1.0:
-            image = cv2.convertScaleAbs(image, alpha=gain)
-        image = filtered(image, self._config)
+        image = filtered(evenly_lit(image, self._config), self._config)
         if self._config.sharpen_px > 0:
             image = unblur(image, self._config.sharpen_px, self._config.sharpen_amount)
             image = sharpen(image, self._config.sharpen_px, self._config.sharpen_step)
         packed = cv2.cvtColor(image, cv2.COLOR_BGR2BGR565).view(np.uint16)[..., 0]
         return np.take(self._table, packed)
 
-    def _gain(self, image: Image) -> float:
-        """Factor that brings the frame's percentile of brightness (largest channel) to `gain_level`."""
-        if self._config.gain_percentile == 0:
-            return 1.0
-        step = max(1, min(image.shape[:2]) // 120)  # some 120 rows tell the percentile well enough
-        sample = np.ascontiguousarray(image[::step, ::step])
-        keep = np.full(sample.shape[:2], 255, np.uint8)
-        for rectangle in rectangles(self._config.blank, step):
-            keep[rectangle] = 0
-        brightness = cv2.max(cv2.max(sample[..., 0], sample[..., 1]), sample[..., 2])
-        share = np.cumsum(cv2.calcHist([brightness], [0], keep, [256], [0, 256]))
-        level = int(np.searchsorted(share, self._config.gain_percentile / 100 * share[-1]))
-        limit = self._config.gain_limit
-        return float(np.clip(255 * self._config.gain_level / max(level, 1), 1 / limit, limit))
+
+def evenly_lit(image: Image, config: ImageConfig) -> Image:
+    """A colour image (H, W, 3) uint8 scaled so that the percentile of its brightness (largest channel), but for what is
+    blank, is `gain_level`, as far as `gain_limit` lets it; may be `image` itself."""
+    if config.gain_percentile == 0:
+        return image
+    step = max(1, min(image.shape[:2]) // 120)  # some 120 rows tell the percentile well enough
+    sample = np.ascontiguousarray(image[::step, ::step])
+    keep = np.full(sample.shape[:2], 255, np.uint8)
+    for rectangle in rectangles(config.blank, step):
+        keep[rectangle] = 0
+    brightness = cv2.max(cv2.max(sample[..., 0], sample[..., 1]), sample[..., 2])
+    share = np.cumsum(cv2.calcHist([brightness], [0], keep, [256], [0, 256]))
+    level = int(np.searchsorted(share, config.gain_percentile / 100 * share[-1]))
+    gain = float(np.clip(255 * config.gain_level / max(level, 1), 1 / config.gain_limit, config.gain_limit))
+    return np.asarray(cv2.convertScaleAbs(image, alpha=gain), np.uint8)
 
 
 def filtered(image: Image, config: ImageConfig) -> Image:

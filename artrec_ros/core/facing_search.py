@@ -16,6 +16,7 @@ from .geometry.range_limits import ScaleLimits
 from .geometry.transforms import Array
 from .image.blobs import Blob, centres, find_blobs, solidity
 from .image.image_frame import ImageFrame
+from .pose.directions import Directions
 from .pose.distinct_kernels import few_of_places
 from .pose.facing_guesses import FacingGuesser
 from .pose.facing_limbs import FacingLimbs
@@ -34,7 +35,8 @@ class FacingSearch:
     def __init__(self, finder: WholeObjectFinder, config: RecognizerConfig) -> None:
         self.finder, self._config = finder, config
         model, surface = finder.target.model, finder.surface
-        self._guesser = FacingGuesser(model, surface, config, surface.root)
+        self._directions = Directions.about_required(finder, config)
+        self._guesser = FacingGuesser(model, surface, config, surface.root, self._directions.laid)
         self._limbs = FacingLimbs(model, surface, config)
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
@@ -130,11 +132,12 @@ class FacingSearch:
         hurried, config, own = frame.hurried(self._config.facing.guess_share), self._config.facing, sizes * len(mine)
         early = hurried.hurried(0.5) if limbs else hurried  # as much time is left for these
         poses, _, blob = self._guesser.guess(early, mine, limits, sizes)
-        of_limbs, which = self._limbs.guess(hurried, limbs, limits)
+        of_limbs, limb = self._limbs.guess(hurried, limbs, limits)
         of_limbs = self.finder.within_limits(frame.camera, of_limbs)
         most = np.full(own + len(limbs), config.per_patch)
-        most[:own] *= -(-np.bincount(blob, minlength=own) // config.turns)
-        poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob, own + which])
+        most[:own] = self._directions.kept * -(-np.bincount(blob, minlength=own) // self._directions.laid)
+        poses, which = self._directions.turn(self.finder, frame, poses, self._config)
+        poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob[which], own + limb])
         poses = self._with_joints(frame, poses)
         found = Ranked(poses, self.finder.votes(frame, poses, occlusion=True))
         near = self._near_best(found.votes, blob)
@@ -165,12 +168,18 @@ class FacingSearch:
         """The best, and at each place where the required component is a few rivals: all that a verdict must look at."""
         order = np.argsort(self.finder.alternatives.contradicted(frame, found.poses) - found.votes, kind="stable")
         order = order[found.votes[order] > self._config.verdict.min_votes]
-        anchors = self.finder.required.anchors(found.poses[order])
+        poses, config = found.poses[order], self._config
+        anchors = self.finder.required.anchors(poses)
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other
-        kept = np.empty(len(order), np.int64)
-        n = few_of_places(np.ascontiguousarray(at), reach, int(self._config.facing.rivals), kept)
+        kept, rivals = np.empty(len(order), np.int64), int(config.facing.rivals)
+        n = few_of_places(np.ascontiguousarray(at), self._turns(poses), reach, rivals, config.search.niche_rad, kept)
         return found[order[kept[:n]]]
+
+    def _turns(self, poses: Poses) -> Array:
+        """(H,) directions in the image, radians."""
+        along = poses.R @ self._guesser.along
+        return np.asarray(np.arctan2(along[:, 1], along[:, 0]))
 
     def _best_of_each(
         self, frame: ImageFrame, found: Ranked, blob: NDArray[np.int64], most: NDArray[np.int64]
@@ -180,8 +189,7 @@ class FacingSearch:
         rows = rows[np.lexsort((-found.votes[rows], blob[rows]))]
         poses = found.poses[rows]
         uv = poses.t[:, :2] / poses.t[:, 2:] * (frame.camera.focal_px / self._config.facing.cell_px)
-        along = poses.R @ self._guesser.along
-        turn = np.rint(np.arctan2(along[:, 1], along[:, 0]) * (12 / np.pi)).astype(np.int64) % 24
+        turn = np.rint(self._turns(poses) * (12 / np.pi)).astype(np.int64) % 24
         u, v = np.rint(uv).astype(np.int64).T % _CELLS
         cell = ((blob[rows] * 24 + turn) * _CELLS + u) * _CELLS + v
         rows = rows[np.sort(np.unique(cell, return_index=True)[1])]

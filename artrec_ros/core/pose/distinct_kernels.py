@@ -9,6 +9,8 @@ import numpy as np
 
 from ..base.jit import jit
 
+_ALIKE = 2  # one and its fit to the contours
+
 
 @jit
 def cell(value: float) -> int:
@@ -50,17 +52,20 @@ def first_of_cells(order: Any, R: Any, t: Any, place: float, depth: float, turn:
 
 
 @jit
-def few_of_places(at: Any, reach: Any, most: int, out: Any) -> int:
-    """Fill `out` (n,) with hypotheses at places (n, 2), in their order, of which fewer than `most` of those before are
-    within its reach (n,); how many these are."""
+def few_of_places(at: Any, turn: Any, reach: Any, most: int, niche: float, out: Any) -> int:
+    """Fill `out` (n,) with hypotheses at places (n, 2) in directions (n,), in their order, of which fewer than `most`
+    of those before are within reach (n,), and of these fewer than two turned by less than a niche from it: more of a
+    kind would keep out what is turned otherwise. How many these are."""
     kept = 0
     for i in range(len(at)):
-        near = 0
+        near = alike = 0
         for k in range(kept):
             j = out[k]
             x, y = at[j, 0] - at[i, 0], at[j, 1] - at[i, 1]
-            near += x * x + y * y < reach[i] * reach[i]
-        if near < most:
+            if x * x + y * y < reach[i] * reach[i]:
+                near += 1
+                alike += math.cos(turn[j] - turn[i]) > math.cos(niche)
+        if near < most and alike < _ALIKE:
             out[kept] = i
             kept += 1
     return kept

@@ -41,7 +41,15 @@ class FacingGuesser:
     :ivar along: of the object's frame: a direction in its plane.
     """
 
-    def __init__(self, model: ObjectModel, surface: SpatialModel, config: RecognizerConfig, component: int) -> None:
+    def __init__(
+        self,
+        model: ObjectModel,
+        surface: SpatialModel,
+        config: RecognizerConfig,
+        component: int,
+        turns: int | None = None,
+    ) -> None:
+        """:param turns: directions that are tried; None: as configured."""
         part, labels = model.components[component], surface.labels[component]
         inside = surface.table[surface.roles.inside(labels)]
         ring = surface.table[surface.roles.ring(labels, part.body_labels)]
@@ -50,6 +58,7 @@ class FacingGuesser:
             ViewBank(view_bank(m, config.guesses, facing=True), inside, ring, surface.limits, config.guesses)
             for m in part.markers
         ]
+        self._turns = turns or config.facing.turns
         self.labels, self.bends = labels, Bends(surface, component, config.guesses.joint_draws)
         R, t = self.bends.R[0], self.bends.t[0]
         in_object = [(R @ _turn(m), R @ m.centre + t) for m in part.markers]
@@ -97,7 +106,7 @@ class FacingGuesser:
             np.maximum(np.ceil(np.sqrt(area / config.grid_points)), 1).astype(np.int64),  # a lattice of about so many
             np.ascontiguousarray(np.stack([least, np.maximum(most, least)], axis=1)),
             float(config.scale_ratio),
-            int(config.turns),
+            self._turns,
             np.clip(keep, 1, 16),
             0.5,
         )

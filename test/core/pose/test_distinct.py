@@ -61,13 +61,17 @@ def test_of_hypotheses_that_are_alike_the_best_is_kept():
 
 
 @pytest.mark.parametrize("most", [1, 2, 3])
-def test_of_each_place_so_many_are_kept_the_first_ones(most):
+def test_of_each_place_so_many_are_kept_the_first_ones_and_two_of_a_direction(most):
     rng = np.random.default_rng(most)
-    at, reach = rng.uniform(0, 30, (60, 2)), rng.uniform(1, 6, 60)
+    at, reach, turn = rng.uniform(0, 30, (60, 2)), rng.uniform(1, 6, 60), rng.uniform(-np.pi, np.pi, 60)
+    at[1:4], turn[:4], reach[:4] = at[0], (np.pi, -np.pi, np.pi - 0.1, 0.0), 6.0
     out = np.empty(60, np.int64)
-    kept = out[: few_of_places(at, reach, most, out)].tolist()
+    kept = out[: few_of_places(at, turn, reach, most, 0.35, out)].tolist()
     expected: list[int] = []
     for i in range(60):
-        if np.count_nonzero(np.linalg.norm(at[expected] - at[i], axis=1) < reach[i]) < most:
+        near = np.linalg.norm(at[expected] - at[i], axis=1) < reach[i]
+        alike = near & (np.cos(turn[expected] - turn[i]) > np.cos(0.35))
+        if np.count_nonzero(near) < most and np.count_nonzero(alike) < 2:
             expected.append(i)
     assert kept == expected and 0 < len(kept) < 60
+    assert kept[:most] == [0, 1, 3][:most]

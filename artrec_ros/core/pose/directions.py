@@ -1,0 +1,71 @@
+"""In which directions an object that faces the camera is tried about its required component."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import RecognizerConfig
+from ..geometry.transforms import Array, rotation_from_rotvec
+from ..image.image_frame import ImageFrame
+from .finder import WholeObjectFinder
+from .pose_fit import fit_component
+from .surface_model import Poses
+
+_MOST = 360  # what is far out for its size moves by more from one to the next
+
+
+@dataclass(frozen=True)
+class Directions:
+    """An outline tells its direction, or a few, when it is laid on a blob. A disc tells none: it comes to rest where it
+    is first, and then the markers around it are turned about it, each over its pixels or another one's.
+
+    :ivar laid: in which the component is laid on its blobs. :ivar turned: in which the object is turned then; 1: none.
+    :ivar kept: that go on, for each time that the component goes into its blob.
+    """
+
+    laid: int
+    turned: int
+    kept: int
+
+    @classmethod
+    def about_required(cls, finder: WholeObjectFinder, config: RecognizerConfig) -> Directions:
+        """Of a finder of objects that face the camera."""
+        facing, required = config.facing, finder.target.model.required
+        around = _angular_radii(finder) if [m.disc_radius is not None for m in required.markers] == [True] else []
+        if not len(around):
+            return cls(facing.turns, 1, facing.per_patch)
+        turned = int(min(np.ceil(2 * np.pi / (facing.disc_step * min(around))), _MOST))
+        alike = min(len(around) * (len(around) - 1), turned)  # in which a marker comes to lie where another one is
+        return cls(1, turned, max(alike, facing.per_patch))
+
+    def turn(
+        self, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, config: RecognizerConfig
+    ) -> tuple[Poses, NDArray[np.int64]]:
+        """Poses (H,) and, of a disc, these at rest on its contour, in all directions; of which one each is."""
+        if self.turned == 1:
+            return poses, np.arange(len(poses))
+        at_rest = fit_component(finder.surface, frame, poses, finder.root, config.fit, facing=True)
+        laid = Poses.concatenate([poses, finder.within_limits(frame.camera, at_rest)])
+        which, middle = np.repeat(np.arange(len(laid)), self.turned), finder.required.anchors(laid)
+        turns = np.zeros((self.turned, 3))
+        turns[:, 2] = 2 * np.pi * np.arange(self.turned) / self.turned
+        R = np.tile(rotation_from_rotvec(turns), (len(laid), 1, 1))
+        arm = np.einsum("hij,hj->hi", R, (laid.t - middle)[which])
+        return Poses(R @ laid.R[which], middle[which] + arm, laid.q[which]), which % len(poses)
+
+
+def _angular_radii(finder: WholeObjectFinder) -> list[float]:
+    """Half the width of each marker around the required component's only one, radians as seen from there."""
+    surface, kin = finder.surface, finder.surface.kinematics
+    at = kin.forward(np.eye(3)[None], np.zeros((1, 3)), kin.bound(np.zeros((1, kin.n_joints))))
+    middle: Array = at.R[0, finder.root] @ surface.anchor + at.t[0, finder.root]
+    out = []
+    for p in surface.markers:
+        marker, c = surface.patches[p].marker, surface.component[p]
+        assert marker is not None
+        off = float(np.linalg.norm(at.R[0, c] @ marker.centre + at.t[0, c] - middle))
+        out += [marker.radius / off] if off > marker.radius else []
+    return out

@@ -1,0 +1,73 @@
+"""Robots of five discs: the one in the middle tells no direction, and turned wrong some of the others lie on others."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scene import disc
+from settings import settings
+from squares import TEAM, Placing, rendered
+
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.directions import Directions
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.recognizer import Recognizer
+
+MIDDLE, DOT, DOTS_LABEL = disc("middle", 0.025), disc("dot", 0.02), 7
+DOTS = {"fl": (0.035, 0.055), "fr": (0.035, -0.055), "bl": (-0.055, 0.035), "br": (-0.055, -0.035)}
+
+
+def dotted(dots, outline=None):
+    middle = replace(MIDDLE, T_component_marker=Pose.identity(), **(outline or {}))
+    markers = {n: replace(DOT, T_component_marker=Pose(np.eye(3), np.array([*at, 0.0]))) for n, at in dots.items()}
+    others = [Component(name, (marker,), label=DOTS_LABEL) for name, marker in markers.items()]
+    return ObjectModel("robot", (Component("middle", (middle,), required=True), *others))
+
+
+class Dotted(Placing):
+    def patches(self):
+        others = [(self.at(DOT.outline + at), DOTS_LABEL) for at in DOTS.values()]
+        return [(self.at(MIDDLE.outline), TEAM), *others]
+
+
+@pytest.mark.parametrize("scale", [150.0, 220.0])
+def test_none_is_turned_to_where_other_discs_of_it_are(scale):
+    turns = np.random.default_rng(int(scale)).uniform(-np.pi, np.pi, 35)
+    at = [(35 + 55 * (n % 7) + turn / 7, 35 + 55 * (n // 7) - turn / 9) for n, turn in enumerate(turns)]
+    placed = [Dotted(x, y, turn, scale) for (x, y), turn in zip(at, turns, strict=True)]
+    engine = Recognizer(
+        (Target("robot", dotted(DOTS), TEAM),), settings(time_budget_ms=60000), Segmenter(ImageConfig())
+    )
+    found = engine.recognize(rendered(*placed, size=(405, 290), fine=4)).detections
+    assert len(found) == len(placed)
+    for d in found:
+        parts = {part.component: np.array([part.x, part.y]) for part in d.components}
+        one = min(placed, key=lambda p: np.hypot(p.x - d.image.x, p.y - d.image.y))
+        for name, where in DOTS.items():
+            assert np.linalg.norm(parts[name] - one.at([where])[0]) < 0.1 * 0.065 * scale, (one, name)
+
+
+def about(model):
+    config = settings()
+    return Directions.about_required(
+        WholeObjectFinder(Target("robot", model, TEAM), config, facing=True), config
+    ), config
+
+
+def test_small_discs_far_out_want_smaller_steps_and_more_that_go_on():
+    directions, config = about(dotted(DOTS))
+    assert directions.laid == 1 and directions.kept == 4 * 3
+    most = 0.02 / np.hypot(0.055, 0.035) * config.facing.disc_step
+    assert 2 * np.pi / directions.turned <= most < 2 * np.pi / (directions.turned - 1)
+    farther, _ = about(dotted({**DOTS, "far": (0.3, 0.0)}))
+    assert farther.turned > 4 * directions.turned and farther.kept == 5 * 4
+
+
+@pytest.mark.parametrize("model", [dotted({}), dotted(DOTS, {"disc_radius": None})])
+def test_what_has_nothing_around_it_or_an_outline_is_tried_as_configured(model):
+    directions, config = about(model)
+    assert directions == Directions(config.facing.turns, 1, config.facing.per_patch)

@@ -34,8 +34,9 @@ class Dotted(Placing):
         return [(self.at(MIDDLE.outline), TEAM), *others]
 
 
-@pytest.mark.parametrize("scale", [150.0, 220.0])
+@pytest.mark.parametrize("scale", [80.0, 90.0, 220.0])
 def test_none_is_turned_to_where_other_discs_of_it_are(scale):
+    """Discs of 3 px, and of 9."""
     turns = np.random.default_rng(int(scale)).uniform(-np.pi, np.pi, 35)
     at = [(35 + 55 * (n % 7) + turn / 7, 35 + 55 * (n // 7) - turn / 9) for n, turn in enumerate(turns)]
     placed = [Dotted(x, y, turn, scale) for (x, y), turn in zip(at, turns, strict=True)]
@@ -48,7 +49,7 @@ def test_none_is_turned_to_where_other_discs_of_it_are(scale):
         parts = {part.component: np.array([part.x, part.y]) for part in d.components}
         one = min(placed, key=lambda p: np.hypot(p.x - d.image.x, p.y - d.image.y))
         for name, where in DOTS.items():
-            assert np.linalg.norm(parts[name] - one.at([where])[0]) < 0.1 * 0.065 * scale, (one, name)
+            assert np.linalg.norm(parts[name] - one.at([where])[0]) < 0.5 * 0.065 * scale, (one, name)
 
 
 def about(model):

@@ -34,7 +34,7 @@ class Dotted(Placing):
         return [(self.at(MIDDLE.outline), TEAM), *others]
 
 
-@pytest.mark.parametrize("scale", [80.0, 90.0, 220.0])
+@pytest.mark.parametrize("scale", [80.0, 100.0, 220.0])
 def test_none_is_turned_to_where_other_discs_of_it_are(scale):
     """Discs of 3 px, and of 9."""
     turns = np.random.default_rng(int(scale)).uniform(-np.pi, np.pi, 35)

@@ -8,11 +8,14 @@ from dataclasses import replace
 from itertools import count
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from ..geometry.transforms import Array
 from ..model.found import IdentityFit
 from ..verdict.identity import named
 from .motion import Flags
+
+_LIKELY = 0.5  # who is sooner the same than not
 
 
 class Numbers:
@@ -71,6 +74,29 @@ def remembered(now: IdentityFit | None, before: IdentityFit | None, memory: floa
     told = now.evidence or dict.fromkeys(before.evidence, 0.0)  # who shows nothing now is who it was
     evidence = {k: v + memory * before.evidence.get(k, 0.0) for k, v in told.items()}
     return replace(now, evidence=evidence)
+
+
+def turned_up(
+    objects: Sequence[str], fits: Sequence[IdentityFit | None], new: Sequence[int], lost: Sequence[int]
+) -> dict[int, int]:
+    """Which newcomers are objects that are not seen, by what is known of identities that occur but once: rows of T.
+
+    Where both likely have one and the same name they are one, or one of them is misnamed. A newcomer has none that is
+    told of an object that is seen where it should be.
+    """
+    gone = {*new, *lost}
+    held = {(objects[row], fit.name) for row, fit in enumerate(fits) if fit is not None and row not in gone}
+    same = np.zeros((len(new), len(lost)))
+    for n, row in enumerate(new):
+        for k, before in enumerate(lost):
+            mine, its = fits[row], fits[before]
+            if objects[row] != objects[before] or mine is None or its is None or not mine.unique:
+                continue
+            free = [name for name in mine.evidence if name in its.evidence and (objects[row], name) not in held]
+            if free:
+                same[n, k] = _shares(mine, free) @ _shares(its, free)
+    pairs = zip(*linear_sum_assignment(-same), strict=True)
+    return {new[n]: lost[k] for n, k in pairs if same[n, k] > _LIKELY}
 
 
 def identified(

@@ -24,7 +24,7 @@ from .existence import Continuity, newcomers
 from .following import begun, followed
 from .joints import Joints, units_of
 from .motion import Flags, MotionModel
-from .names import Numbers, identified, same_name
+from .names import Numbers, identified, remembered, same_name, turned_up
 from .sightings import Sightings, agreement, sizes_of
 from .telling import Teller
 from .tracks import Tracks
@@ -89,6 +89,7 @@ class Tracker:
         self._tracks = self._tracks.joined(
             begun([found[n] for n in new], sightings[new], scores, self._motion, self._config)
         )
+        self._find_again(set(row_of.values()))
         by_row = {row: found[n] for n, row in row_of.items()}
         self._joints = self._joints.seen(by_row, dt_s, self._motion, self._units, self._config)
         return self._told(result, row_of)
@@ -148,6 +149,21 @@ class Tracker:
         if not len(new) or not self._in_doubt:
             return 1.0, False
         return probability, bool(just_seen.any()) and not odds.any()
+
+    def _find_again(self, here: set[int]) -> None:
+        """Who has not been told of before, and has the name of an object that is not seen where it should be, is this
+        object, where a name occurs but once: it bounced, was carried, or was out of sight for long.
+
+        :param here: rows of all that are seen.
+        """
+        tracks, memory = self._tracks, self._config.sightings.identity_memory
+        ids, fits = list(tracks.ids), list(tracks.identities)
+        new = [row for row in sorted(here) if ids[row] is None]
+        lost = [row for row in range(len(tracks)) if row not in here]
+        for row, before in turned_up(tracks.names, fits, new, lost).items():
+            ids[row], ids[before] = ids[before], None
+            fits[row], fits[before] = remembered(fits[row], fits[before], memory), None
+        self._tracks = replace(tracks, ids=tuple(ids), identities=tuple(fits))
 
     def _told(self, result: FrameResult, row_of: dict[int, int]) -> FrameResult:
         """What is told, with names; tracks that have given theirs away are forgotten."""

@@ -136,3 +136,32 @@ def test_who_shows_nothing_that_tells_a_name_gets_none_that_is_left():
 def test_who_showed_one_before_keeps_it_while_its_patches_are_hidden():
     told = followed([seen((100, (-30, -30, 0)))] * 4 + [frame(bare(100))] * 2)
     assert names(told[-1]) == ["vr"]
+
+
+SURE = {"gr": (0, -30, -30), "gv": (-30, 0, -30)}
+
+
+def test_who_turns_up_elsewhere_under_a_name_that_occurs_once_is_the_same():
+    """It bounces, and is nowhere near where it should be: its track, which nobody sees, must not keep its name."""
+    moves = [100 + 12 * k for k in range(10)] + [150 - 40 * k for k in range(4)]
+    told = followed([seen((x, SURE["gr"]), (300, SURE["gv"])) for x in moves])
+    assert {tuple(names(d)) for d in told} == {("gr", "gv")}
+    assert {tuple(x.id for x in d) for d in told} == {(0, 1)}
+
+
+def test_a_name_that_is_still_seen_is_not_handed_on():
+    frames = [seen((100, SURE["gr"]))] * 5 + [seen((100, SURE["gr"]), (300, (0, -2, -30)))]
+    told = followed(frames)
+    assert [d.id for d in told[-1]] == [0, 1] and names(told[-1])[0] == "gr"
+
+
+@pytest.mark.parametrize(
+    ("evidence", "same"),
+    [((0, -1, -9), True), ((0, -1, 0), False), ((-9, -1, 0), False), ((-5, 0, -9), True)],
+    ids=["likely", "as likely another one", "another one", "likely of those that are left"],
+)
+def test_a_newcomer_is_who_is_lost_where_that_is_likely(evidence, same):
+    """The second, gv, is seen all the time."""
+    frames = [seen((100, SURE["gr"]), (200, SURE["gv"]))] * 5 + [seen((400, evidence), (200, SURE["gv"]))]
+    told = {d.image.x: d.id for d in followed(frames)[-1]}
+    assert (told[400] == 0) == same and told[200] == 1

@@ -10,7 +10,7 @@ from ..core.base.config import ImageConfig, PlaneConfig
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
 from ..io.base.shared_files import resolve_path
-from ..io.parameters.parameter_file import setup_from_flat
+from ..io.parameters.parameter_file import image_from_flat, setup_from_flat
 from ..io.parameters.sections import read_flat
 
 _CAMERA = "smoothing_px", "gamma", "blur_noise", "gain_percentile", "gain_level", "gain_limit"
@@ -59,6 +59,10 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
     kept |= {f"image.{name}.label": label for name, label in more.items()}
     kept |= {"image.classes": classes} if classes else {}
     folder, config_dir, source = paths[0].absolute().parent, flat.get("config_dir"), ", ".join(map(str, paths))
+    if more and "objects" not in flat:  # what is known of the camera alone
+        image = image_from_flat({k: v for k, v in kept.items() if k.startswith("image.")}, source)
+        labels = {name: cls.label for name, cls in image.classes.items()}
+        return ColourSetup((), labels, image.blank, camera=_camera(image), gamma_known="image.gamma" in flat)
     setup = setup_from_flat(kept, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, source)
     named = {cls.label: name for name, cls in reversed(setup.image.classes.items())} | {n: k for k, n in more.items()}
     labels, hidden = dict[str, int](), dict[str, int]()
@@ -74,8 +78,12 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
     hidden = {name: label for name, label in hidden.items() if name not in labels}
     bodies = frozenset(labels) - on_markers
     image, plane = setup.image, setup.recognizer.scene.plane
-    camera = ImageConfig(**{name: getattr(image, name) for name in _CAMERA})
-    return ColourSetup(setup.targets, labels, image.blank, bodies, hidden, plane, camera, "image.gamma" in flat)
+    known = "image.gamma" in flat
+    return ColourSetup(setup.targets, labels, image.blank, bodies, hidden, plane, _camera(image), known)
+
+
+def _camera(image: ImageConfig) -> ImageConfig:
+    return ImageConfig(**{name: getattr(image, name) for name in _CAMERA})
 
 
 def _classes(targets: tuple[Target, ...]) -> Iterator[tuple[str, int, bool, bool]]:

@@ -61,7 +61,9 @@ def run(args: argparse.Namespace) -> int:
         for n, line in enumerate(describe(item)):
             print(f"{'  ' if n else ''}{line}")
         if isinstance(item.content, Setup):
-            for line in silent_topics(item.content, calibrated_images(items)):
+            there = calibrated_images(items)
+            images = {True, False} if there is None else {there}
+            for line in (*unread(item.content, images), *silent_topics(item.content, there)):
                 print(f"  {line}")
     for line in scene_lines(items):
         print(line)
@@ -177,6 +179,8 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
         space = "in space" if t.model.is_spatial else "in the image plane"
         if t.model.is_spatial and t.model.is_flat:
             space = "in space, or without a calibration as a whole in the image (no poses, but image_poses)"
+            if setup.recognizer.scene.plane.is_given:
+                space = "as a whole on scene.plane"
         learned = "no constraints"
         if isinstance(t.constraints, ConstraintSet):
             learned = counted(len(t.constraints.pairs), "learned pair")
@@ -191,7 +195,6 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
     }  # fmt: skip
     if changed:
         yield "not at their defaults: " + ", ".join(f"{k} {v}" for k, v in changed.items())
-    yield from unread(setup)
 
 
 def _annotations(head: str, annotations: Annotations) -> Iterator[str]:

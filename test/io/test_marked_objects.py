@@ -106,7 +106,11 @@ def test_an_identitys_name_alone_will_do_where_one_object_has_it(tmp_path: Path,
     [
         ({}, "yellow", "the class of component 'patch' is not told.*identity.*known: g, r"),
         ({"attributes": {"identity": "gren"}}, "yellow", "no identity 'gren'; did you mean 'green'"),
-        ({"attributes": {"patch": "x"}}, "yellow", "the class of component 'patch' is not told"),
+        (
+            {"attributes": {"patch": "x"}},
+            "yellow",
+            "the class of component 'patch' is told as 'x'.*known: g, r",
+        ),
         ({"attributes": {"identity": "green"}}, "yelow", "category 'yelow' is no object.*did you mean 'yellow'"),
     ],
 )

@@ -102,3 +102,9 @@ def test_without_whole_objects_nothing_is_read_in_space(folder: Path) -> None:
 )
 def test_what_is_read_is_not_told(folder: Path, files: list[str], values: dict[str, Any]) -> None:
     assert told(folder, files, **values) == []
+
+
+def test_what_tracking_would_read_is_told_where_it_is_off(folder: Path) -> None:
+    off = {"tracking__enabled": False, "tracking__smooth": True}
+    assert told(folder, ["spatial"], **off) == ["tracking.smooth changes nothing here: tracking.enabled is false"]
+    assert told(folder, ["spatial"], tracking__enabled=False) == told(folder, ["spatial"], tracking__smooth=True) == []

@@ -476,3 +476,19 @@ def test_colours_are_learned_of_images_with_the_gain_of_the_parameter_file(robot
     assert learned.gain_percentile == 95
     light, night = (Segmenter(learned).labels(seen) for seen in (image, dark))
     assert {1, 2, 3} <= {*np.unique(light).tolist()} and np.mean(light == night) > 0.98
+
+
+def test_a_parameter_file_without_objects_tells_of_the_camera(robots: Path, capsys) -> None:
+    coco = json.loads((robots / "coco.json").read_text())
+    (robots / "coco.json").write_text(json.dumps({**coco, "annotations": [], "categories": []}))
+    for name, box in (("team", [11, 13, 14, 14]), ("red", [11, 33, 14, 14]), ("blue", [51, 33, 14, 14])):
+        drawn(robots, name, box)
+    camera = robots / "camera_params.yaml"
+    camera.write_text("/**:\n  ros__parameters:\n    image: {kind: colour, gamma: 1.8, gain_percentile: 95.0}\n")
+    marks, out = ["--annotations", str(robots / "coco.json")], ["-o", str(robots / "colours.yaml")]
+    files = [*marks, "--params-file", str(camera), *out]
+    assert main(["learn-colours", *files, "--classes", "team=1", "red=3", "blue=2"]) == 0
+    image = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
+    assert (image.gamma, image.gain_percentile, set(image.classes)) == (1.8, 95.0, {"team", "red", "blue"})
+    assert main(["learn-colours", *files]) != 0
+    assert "objects" in capsys.readouterr().err

@@ -176,10 +176,10 @@ def label_of(component: Component, own: int, class_name: str | None, annotated: 
     if not classes:
         return own if component.label is None else component.label
     if class_name is None or class_name not in classes:
-        known = ", ".join(classes)
+        told = "is not told" if class_name is None else f"is told as '{class_name}', which it has not"
         raise ConfigError(
-            f"{annotated.place}: the class of component '{component.name}' is not told; name it in the annotation's "
-            f"attributes, as identity or as {component.name} (known: {known})"
+            f"{annotated.place}: the class of component '{component.name}' {told}; name it in the annotation's "
+            f"attributes, as identity or as {component.name} (known: {', '.join(classes)})"
         )
     label = classes[class_name]
     assert label is not None  # the parameter file's classes have been read

@@ -118,7 +118,7 @@ def setup_from_flat(
     :param previous: its targets are taken over where nothing changed that they are read from.
     :raises ConfigError: a value, or a file that it names, is not valid.
     """
-    values = {key: Value(Path(source), key, _plain(raw)) for key, raw in flat.items()}
+    values = _values(flat, source)
     objects = _read_names(values, "objects", _RESERVED)
     if not objects:
         raise ConfigError(f"{source}: objects: this key is missing; it lists the objects to look for, such as [red]")
@@ -138,6 +138,17 @@ def setup_from_flat(
     targets = tuple(kept.get(name) or load_target(name, config, image, values) for name, config in configs.items())
     resolved = _resolve(specs, values, {f"{n}.{k}": v for n, c in configs.items() for k, v in vars(c).items()})
     return Setup(targets, configs, image, recognizer, tracking, node, resolved)
+
+
+def image_from_flat(flat: Mapping[str, Any], source: str | Path = "parameters") -> ImageConfig:
+    """What values of the section `image` say, of files that name no objects. As `setup_from_flat`."""
+    values = _values(flat, source)
+    classes = _read_names(values, "image.classes", [f.name for f in dataclasses.fields(ImageConfig)])
+    return _read_image(_known(values, all_specs([], classes), None), classes, str(source))
+
+
+def _values(flat: Mapping[str, Any], source: str | Path) -> dict[str, Value]:
+    return {key: Value(Path(source), key, _plain(raw)) for key, raw in flat.items()}
 
 
 def _known(

@@ -44,6 +44,9 @@ def _is_changed(spec: Spec, setup: Setup) -> bool:
 
 
 def _lines(spec: Spec, setup: Setup, there: Collection[bool]) -> Iterator[str]:
+    if spec.name.startswith("tracking.") and not setup.tracking.enabled and spec.name != "tracking.enabled":
+        yield f"{spec.name} changes nothing here: tracking.enabled is false"
+        return
     reads, (calibrated, bare) = set(spec.paths), ways_taken(setup)
     where = " and ".join(_WAYS[way] for way in spec.paths)
     if not reads & (calibrated | bare):

@@ -77,12 +77,18 @@ def remembered(now: IdentityFit | None, before: IdentityFit | None, memory: floa
 
 
 def turned_up(
-    objects: Sequence[str], fits: Sequence[IdentityFit | None], new: Sequence[int], lost: Sequence[int]
+    objects: Sequence[str],
+    fits: Sequence[IdentityFit | None],
+    there: Array,
+    new: Sequence[int],
+    lost: Sequence[int],
 ) -> dict[int, int]:
     """Which newcomers are objects that are not seen, by what is known of identities that occur but once: rows of T.
 
-    Where both likely have one and the same name they are one, or one of them is misnamed. A newcomer has none that is
-    told of an object that is seen where it should be.
+    Where both likely have one and the same name they are one. A newcomer has none of those that are told of objects
+    that are seen where they should be.
+
+    :param there: (T,) probability that each is there.
     """
     gone = {*new, *lost}
     held = {(objects[row], fit.name) for row, fit in enumerate(fits) if fit is not None and row not in gone}
@@ -94,9 +100,10 @@ def turned_up(
                 continue
             free = [name for name in mine.evidence if name in its.evidence and (objects[row], name) not in held]
             if free:
-                same[n, k] = _shares(mine, free) @ _shares(its, free)
+                same[n, k] = there[row] * (_shares(mine, free) @ _shares(its, free))
+    same[same <= _LIKELY] = 0.0
     pairs = zip(*linear_sum_assignment(-same), strict=True)
-    return {new[n]: lost[k] for n, k in pairs if same[n, k] > _LIKELY}
+    return {new[n]: lost[k] for n, k in pairs if same[n, k] > 0}
 
 
 def identified(

@@ -89,7 +89,6 @@ class Tracker:
         self._tracks = self._tracks.joined(
             begun([found[n] for n in new], sightings[new], scores, self._motion, self._config)
         )
-        self._find_again(set(row_of.values()))
         by_row = {row: found[n] for n, row in row_of.items()}
         self._joints = self._joints.seen(by_row, dt_s, self._motion, self._units, self._config)
         return self._told(result, row_of)
@@ -150,21 +149,6 @@ class Tracker:
             return 1.0, False
         return probability, bool(just_seen.any()) and not odds.any()
 
-    def _find_again(self, here: set[int]) -> None:
-        """Who has not been told of before, and has the name of an object that is not seen where it should be, is this
-        object, where a name occurs but once: it bounced, was carried, or was out of sight for long.
-
-        :param here: rows of all that are seen.
-        """
-        tracks, memory = self._tracks, self._config.sightings.identity_memory
-        ids, fits = list(tracks.ids), list(tracks.identities)
-        new = [row for row in sorted(here) if ids[row] is None]
-        lost = [row for row in range(len(tracks)) if row not in here]
-        for row, before in turned_up(tracks.names, fits, new, lost).items():
-            ids[row], ids[before] = ids[before], None
-            fits[row], fits[before] = remembered(fits[row], fits[before], memory), None
-        self._tracks = replace(tracks, ids=tuple(ids), identities=tuple(fits))
-
     def _told(self, result: FrameResult, row_of: dict[int, int]) -> FrameResult:
         """What is told, with names; tracks that have given theirs away are forgotten."""
         found, least = result.detections, self._config.existence.least
@@ -174,6 +158,7 @@ class Tracker:
             for n in sorted(row_of)
             if not (self._in_doubt and found[n].is_in_doubt) or likely[row_of[n]] >= min(least, found[n].score)
         ]
+        given_away = self._find_again(set(row_of.values()), [row_of[n] for n in told])
         self._name([row_of[n] for n in told])
         teller = Teller(
             self._tracks, self._joints, self._config, result.size, scores=likely if self._in_doubt else None
@@ -182,12 +167,34 @@ class Tracker:
         here, whose = set(row_of.values()), list(zip(self._tracks.names, self._tracks.ids, strict=True))
         taken = {whose[row] for row in here if self._tracks.ids[row] is not None}
         # who was alone and has been lost has given the id away
-        away = [row for row in range(len(whose)) if row not in here and whose[row] not in taken]
+        away = [row for row in range(len(whose)) if row not in here | given_away and whose[row] not in taken]
         expected = teller.expected(away)
         kept = np.zeros(len(whose), bool)
         kept[[*here, *away]] = True
         self._keep(kept)
         return replace(result, detections=(*seen, *expected))
+
+    def _find_again(self, here: set[int], told: Sequence[int]) -> set[int]:
+        """Who is told of for the first time, and has the name of an object that is not seen where it should be, is this
+        object, where a name occurs but once: it bounced, was carried, or was out of sight for long; in another scene,
+        too. The rows whose ids and names others have now.
+
+        :param here: rows of all that are seen. :param told: of those that are told of.
+        """
+        tracks, memory = self._tracks, self._config.sightings.identity_memory
+        ids, fits = list(tracks.ids), list(tracks.identities)
+        new = [row for row in told if ids[row] is None]
+        lost = [row for row in range(len(tracks)) if row not in here and ids[row] is not None]
+        if not new or not lost:
+            return set()
+        known = tracks.are_told & np.isin(np.arange(len(tracks)), list(here))
+        named_by_now = identified(tracks.names, fits, known)
+        found = turned_up(tracks.names, named_by_now, tracks.existence.probability, new, lost)
+        for row, before in found.items():
+            ids[row], ids[before] = ids[before], None
+            fits[row], fits[before] = remembered(fits[row], fits[before], memory), None
+        self._tracks = replace(tracks, ids=tuple(ids), identities=tuple(fits))
+        return set(found.values())
 
     def _name(self, rows: Sequence[int]) -> None:
         """Give numbers to those tracks that are told, and tell which one each is."""

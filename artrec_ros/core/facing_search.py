@@ -26,6 +26,9 @@ from .pose.pose_fit import fit_component
 from .pose.ranked import Ranked, first_of_each
 from .pose.surface_model import Poses
 
+_TURN = np.pi / 12  # hypotheses of one place turned by less are alike
+_ALIKE = 2  # rivals that are alike where a disc tells no direction: one and its fit to the contours
+_TURNED_AT_ONCE = 256  # between two looks at the clock
 _CELLS = 1 << 20  # more than any image has along a side
 
 
@@ -136,8 +139,8 @@ class FacingSearch:
         of_limbs = self.finder.within_limits(frame.camera, of_limbs)
         most = np.full(own + len(limbs), config.per_patch)
         most[:own] = self._directions.kept * -(-np.bincount(blob, minlength=own) // self._directions.laid)
-        poses, which = self._directions.turn(self.finder, frame, poses, self._config)
-        poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob[which], own + limb])
+        poses, blob = self._turned(early, poses, blob)
+        poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob, own + limb])
         poses = self._with_joints(frame, poses)
         found = Ranked(poses, self.finder.votes(frame, poses, occlusion=True))
         near = self._near_best(found.votes, blob)
@@ -151,6 +154,20 @@ class FacingSearch:
         fitted = self._with_joints(frame, self.finder.within_limits(frame.camera, fitted))
         found += Ranked(fitted, self.finder.votes(frame, fitted, occlusion=True))
         return found, np.concatenate([blob, blob[large], blob[limb]]), most
+
+    def _turned(self, frame: ImageFrame, poses: Poses, blob: NDArray[np.int64]) -> tuple[Poses, NDArray[np.int64]]:
+        """What was laid on blobs (H,), in the best of the directions in which it is to be turned, and their blobs."""
+        directions = self._directions
+        if directions.turned == 1:
+            return poses, blob
+        found, of = [self.finder.surface.no_poses], [np.zeros(0, np.int64)]
+        for part in frame.deadline.parts(len(poses), max(_TURNED_AT_ONCE // directions.turned, 1)):
+            turned, which = directions.turn(self.finder, frame, poses[part], self._config)
+            turned = self._with_joints(frame, turned)
+            best = first_of_each(which, self.finder.votes(frame, turned, occlusion=True), directions.kept)
+            found.append(turned[best])
+            of.append(blob[part][which[best]])
+        return Poses.concatenate(found), np.concatenate(of)
 
     def _with_joints(self, frame: ImageFrame, poses: Poses) -> Poses:
         """The same with joints at which the labels like the other components best."""
@@ -173,7 +190,8 @@ class FacingSearch:
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other
         kept, rivals = np.empty(len(order), np.int64), int(config.facing.rivals)
-        n = few_of_places(np.ascontiguousarray(at), self._turns(poses), reach, rivals, config.search.niche_rad, kept)
+        alike = rivals if self._directions.turned == 1 else _ALIKE
+        n = few_of_places(np.ascontiguousarray(at), self._turns(poses), reach, rivals, alike, np.cos(_TURN), kept)
         return found[order[kept[:n]]]
 
     def _turns(self, poses: Poses) -> Array:
@@ -189,7 +207,7 @@ class FacingSearch:
         rows = rows[np.lexsort((-found.votes[rows], blob[rows]))]
         poses = found.poses[rows]
         uv = poses.t[:, :2] / poses.t[:, 2:] * (frame.camera.focal_px / self._config.facing.cell_px)
-        turn = np.rint(self._turns(poses) * (12 / np.pi)).astype(np.int64) % 24
+        turn = np.rint(self._turns(poses) / _TURN).astype(np.int64) % round(2 * np.pi / _TURN)
         u, v = np.rint(uv).astype(np.int64).T % _CELLS
         cell = ((blob[rows] * 24 + turn) * _CELLS + u) * _CELLS + v
         rows = rows[np.sort(np.unique(cell, return_index=True)[1])]

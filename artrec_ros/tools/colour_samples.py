@@ -20,9 +20,9 @@ from ..io.base.bars import bar
 from ..io.learned.marked_objects import BESIDE, REST
 from ..io.learned.regions import MarkedImage
 
+GIVEN = "gamma", "blur_noise", "gain_percentile", "gain_level", "gain_limit"  # of `image`, by which colours are learned
 _READ = partial(bar, desc="reading", unit="image", leave=False)
 _SHARP = ImageConfig()
-_AS_LEARNED = ("gamma", "blur_px", "blur_noise", "gain_percentile", "gain_level", "gain_limit")
 _UNMARKED = 255  # number of the pixels that nobody has marked
 _TRIED = 24  # images at most that sharpening is tried on, or blur and gamma are measured in
 
@@ -43,7 +43,7 @@ class Told:
 
     def as_seen(self, image: ImageConfig) -> ImageConfig:
         """A configuration by which images are made even and sharp as these were."""
-        return replace(image, **{name: getattr(self.camera, name) for name in _AS_LEARNED})
+        return replace(image, **{name: getattr(self.camera, name) for name in (*GIVEN, "blur_px")})
 
 
 def samples_of_labels(

@@ -12,8 +12,9 @@ from ..core.model.target import Target
 from ..io.base.shared_files import resolve_path
 from ..io.parameters.parameter_file import image_from_flat, setup_from_flat
 from ..io.parameters.sections import read_flat
+from .colour_samples import GIVEN
 
-_CAMERA = "smoothing_px", "gamma", "blur_noise", "gain_percentile", "gain_level", "gain_limit"
+_CAMERA = "smoothing_px", *GIVEN
 _READ = "image.blank", *(f"image.{name}" for name in _CAMERA)
 
 

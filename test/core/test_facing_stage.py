@@ -217,7 +217,7 @@ def test_without_time_or_without_anything_in_view_nothing_is_found(robots):
     assert late.ended_by in ((), ("recognizer.time_budget_ms",))
 
 
-@pytest.mark.parametrize("share", [0.01, 0.03, 0.1, 0.3, 0.6, 0.9])
+@pytest.mark.parametrize("share", [0.01, 0.03, 0.1, 0.3, 0.6])
 def test_every_stage_ends_with_the_time_where_all_is_full_of_patches(monkeypatch, share):
     """The clock is asked between pieces of work: once it has struck, little more is begun. (speed.py has the times.)"""
     rgb = {TEAM: (230, 200, 30), 4: (40, 160, 60), 5: (210, 40, 60), 6: (120, 60, 170)}
@@ -240,7 +240,7 @@ def test_every_stage_ends_with_the_time_where_all_is_full_of_patches(monkeypatch
     whole, pieces = asked_in_all(np.inf)
     cut, until_it_ended = asked_in_all(int(share * pieces))
     assert whole.ended_by == () and cut.ended_by == ("recognizer.time_budget_ms",)
-    assert until_it_ended < (share + 1 / 3) * pieces
+    assert until_it_ended < (share + 0.15) * pieces
 
 
 def test_what_was_found_stays_where_time_ends_while_merged_ones_are_looked_for(monkeypatch):

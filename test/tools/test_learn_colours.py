@@ -469,11 +469,12 @@ def test_colours_are_learned_of_images_with_the_gain_of_the_parameter_file(robot
     image = cv2.imread(str(robots / "1.png"))
     dark = cv2.convertScaleAbs(image, alpha=0.2)
     cv2.imwrite(str(robots / "2.png"), dark)
-    (robots / "robots.yaml").write_text(ROBOTS.replace("kind: colour", "kind: colour\n      gain_percentile: 95.0"))
+    gain = "kind: colour\n      gain_percentile: 95.0\n      gain_level: 0.7\n      gain_limit: 20.0"
+    (robots / "robots.yaml").write_text(ROBOTS.replace("kind: colour", gain))
     assert learn_robots(robots) == 0
     (robots / "robots.yaml").write_text(ROBOTS)
     learned = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
-    assert learned.gain_percentile == 95
+    assert (learned.gain_percentile, learned.gain_level, learned.gain_limit) == (95, 0.7, 20)
     light, night = (Segmenter(learned).labels(seen) for seen in (image, dark))
     assert {1, 2, 3} <= {*np.unique(light).tolist()} and np.mean(light == night) > 0.98
 

@@ -13,7 +13,6 @@ from ..geometry.transforms import Array
 
 _LEARNING = LearningConfig()
 _SEEN_PX = 0.7  # standard deviation of the Gaussian with which gradients are taken
-_OF_DIFFERENCE = 1 / 3  # variance that a gradient adds as the difference of pixels that are two apart
 _LEAST_EDGES = 30  # edge pixels: fewer have no median worth the name
 
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
@@ -50,8 +49,7 @@ def _blurs(image: NDArray[np.uint8], marked: NDArray[np.bool_]) -> Array:
     once, twice = first[tuple(peaks.T)], second[tuple(peaks.T)]
     strong = once >= np.quantile(once, 1 - _LEARNING.strong_edges)
     ratio = np.square(once[strong] / np.maximum(twice[strong], 1e-6))
-    seen = _SEEN_PX**2 / np.maximum(ratio - 1, 1e-3)  # variance of all that blurs the first gradients
-    return np.asarray(np.sqrt(np.maximum(seen - _SEEN_PX**2 - _OF_DIFFERENCE, 0)))
+    return np.asarray(np.sqrt(np.maximum(_SEEN_PX**2 / np.maximum(ratio - 1, 1e-3) - _SEEN_PX**2, 0)))
 
 
 def _gradients(image: NDArray[np.uint8], sigma_px: float) -> tuple[Array, Array]:

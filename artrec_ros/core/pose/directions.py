@@ -14,7 +14,7 @@ from .finder import WholeObjectFinder
 from .pose_fit import fit_component
 from .surface_model import Poses
 
-_MOST = 360  # what is far out for its size moves by more from one to the next
+_MOST = 360  # directions: more would take long; of what is so small and far out a climb makes the rest good
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,8 @@ class Directions:
 
 
 def _angular_radii(finder: WholeObjectFinder) -> list[float]:
-    """Half the width of each marker around the required component's only one, radians as seen from there."""
+    """Radius of each marker around the required component's only one, radians as seen from there; joints are where they
+    are nearest to 0. What reaches over the middle looks much the same in any direction, and wants no small steps."""
     surface, kin = finder.surface, finder.surface.kinematics
     at = kin.forward(np.eye(3)[None], np.zeros((1, 3)), kin.bound(np.zeros((1, kin.n_joints))))
     middle: Array = at.R[0, finder.root] @ surface.anchor + at.t[0, finder.root]

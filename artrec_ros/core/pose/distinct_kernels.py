@@ -9,8 +9,6 @@ import numpy as np
 
 from ..base.jit import jit
 
-_ALIKE = 2  # one and its fit to the contours
-
 
 @jit
 def cell(value: float) -> int:
@@ -52,10 +50,10 @@ def first_of_cells(order: Any, R: Any, t: Any, place: float, depth: float, turn:
 
 
 @jit
-def few_of_places(at: Any, turn: Any, reach: Any, most: int, niche: float, out: Any) -> int:
+def few_of_places(at: Any, turn: Any, reach: Any, most: int, most_alike: int, cosine: float, out: Any) -> int:
     """Fill `out` (n,) with hypotheses at places (n, 2) in directions (n,), in their order, of which fewer than `most`
-    of those before are within reach (n,), and of these fewer than two turned by less than a niche from it: more of a
-    kind would keep out what is turned otherwise. How many these are."""
+    of those before are within reach (n,), and of these fewer than `most_alike` in a direction with a greater cosine to
+    its own: more of a kind would keep out what is turned otherwise. How many these are."""
     kept = 0
     for i in range(len(at)):
         near = alike = 0
@@ -64,8 +62,8 @@ def few_of_places(at: Any, turn: Any, reach: Any, most: int, niche: float, out: 
             x, y = at[j, 0] - at[i, 0], at[j, 1] - at[i, 1]
             if x * x + y * y < reach[i] * reach[i]:
                 near += 1
-                alike += math.cos(turn[j] - turn[i]) > math.cos(niche)
-        if near < most and alike < _ALIKE:
+                alike += math.cos(turn[j] - turn[i]) > cosine
+        if near < most and alike < most_alike:
             out[kept] = i
             kept += 1
     return kept

@@ -172,7 +172,9 @@ class ColourMarks:
         if not self.patches:
             raise ConfigError(f"nothing is marked yet: click patches of {', '.join(self.labels)}, and background")
         marked = [m.smaller_before() for m in load_regions([self.path])]
-        return samples_of_regions(marked, labels, camera=self._setup.camera, gamma_known=self._setup.gamma_known)
+        return samples_of_regions(
+            marked, labels, self._setup.blank, self._setup.camera, gamma_known=self._setup.gamma_known
+        )
 
     def learn_from_axes(self, annotations: Path) -> Learned:
         """Colours from marked axes, as `artrec learn-colours --annotations ... --params-file ...` learns them."""

@@ -66,7 +66,7 @@ def test_of_each_place_so_many_are_kept_the_first_ones_and_two_of_a_direction(mo
     at, reach, turn = rng.uniform(0, 30, (60, 2)), rng.uniform(1, 6, 60), rng.uniform(-np.pi, np.pi, 60)
     at[1:4], turn[:4], reach[:4] = at[0], (np.pi, -np.pi, np.pi - 0.1, 0.0), 6.0
     out = np.empty(60, np.int64)
-    kept = out[: few_of_places(at, turn, reach, most, 0.35, out)].tolist()
+    kept = out[: few_of_places(at, turn, reach, most, 2, np.cos(0.35), out)].tolist()
     expected: list[int] = []
     for i in range(60):
         near = np.linalg.norm(at[expected] - at[i], axis=1) < reach[i]

@@ -50,12 +50,12 @@ class FacingConfig(Room):
     )
     disc_step: float = param(
         0.6,
-        "where the component is a disc: by how much markers around it move at most from one direction that is tried to "
-        "the next, as a share of half their width",
+        "where the component is a disc, in place of `turns`: by how much markers around it move at most from one "
+        "direction that is tried to the next, as a share of their radius (twice the area over the perimeter)",
         low=0.05,
         high=2,
         paths=_FACING,
-        origin="of 145 rendered robots of five discs of 8 to 10 px, without calibration, 8 were turned to where other "
+        origin="of 145 rendered robots of five discs of 7 to 10 px, without calibration, 8 were turned to where other "
         "discs of theirs are, with 16 directions; with this step none, with 0.9 one",
     )
     scale_ratio: float = param(
@@ -124,7 +124,7 @@ class FacingConfig(Room):
         low=1,
         high=1000,
         paths=_FACING,
-        origin="a square's four turns",
+        origin="a square's four turns; about a disc n markers have n (n - 1) to lie on each other's places",
     )
     rounds: tuple[int, ...] = param(
         (4, 5),

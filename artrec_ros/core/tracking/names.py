@@ -8,14 +8,11 @@ from dataclasses import replace
 from itertools import count
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ..geometry.transforms import Array
 from ..model.found import IdentityFit
 from ..verdict.identity import named
 from .motion import Flags
-
-_LIKELY = 0.5  # who is sooner the same than not
 
 
 class Numbers:
@@ -76,19 +73,18 @@ def remembered(now: IdentityFit | None, before: IdentityFit | None, memory: floa
     return replace(now, evidence=evidence)
 
 
-def turned_up(
+def same_by_name(
     objects: Sequence[str],
     fits: Sequence[IdentityFit | None],
     there: Array,
     new: Sequence[int],
     lost: Sequence[int],
-) -> dict[int, int]:
-    """Which newcomers are objects that are not seen, by what is known of identities that occur but once: rows of T.
+) -> Array:
+    """(n, l) the probability that newcomers are objects that are not seen, by what is known of identities that occur
+    but once: that both have one and the same name. A newcomer has none of those that are told of objects that are seen
+    where they should be.
 
-    Where both likely have one and the same name they are one. A newcomer has none of those that are told of objects
-    that are seen where they should be.
-
-    :param there: (T,) probability that each is there.
+    :param there: (T,) probability that each is there. :param new, lost: rows of T.
     """
     gone = {*new, *lost}
     held = {(objects[row], fit.name) for row, fit in enumerate(fits) if fit is not None and row not in gone}
@@ -101,9 +97,7 @@ def turned_up(
             free = [name for name in mine.evidence if name in its.evidence and (objects[row], name) not in held]
             if free:
                 same[n, k] = there[row] * (_shares(mine, free) @ _shares(its, free))
-    same[same <= _LIKELY] = 0.0
-    pairs = zip(*linear_sum_assignment(-same), strict=True)
-    return {new[n]: lost[k] for n, k in pairs if same[n, k] > 0}
+    return same
 
 
 def identified(

@@ -24,11 +24,12 @@ from .existence import Continuity, newcomers
 from .following import begun, followed
 from .joints import Joints, units_of
 from .motion import Flags, MotionModel
-from .names import Numbers, identified, remembered, same_name, turned_up
+from .names import Numbers, identified, remembered, same_by_name, same_name
 from .sightings import Sightings, agreement, sizes_of
 from .telling import Teller
 from .tracks import Tracks
 
+_SAME = 0.5  # probability from which a newcomer is an object that is lost
 _NAMED = 0.5  # probability from which an object that is not seen keeps its identity from others
 
 
@@ -189,7 +190,8 @@ class Tracker:
             return set()
         known = tracks.are_told & np.isin(np.arange(len(tracks)), list(here))
         named_by_now = identified(tracks.names, fits, known)
-        found = turned_up(tracks.names, named_by_now, tracks.existence.probability, new, lost)
+        same = same_by_name(tracks.names, named_by_now, tracks.existence.probability, new, lost)
+        found = {new[n]: lost[k] for n, k in _assign(_SAME - same).items()}
         for row, before in found.items():
             ids[row], ids[before] = ids[before], None
             fits[row], fits[before] = remembered(fits[row], fits[before], memory), None

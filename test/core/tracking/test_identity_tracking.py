@@ -7,7 +7,7 @@ import pytest
 from test_tracking import PERIOD, START, flat, frame
 
 from artrec_ros.core.base.config import SightingsConfig, TrackingConfig
-from artrec_ros.core.tracking.names import turned_up
+from artrec_ros.core.tracking.names import same_by_name
 from artrec_ros.core.tracking.tracker import Tracker
 from artrec_ros.core.verdict.identity import named
 
@@ -194,10 +194,15 @@ def test_who_has_been_found_again_leaves_nothing_behind():
     assert {d.image.x: d.id for d in told if d.image.x != 100} == {400: 0, 200: 1}
 
 
-def test_of_several_that_are_lost_and_found_each_gets_what_was_its_own():
-    """The surest pair alone: what is not likely must not keep it apart."""
-    fits = named(
-        np.array([(-0.6, -0.8, -9.0), (-0.5, -1.0, -9.0), (0.0, -3.0, -9.0), (-1.0, -0.5, -9.0)]), NAMES, True, 0.8
-    )
-    found = turned_up(["red"] * 4, fits, np.ones(4), [0, 1], [2, 3])
-    assert found == {1: 2}
+def test_of_several_that_are_lost_and_found_the_likely_pair_is_one():
+    """The other newcomer is in doubt between two names, and is somebody new."""
+    before = [(100, (0, -3, -9)), (150, (-9, 0, -4))]
+    told = followed([seen(*before)] * 5 + [seen((400, (-0.7, -0.7, 0)), (500, (0, -4, -30)))])[-1]
+    assert {d.image.x: d.id for d in told} == {400: 2, 500: 0}
+
+
+def test_the_probability_to_be_the_same_is_that_of_one_name():
+    fits = named(np.log(np.array([(0.6, 0.3, 0.1), (0.2, 0.7, 0.1)])), NAMES, True, 0.8)
+    there, objects = np.array([0.5, 1.0]), ["red", "red"]
+    assert same_by_name(objects, fits, there, [0], [1]) == pytest.approx(0.5 * (0.6 * 0.2 + 0.3 * 0.7 + 0.1 * 0.1))
+    assert same_by_name(["red", "blue"], fits, there, [0], [1]) == 0

@@ -119,8 +119,14 @@ def _named(edges: Sequence[float]) -> Edges:
     ]
 
 
+def _in_camera(v: TrueObject | Detection) -> Pose | None:
+    """Its pose as the camera sees it; None where nothing, or its place on a plane, is told."""
+    return None if isinstance(v, Detection) and v.pose_from == "plane" else v.pose
+
+
 def _range_m(v: TrueObject | Detection) -> float | None:
-    return None if v.pose is None else float(np.linalg.norm(v.pose.position))
+    pose = _in_camera(v)
+    return None if pose is None else float(np.linalg.norm(pose.position))
 
 
 def _towards_camera(T_camera_object: Pose) -> np.ndarray:
@@ -131,23 +137,26 @@ def _towards_camera(T_camera_object: Pose) -> np.ndarray:
 
 def _azimuth_deg(v: TrueObject | Detection) -> float | None:
     """About the object's z, in the sectors' range [-202.5, 157.5)."""
-    if v.pose is None:
+    pose = _in_camera(v)
+    if pose is None:
         return None
-    x, y, _ = _towards_camera(v.pose)
+    x, y, _ = _towards_camera(pose)
     return float((np.degrees(np.arctan2(y, x)) + 202.5) % 360 - 202.5)
 
 
 def _elevation_deg(v: TrueObject | Detection) -> float | None:
-    return None if v.pose is None else float(np.degrees(np.arcsin(np.clip(_towards_camera(v.pose)[2], -1, 0.999999))))
+    pose = _in_camera(v)
+    return None if pose is None else float(np.degrees(np.arcsin(np.clip(_towards_camera(pose)[2], -1, 0.999999))))
 
 
 def _slant(evaluation: Evaluation) -> Measure:
     models: dict[str, ObjectModel] = dict(evaluation.run.models)
 
     def measure(v: TrueObject | Detection, name: str) -> float | None:
-        if v.pose is None or name not in models:
+        pose = _in_camera(v)
+        if pose is None or name not in models:
             return None
-        angle = slant_rad(v.pose, models[name].required)
+        angle = slant_rad(pose, models[name].required)
         return None if angle is None else float(np.degrees(angle))
 
     return measure

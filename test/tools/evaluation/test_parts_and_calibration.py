@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,6 +57,17 @@ def test_an_object_that_faces_the_camera_is_seen_from_above_without_slant(tmp_pa
     """Its marker lies in its x, y plane."""
     result = evaluation_of(tmp_path, {1: [true_thing(z=2)]}, [record(1)])
     assert parts(result, "elevation") == {"60 to 90": (1, 0, 0)} and parts(result, "slant") == {"0 to 15": (1, 0, 0)}
+
+
+def test_a_place_on_a_plane_says_nothing_of_where_the_camera_is(tmp_path):
+    """A false detection whose pose is in a field's frame has no range, and no side that the camera would see."""
+    on_field = replace(found_thing(0.3, z=3.0), pose_from="plane", frame_id="field")
+    truth, records = {1: [true_thing(z=2)]}, [record(1, found_thing(z=2), on_field)]
+    result = evaluation_of(tmp_path, truth, records)
+    for key in ("range", "azimuth", "elevation", "slant"):
+        assert list(parts(result, key).values()) == [(1, 1, 0)], key
+        (stratum,) = [s for s in result.strata if s.key == key]
+        assert [b.figures["precision"] for b in stratum.bins] == [Estimate()]
 
 
 def test_a_part_by_size_tells_no_precision(tmp_path):

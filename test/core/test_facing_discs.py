@@ -52,6 +52,22 @@ def test_none_is_turned_to_where_other_discs_of_it_are(scale):
             assert np.linalg.norm(parts[name] - one.at([where])[0]) < 0.5 * 0.065 * scale, (one, name)
 
 
+def test_a_disc_alone_is_nothing_for_it_tells_no_direction():
+    """A real one stands beside; a model of nothing but a disc, which looks the same in all directions, is told."""
+    robot = Dotted(60, 60, 0.4, 220.0)
+    labels = rendered(robot, size=(160, 120), fine=4)
+    alone = rendered(Dotted(125, 60, 0.0, 220.0), size=(160, 120), fine=4) == TEAM
+    labels[alone] = TEAM
+    engine = Recognizer((Target("robot", dotted(DOTS), TEAM),), settings(), Segmenter(ImageConfig()))
+    result = engine.recognize(labels)
+    (found,) = result.detections
+    assert np.hypot(found.image.x - robot.x, found.image.y - robot.y) < 1 and found.score > 0.9
+    reasons = [r.reason for r in result.rejected if np.hypot(r.x - 125, r.y - 60) < 2]
+    assert any("a disc, which tells no direction" in reason for reason in reasons), reasons
+    ball = Recognizer((Target("robot", dotted({}), TEAM),), settings(), Segmenter(ImageConfig()))
+    assert len(ball.recognize(labels).detections) == 2
+
+
 def about(model):
     config = settings()
     return Directions.about_required(

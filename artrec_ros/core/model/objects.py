@@ -276,6 +276,12 @@ class ObjectModel:
         return all(m.T_component_marker is not None for c in self.components for m in c.markers)
 
     @cached_property
+    def needs_another(self) -> bool:
+        """Whether the required component alone tells no direction, seen from its front: it is a disc, and others are
+        there."""
+        return [m.disc_radius is not None for m in self.required.markers] == [True] and len(self.components) > 1
+
+    @cached_property
     def is_flat(self) -> bool:
         """Whether all markers lie face up in planes that nothing turns out of each other: seen from their front, the
         object is a figure in the image plane."""

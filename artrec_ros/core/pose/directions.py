@@ -33,8 +33,8 @@ class Directions:
     @classmethod
     def about_required(cls, finder: WholeObjectFinder, config: RecognizerConfig) -> Directions:
         """Of a finder of objects that face the camera."""
-        facing, required = config.facing, finder.target.model.required
-        around = _angular_radii(finder) if [m.disc_radius is not None for m in required.markers] == [True] else []
+        facing = config.facing
+        around = _angular_radii(finder) if finder.target.model.needs_another else []
         if not len(around):
             return cls(facing.turns, 1, facing.per_patch)
         turned = int(min(np.ceil(2 * np.pi / (facing.disc_step * min(around))), _MOST))

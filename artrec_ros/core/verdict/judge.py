@@ -70,7 +70,7 @@ class Judge:
         enough = self.may_stand(verdicts) & (verdicts.probability >= self.min_probability)
         shown = self._shows_required(verdicts, unseen=True) & (confirmed.sum(axis=1) >= wanted)
         held = self.reach.holds(claims.depth_m, claims.scale) & np.array([m is None for m in claims.misplaced], bool)
-        return np.asarray(enough & shown & held)
+        return np.asarray(enough & shown & held & _has_direction(verdicts))
 
     def _shows_required(self, verdicts: Verdicts, *, unseen: bool) -> NDArray[np.bool_]:
         """(H,) whether the required component is confirmed, or cannot be seen where that is no matter."""
@@ -118,6 +118,8 @@ class Judge:
         confirmed, wanted = sum(verdict.confirmed), min(self.min_components, len(verdict.confirmed))
         if confirmed < wanted:
             return f"{confirmed} of its components confirmed, {wanted} are wanted"
+        if not _has_direction(verdict.among)[verdict.row]:
+            return "nothing but its required component is seen, a disc, which tells no direction"
         if verdict.probability < self.min_probability:
             told = math.floor(100 * verdict.probability) / 100  # rounded up it might be what is wanted
             return f"probability {told:.2f} is below {self.min_probability:g}: {verdict.doubt}"
@@ -129,3 +131,15 @@ def _trust(verdicts: Verdicts) -> Array:
     claims = verdicts.claims
     shown = 1 - claims.contradicted / np.maximum(claims.votes, 1.0)
     return np.asarray(verdicts.probability * np.clip(shown, _LEAST, 1.0))
+
+
+def _has_direction(verdicts: Verdicts) -> NDArray[np.bool_]:
+    """(H,) whether something tells a direction of what faces the camera: where its required component is a disc one of
+    the others must be confirmed, or all together speak for it, as dots of few pixels do."""
+    claims = verdicts.claims
+    finder, surface = claims.finder, claims.finder.surface
+    if not (finder.facing and finder.target.model.needs_another):
+        return np.ones(len(claims), bool)
+    others = np.delete(np.asarray(verdicts.confirmed, bool), finder.root, axis=1).any(axis=1)
+    around = surface.markers[surface.component[surface.markers] != finder.root]
+    return np.asarray(others | (claims.scores.votes[:, around].sum(axis=1) > 0))

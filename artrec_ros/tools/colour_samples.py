@@ -90,8 +90,7 @@ def _measured(
     """
     if camera.smoothing_px > 0:
         return camera
-    even = replace(camera, blur_px=0.0)
-    raw = [_prepared(m.read(numbers, _UNMARKED), blank, even) for m in marked]
+    raw = [_prepared(m.read(numbers, _UNMARKED), blank, camera) for m in marked]
     if not known:
         camera = replace(camera, blur_px=lens_blur(raw, _UNMARKED))
         if camera.blur_px > 0:

@@ -44,9 +44,7 @@ class Directions:
     def turn(
         self, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, config: RecognizerConfig
     ) -> tuple[Poses, NDArray[np.int64]]:
-        """Poses (H,) and, of a disc, these at rest on its contour, in all directions; of which one each is."""
-        if self.turned == 1:
-            return poses, np.arange(len(poses))
+        """Poses (H,), and these at rest on the disc's contour, in all directions; of which one each is."""
         at_rest = fit_component(finder.surface, frame, poses, finder.root, config.fit, facing=True)
         laid = Poses.concatenate([poses, finder.within_limits(frame.camera, at_rest)])
         which, middle = np.repeat(np.arange(len(laid)), self.turned), finder.required.anchors(laid)

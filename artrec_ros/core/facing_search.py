@@ -26,7 +26,7 @@ from .pose.pose_fit import fit_component
 from .pose.ranked import Ranked, first_of_each
 from .pose.surface_model import Poses
 
-_TURN = np.pi / 12  # hypotheses of one place turned by less are alike
+_TURNS = 24  # all around: hypotheses of one place that differ by less than one are alike
 _ALIKE = 2  # rivals that are alike where a disc tells no direction: one and its fit to the contours
 _TURNED_AT_ONCE = 256  # between two looks at the clock
 _CELLS = 1 << 20  # more than any image has along a side
@@ -190,8 +190,8 @@ class FacingSearch:
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other
         kept, rivals = np.empty(len(order), np.int64), int(config.facing.rivals)
-        alike = rivals if self._directions.turned == 1 else _ALIKE
-        n = few_of_places(np.ascontiguousarray(at), self._turns(poses), reach, rivals, alike, np.cos(_TURN), kept)
+        alike, near = rivals if self._directions.turned == 1 else _ALIKE, float(np.cos(2 * np.pi / _TURNS))
+        n = few_of_places(np.ascontiguousarray(at), self._turns(poses), reach, rivals, alike, near, kept)
         return found[order[kept[:n]]]
 
     def _turns(self, poses: Poses) -> Array:
@@ -207,8 +207,8 @@ class FacingSearch:
         rows = rows[np.lexsort((-found.votes[rows], blob[rows]))]
         poses = found.poses[rows]
         uv = poses.t[:, :2] / poses.t[:, 2:] * (frame.camera.focal_px / self._config.facing.cell_px)
-        turn = np.rint(self._turns(poses) / _TURN).astype(np.int64) % round(2 * np.pi / _TURN)
+        turn = np.rint(self._turns(poses) * (_TURNS / (2 * np.pi))).astype(np.int64) % _TURNS
         u, v = np.rint(uv).astype(np.int64).T % _CELLS
-        cell = ((blob[rows] * 24 + turn) * _CELLS + u) * _CELLS + v
+        cell = ((blob[rows] * _TURNS + turn) * _CELLS + u) * _CELLS + v
         rows = rows[np.sort(np.unique(cell, return_index=True)[1])]
         return np.asarray(rows[first_of_each(blob[rows], found.votes[rows], most)])

@@ -11,6 +11,7 @@ from typing import Any
 from ..core.constraints.constraint_set import ConstraintSet
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
+from ..core.ways import FACING, way_of
 from ..io.inventory.contents import (
     MISSING,
     BagContent,
@@ -179,7 +180,7 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
         space = "in space" if t.model.is_spatial else "in the image plane"
         if t.model.is_spatial and t.model.is_flat:
             space = "in space, or without a calibration as a whole in the image (no poses, but image_poses)"
-            if setup.recognizer.scene.plane.is_given:
+            if way_of(t, setup.recognizer, calibrated=True) == FACING:
                 space = "as a whole on scene.plane"
         learned = "no constraints"
         if isinstance(t.constraints, ConstraintSet):

@@ -163,7 +163,6 @@ class FacingSearch:
         found, of = [self.finder.surface.no_poses], [np.zeros(0, np.int64)]
         for part in frame.deadline.parts(len(poses), max(_TURNED_AT_ONCE // directions.turned, 1)):
             turned, which = directions.turn(self.finder, frame, poses[part], self._config)
-            turned = self._with_joints(frame, turned)
             best = first_of_each(which, self.finder.votes(frame, turned, occlusion=True), directions.kept)
             found.append(turned[best])
             of.append(blob[part][which[best]])

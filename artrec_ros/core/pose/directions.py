@@ -33,8 +33,9 @@ class Directions:
     @classmethod
     def about_required(cls, finder: WholeObjectFinder, config: RecognizerConfig) -> Directions:
         """Of a finder of objects that face the camera."""
-        facing = config.facing
-        around = _angular_radii(finder) if finder.target.model.needs_another else []
+        facing, rigid = config.facing, not finder.surface.kinematics.n_joints
+        # joints bend markers onto others' places in any direction: of jointed ones more were turned wrong this way
+        around = _angular_radii(finder) if rigid and finder.target.model.needs_another else []
         if not len(around):
             return cls(facing.turns, 1, facing.per_patch)
         turned = int(min(np.ceil(2 * np.pi / (facing.disc_step * min(around))), _MOST))
@@ -56,10 +57,10 @@ class Directions:
 
 
 def _angular_radii(finder: WholeObjectFinder) -> list[float]:
-    """Radius of each marker around the required component's only one, radians as seen from there; joints are where they
-    are nearest to 0. What reaches over the middle looks much the same in any direction, and wants no small steps."""
+    """Radius of each marker around a rigid object's required component's only one, radians as seen from there. What
+    reaches over the middle looks much the same in any direction, and wants no small steps."""
     surface, kin = finder.surface, finder.surface.kinematics
-    at = kin.forward(np.eye(3)[None], np.zeros((1, 3)), kin.bound(np.zeros((1, kin.n_joints))))
+    at = kin.forward(np.eye(3)[None], np.zeros((1, 3)), np.zeros((1, 0)))
     middle: Array = at.R[0, finder.root] @ surface.anchor + at.t[0, finder.root]
     out = []
     for p in surface.markers:

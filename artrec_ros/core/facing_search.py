@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base.config import RecognizerConfig
+from .facing_sizes import FacingSizes
 from .geometry.projection import project
 from .geometry.range_limits import ScaleLimits
 from .geometry.transforms import Array
@@ -43,6 +44,7 @@ class FacingSearch:
         self._limbs = FacingLimbs(model, surface, config)
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
+        self._sizes = FacingSizes(finder, config)
         markers = model.required.markers
         self._largest, self._compact = max(m.area for m in markers), max(solidity(m.outline) for m in markers)
 
@@ -114,11 +116,14 @@ class FacingSearch:
         mine = self._in_view(frame, [b for b in blobs if b.label in self.finder.root_labels])
         if not mine and not limbs:
             return self.finder.surface.no_poses
-        found, blob, most = self._guesses(frame, mine, limits, sizes, limbs)
-        found = found[self._best_of_each(frame, found, blob, most)]
-        found = self.finder.moved(frame, found, self._climbs[0])
-        found = self.finder.polished(frame, self._few_of_each_place(frame, found), self._climbs[1])
-        return self._few_of_each_place(frame, found).poses
+        found, blob, most, size = self._guesses(frame, mine, limits, sizes, limbs)
+        kept = self._best_of_each(frame, found, blob, most)
+        found, size = found[kept], size[kept]
+        found = self._sizes.each(size, lambda finder, rows: finder.moved(frame, found[rows], self._climbs[0]))
+        kept = self._few_of_each_place(frame, found)
+        few, size = found[kept], np.sort(size)[kept]
+        found = self._sizes.each(size, lambda finder, rows: finder.polished(frame, few[rows], self._climbs[1]))
+        return found.poses[self._few_of_each_place(frame, found)]
 
     def _in_view(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
         """Those that do not lie behind the horizon."""
@@ -129,9 +134,9 @@ class FacingSearch:
 
     def _guesses(
         self, frame: ImageFrame, mine: Sequence[Blob], limits: ScaleLimits, sizes: int, limbs: Sequence[Blob]
-    ) -> tuple[Ranked, NDArray[np.int64], NDArray[np.int64]]:
-        """Hypotheses that come near to the best of their blobs, of which blob and size each is (H,), and how many of
-        each of these shall go on."""
+    ) -> tuple[Ranked, NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Hypotheses that come near to the best of their blobs, of which blob and size each is (H,), how many of each of
+        these shall go on, and which of `FacingSizes.finders` sees each best (H,)."""
         hurried, config, own = frame.hurried(self._config.facing.guess_share), self._config.facing, sizes * len(mine)
         early = hurried.hurried(0.5) if limbs else hurried  # as much time is left for these
         poses, _, blob = self._guesser.guess(early, mine, limits, sizes)
@@ -141,19 +146,20 @@ class FacingSearch:
         most[:own] = self._directions.kept * -(-np.bincount(blob, minlength=own) // self._directions.laid)
         poses, blob = self._turned(early, poses, blob)
         poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob, own + limb])
-        poses = self._with_joints(frame, poses)
-        found = Ranked(poses, self.finder.votes(frame, poses, occlusion=True))
-        near = self._near_best(found.votes, blob)
-        found, blob = found[near], blob[near]
-        # fits of the contours where they are long enough: a grid is coarse there
         long = np.array([not is_small(b, self._config.guesses) for b in mine] * sizes + [False] * len(limbs), bool)
+        small = (blob < own) & ~long[blob] & (self._directions.turned == 1)
+        found, size = self._sizes.of(frame, poses, small, limits)
+        near = self._near_best(found.votes, blob)
+        found, blob, size = found[near], blob[near], size[near]
+        # fits of the contours where they are long enough: a grid is coarse there
         large, limb = np.flatnonzero(long[blob]), np.flatnonzero(blob >= own)
         surface, fit = self.finder.surface, self._config.fit
         fitted = fit_component(surface, frame, found.poses[large], surface.root, fit, facing=True)
         fitted = Poses.concatenate([fitted, self.finder.fitted(frame, found.poses[limb])])
         fitted = self._with_joints(frame, self.finder.within_limits(frame.camera, fitted))
         found += Ranked(fitted, self.finder.votes(frame, fitted, occlusion=True))
-        return found, np.concatenate([blob, blob[large], blob[limb]]), most
+        size = np.concatenate([size, np.zeros(len(large) + len(limb), np.int64)])
+        return found, np.concatenate([blob, blob[large], blob[limb]]), most, size
 
     def _turned(self, frame: ImageFrame, poses: Poses, blob: NDArray[np.int64]) -> tuple[Poses, NDArray[np.int64]]:
         """What was laid on blobs (H,), in the best of the directions in which it is to be turned, and their blobs."""
@@ -180,8 +186,8 @@ class FacingSearch:
         np.maximum.at(best, blob, votes)
         return np.flatnonzero((votes > 0) & (votes >= self._config.facing.least_share * best[blob]))
 
-    def _few_of_each_place(self, frame: ImageFrame, found: Ranked) -> Ranked:
-        """The best, and at each place where the required component is a few rivals: all that a verdict must look at."""
+    def _few_of_each_place(self, frame: ImageFrame, found: Ranked) -> NDArray[np.int64]:
+        """Indices of the best, and at each place where the required component is a few rivals: all that a verdict must look at."""
         order = np.argsort(self.finder.alternatives.contradicted(frame, found.poses) - found.votes, kind="stable")
         order = order[found.votes[order] > self._config.verdict.min_votes]
         poses, config = found.poses[order], self._config
@@ -191,7 +197,7 @@ class FacingSearch:
         kept, rivals = np.empty(len(order), np.int64), int(config.facing.rivals)
         alike, near = rivals if self._directions.turned == 1 else _ALIKE, float(np.cos(2 * np.pi / _TURNS))
         n = few_of_places(np.ascontiguousarray(at), self._turns(poses), reach, rivals, alike, near, kept)
-        return found[order[kept[:n]]]
+        return np.asarray(order[kept[:n]])
 
     def _turns(self, poses: Poses) -> Array:
         """(H,) directions in the image, radians."""

@@ -7,7 +7,9 @@ What is found is refined on all contours together, and judged with the parts tha
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -90,6 +92,17 @@ class WholeObjectFinder:
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
         # classes of whose blobs an object is guessed
         self.seed_labels = self._seeds.labels if self._seeds else set(self.root_labels)
+
+    @cached_property
+    def swollen(self) -> tuple[WholeObjectFinder, ...]:
+        """The same with markers that look larger than they are: by half of `facing.swollen_px` and by all of it."""
+        return tuple(self._swollen(share * self.config.facing.swollen_px) for share in (0.5, 1.0))
+
+    def _swollen(self, by_px: float) -> WholeObjectFinder:
+        twin = copy(self)
+        twin.surface = self.surface.swollen(by_px)
+        twin.refit = Refit(twin.surface, self._value, self.config, facing=self.facing)
+        return twin
 
     @property
     def is_alike_throughout(self) -> bool:

@@ -62,6 +62,7 @@ class SurfaceLimits(NamedTuple):
     behind: float  # share of the way to a point beyond which nothing hides it
     outside: int  # the label beyond the image
     owned: int  # the label of what hides all behind it: an object that was accepted
+    swollen_px: float = 0.0  # by so much markers look larger than they are, all around
 
 
 @inlined
@@ -90,6 +91,8 @@ class Room(NamedTuple):
     front: Any  # (M, M) bool
     depth: Any  # (M,) of their middles
     beyond: Any  # (3, m) points beyond a contour
+    wide: Any  # (3, 3) a larger marker's place
+    moved: Any  # (3,)
 
 
 @jit
@@ -107,7 +110,7 @@ def room_of(s: Surface) -> Room:
         np.empty((2, most), np.int32), np.empty(most), np.empty((4, m)), np.empty(most, np.bool_),
         np.empty(n, np.int64), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
         is_open, np.empty((n_m, 4, m)), np.empty(n_m, np.bool_),
-        behind, np.empty((n_m, n_m), np.bool_), np.empty(n_m), np.empty((3, m)),
+        behind, np.empty((n_m, n_m), np.bool_), np.empty(n_m), np.empty((3, m)), np.empty((3, 3)), np.empty(3),
     )  # fmt: skip
 
 

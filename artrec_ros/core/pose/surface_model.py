@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -214,8 +215,16 @@ class SpatialModel:
         return free_contour(self.model, self.patches, own_class=False)
 
     def seams_px(self, field: LabelField, *, most: bool = False) -> Array:
-        """(M,) half the width of the seam around each marker's class, see `LabelField.seams_px`."""
-        return field.seams_px(self.marker_labels, most=most)
+        """(M,) half the width of the seam around each marker's class, see `LabelField.seams_px`; what markers look larger
+        than they are is taken off."""
+        seams: Array = field.seams_px(self.marker_labels, most=most)
+        return seams - self.limits.swollen_px if self.limits.swollen_px else seams
+
+    def swollen(self, by_px: float) -> SpatialModel:
+        """The same with markers that look larger than they are, by so many pixels all around."""
+        twin = copy(self)
+        twin.limits = self.limits._replace(swollen_px=float(by_px))
+        return twin
 
     @property
     def no_poses(self) -> Poses:

@@ -137,6 +137,17 @@ def score_hypothesis(
 
 
 @inlined
+def enlarge(A: Any, b: Any, centre: Any, times: float, room: Room) -> None:
+    """Fill room.wide and room.moved with a patch's place at which its points are so many times as far from its centre."""
+    wide, moved = room.wide, room.moved
+    for i in range(3):
+        moved[i] = b[i]
+        for j in range(3):
+            wide[i, j] = times * A[i, j]
+            moved[i] += (1 - times) * A[i, j] * centre[j]
+
+
+@inlined
 def said_of(
     s: Surface, p: int, A: Any, b: Any, cosine: float, depth: float, n_near: int, view: LabelView,
     limits: SurfaceLimits, room: Room,
@@ -145,6 +156,11 @@ def said_of(
     f2 = view.K[0, 0] * view.K[1, 1]
     total, all_of_it, shown, seen, same, role, own = 0.0, 0.0, 0.0, 0.0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
     on, count, near = points_of(s, p), s.count[p], is_near(s, p, depth)
+    times = 1.0
+    if limits.swollen_px != 0.0 and s.marker_of[p] >= 0:
+        times += limits.swollen_px * depth * s.perimeter[s.marker_of[p]] / (2 * s.area[p] * math.sqrt(f2))
+        enlarge(A, b, s.centre[p], times, room)
+        A, b = room.wide, room.moved
     locate(A, b, on, view, room.at[0])
     if near:
         weigh_points(A, b, on, depth, room.weight)
@@ -168,7 +184,7 @@ def said_of(
         seen += weight
         total += weight * role[found]
         same += weight * own[found]
-    size = s.area[p] * f2 / depth**2 * cosine
+    size = s.area[p] * f2 / depth**2 * cosine * times * times
     value = total / count * size
     cut = k >= 0 and seen > 0.0 and n_near > 0 and shown < all_of_it
     if cut:  # as by a bezel, the outline may be hidden altogether
@@ -178,7 +194,7 @@ def said_of(
     if k >= 0 and seen > limits.ring_visible * (shown if cut else all_of_it):
         ring, parted = ring_votes(s, k, own, A, b, depth, near, cut, view, limits, room)
         value = value * parted if value > 0.0 else value  # amid its class there is nothing to tell a marker by
-        value += ring * ring_px2(s, k, cosine, depth, f2, limits)
+        value += ring * ring_px2(s, k, cosine, depth, f2, limits) * times
     return value, size * seen / count, same / max(seen, 1e-9)
 
 

@@ -14,7 +14,7 @@ from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import CASES, Verdict, Verdicts, verdicts_of
-from .claims import Seen, claims_of
+from .claims import Claims, Seen, claims_of
 from .reach import Reach
 
 _LEAST = 1e-3  # who shows no identity comes last, but may be there
@@ -56,7 +56,7 @@ class Judge:
 
     def worth(self, verdicts: Verdicts) -> Array:
         """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""
-        trusted = np.where(self.accepts(verdicts), _trust(verdicts) * verdicts.claims.votes, 0.0)
+        trusted = np.where(self.accepts(verdicts), _trust(verdicts) * _votes_as_seen(verdicts.claims), 0.0)
         return np.where(self.may_stand(verdicts), trusted, -np.inf)
 
     def may_stand(self, verdicts: Verdicts) -> NDArray[np.bool_]:
@@ -124,6 +124,19 @@ class Judge:
             told = math.floor(100 * verdict.probability) / 100  # rounded up it might be what is wanted
             return f"probability {told:.2f} is below {self.min_probability:g}: {verdict.doubt}"
         return None
+
+
+def _votes_as_seen(claims: Claims) -> Array:
+    """(H,) votes of each claim with small markers as large as they look: else one that lies where they seem to be at too
+    large a scale takes their place. Where the scale is known they can't."""
+    finder, votes = claims.finder, claims.votes.copy()
+    free = np.flatnonzero(claims.known > math.log(finder.config.facing.scale_ratio))
+    if finder.facing and len(free):
+        poses = claims.poses[free]
+        for larger in finder.swollen:
+            scores = larger.judge(claims.frame, poses, occlusion=True, covered=True)
+            votes[free] = np.maximum(votes[free], larger.total(scores))
+    return votes
 
 
 def _trust(verdicts: Verdicts) -> Array:

@@ -66,6 +66,17 @@ class FacingConfig(Room):
         paths=_FACING,
         origin="half a step is 0.8 px at the edge of a patch of 14 px, likewise",
     )
+    swollen_px: float = param(
+        1.0,
+        "by how much small markers may look larger than they are, all around: where their own pixels alone would tell "
+        "the scale, the whole object's are asked, too, with markers that look larger by this and by half of it",
+        unit="px",
+        low=0.0,
+        high=5,
+        paths=_FACING,
+        origin="blur, ink that runs, and what is dark around a marker; of 199 rendered mice with patches of 8 to 17 px, "
+        "which others had drawn and marked, 166 had all parts right without, 186 with it",
+    )
     least_area_share: float = param(
         0.4,
         "least area of the component relative to its blob",

@@ -116,13 +116,13 @@ class FacingSearch:
         mine = self._in_view(frame, [b for b in blobs if b.label in self.finder.root_labels])
         if not mine and not limbs:
             return self.finder.surface.no_poses
-        found, blob, most, size = self._guesses(frame, mine, limits, sizes, limbs)
+        found, blob, most, swollen = self._guesses(frame, mine, limits, sizes, limbs)
         kept = self._best_of_each(frame, found, blob, most)
-        found, size = found[kept], size[kept]
-        found = self._sizes.each(size, lambda finder, rows: finder.moved(frame, found[rows], self._climbs[0]))
+        found, swollen = found[kept], swollen[kept]
+        found = self._sizes.each(swollen, lambda finder, rows: finder.moved(frame, found[rows], self._climbs[0]))
         kept = self._few_of_each_place(frame, found)
-        few, size = found[kept], np.sort(size)[kept]
-        found = self._sizes.each(size, lambda finder, rows: finder.polished(frame, few[rows], self._climbs[1]))
+        few, swollen = found[kept], np.sort(swollen)[kept]  # as `each` orders them
+        found = self._sizes.each(swollen, lambda finder, rows: finder.polished(frame, few[rows], self._climbs[1]))
         return found.poses[self._few_of_each_place(frame, found)]
 
     def _in_view(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
@@ -134,9 +134,9 @@ class FacingSearch:
 
     def _guesses(
         self, frame: ImageFrame, mine: Sequence[Blob], limits: ScaleLimits, sizes: int, limbs: Sequence[Blob]
-    ) -> tuple[Ranked, NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """Hypotheses that come near to the best of their blobs, of which blob and size each is (H,), how many of each of
-        these shall go on, and which of `FacingSizes.finders` sees each best (H,)."""
+    ) -> tuple[Ranked, NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+        """Hypotheses that come near to the best of their blobs, of which blob and size each is (H,), how many of each
+        of these shall go on, and whether its markers look larger than they are (H,)."""
         hurried, config, own = frame.hurried(self._config.facing.guess_share), self._config.facing, sizes * len(mine)
         early = hurried.hurried(0.5) if limbs else hurried  # as much time is left for these
         poses, _, blob = self._guesser.guess(early, mine, limits, sizes)
@@ -148,9 +148,9 @@ class FacingSearch:
         poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob, own + limb])
         long = np.array([not is_small(b, self._config.guesses) for b in mine] * sizes + [False] * len(limbs), bool)
         small = (blob < own) & ~long[blob] & (self._directions.turned == 1)
-        found, size = self._sizes.of(frame, poses, small, limits)
+        found, swollen = self._sizes.of(frame, poses, small, limits)
         near = self._near_best(found.votes, blob)
-        found, blob, size = found[near], blob[near], size[near]
+        found, blob, swollen = found[near], blob[near], swollen[near]
         # fits of the contours where they are long enough: a grid is coarse there
         large, limb = np.flatnonzero(long[blob]), np.flatnonzero(blob >= own)
         surface, fit = self.finder.surface, self._config.fit
@@ -158,8 +158,8 @@ class FacingSearch:
         fitted = Poses.concatenate([fitted, self.finder.fitted(frame, found.poses[limb])])
         fitted = self._with_joints(frame, self.finder.within_limits(frame.camera, fitted))
         found += Ranked(fitted, self.finder.votes(frame, fitted, occlusion=True))
-        size = np.concatenate([size, np.zeros(len(large) + len(limb), np.int64)])
-        return found, np.concatenate([blob, blob[large], blob[limb]]), most, size
+        swollen = np.concatenate([swollen, np.zeros(len(large) + len(limb), bool)])
+        return found, np.concatenate([blob, blob[large], blob[limb]]), most, swollen
 
     def _turned(self, frame: ImageFrame, poses: Poses, blob: NDArray[np.int64]) -> tuple[Poses, NDArray[np.int64]]:
         """What was laid on blobs (H,), in the best of the directions in which it is to be turned, and their blobs."""
@@ -169,6 +169,7 @@ class FacingSearch:
         found, of = [self.finder.surface.no_poses], [np.zeros(0, np.int64)]
         for part in frame.deadline.parts(len(poses), max(_TURNED_AT_ONCE // directions.turned, 1)):
             turned, which = directions.turn(self.finder, frame, poses[part], self._config)
+            turned = self._with_joints(frame, turned)
             best = first_of_each(which, self.finder.votes(frame, turned, occlusion=True), directions.kept)
             found.append(turned[best])
             of.append(blob[part][which[best]])
@@ -187,7 +188,8 @@ class FacingSearch:
         return np.flatnonzero((votes > 0) & (votes >= self._config.facing.least_share * best[blob]))
 
     def _few_of_each_place(self, frame: ImageFrame, found: Ranked) -> NDArray[np.int64]:
-        """Indices of the best, and at each place where the required component is a few rivals: all that a verdict must look at."""
+        """Indices of the best, and at each place where the required component is of a few rivals: all that a verdict
+        must look at."""
         order = np.argsort(self.finder.alternatives.contradicted(frame, found.poses) - found.votes, kind="stable")
         order = order[found.votes[order] > self._config.verdict.min_votes]
         poses, config = found.poses[order], self._config

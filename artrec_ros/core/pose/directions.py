@@ -33,9 +33,8 @@ class Directions:
     @classmethod
     def about_required(cls, finder: WholeObjectFinder, config: RecognizerConfig) -> Directions:
         """Of a finder of objects that face the camera."""
-        facing, rigid = config.facing, not finder.surface.kinematics.n_joints
-        # joints bend markers onto others' places in any direction: of jointed ones more were turned wrong this way
-        around = _angular_radii(finder) if rigid and finder.target.model.needs_another else []
+        facing = config.facing
+        around = _angular_radii(finder) if finder.target.model.needs_another else []
         if not len(around):
             return cls(facing.turns, 1, facing.per_patch)
         turned = int(min(np.ceil(2 * np.pi / (facing.disc_step * min(around))), _MOST))
@@ -57,15 +56,19 @@ class Directions:
 
 
 def _angular_radii(finder: WholeObjectFinder) -> list[float]:
-    """Radius of each marker around a rigid object's required component's only one, radians as seen from there. What
-    reaches over the middle looks much the same in any direction, and wants no small steps."""
+    """Radius of each marker around the required component's only one, radians as seen from there, but for those that a
+    joint can turn to where they are. What reaches over the middle looks much the same in any direction, and wants no
+    small steps."""
     surface, kin = finder.surface, finder.surface.kinematics
-    at = kin.forward(np.eye(3)[None], np.zeros((1, 3)), np.zeros((1, 0)))
+    at = kin.forward(np.eye(3)[None], np.zeros((1, 3)), kin.bound(np.zeros((1, kin.n_joints))))
+    turning = (kin.moves != kin.moves[finder.root]) & kin.revolute
     middle: Array = at.R[0, finder.root] @ surface.anchor + at.t[0, finder.root]
     out = []
     for p in surface.markers:
         marker, c = surface.patches[p].marker, surface.component[p]
         assert marker is not None
+        if turning[c].any():
+            continue
         off = float(np.linalg.norm(at.R[0, c] @ marker.centre + at.t[0, c] - middle))
         out += [marker.radius / off] if off > marker.radius else []
     return out

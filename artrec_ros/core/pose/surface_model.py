@@ -215,8 +215,8 @@ class SpatialModel:
         return free_contour(self.model, self.patches, own_class=False)
 
     def seams_px(self, field: LabelField, *, most: bool = False) -> Array:
-        """(M,) half the width of the seam around each marker's class, see `LabelField.seams_px`; what markers look larger
-        than they are is taken off."""
+        """(M,) half the width of the seam around each marker's class, see `LabelField.seams_px`, less by what markers
+        look larger than they are."""
         seams: Array = field.seams_px(self.marker_labels, most=most)
         return seams - self.limits.swollen_px if self.limits.swollen_px else seams
 

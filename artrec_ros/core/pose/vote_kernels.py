@@ -138,7 +138,7 @@ def score_hypothesis(
 
 @inlined
 def enlarge(A: Any, b: Any, centre: Any, times: float, room: Room) -> None:
-    """Fill room.wide and room.moved with a patch's place at which its points are so many times as far from its centre."""
+    """Fill room.wide, room.moved with a patch's place at which its points are so many times as far from its centre."""
     wide, moved = room.wide, room.moved
     for i in range(3):
         moved[i] = b[i]
@@ -157,7 +157,7 @@ def said_of(
     total, all_of_it, shown, seen, same, role, own = 0.0, 0.0, 0.0, 0.0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
     on, count, near = points_of(s, p), s.count[p], is_near(s, p, depth)
     times = 1.0
-    if limits.swollen_px != 0.0 and s.marker_of[p] >= 0:
+    if limits.swollen_px != 0.0 and s.marker_of[p] >= 0:  # twice the area over the perimeter: a radius
         times += limits.swollen_px * depth * s.perimeter[s.marker_of[p]] / (2 * s.area[p] * math.sqrt(f2))
         enlarge(A, b, s.centre[p], times, room)
         A, b = room.wide, room.moved

@@ -54,10 +54,12 @@ class Judge:
         """What the labels confirm of each hypothesis. :param seen: what is known of them."""
         return verdicts_of(claims_of(finder, poses, frame, seen))
 
-    def worth(self, verdicts: Verdicts) -> Array:
-        """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""
-        trusted = np.where(self.accepts(verdicts), _trust(verdicts) * _votes_as_seen(verdicts.claims), 0.0)
-        return np.where(self.may_stand(verdicts), trusted, -np.inf)
+    def worth(self, verdicts: Verdicts) -> tuple[Array, Array]:
+        """(H,) trusted votes of each claim; 0: it is no object; -inf: it has not votes enough to stand at all. (H,) by
+        how many pixels its markers look larger than they are."""
+        votes, swollen_px = _votes_as_seen(verdicts.claims)
+        trusted = np.where(self.accepts(verdicts), _trust(verdicts) * votes, 0.0)
+        return np.where(self.may_stand(verdicts), trusted, -np.inf), swollen_px
 
     def may_stand(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether each claim has votes enough."""
@@ -126,17 +128,21 @@ class Judge:
         return None
 
 
-def _votes_as_seen(claims: Claims) -> Array:
-    """(H,) votes of each claim with small markers as large as they look: else one that lies where they seem to be at too
-    large a scale takes their place. Where the scale is known they can't."""
-    finder, votes = claims.finder, claims.votes.copy()
+def _votes_as_seen(claims: Claims) -> tuple[Array, Array]:
+    """(H,) votes of each claim with markers as large as they look, and by how many pixels that is more than they are.
+
+    With markers as large as they are a wrong one takes its place, at a scale as large as they seem to be, and what they
+    leave of their blobs another one. Where the scale is known that can't be.
+    """
+    finder, votes, swollen_px = claims.finder, claims.votes.copy(), np.zeros(len(claims))
     free = np.flatnonzero(claims.known > math.log(finder.config.facing.scale_ratio))
     if finder.facing and len(free):
         poses = claims.poses[free]
         for larger in finder.swollen:
-            scores = larger.judge(claims.frame, poses, occlusion=True, covered=True)
-            votes[free] = np.maximum(votes[free], larger.total(scores))
-    return votes
+            more = larger.total(larger.judge(claims.frame, poses, occlusion=True, covered=True))
+            better = more > votes[free]
+            votes[free[better]], swollen_px[free[better]] = more[better], larger.surface.limits.swollen_px
+    return votes, swollen_px
 
 
 def _trust(verdicts: Verdicts) -> Array:

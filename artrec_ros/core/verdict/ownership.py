@@ -69,7 +69,7 @@ class _Field:
         self._seen = [
             Seen(np.empty((len(g.poses), len(g.finder.surface.patches))), np.empty(len(g.poses))) for g in self._groups
         ]
-        self.worth = np.full(len(self._boxes), -np.inf)
+        self.worth, self._swollen_px = np.full(len(self._boxes), -np.inf), np.zeros(len(self._boxes))
 
     def judge_all(self, frame: ImageFrame) -> None:
         """Judge some of each target in turn until all are, or the time is over: some in any case."""
@@ -91,7 +91,7 @@ class _Field:
         group, seen, own = self._groups[g], self._seen[g], rows - self._first[g]
         verdicts = self._judge.verdicts(group.finder, group.poses[own], frame, seen.of(own) if known else None)
         seen.full_px[own], seen.even[own] = verdicts.claims.seen
-        self.worth[rows] = self._judge.worth(verdicts)
+        self.worth[rows], self._swollen_px[rows] = self._judge.worth(verdicts)
         for i, row in enumerate(rows.tolist()):
             self._last[row] = verdicts, i
 
@@ -140,7 +140,11 @@ class _Field:
     def silhouettes(self, rows: NDArray[np.int64]) -> list[NDArray[np.float32]]:
         """Convex hulls of these points (n, 2) cover some hypotheses, each for itself."""
         g = np.searchsorted(self._first, rows, side="right") - 1
-        return [hull for i, row in zip(g, rows, strict=True) for hull in self._groups[i].hulls(row - self._first[i])]
+        return [
+            _widened(hull, float(self._swollen_px[row]))
+            for i, row in zip(g, rows, strict=True)
+            for hull in self._groups[i].hulls(row - self._first[i])
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +176,14 @@ class _Group:
         """As `silhouette` has them."""
         corners = self.corners[row].astype(np.float32)
         return [corners[first:last] for first, last in pairwise(self.finder.surface.hulls.starts)]
+
+
+def _widened(hull: NDArray[np.float32], by_px: float) -> NDArray[np.float32]:
+    """Points (n, 2) of a hull, farther from their middle by so much."""
+    if not by_px:
+        return hull
+    out = hull - hull.mean(axis=0)
+    return np.asarray(hull + by_px * out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-6), np.float32)
 
 
 def _best_of_each_place(verdicts: list[Verdict], camera: Camera) -> list[Verdict]:

@@ -74,8 +74,8 @@ class FacingConfig(Room):
         low=0.0,
         high=5,
         paths=_FACING,
-        origin="blur, ink that runs, and what is dark around a marker; of 199 rendered mice with patches of 8 to 17 px, "
-        "which others had drawn and marked, 166 had all parts right without, 186 with it",
+        origin="blur, ink that runs, and what is dark around a marker; of 199 rendered mice with patches of 8 to 17 px "
+        "166 had all parts right without, 186 with it",
     )
     least_area_share: float = param(
         0.4,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scene import disc
 from settings import settings
-from squares import TEAM, Placing, rendered
+from squares import TEAM, Placing, hinge, rendered
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.geometry.transforms import Pose
@@ -52,6 +52,53 @@ def test_none_is_turned_to_where_other_discs_of_it_are(scale):
             assert np.linalg.norm(parts[name] - one.at([where])[0]) < 0.5 * 0.065 * scale, (one, name)
 
 
+CLAW_LABEL, CLAW = 5, replace(disc("claw", 0.018), T_component_marker=Pose(np.eye(3), np.array([0.05, 0.0, 0.0])))
+EYES = {"left": (0.062, 0.03), "right": (0.062, -0.03)}
+
+
+def bug():
+    """A disc with two small ones before it, and a claw behind it on a hinge."""
+    shell = dotted(EYES)
+    behind = hinge("middle", (-0.06, 0.0, 0.0), (0, 0, 1), limits=(-0.9, 0.9))
+    claw = Component(
+        "claw",
+        (replace(CLAW, T_component_marker=Pose(np.eye(3), np.array([-0.05, 0.0, 0.0]))),),
+        label=CLAW_LABEL,
+        joint=behind,
+    )
+    return ObjectModel("bug", (*shell.components, claw))
+
+
+class Bug(Placing):
+    def patches(self):
+        c, s = np.cos(self.arm), np.sin(self.arm)
+        claw = (-0.06 - 0.05 * c, -0.05 * s)
+        eyes = [(self.at(DOT.outline + at), DOTS_LABEL) for at in EYES.values()]
+        return [(self.at(MIDDLE.outline), TEAM), *eyes, (self.at(CLAW.outline + claw), CLAW_LABEL)]
+
+
+@pytest.mark.parametrize("scale", [110.0, 160.0])
+def test_those_with_joints_are_not_turned_wrong_either(scale):
+    rng = np.random.default_rng(int(scale))
+    placed = [
+        Bug(
+            45 + 75 * (n % 5) + rng.uniform(),
+            45 + 75 * (n // 5),
+            *rng.uniform((-np.pi, scale), (np.pi, scale)),
+            arm=rng.uniform(-0.9, 0.9),
+        )
+        for n in range(20)
+    ]
+    engine = Recognizer((Target("bug", bug(), TEAM),), settings(time_budget_ms=60000), Segmenter(ImageConfig()))
+    found = engine.recognize(rendered(*placed, size=(390, 320), fine=4)).detections
+    assert len(found) == len(placed)
+    for d in found:
+        one = min(placed, key=lambda p: np.hypot(p.x - d.image.x, p.y - d.image.y))
+        parts = {part.component: np.array([part.x, part.y]) for part in d.components}
+        for name, where in EYES.items():
+            assert np.linalg.norm(parts[name] - one.at([where])[0]) < 0.02 * scale, (one, name)
+
+
 def test_a_disc_alone_is_nothing_for_it_tells_no_direction():
     """A real one stands beside; a model of nothing but a disc, which looks the same in all directions, is told."""
     robot = Dotted(60, 60, 0.4, 220.0)
@@ -82,6 +129,11 @@ def test_small_discs_far_out_want_smaller_steps_and_more_that_go_on():
     assert 2 * np.pi / directions.turned <= most < 2 * np.pi / (directions.turned - 1)
     farther, _ = about(dotted({**DOTS, "far": (0.3, 0.0)}))
     assert farther.turned > 4 * directions.turned and farther.kept == 5 * 4
+
+
+def test_what_a_joint_turns_to_where_it_is_wants_no_smaller_steps():
+    directions, _ = about(bug())
+    assert directions.turned == about(dotted(EYES))[0].turned
 
 
 @pytest.mark.parametrize("model", [dotted({}), dotted(DOTS, {"disc_radius": None})])

@@ -1,0 +1,107 @@
+"""Small markers that look larger than they are, as blur, running ink and dark coats make them."""
+
+import cv2
+import numpy as np
+import pytest
+from settings import settings
+from squares import TEAM, Placing, hinge, patch, rendered
+
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.recognizer import Recognizer
+
+HEAD, RUMP = 4, 4  # of one colour: an animal that is turned by half lays one on the other's pixels
+ROUND = np.column_stack([np.cos(np.pi * np.arange(16) / 8), np.sin(np.pi * np.arange(16) / 8)])
+BACK, SPOT = ROUND * (0.011, 0.007), 0.0055 * ROUND
+TARGET = Target(
+    "mouse",
+    ObjectModel(
+        "mouse",
+        (
+            Component("back", (patch("back", BACK),), required=True),
+            Component(
+                "head",
+                (patch("head", SPOT + (0.021, 0.0)),),
+                label=HEAD,
+                joint=hinge("back", (0.013, 0.0, 0.0), (0, 0, 1), limits=(-0.9, 0.9)),
+            ),
+            Component(
+                "rump",
+                (patch("rump", SPOT - (0.015, 0.0)),),
+                label=RUMP,
+                joint=hinge("back", (-0.010, 0.0, 0.0), (0, 0, 1), limits=(-0.8, 0.8)),
+            ),
+        ),
+    ),
+    TEAM,
+)
+
+
+class Mouse(Placing):
+    def patches(self):
+        head, rump = SPOT + (0.034, 0.0), SPOT - (0.025, 0.0)
+        return [(self.at(BACK), TEAM), (self.at(head), HEAD), (self.at(rump), RUMP)]
+
+
+def swollen(*mice, size):
+    """What a camera shows of them: each patch larger by a pixel all around."""
+    labels = rendered(*mice, size=size, fine=4)
+    out = np.zeros_like(labels)
+    for label in (TEAM, HEAD):
+        out[cv2.dilate(np.uint8(labels == label), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))) > 0] = label
+    return out
+
+
+def mice(scale, n=15):
+    turns = np.random.default_rng(int(scale)).uniform(-np.pi, np.pi, n)
+    return [Mouse(50 + 90 * (i % 5) + t, 50 + 90 * (i // 5) - t, t, scale) for i, t in enumerate(turns)]
+
+
+@pytest.mark.parametrize("scale", [800.0, 950.0])
+def test_swollen_ones_are_found_as_they_lie_and_leave_nothing_on_their_rims(scale):
+    """The limits of the scale are as wide as people set them."""
+    placed = mice(scale)
+    config = settings(min_scale=560.0, max_scale=1100.0, time_budget_ms=60000)
+    found = Recognizer((TARGET,), config, Segmenter(ImageConfig())).recognize(swollen(*placed, size=(460, 280)))
+    assert len(found.detections) == len(placed)
+    for d in found.detections:
+        one = min(placed, key=lambda p: np.hypot(p.x - d.image.x, p.y - d.image.y))
+        parts = {part.component: np.array([part.x, part.y]) for part in d.components}
+        for name, at in (("back", 0.0), ("head", 0.034), ("rump", -0.025)):
+            assert np.linalg.norm(parts[name] - one.at([(at, 0.0)])[0]) < 0.004 * scale, (name, one)
+
+
+def test_markers_that_look_larger_have_more_votes_for_larger_patches_and_rest_where_they_are():
+    mouse = Mouse(60.0, 45.0, 0.4, 800.0)
+    image = ImageFrame(LabelField(swollen(mouse, size=(120, 90)))).faced()
+    exact = ImageFrame(LabelField(rendered(mouse, size=(120, 90), fine=4))).faced()
+    plain = WholeObjectFinder(TARGET, settings(), facing=True)
+    half, full = plain.swollen
+    poses = mouse.pose(image.camera)
+    poses = type(poses)(poses.R, poses.t, np.zeros((1, 2)))
+
+    def votes(finder, frame):
+        return float(finder.votes(frame, poses, occlusion=True)[0])
+
+    assert votes(full, image) > votes(half, image) > votes(plain, image)
+    assert votes(plain, exact) > votes(full, exact)
+    used = np.ones((1, 3), bool)
+    depth = {f: float(f.settled(image, poses, used).t[0, 2]) for f in (plain, full)}
+    true = float(poses.t[0, 2])
+    assert depth[plain] < 0.98 * true and abs(depth[full] / true - 1) < 0.015
+
+
+def test_where_markers_cannot_look_larger_they_are_as_large_as_they_are():
+    finder = WholeObjectFinder(TARGET, settings(swollen_px=0.0), facing=True)
+    mouse = Mouse(60.0, 45.0, 0.4, 800.0)
+    image = ImageFrame(LabelField(swollen(mouse, size=(120, 90)))).faced()
+    poses = mouse.pose(image.camera)
+    poses = type(poses)(poses.R, poses.t, np.zeros((1, 2)))
+    same = [f.votes(image, poses, occlusion=True) for f in (finder, *finder.swollen)]
+    np.testing.assert_array_equal(same[0], same[1])
+    np.testing.assert_array_equal(same[0], same[2])

@@ -143,3 +143,35 @@ def test_of_no_limb_there_is_no_guess():
     limbs = FacingLimbs(model, SpatialModel(model, RED, config.votes), config)
     poses, blob = limbs.guess(ImageFrame(LabelField(PLAIN)).faced(), [], scale_limits(config, None))
     assert not len(poses) and not len(blob)
+
+
+FOOT_LABEL, FOOT = 5, rectangle(0.05, 0.02, (0.03, 0.0))
+
+
+def test_a_joint_is_told_where_both_its_components_are():
+    """A leg on which a foot turns; the leg's pixels are gone, and the foot alone hardly tells how the two are bent."""
+    leg = Component("leg", (patch("leg", LEG),), label=LIMB, joint=hinge("middle", (0.045, 0, 0), (0, 0, 1)))
+    foot = Component("foot", (patch("foot", FOOT),), label=FOOT_LABEL, joint=hinge("leg", (0.07, 0, 0), (0, 0, 1)))
+    body = Component("middle", (patch("middle", rectangle(0.1, 0.06, (0.0, 0.0))),), required=True)
+    target = Target("walker", ObjectModel("walker", (body, leg, foot)), RED)
+    at = Placing(70.0, 80.0, 0.0, 500.0)
+    labels = np.zeros((160, 200), np.uint8)
+    for outline, label in ((body.markers[0].outline, RED), (LEG + (0.045, 0), LIMB), (FOOT + (0.115, 0), FOOT_LABEL)):
+        labels[rendered(_Patch(at, outline, label), size=SIZE) == label] = label
+    engine = Recognizer((target,), settings(time_budget_ms=60000), Segmenter(ImageConfig()))
+    (whole,) = engine.recognize(labels).detections
+    assert set(whole.joints) == {"leg", "foot"}
+    (part,) = engine.recognize(np.where(labels == LIMB, 0, labels).astype(np.uint8)).detections
+    assert {"middle", "foot"} == {c.component for c in part.components} and not part.joints
+
+
+@dataclass(frozen=True)
+class _Patch:
+    """One patch of a placed object."""
+
+    at: Placing
+    outline: np.ndarray
+    label: int
+
+    def patches(self):
+        return [(self.at.at(self.outline), self.label)]

@@ -50,6 +50,16 @@ def test_pose_errors_have_their_known_size():
     assert counts.rotation_errors_rad == (pytest.approx(0.25),)
 
 
+def test_one_whose_required_component_nobody_marked_excuses_who_lies_on_its_others():
+    """As an annotator leaves out what is hidden: 40 px lie between the leg and the torso."""
+    told = true_object(100)
+    told = replace(told, components={"leg@front": told.components["leg@front"]}, centre_px=np.array([100.0, 90.0]))
+    on_it, elsewhere = detection(100, (100, 80)), detection(160, (160, 80))
+    counts = score_frame([told], [on_it, elsewhere], "torso")
+    assert (counts.objects, counts.recognised, counts.false) == (0, 0, 1)
+    assert judge_frame([told], [on_it, elsewhere], "torso").false == (elsewhere,)
+
+
 def test_a_missed_component_makes_it_not_right():
     counts = score_frame([true_object(100)], [detection(100)], "torso")
     assert (counts.recognised, counts.right, counts.components_missed) == (1, 0, 1)

@@ -108,6 +108,8 @@ class Describer:
         names = {p.component for p in parts}
         seen = [c for c, component in enumerate(target.model.components) if component.name in names]
         told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component that is told
+        if covariance is None:  # else how little is known of one that lacks one of its two components is told beside it
+            told = np.array([{c, kin.parent[c]} <= {-1, *seen} for c in kin.carried.tolist()], bool)
         joints = [(j, name) for j, name in enumerate(target.model.joint_names) if told[j]]
         # within its limits who knows nothing is off by no more
         most = (kin.upper - kin.lower) / np.sqrt(12)

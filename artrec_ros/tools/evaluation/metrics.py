@@ -177,8 +177,12 @@ def is_on(instance: Instance, truth_component: TrueComponent) -> bool:
 
 
 def _distance(o: TrueObject, d: Detection, root: str) -> float:
-    """From the detection's required component to the object's, over the object's apparent size."""
+    """From the detection's required component to the object's, over the object's apparent size. Where the truth does
+    not tell that one, as of an object whose annotator could not see it, from any other one to the object's own."""
     offsets = [_offset(d.image.x, d.image.y, p) for p in places_of(o, root)]
+    if not any(shows(name, root) for name in o.components):
+        own = [(name, c.centre) for name, c in o.components.items() if c.centre is not None]
+        offsets += [_offset(c.x, c.y, at) for c in d.components for name, at in own if shows(name, c.component)]
     return min(offsets, default=_FAR) / extent_px(o)
 
 

@@ -112,7 +112,8 @@ def way_out(
         return "What it sees, and why it turns candidates down, shows artrec replay --labels over these images."
     return (
         f"With expert.constraints.contour_noise_px: {noise:g} it finds {more}: outlines in these images are farther "
-        f"off than the {now:g} px that are reckoned with. Set it in the parameter file."
+        f"off than the {now:g} px that are reckoned with. It holds for all objects of a parameter file, and lets in "
+        "more that is wrong, too: compare on images that were not trained on (artrec evaluate) before you set it there."
     )
 
 

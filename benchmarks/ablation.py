@@ -87,7 +87,7 @@ def by_place(found: Any, frame: Any, judge: Any) -> tuple[list[Any], list[Any]]:
     rows = []
     for finder, poses in found:
         verdicts = judge.verdicts(finder, poses, frame)
-        worth, _ = judge.worth(verdicts)
+        worth = judge.worth(verdicts)
         rows += [(worth[i], verdicts[i]) for i in np.flatnonzero(worth > 0) if judge.shows_required(verdicts[i])]
     accepted: list[Any] = []
     for _, verdict in sorted(rows, key=lambda r: -r[0]):

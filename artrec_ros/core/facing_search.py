@@ -147,8 +147,9 @@ class FacingSearch:
         poses, blob = self._turned(early, poses, blob)
         poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob, own + limb])
         long = np.array([not is_small(b, self._config.guesses) for b in mine] * sizes + [False] * len(limbs), bool)
-        small = (blob < own) & ~long[blob] & (self._directions.turned == 1)
-        found, swollen = self._sizes.of(frame, poses, small, limits)
+        few = len(mine) <= config.swollen_most
+        small = np.array([few and self._sizes.matter(b) for b in mine] * sizes + [False] * len(limbs), bool)
+        found, swollen = self._sizes.of(frame, poses, small[blob] & (self._directions.turned == 1), limits)
         near = self._near_best(found.votes, blob)
         found, blob, swollen = found[near], blob[near], swollen[near]
         # fits of the contours where they are long enough: a grid is coarse there

@@ -1,4 +1,4 @@
-"""At which sizes objects that face the camera are tried about small components."""
+"""At which sizes objects with small markers that face the camera are tried."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from .base.config import RecognizerConfig
 from .geometry.projection import project
 from .geometry.range_limits import ScaleLimits
 from .geometry.transforms import Array
+from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .pose.finder import WholeObjectFinder
 from .pose.ranked import Ranked, first_of_each
@@ -25,9 +26,17 @@ class FacingSizes:
     """
 
     def __init__(self, finder: WholeObjectFinder, config: RecognizerConfig) -> None:
-        self._plain, self._swollen = finder, finder.swollen[-1]
-        self._apart = len(finder.target.model.components) > 1  # else nothing but its own pixels tells its scale
-        self._ratio = config.facing.scale_ratio
+        self._plain, self._swollen = finder, finder.swollen[-1] if finder.swollen else finder
+        model = finder.target.model
+        # else nothing but its own pixels tells its scale
+        self._apart = len(model.components) > 1 and len(finder.swollen) > 0
+        self._ratio, self._small_px = config.facing.scale_ratio, config.guesses.small_px
+        areas = [m.area for component in model.components for m in component.markers]
+        self._least_share = min(areas) / max(m.area for m in model.required.markers)
+
+    def matter(self, blob: Blob) -> bool:
+        """Whether an object whose required component made a blob has small markers, be they others."""
+        return self._apart and self._least_share * blob.area_px < self._small_px
 
     def of(
         self, frame: ImageFrame, poses: Poses, small: NDArray[np.bool_], limits: ScaleLimits
@@ -35,10 +44,10 @@ class FacingSizes:
         """Hypotheses with their joints and votes, each at the better of its scales, and whether that is the one at
         which markers look larger than they are (H,).
 
-        :param small: (H,) whose component has few pixels. :param limits: of the scale.
+        :param small: (H,) those for which sizes `matter`. :param limits: of the scale.
         """
         smaller, there = self._smaller(frame, poses, limits)
-        less = np.flatnonzero(small & there & (self._apart and not frame.deadline.expired))
+        less = np.flatnonzero(small & there & (not frame.deadline.expired))
         found = _with_joints(self._plain, frame, poses) + _with_joints(self._swollen, frame, smaller[less])
         best = first_of_each(np.concatenate([np.arange(len(poses)), less]), found.votes, 1)
         return found[best], best >= len(poses)

@@ -180,9 +180,9 @@ class StubJudge(Judge):
     def trust(self, verdict: Verdict) -> float:
         return self.given(verdict) if verdict.claim.votes > self.min_votes else 0.0
 
-    def worth(self, verdicts: Verdicts) -> tuple[np.ndarray, np.ndarray]:
+    def worth(self, verdicts: Verdicts) -> np.ndarray:
         trusted = [self.given(v) * v.claim.votes if v.claim.votes > self.min_votes else -np.inf for v in verdicts]
-        return np.array(trusted), np.zeros(len(trusted))
+        return np.array(trusted)
 
 
 def turn_between(A, B) -> float:

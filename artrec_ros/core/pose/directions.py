@@ -56,19 +56,20 @@ class Directions:
 
 
 def _angular_radii(finder: WholeObjectFinder) -> list[float]:
-    """Radius of each marker around the required component's only one, radians as seen from there, but for those that a
-    joint can turn to where they are. What reaches over the middle looks much the same in any direction, and wants no
-    small steps."""
+    """Radius of each marker around the required component's only one, radians as seen from there, where joints slide it
+    farthest; but for those that a joint can turn to where they are. What reaches over the middle looks much the same in
+    any direction, and wants no small steps."""
     surface, kin = finder.surface, finder.surface.kinematics
-    at = kin.forward(np.eye(3)[None], np.zeros((1, 3)), kin.bound(np.zeros((1, kin.n_joints))))
+    ends = np.stack([np.where(kin.revolute, 0.0, limit) for limit in (kin.lower, kin.upper)])
+    at = kin.forward(np.tile(np.eye(3), (2, 1, 1)), np.zeros((2, 3)), kin.bound(ends))
     turning = (kin.moves != kin.moves[finder.root]) & kin.revolute
-    middle: Array = at.R[0, finder.root] @ surface.anchor + at.t[0, finder.root]
+    middle: Array = at.R[:, finder.root] @ surface.anchor + at.t[:, finder.root]
     out = []
     for p in surface.markers:
         marker, c = surface.patches[p].marker, surface.component[p]
         assert marker is not None
         if turning[c].any():
             continue
-        off = float(np.linalg.norm(at.R[0, c] @ marker.centre + at.t[0, c] - middle))
+        off = float(np.linalg.norm(at.R[:, c] @ marker.centre + at.t[:, c] - middle, axis=1).max())
         out += [marker.radius / off] if off > marker.radius else []
     return out

@@ -101,7 +101,7 @@ def leave_bodies(reach: int, seam_px: float, room: EdgeRoom) -> None:
             else:
                 gap[i] += goes_on[i]
     for i in range(len(last)):
-        last[i] = own[i] if gap[i] > math.ceil(2 * seam_px) else last[i]
+        last[i] = own[i] if gap[i] > math.ceil(2 * max(seam_px, 0.0)) else last[i]
 
 
 @inlined

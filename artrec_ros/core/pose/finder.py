@@ -95,8 +95,10 @@ class WholeObjectFinder:
 
     @cached_property
     def swollen(self) -> tuple[WholeObjectFinder, ...]:
-        """The same with markers that look larger than they are: by half of `facing.swollen_px` and by all of it."""
-        return tuple(self._swollen(share * self.config.facing.swollen_px) for share in (0.5, 1.0))
+        """The same with markers that look larger than they are, by half of `facing.swollen_px` and by all of it, for
+        votes, joints and fits to the contours; the rest takes them as they are. None where that is nothing."""
+        most = self.config.facing.swollen_px
+        return tuple(self._swollen(share * most) for share in (0.5, 1.0)) if most else ()
 
     def _swollen(self, by_px: float) -> WholeObjectFinder:
         twin = copy(self)

@@ -66,6 +66,12 @@ class SurfaceLimits(NamedTuple):
 
 
 @inlined
+def beside(limits: SurfaceLimits) -> tuple[float, float]:
+    """How far outside and inside of a marker's outline it is looked at, pixels: of the one that it seems to have."""
+    return limits.ring_px + limits.swollen_px, limits.ring_px - limits.swollen_px
+
+
+@inlined
 def points_of(s: Surface, p: int) -> tuple[Any, Any, Any]:
     """x, y and z of a patch's points, LANES or a multiple: slices of their own, over which loops become vector
     instructions."""

@@ -19,6 +19,7 @@ from .surface_kernels import (
     Surface,
     SurfaceLimits,
     aspect,
+    beside,
     is_near,
     points_of,
     room_of,
@@ -51,12 +52,13 @@ def ring_votes(
     """
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
-    outer, inner, ring_px = room.at[0], room.at[1], limits.ring_px
+    outer, inner = room.at[0], room.at[1]
+    out_px, in_px = beside(limits)
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
     m, ring, seen, amid, within, is_open, on = len(u), 0.0, 0, 0.0, 0, room.open[k], s.contour[k]
     for i in range(m):
-        outer[i] = padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)
-        inner[i] = padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)
+        outer[i] = padded_pixel(u[i] + out_px * nu[i], v[i] + out_px * nv[i], view)
+        inner[i] = padded_pixel(u[i] - in_px * nu[i], v[i] - in_px * nv[i], view)
     for i in range(m):
         if cut and room.hidden[i]:
             continue
@@ -156,16 +158,16 @@ def said_of(
     f2 = view.K[0, 0] * view.K[1, 1]
     total, all_of_it, shown, seen, same, role, own = 0.0, 0.0, 0.0, 0.0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
     on, count, near = points_of(s, p), s.count[p], is_near(s, p, depth)
-    times = 1.0
+    times, A_of_all, b_of_all = 1.0, A, b
     if limits.swollen_px != 0.0 and s.marker_of[p] >= 0:  # twice the area over the perimeter: a radius
         times += limits.swollen_px * depth * s.perimeter[s.marker_of[p]] / (2 * s.area[p] * math.sqrt(f2))
         enlarge(A, b, s.centre[p], times, room)
-        A, b = room.wide, room.moved
-    locate(A, b, on, view, room.at[0])
+        A_of_all, b_of_all = room.wide, room.moved
+    locate(A_of_all, b_of_all, on, view, room.at[0])
     if near:
-        weigh_points(A, b, on, depth, room.weight)
+        weigh_points(A_of_all, b_of_all, on, depth, room.weight)
     if n_near:
-        hide(s, A, b, on, room, n_near, limits.behind)
+        hide(s, A_of_all, b_of_all, on, room, n_near, limits.behind)
     k = s.marker_of[p]
     covered = k >= 0 and room.behind[k]
     if covered:

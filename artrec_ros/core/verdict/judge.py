@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import CASES, Verdict, Verdicts, verdicts_of
-from .claims import Claims, Seen, claims_of
+from .claims import Seen, claims_of
 from .reach import Reach
 
 _LEAST = 1e-3  # who shows no identity comes last, but may be there
@@ -54,12 +55,27 @@ class Judge:
         """What the labels confirm of each hypothesis. :param seen: what is known of them."""
         return verdicts_of(claims_of(finder, poses, frame, seen))
 
-    def worth(self, verdicts: Verdicts) -> tuple[Array, Array]:
-        """(H,) trusted votes of each claim; 0: it is no object; -inf: it has not votes enough to stand at all. (H,) by
-        how many pixels its markers look larger than they are."""
-        votes, swollen_px = _votes_as_seen(verdicts.claims)
-        trusted = np.where(self.accepts(verdicts), _trust(verdicts) * votes, 0.0)
-        return np.where(self.may_stand(verdicts), trusted, -np.inf), swollen_px
+    def worth(self, verdicts: Verdicts) -> Array:
+        """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""
+        trusted = np.where(self.accepts(verdicts), _trust(verdicts) * verdicts.claims.votes, 0.0)
+        return np.where(self.may_stand(verdicts), trusted, -np.inf)
+
+    def as_swollen(self, verdicts: Verdicts) -> Iterator[tuple[NDArray[np.int64], Verdicts, float]]:
+        """Of claims that have more votes with markers that look larger than they are: which, the verdicts on them as
+        such, and how much larger, pixels.
+
+        Else a wrong one takes their place, at a scale as large as they seem to be, or what they leave of their blobs
+        does. Where the scale is known that can't be: nobody takes one for another that is less than a step off.
+        """
+        claims, finder = verdicts.claims, verdicts.claims.finder
+        free = np.flatnonzero((claims.known > math.log(finder.config.facing.scale_ratio)) & self.may_stand(verdicts))
+        for larger in finder.swollen if finder.facing and len(free) else ():
+            votes = larger.total(larger.judge(claims.frame, claims.poses[free], occlusion=True, covered=True))
+            which = free[votes > claims.votes[free]]
+            if len(which):
+                swollen = claims_of(larger, claims.poses[which], claims.frame, claims.seen.of(which))
+                told = replace(verdicts_of(swollen), claims=replace(swollen, finder=finder))
+                yield which, told, larger.surface.limits.swollen_px
 
     def may_stand(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether each claim has votes enough."""
@@ -126,23 +142,6 @@ class Judge:
             told = math.floor(100 * verdict.probability) / 100  # rounded up it might be what is wanted
             return f"probability {told:.2f} is below {self.min_probability:g}: {verdict.doubt}"
         return None
-
-
-def _votes_as_seen(claims: Claims) -> tuple[Array, Array]:
-    """(H,) votes of each claim with markers as large as they look, and by how many pixels that is more than they are.
-
-    With markers as large as they are a wrong one takes its place, at a scale as large as they seem to be, and what they
-    leave of their blobs another one. Where the scale is known that can't be.
-    """
-    finder, votes, swollen_px = claims.finder, claims.votes.copy(), np.zeros(len(claims))
-    free = np.flatnonzero(claims.known > math.log(finder.config.facing.scale_ratio))
-    if finder.facing and len(free):
-        poses = claims.poses[free]
-        for larger in finder.swollen:
-            more = larger.total(larger.judge(claims.frame, poses, occlusion=True, covered=True))
-            better = more > votes[free]
-            votes[free[better]], swollen_px[free[better]] = more[better], larger.surface.limits.swollen_px
-    return votes, swollen_px
 
 
 def _trust(verdicts: Verdicts) -> Array:

@@ -21,6 +21,7 @@ from .judge import Judge
 
 _ROUNDED_PX = 1.0  # a pixel that is looked up, and one that an owner's silhouette fills, are rounded
 _AT_ONCE = 64  # claims between two looks at the clock
+_ALL_AROUND = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4], np.float32)
 
 
 def share_out(
@@ -91,9 +92,15 @@ class _Field:
         group, seen, own = self._groups[g], self._seen[g], rows - self._first[g]
         verdicts = self._judge.verdicts(group.finder, group.poses[own], frame, seen.of(own) if known else None)
         seen.full_px[own], seen.even[own] = verdicts.claims.seen
-        self.worth[rows], self._swollen_px[rows] = self._judge.worth(verdicts)
+        self.worth[rows], self._swollen_px[rows] = self._judge.worth(verdicts), 0.0
         for i, row in enumerate(rows.tolist()):
             self._last[row] = verdicts, i
+        for which, swollen, by_px in self._judge.as_swollen(verdicts) if group.swells else ():
+            better = self._judge.worth(swollen) > self.worth[rows[which]]
+            for i in np.flatnonzero(better).tolist():
+                row = int(rows[which[i]])
+                self._last[row], self._swollen_px[row] = (swollen, i), by_px
+            self.worth[rows[which[better]]] = self._judge.worth(swollen)[better]
 
     def verdict(self, row: int) -> Verdict:
         """The last one on a hypothesis that was judged."""
@@ -161,11 +168,17 @@ class _Group:
     corners: Array
     boxes: Array
 
+    @property
+    def swells(self) -> bool:
+        """Whether its markers may look larger than they are; in crowds nobody has the time to look."""
+        facing = self.finder.config.facing
+        return self.finder.facing and len(self.poses) <= facing.rivals * facing.swollen_most
+
     @classmethod
     def of(cls, finder: WholeObjectFinder, poses: Poses, camera: Camera) -> _Group:
         corners = corners_of(finder.surface, camera, poses)
         low, high = corners.min(axis=1), corners.max(axis=1)
-        margin = finder.surface.votes.ring_px + _ROUNDED_PX
+        margin = finder.surface.votes.ring_px + _ROUNDED_PX + finder.config.facing.swollen_px * finder.facing
         if camera.bent:  # what lies between corners is moved otherwise, by no more than they differ
             plain = replace(camera, distortion=np.zeros(0))
             moved = np.subtract(corners, corners_of(finder.surface, plain, poses))
@@ -179,11 +192,8 @@ class _Group:
 
 
 def _widened(hull: NDArray[np.float32], by_px: float) -> NDArray[np.float32]:
-    """Points (n, 2) of a hull, farther from their middle by so much."""
-    if not by_px:
-        return hull
-    out = hull - hull.mean(axis=0)
-    return np.asarray(hull + by_px * out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-6), np.float32)
+    """Points whose convex hull is wider than that of some (n, 2), by so much all around."""
+    return np.concatenate([hull + by_px * way for way in _ALL_AROUND]) if by_px else hull
 
 
 def _best_of_each_place(verdicts: list[Verdict], camera: Camera) -> list[Verdict]:

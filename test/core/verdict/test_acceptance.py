@@ -240,7 +240,7 @@ def test_what_is_out_of_sight_owns_its_pixels_and_is_told_where_that_is_asked_fo
     verdict = verdict_of(one)
     strict, visible = Judge(0.0, 0.0), Judge(0.0, 0.0, unseen=True)
     assert verdict.case == "unseen"
-    assert strict.worth(verdict.among)[0][0] == visible.worth(verdict.among)[0][0] > 0
+    assert strict.worth(verdict.among)[0] == visible.worth(verdict.among)[0] > 0
     assert strict.reason(verdict) == "where it would be, its required component torso is out of sight"
     assert visible.reason(verdict) is None and visible.shows_required(verdict) and not strict.shows_required(verdict)
 
@@ -281,6 +281,6 @@ def test_what_is_accepted_has_no_reason_against_it(limits):
     reasons = [judge.reason(v) for v in verdicts]
     assert judge.accepts(verdicts).tolist() == [r is None for r in reasons]
     trusted = [judge.trust(v) * v.claim.votes if v.claim.votes > judge.min_votes else -np.inf for v in verdicts]
-    np.testing.assert_allclose(judge.worth(verdicts), (trusted, np.zeros(n)))  # in space they look as large as they are
+    np.testing.assert_allclose(judge.worth(verdicts), trusted)
     alone = [verdict_of(c) for c in several]
     assert [v.probability for v in alone] == [v.probability for v in verdicts]

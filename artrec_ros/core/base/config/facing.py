@@ -77,6 +77,14 @@ class FacingConfig(Room):
         origin="blur, ink that runs, and what is dark around a marker; of 199 rendered mice with patches of 8 to 17 px "
         "166 had all parts right without, 186 with it",
     )
+    swollen_most: int = param(
+        100,
+        "blobs of the required component's class up to which markers may look larger than they are",
+        low=0,
+        high=100000,
+        paths=_FACING,
+        origin="bounds the time in crowds: 600 robots in an image took half as long again",
+    )
     least_area_share: float = param(
         0.4,
         "least area of the component relative to its blob",

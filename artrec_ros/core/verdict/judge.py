@@ -60,6 +60,12 @@ class Judge:
         trusted = np.where(self.accepts(verdicts), _trust(verdicts) * verdicts.claims.votes, 0.0)
         return np.where(self.may_stand(verdicts), trusted, -np.inf)
 
+    def worth_swollen(self, verdicts: Verdicts) -> Array:
+        """(H,) the same with votes of markers that look larger than they are, by all of `facing.swollen_px`."""
+        claims, larger = verdicts.claims, verdicts.claims.finder.swollen[-1]
+        votes = larger.total(larger.judge(claims.frame, claims.poses, occlusion=True, covered=True))
+        return np.where(self.accepts(verdicts), _trust(verdicts) * votes, 0.0)
+
     def as_swollen(self, verdicts: Verdicts) -> Iterator[tuple[NDArray[np.int64], Verdicts, float]]:
         """Of claims that have more votes with markers that look larger than they are: which, the verdicts on them as
         such, and how much larger, pixels.
@@ -69,7 +75,7 @@ class Judge:
         """
         claims, finder = verdicts.claims, verdicts.claims.finder
         free = np.flatnonzero((claims.known > math.log(finder.config.facing.scale_ratio)) & self.may_stand(verdicts))
-        for larger in finder.swollen if finder.facing and len(free) else ():
+        for larger in finder.swollen if len(free) else ():
             votes = larger.total(larger.judge(claims.frame, claims.poses[free], occlusion=True, covered=True))
             which = free[votes > claims.votes[free]]
             if len(which):

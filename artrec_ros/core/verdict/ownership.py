@@ -70,6 +70,7 @@ class _Field:
         self._seen = [
             Seen(np.empty((len(g.poses), len(g.finder.surface.patches))), np.empty(len(g.poses))) for g in self._groups
         ]
+        self._swells = [False] * len(self._groups)  # by what most of an image's objects show
         self.worth, self._swollen_px = np.full(len(self._boxes), -np.inf), np.zeros(len(self._boxes))
 
     def judge_all(self, frame: ImageFrame) -> None:
@@ -95,12 +96,21 @@ class _Field:
         self.worth[rows], self._swollen_px[rows] = self._judge.worth(verdicts), 0.0
         for i, row in enumerate(rows.tolist()):
             self._last[row] = verdicts, i
-        for which, swollen, by_px in self._judge.as_swollen(verdicts) if group.swells else ():
+        if group.may_swell and not known:
+            swollen_worth = self._judge.worth_swollen(verdicts)
+            self._swells[g] = self._of_the_best(rows, swollen_worth) > self._of_the_best(rows, self.worth[rows])
+        for which, swollen, by_px in self._judge.as_swollen(verdicts) if self._swells[g] else ():
             better = self._judge.worth(swollen) > self.worth[rows[which]]
             for i in np.flatnonzero(better).tolist():
                 row = int(rows[which[i]])
                 self._last[row], self._swollen_px[row] = (swollen, i), by_px
             self.worth[rows[which[better]]] = self._judge.worth(swollen)[better]
+
+    def _of_the_best(self, rows: NDArray[np.int64], worth: Array) -> float:
+        """What those of some that meet no better one are worth together."""
+        order = np.argsort(-worth, kind="stable")
+        rows, worth = rows[order], worth[order]
+        return float(worth[(worth > 0) & ~np.tril(self._meet(rows, rows), -1).any(axis=1)].sum())
 
     def verdict(self, row: int) -> Verdict:
         """The last one on a hypothesis that was judged."""
@@ -169,10 +179,11 @@ class _Group:
     boxes: Array
 
     @property
-    def swells(self) -> bool:
+    def may_swell(self) -> bool:
         """Whether its markers may look larger than they are; in crowds nobody has the time to look."""
         facing = self.finder.config.facing
-        return self.finder.facing and len(self.poses) <= facing.rivals * facing.swollen_most
+        few = len(self.poses) <= facing.rivals * facing.swollen_most
+        return self.finder.facing and few and len(self.finder.swollen) > 0
 
     @classmethod
     def of(cls, finder: WholeObjectFinder, poses: Poses, camera: Camera) -> _Group:

@@ -96,9 +96,11 @@ class WholeObjectFinder:
     @cached_property
     def swollen(self) -> tuple[WholeObjectFinder, ...]:
         """The same with markers that look larger than they are, by half of `facing.swollen_px` and by all of it, for
-        votes, joints and fits to the contours; the rest takes them as they are. None where that is nothing."""
+        votes, joints and fits to the contours; the rest takes them as they are. None where that is nothing, and where
+        markers adjoin each other: together they tell how large they are."""
         most = self.config.facing.swollen_px
-        return tuple(self._swollen(share * most) for share in (0.5, 1.0)) if most else ()
+        apart = bool(self.surface.open_contour.all())
+        return tuple(self._swollen(share * most) for share in (0.5, 1.0)) if most and apart else ()
 
     def _swollen(self, by_px: float) -> WholeObjectFinder:
         twin = copy(self)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,28 +60,16 @@ class Judge:
         trusted = np.where(self.accepts(verdicts), _trust(verdicts) * verdicts.claims.votes, 0.0)
         return np.where(self.may_stand(verdicts), trusted, -np.inf)
 
-    def worth_swollen(self, verdicts: Verdicts) -> Array:
-        """(H,) the same with votes of markers that look larger than they are, by all of `facing.swollen_px`."""
-        claims, larger = verdicts.claims, verdicts.claims.finder.swollen[-1]
-        votes = larger.total(larger.judge(claims.frame, claims.poses, occlusion=True, covered=True))
-        return np.where(self.accepts(verdicts), _trust(verdicts) * votes, 0.0)
-
-    def as_swollen(self, verdicts: Verdicts) -> Iterator[tuple[NDArray[np.int64], Verdicts, float]]:
-        """Of claims that have more votes with markers that look larger than they are: which, the verdicts on them as
-        such, and how much larger, pixels.
-
-        Else a wrong one takes their place, at a scale as large as they seem to be, or what they leave of their blobs
-        does. Where the scale is known that can't be: nobody takes one for another that is less than a step off.
-        """
-        claims, finder = verdicts.claims, verdicts.claims.finder
-        free = np.flatnonzero((claims.known > math.log(finder.config.facing.scale_ratio)) & self.may_stand(verdicts))
-        for larger in finder.swollen if len(free) else ():
-            votes = larger.total(larger.judge(claims.frame, claims.poses[free], occlusion=True, covered=True))
-            which = free[votes > claims.votes[free]]
-            if len(which):
-                swollen = claims_of(larger, claims.poses[which], claims.frame, claims.seen.of(which))
-                told = replace(verdicts_of(swollen), claims=replace(swollen, finder=finder))
-                yield which, told, larger.surface.limits.swollen_px
+    def worth_swollen(self, verdicts: Verdicts) -> Iterator[tuple[Array, float]]:
+        """(H,) trusted votes with markers that look larger than they are, and how much larger, pixels: for each of
+        `WholeObjectFinder.swollen`. 0 of what is no object, and where the scale is known: there nothing is mistaken."""
+        claims = verdicts.claims
+        finder, poses = claims.finder, claims.poses
+        unknown = claims.known > math.log(finder.config.facing.scale_ratio)
+        trust = np.where(self.accepts(verdicts) & unknown, _trust(verdicts), 0.0)
+        for larger in finder.swollen if trust.any() else ():
+            votes = larger.total(larger.judge(claims.frame, poses, occlusion=True, covered=True))
+            yield trust * votes, larger.surface.limits.swollen_px
 
     def may_stand(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether each claim has votes enough."""

@@ -96,15 +96,22 @@ class _Field:
         self.worth[rows], self._swollen_px[rows] = self._judge.worth(verdicts), 0.0
         for i, row in enumerate(rows.tolist()):
             self._last[row] = verdicts, i
-        if group.may_swell and not known:
-            swollen_worth = self._judge.worth_swollen(verdicts)
-            self._swells[g] = self._of_the_best(rows, swollen_worth) > self._of_the_best(rows, self.worth[rows])
-        for which, swollen, by_px in self._judge.as_swollen(verdicts) if self._swells[g] else ():
-            better = self._judge.worth(swollen) > self.worth[rows[which]]
-            for i in np.flatnonzero(better).tolist():
-                row = int(rows[which[i]])
-                self._last[row], self._swollen_px[row] = (swollen, i), by_px
-            self.worth[rows[which[better]]] = self._judge.worth(swollen)[better]
+        if not known or self._swells[g]:
+            self._swell(g, rows, verdicts, known=known)
+
+    def _swell(self, g: int, rows: NDArray[np.int64], verdicts: Verdicts, *, known: bool) -> None:
+        """Have some be worth what they are with markers as large as they look, if most of the image's look larger.
+
+        Else a wrong one takes their place, at a scale as large as they seem to be, or what they leave of their blobs
+        does. The verdicts stay: of plain ones is known how far they are to be trusted.
+        """
+        larger = list(self._judge.worth_swollen(verdicts)) if self._groups[g].may_swell else []
+        if not known:
+            here = self._of_the_best(rows, self.worth[rows])
+            self._swells[g] = len(larger) > 0 and self._of_the_best(rows, larger[-1][0]) > here
+        for worth, by_px in larger if self._swells[g] else ():
+            better = worth > self.worth[rows]
+            self.worth[rows[better]], self._swollen_px[rows[better]] = worth[better], by_px
 
     def _of_the_best(self, rows: NDArray[np.int64], worth: Array) -> float:
         """What those of some that meet no better one are worth together."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base.config import RecognizerConfig
-from .facing_sizes import FacingSizes
+from .facing_sizes import FacingSizes, with_joints
 from .geometry.projection import project
 from .geometry.range_limits import ScaleLimits
 from .geometry.transforms import Array
@@ -157,8 +157,7 @@ class FacingSearch:
         surface, fit = self.finder.surface, self._config.fit
         fitted = fit_component(surface, frame, found.poses[large], surface.root, fit, facing=True)
         fitted = Poses.concatenate([fitted, self.finder.fitted(frame, found.poses[limb])])
-        fitted = self._with_joints(frame, self.finder.within_limits(frame.camera, fitted))
-        found += Ranked(fitted, self.finder.votes(frame, fitted, occlusion=True))
+        found += with_joints(self.finder, frame, self.finder.within_limits(frame.camera, fitted))
         swollen = np.concatenate([swollen, np.zeros(len(large) + len(limb), bool)])
         return found, np.concatenate([blob, blob[large], blob[limb]]), most, swollen
 
@@ -170,17 +169,11 @@ class FacingSearch:
         found, of = [self.finder.surface.no_poses], [np.zeros(0, np.int64)]
         for part in frame.deadline.parts(len(poses), max(_TURNED_AT_ONCE // directions.turned, 1)):
             turned, which = directions.turn(self.finder, frame, poses[part], self._config)
-            turned = self._with_joints(frame, turned)
-            best = first_of_each(which, self.finder.votes(frame, turned, occlusion=True), directions.kept)
-            found.append(turned[best])
+            ranked = with_joints(self.finder, frame, turned)
+            best = first_of_each(which, ranked.votes, directions.kept)
+            found.append(ranked.poses[best])
             of.append(blob[part][which[best]])
         return Poses.concatenate(found), np.concatenate(of)
-
-    def _with_joints(self, frame: ImageFrame, poses: Poses) -> Poses:
-        """The same with joints at which the labels like the other components best."""
-        if not poses.q.shape[1]:
-            return poses
-        return self.finder.surface.search_joints(frame, poses, self.finder.first_grids)
 
     def _near_best(self, votes: Array, blob: NDArray[np.int64]) -> NDArray[np.int64]:
         """Indices of hypotheses that come near to the best one of their blob."""

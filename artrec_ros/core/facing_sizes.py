@@ -48,7 +48,7 @@ class FacingSizes:
         """
         smaller, there = self._smaller(frame, poses, limits)
         less = np.flatnonzero(small & there & (not frame.deadline.expired))
-        found = _with_joints(self._plain, frame, poses) + _with_joints(self._swollen, frame, smaller[less])
+        found = with_joints(self._plain, frame, poses) + with_joints(self._swollen, frame, smaller[less])
         best = first_of_each(np.concatenate([np.arange(len(poses)), less]), found.votes, 1)
         return found[best], best >= len(poses)
 
@@ -69,7 +69,7 @@ class FacingSizes:
         return Poses(poses.R, poses.t + anchors * (self._ratio - 1), poses.q), np.asarray(scale >= least)
 
 
-def _with_joints(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Ranked:
+def with_joints(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Ranked:
     """The same with joints at which the labels like the other components best, and their votes."""
     if poses.q.shape[1]:
         poses = finder.surface.search_joints(frame, poses, finder.first_grids)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -75,41 +75,52 @@ class _Field:
 
     def judge_all(self, frame: ImageFrame) -> None:
         """Judge some of each target in turn until all are, or the time is over: some in any case."""
+        looks: list[list[tuple[NDArray[np.int64], Verdicts]]] = [[] for _ in self._groups]
         for first in range(0, max((len(g.poses) for g in self._groups), default=0), _AT_ONCE):
             if first and frame.deadline.expired:
                 return
             for g, (begin, end) in enumerate(pairwise(self._first)):
                 rows = np.arange(min(begin + first, end), min(begin + first + _AT_ONCE, end))
-                self._judge_of(g, rows, frame, known=False)
+                if len(rows):
+                    looks[g].append((rows, self._judge_of(g, rows, frame, known=False)))
+        for g, mine in enumerate(looks):
+            if mine and self._groups[g].may_swell and not frame.deadline.expired:
+                self._look_swollen(g, mine)
 
     def judge(self, rows: NDArray[np.int64], frame: ImageFrame) -> None:
         """Judge some again, by the pixels that nobody owns in a frame."""
         for g, (begin, end) in enumerate(pairwise(self._first)):
-            self._judge_of(g, rows[(rows >= begin) & (rows < end)], frame, known=True)
+            mine = rows[(rows >= begin) & (rows < end)]
+            if len(mine):
+                verdicts = self._judge_of(g, mine, frame, known=True)
+                if self._swells[g]:
+                    self._swell(mine, self._judge.worth_swollen(verdicts))
 
-    def _judge_of(self, g: int, rows: NDArray[np.int64], frame: ImageFrame, *, known: bool) -> None:
-        if not len(rows):
-            return
+    def _judge_of(self, g: int, rows: NDArray[np.int64], frame: ImageFrame, *, known: bool) -> Verdicts:
         group, seen, own = self._groups[g], self._seen[g], rows - self._first[g]
         verdicts = self._judge.verdicts(group.finder, group.poses[own], frame, seen.of(own) if known else None)
         seen.full_px[own], seen.even[own] = verdicts.claims.seen
         self.worth[rows], self._swollen_px[rows] = self._judge.worth(verdicts), 0.0
         for i, row in enumerate(rows.tolist()):
             self._last[row] = verdicts, i
-        if not known or self._swells[g]:
-            self._swell(g, rows, verdicts, known=known)
+        return verdicts
 
-    def _swell(self, g: int, rows: NDArray[np.int64], verdicts: Verdicts, *, known: bool) -> None:
-        """Have some be worth what they are with markers as large as they look, if most of the image's look larger.
+    def _look_swollen(self, g: int, looks: Sequence[tuple[NDArray[np.int64], Verdicts]]) -> None:
+        """Have one target's be worth what they are with markers as large as they look, if most of the image's look
+        larger.
 
         Else a wrong one takes their place, at a scale as large as they seem to be, or what they leave of their blobs
         does. The verdicts stay: of plain ones is known how far they are to be trusted.
         """
-        larger = list(self._judge.worth_swollen(verdicts)) if self._groups[g].may_swell else []
-        if not known:
-            here = self._of_the_best(rows, self.worth[rows])
-            self._swells[g] = len(larger) > 0 and self._of_the_best(rows, larger[-1][0]) > here
-        for worth, by_px in larger if self._swells[g] else ():
+        rows = np.concatenate([mine for mine, _ in looks])
+        larger = [(mine, list(self._judge.worth_swollen(verdicts))) for mine, verdicts in looks]
+        full = np.concatenate([worths[-1][0] if worths else np.zeros(len(mine)) for mine, worths in larger])
+        self._swells[g] = self._of_the_best(rows, full) > self._of_the_best(rows, self.worth[rows])
+        for mine, worths in larger if self._swells[g] else ():
+            self._swell(mine, worths)
+
+    def _swell(self, rows: NDArray[np.int64], larger: Iterable[tuple[Array, float]]) -> None:
+        for worth, by_px in larger:
             better = worth > self.worth[rows]
             self.worth[rows[better]], self._swollen_px[rows[better]] = worth[better], by_px
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
-from .pose_fit import ContourFit, contour_fit
+from .pose_fit import AS_GOOD_AS_CERTAIN, ContourFit, contour_fit, weight_at_edges
 from .surface_model import Poses, SpatialModel
 
 _SAMPLES = 15  # along a normal: where they are half a pixel apart for the widest reach
@@ -43,8 +43,9 @@ class ColourFit:
             return poses
         at, (fit, residual, weight) = poses, self._edges(frame, poses, used)
         before, seen = _misfit(residual, weight), _total(weight)
+        at_edges = weight_at_edges(used, self._config)
         for _ in range(self._config.colour_rounds):
-            at = self._step(at, fit, residual, weight)
+            at = self._step(at, fit, residual, weight, at_edges)
             fit, residual, weight = self._edges(frame, at, used)
         better = (_misfit(residual, weight) < before) & (_total(weight) > _KEPT * seen)
         both = Poses.concatenate([poses, at])
@@ -66,20 +67,25 @@ class ColourFit:
         residual = np.where(told, fit.residual - beyond, fit.residual)
         return fit, residual, fit.weight * np.where(told, 1.0, config.colour_doubt)
 
-    def _step(self, poses: Poses, fit: ContourFit, residual: Array, weight: Array) -> Poses:
-        """One step of least squares, in which far residuals pull no more than those of a pixel (Huber)."""
+    def _step(self, poses: Poses, fit: ContourFit, residual: Array, weight: Array, at_edges: Array) -> Poses:
+        """One step of least squares, in which far residuals pull no more than those of a pixel (Huber).
+
+        :param at_edges: (H,) see `ContourTerm`: paint may be larger than it was measured, and light spread otherwise.
+        """
         config, kin, (H, _, _, n) = self._config, self._surface.kinematics, fit.jacobian.shape
-        J, r = fit.jacobian.reshape(H, -1, n), residual.reshape(H, -1)
+        r = residual.reshape(H, -1)
+        J = np.concatenate([fit.jacobian.reshape(H, -1, n), np.ones((*r.shape, 1))], axis=-1)
         w = weight.reshape(H, -1) / np.maximum(1.0, np.abs(r))
-        held = np.empty((H, n))  # per unit of a point's variance: steps are short (Levenberg)
+        held = np.empty((H, n + 1))  # per unit of a point's variance: steps are short (Levenberg)
         held[:, :3] = (config.shift_sigma * np.maximum(poses.t[:, 2:], 1e-6)) ** -2.0
-        held[:, 3:], held[:, 6:] = config.bend_sigma**-2.0, (config.bend_sigma * kin.unit) ** -2.0
+        held[:, 3:n], held[:, 6:n] = config.bend_sigma**-2.0, (config.bend_sigma * kin.unit) ** -2.0
         held *= config.point_sigma_px**2
+        held[:, n] = np.minimum(at_edges, AS_GOOD_AS_CERTAIN)
         pull = np.einsum("hnp,hn->hp", J, w * r)  # of joints nothing more: those that nobody sees stay
-        A = np.einsum("hnp,hnq->hpq", J, J * w[..., None]) + held[:, None] * np.eye(n)
+        A = np.einsum("hnp,hnq->hpq", J, J * w[..., None]) + held[:, None] * np.eye(n + 1)
         x = -np.linalg.solve(A, pull[..., None])[..., 0]
         R = rotation_from_rotvec(x[:, 3:6]) @ poses.R
-        return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:]))
+        return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:n]))
 
 
 def _begin(colours: Array) -> Array:

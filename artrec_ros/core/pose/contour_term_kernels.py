@@ -3,6 +3,9 @@
 A contour point's residual is its distance along its normal to the edge of its class there (point to line); a point with
 no edge in reach, hidden or merged, has no say. Nor has one that the object itself hides, where that is asked for: the
 edge beside it is that of what hides it, and lies inwards.
+
+All edges together may lie outwards of where the object ends, or inwards: segmenters leave seams or fringes, ink runs,
+lenses blur. How large markers look then tells nothing of the range, but how far apart they are does.
 """
 
 from __future__ import annotations
@@ -29,6 +32,7 @@ class ContourTerm(NamedTuple):
     seen: LabelView
     least_cosine: float  # a marker seen flatter has no say
     shown: Any  # (H, M, m) bool: points that the object does not hide; m is 0 where none is asked about
+    at_edges: Any  # (H,) weight with which all edges together are where the object ends; inf: they are
 
 
 @inlined
@@ -101,17 +105,40 @@ def add_contours(
         find_edges(k, e, step, view, room)
         leave_out_hidden(term.shown, h, k, weight)
         fill_rows(s, k, P, q, placed, columns, n, view, room.outline, room.rows)
+        points, off = 0.0, 0.0
+        for i in range(len(weight)):
+            points += weight[i]
+            off += weight[i] * edge[i]
+        to.outwards[len(b)] += points
+        to.outwards[len(b) + 1] -= off
         for a in range(n):
-            row, into, pull = room.rows[a], columns[a], 0.0
+            row, into, pull, along = room.rows[a], columns[a], 0.0, 0.0
             for i in range(len(weight)):
                 weighed[i] = weight[i] * row[i]
                 pull += weighed[i] * edge[i]
+                along += weighed[i]
             b[into] -= pull
+            to.outwards[into] += along
             for g in range(a + 1):
                 other, total = room.rows[g], 0.0
                 for i in range(len(weight)):
                     total += weighed[i] * other[i]
                 A[into, columns[g]] += total
+
+
+@inlined
+def leave_outwards(weight: float, to: Equations) -> None:
+    """Leave it to what the other parameters are by how much all edges lie outwards (Schur complement).
+
+    :param weight: with which that is nothing; inf: it is.
+    """
+    row, n = to.outwards, len(to.b)
+    if not math.isinf(weight):
+        itself = row[n] + weight
+        for i in range(n):
+            to.b[i] -= row[i] * row[n + 1] / itself
+            for j in range(i + 1):
+                to.A[i, j] -= row[i] * row[j] / itself
 
 
 @jit

@@ -7,7 +7,8 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
   points nearer than a pixel see the same labels and count as one;
 * all points together, outwards or inwards: where in the seam that a segmenter leaves between two classes the edge
   lies is not known, and is the same all around; nor is it where that may be a body of no class as well. Nor is where
-  between two blended colours it lies;
+  between two blended colours it lies. Where several markers are fitted the fit tells that itself, as one parameter
+  more, and little of it is left;
 * each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
   estimate of Liang and Zeger, 1986).
 
@@ -27,7 +28,7 @@ import numpy as np
 from ..base.config import CovarianceConfig, RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from .pose_fit import contour_fit
+from .pose_fit import AS_GOOD_AS_CERTAIN, contour_fit, weight_at_edges
 from .restarts import scatter
 from .surface_model import Poses, SpatialModel
 
@@ -86,27 +87,32 @@ def sources(
 ) -> Sources:
     """As of `pose_covariances`. :param known: (H, 6+J) deviations without any image."""
     c, sigma_px = config.covariance, config.fit.point_sigma_px
-    prior = np.eye(known.shape[1]) * (known**-2.0)[:, None]
+    n_par, at_edges = known.shape[1], weight_at_edges(use, config.fit)
+    certain = np.column_stack([known**-2.0, at_edges / sigma_px**2])
+    prior = np.eye(n_par + 1) * np.minimum(certain, AS_GOOD_AS_CERTAIN)[:, None]
     fit = contour_fit(model, frame, poses, use, c.reach_px, config.fit)
-    w, (_, _, n_points, n_par) = fit.weight, fit.jacobian.shape
-    Jw = fit.jacobian * w[..., None] / sigma_px**2
-    A = _transposed(_stacked(Jw)) @ _stacked(fit.jacobian) + prior
+    w, n_points = fit.weight, fit.jacobian.shape[2]
+    jacobian = np.concatenate([fit.jacobian, np.ones((*w.shape, 1))], axis=-1)
+    outwards_px = (w * fit.residual).sum(axis=(1, 2)) / (w.sum(axis=(1, 2)) + np.minimum(at_edges, AS_GOOD_AS_CERTAIN))
+    residual = fit.residual - outwards_px[:, None, None]
+    Jw = jacobian * w[..., None] / sigma_px**2
+    A = _transposed(_stacked(Jw)) @ _stacked(jacobian) + prior
     independent = np.minimum(1.0, fit.spacing_px)[..., None]  # (H, M, 1) of each point, a share
     n = (independent * (w > 0)).sum(axis=(1, 2))
     freedom = n / np.maximum(np.maximum(n - n_par, c.least_freedom * n), 1e-9)
-    square = (w * fit.residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9)
+    square = (w * residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9)
     spread = square * freedom
     seams_px = model.seams_px(frame.field, most=True)[use.argmax(axis=1)]
     starts = n_points * np.arange(c.stretches) // c.stretches
     each = Jw * np.sqrt(spread[:, None, None] / np.maximum(independent, 1e-3))[..., None]
-    outwards = Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 6+J) of a pixel
-    pull = np.add.reduceat(Jw * fit.residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
-    gain = np.linalg.inv(A)
+    outwards = Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 7+J) of a pixel
+    pull = np.add.reduceat(Jw * residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
+    gain = np.asarray(np.linalg.inv(A)[:, :, :n_par], np.float64)
     by_pixel = _squared(outwards @ gain)
     rough_px = np.maximum(np.sqrt(square) - c.exact_px - seams_px, 0.0) * (frame.image is None)
     more = (1 + c.rough_gain * rough_px)[:, None, None]
     return Sources(
-        known=gain @ prior @ gain,
+        known=_transposed(gain) @ prior @ gain,
         spread=more * _squared(_stacked(each) @ gain),
         seam=more * seams_px[:, None, None] ** 2 * by_pixel,
         blend=by_pixel * (frame.image is not None),

@@ -327,7 +327,7 @@ class WholeObjectFinder:
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
         whose votes fall far."""
-        fitted = self._fitted(frame, poses, used, occlusion=True)
+        fitted = self._fitted(frame, poses, used, last=True)
         both = Poses.concatenate([poses, fitted])
         before, after = self.votes(frame, both, occlusion=True).reshape(2, -1)
         return both[np.arange(len(poses)) + len(poses) * (after > self._search.settled_votes * before)]
@@ -336,12 +336,10 @@ class WholeObjectFinder:
         """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
         return poses if frame.image is None else self._to_colours.fitted(frame, poses, used)
 
-    def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, occlusion: bool = False) -> Poses:
+    def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, last: bool = False) -> Poses:
         """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""
         fit = self.config.fit
-        fitted = fit_poses(
-            self.surface, frame, poses, use, fit.fine_reach_px, fit, facing=self.facing, occlusion=occlusion
-        )
+        fitted = fit_poses(self.surface, frame, poses, use, fit.fine_reach_px, fit, facing=self.facing, last=last)
         return self.within_limits(frame.camera, fitted) if self.facing else fitted
 
     def within_limits(self, camera: Camera, poses: Poses) -> Poses:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..base.jit import inlined, jit, lean
 from ..model.chain_kernels import Chain, place_all, turn_by
-from .contour_term_kernels import ContourTerm, add_contours
+from .contour_term_kernels import ContourTerm, add_contours, leave_outwards
 from .damping_kernels import Damping, add_damping, shorten
 from .edge_kernels import EdgeRoom, edge_room
 from .joint_prior_kernels import JointPrior, add_joint_prior
@@ -31,8 +31,9 @@ class Terms(NamedTuple):
 @inlined
 def add_all(terms: Terms, h: int, step: int, placed: Placed, to: Equations, columns: Any, room: EdgeRoom) -> None:
     """Fill the equations of hypothesis `h` in step `step`: the lower half of A, and b."""
-    to.A[:], to.b[:] = 0.0, 0.0
+    to.A[:], to.b[:], to.outwards[:] = 0.0, 0.0, 0.0
     add_contours(terms.contours, h, step, placed, to, columns, room)
+    leave_outwards(terms.contours.at_edges[h], to)
     add_joint_prior(terms.joints, h, placed, to)
     add_damping(terms.damping, placed, to)
 

@@ -41,13 +41,14 @@ class Equations(NamedTuple):
 
     A: Any  # (6 + J, 6 + J)
     b: Any  # (6 + J,)
+    outwards: Any  # (8 + J,) row of one more, by how far all edges lie outwards: with these, with itself, of b
 
 
 @jit
 def no_equations(n_joints: int) -> Equations:
     """Room for the equations of one hypothesis."""
     n = 6 + n_joints
-    return Equations(np.zeros((n, n)), np.zeros(n))
+    return Equations(np.zeros((n, n)), np.zeros(n), np.zeros(n + 2))
 
 
 @inlined

@@ -22,6 +22,7 @@ from .placed_kernels import Joints, Placed
 from .surface_model import Poses, SpatialModel
 
 _PIN = 1e9  # weight that holds a parameter: beyond all others, and no overflow
+AS_GOOD_AS_CERTAIN = 1e12  # a weight beyond all others that still is a number among them
 AT_ONCE = 64  # hypotheses between two looks at the clock
 _ALL_SHOWN = np.empty((0, 0, 0), bool)  # nobody asks what of a contour is hidden
 
@@ -36,19 +37,22 @@ def fit_poses(
     free_joints: np.ndarray | None = None,
     *,
     facing: bool = False,
-    occlusion: bool = False,
+    last: bool = False,
 ) -> Poses:
     """Fit poses to the labels' boundaries; a hypothesis that uses no marker stays, as do those left at the deadline.
 
     :param use: (H, M) bool: which markers of `model.markers` to use under each hypothesis.
     :param reach_px: how far each step looks for edges.
     :param free_joints: (H, J) bool; None: all. :param facing: poses turn about the optical axis alone.
-    :param occlusion: leave out what the object hides of its own contours where the fit begins.
+    :param last: nothing comes after this fit: what the object hides of its own contours where it begins is left out,
+        and all edges together may lie outwards or inwards.
     """
     R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
-    shown = model.shown_contour(poses, use) if occlusion else _ALL_SHOWN
+    shown = model.shown_contour(poses, use) if last else _ALL_SHOWN
     fit = Fit(model, config, facing=facing)
     terms = fit.terms(frame, use, reach_px, free_joints, shown)
+    if last:
+        terms = terms._replace(contours=terms.contours._replace(at_edges=weight_at_edges(use, config)))
     for part in frame.deadline.parts(len(poses), AT_ONCE):
         fit_each(of_some(terms, part), model.kinematics.chain, fit.joints, R[part], t[part], q[part])
     return Poses(R, t, q)
@@ -82,9 +86,15 @@ class Fit:
         return Terms(contours, self._prior._replace(free=free), self._damping)
 
 
+def weight_at_edges(use: np.ndarray, config: FitConfig) -> Array:
+    """(H,) see `ContourTerm.at_edges`. :param use: (H, M) markers: of one alone its size tells the range."""
+    return np.where(use.sum(axis=1) > 1, (config.point_sigma_px / config.edges_off_px) ** 2, np.inf)
+
+
 def of_some(terms: Terms, part: slice) -> Terms:
     """The terms of some of the hypotheses."""
-    seen = terms.contours._replace(use=terms.contours.use[part], shown=terms.contours.shown[part])
+    of = terms.contours
+    seen = of._replace(use=of.use[part], shown=of.shown[part], at_edges=of.at_edges[part])
     return Terms(seen, terms.joints._replace(free=terms.joints.free[part]), terms.damping)
 
 
@@ -143,7 +153,8 @@ def _contour_term(
     config: FitConfig,
 ) -> ContourTerm:
     edges, used = edge_terms(model, frame.field, reach_px, config), np.ascontiguousarray(use)
-    return ContourTerm(model.compiled, model.markers, used, edges, frame.view, model.limits.least_cosine, shown)
+    limit, at_edges = model.limits.least_cosine, np.full(len(use), np.inf)
+    return ContourTerm(model.compiled, model.markers, used, edges, frame.view, limit, shown, at_edges)
 
 
 def _joint_prior(kin: Kinematics, config: FitConfig) -> JointPrior:

@@ -35,7 +35,7 @@ def scatter(
     away = _away(_without_tilt(covariances) if facing else covariances, known, config)
     away /= np.maximum(1.0, (np.abs(away) / _farthest(model, poses, config)).max(axis=1, keepdims=True))
     begun, twice, fit = _to_both_sides(model, poses, away), np.repeat(use, 2, axis=0), config.fit
-    rests = fit_poses(model, frame.unhurried(), begun, twice, fit.fine_reach_px, fit, facing=facing, occlusion=True)
+    rests = fit_poses(model, frame.unhurried(), begun, twice, fit.fine_reach_px, fit, facing=facing, last=True)
     off = _between(model, rests, poses)
     return np.asarray(off.swapaxes(1, 2) @ off / 2, np.float64)
 

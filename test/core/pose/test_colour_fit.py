@@ -57,7 +57,7 @@ def both_fits(name, **options):
     surface, frame = SpatialModel(model, RED, DEFAULTS.votes), taken(model, truth, **options)
     used = used_of(surface, frame, truth)
     reach = DEFAULTS.fit.fine_reach_px
-    by_labels = fit_poses(surface, frame, truth, used, reach, DEFAULTS.fit, occlusion=True)
+    by_labels = fit_poses(surface, frame, truth, used, reach, DEFAULTS.fit)  # which takes edges for where it ends
     by_colours = ColourFit(surface, DEFAULTS).fitted(frame, by_labels, used)
     return [
         (np.linalg.norm(p.t[0]) / np.linalg.norm(truth.t[0]) - 1, float(turn_between(p.R[0], truth.R[0])))
@@ -96,7 +96,7 @@ def test_where_colours_tell_nothing_poses_stay_on_the_labels() -> None:
     model, truth = SCENES["truck"]
     surface, frame = SpatialModel(model, RED, DEFAULTS.votes), taken(model, truth)
     used = used_of(surface, frame, truth)
-    rest = fit_poses(surface, frame, truth, used, DEFAULTS.fit.fine_reach_px, DEFAULTS.fit, occlusion=True)
+    rest = fit_poses(surface, frame, truth, used, DEFAULTS.fit.fine_reach_px, DEFAULTS.fit, last=True)
     plain = ImageFrame(frame.field, CAMERA, image=np.full_like(frame.image, 90))
     found = ColourFit(surface, DEFAULTS).fitted(plain, rest, used)
     np.testing.assert_allclose(found.t, rest.t, atol=2e-3)

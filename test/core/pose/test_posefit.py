@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from settings import DEFAULTS
@@ -32,7 +33,7 @@ from artrec_ros.core.image.codes import OWNED, UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
-from artrec_ros.core.pose.contour_term_kernels import ContourTerm, add_contours
+from artrec_ros.core.pose.contour_term_kernels import ContourTerm, add_contours, leave_outwards
 from artrec_ros.core.pose.edge_kernels import edge_room
 from artrec_ros.core.pose.edges import edge_terms
 from artrec_ros.core.pose.placed_kernels import Joints, Placed, no_equations
@@ -111,12 +112,17 @@ def test_the_normal_equations_are_sums_over_the_contours_points():
         placed = Placed(truth.t[0], truth.q[0], frames.R[0], frames.t[0], frames.axis[0], frames.origin[0], joints)
         edges = edge_terms(surface, frame.field, (4,), FIT)
         shown, least = surface.shown_contour(truth, use), surface.limits.least_cosine
-        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, least, shown)
+        term = ContourTerm(surface.compiled, surface.markers, use, edges, frame.view, least, shown, np.ones(1))
         add_contours(term, 0, 0, placed, to, np.empty(n, np.int64), room)
         J, w = fit.jacobian.reshape(-1, n), fit.weight.ravel()
         assert (w > 0).sum() > 20
         np.testing.assert_allclose(np.tril(to.A), np.tril((J * w[:, None]).T @ J), rtol=1e-9, atol=1e-6)
         np.testing.assert_allclose(to.b, (J * w[:, None]).T @ fit.residual.ravel(), rtol=1e-9, atol=1e-6)
+        with_offset, held = np.column_stack([J, np.ones(len(J))]), np.diag([*np.full(n, 1e-3), 3.0])
+        A, b = (with_offset * w[:, None]).T @ with_offset + held, (with_offset * w[:, None]).T @ fit.residual.ravel()
+        leave_outwards(3.0, to)
+        left = np.tril(to.A) + np.tril(to.A, -1).T + 1e-3 * np.eye(n)
+        np.testing.assert_allclose(np.linalg.solve(left, to.b), np.linalg.solve(A, b)[:n], rtol=1e-6, atol=1e-9)
 
 
 def test_hypotheses_left_at_the_deadline_stay():
@@ -243,7 +249,31 @@ def test_what_the_object_hides_of_its_own_contours_does_not_pull():
         truth = replace(truth, R=rotation_from_rotvec([rng.uniform(0.1, 0.2), 0, 0]) @ truth.R)
         surface, frame, _ = scene(model, truth)
         use, start = np.ones((1, 1), bool), jolted(rng, truth, 1, 0.003, 0.03, 0.0)
-        for occlusion in off:
-            fit = fit_poses(surface, frame, start, use, (4, 3, 3, 2, 2), FIT, occlusion=occlusion)
-            off[occlusion].append(float(np.linalg.norm(fit.t - truth.t)))
+        for last in off:
+            fit = fit_poses(surface, frame, start, use, (4, 3, 3, 2, 2), FIT, last=last)
+            off[last].append(float(np.linalg.norm(fit.t - truth.t)))
     assert np.median(off[True]) < 0.8 * np.median(off[False])
+
+
+@pytest.mark.parametrize(("name", "wider_px"), [("truck", 1), ("slide", 1), ("chain", 1), ("truck", -1), ("slide", -1)])
+def test_labels_a_pixel_off_all_around_hardly_change_the_last_fit(name, wider_px):
+    """How far apart several markers are tells the range, too."""
+    model, truth = SCENES[name]
+    surface, frame, use = scene(model, truth)
+    labels, more = frame.field.labels, np.ones((3, 3), np.uint8)
+    if wider_px < 0:  # what they leave is unknown
+        labels = np.where(cv2.erode(labels, more) == cv2.dilate(labels, more), labels, UNKNOWN)
+    else:
+        marked = cv2.dilate(np.where(labels == RED, RED, 0).astype(np.uint8), more)
+        labels = np.where(marked == RED, RED, labels)
+    frame = replace(frame, field=LabelField(labels.astype(np.uint8)))
+    fits = [fit_poses(surface, frame, truth, use, REACH, FIT, last=last) for last in (False, True)]
+    off = [abs(float(np.linalg.norm(fit.t) / np.linalg.norm(truth.t)) - 1) for fit in fits]
+    assert off[1] < 0.3 * off[0] + 0.003, off
+
+
+def test_of_one_marker_alone_its_size_tells_the_range():
+    model, truth = SCENES["sign"]
+    surface, frame, use = scene(model, truth)
+    plain, last = (fit_poses(surface, frame, truth, use, REACH, FIT, last=how) for how in (False, True))
+    np.testing.assert_array_equal(plain.t, last.t)

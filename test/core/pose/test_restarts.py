@@ -23,7 +23,7 @@ def found(name, truth, use=None):
     scores = surface.score(frame, truth, surface.markers, occlusion=True)
     use = scores.agree > 0.5 if use is None else use(surface)
     start = jolted(np.random.default_rng(0), truth, 1, 0.003, 0.03, 0.0)
-    fit = fit_poses(surface, frame, start, use, (4, 3, 3, 2, 2), DEFAULTS.fit, occlusion=True)
+    fit = fit_poses(surface, frame, start, use, (4, 3, 3, 2, 2), DEFAULTS.fit, last=True)
     known = deviations_without_image(surface, fit, DEFAULTS)
     first = sources(surface, frame, fit, use, known, DEFAULTS).covariance(DEFAULTS.covariance)
     return surface, frame, fit, use, first, known

@@ -61,7 +61,9 @@ class FacingStage:
         detections, surplus = list[Detection](), list[Verdict]()
         for describer in self.describers:
             told, none_left = describer.without_surplus(accepted, faced, self._judge)
-            detections += [self._placer.faced(detection, faced) for detection in describer.describe(told, faced)]
+            detections += [
+                self._placer.faced(detection, faced) for detection in describer.describe(told, faced, accepted)
+            ]
             surplus += none_left
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs

@@ -18,7 +18,7 @@ from .image.blobs import Blob, centres, find_blobs
 from .image.codes import OUTSIDE
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
-from .model.found import Detection, ImagePose, Instance, Rejection
+from .model.found import Detection, ImagePose, Instance, Missing, Rejection
 from .verdict.reach import Reach
 
 
@@ -65,6 +65,7 @@ def in_image(detections: Sequence[Detection], view: TopView) -> tuple[Detection,
             d,
             image=ImagePose(*next(rows)),
             components=tuple(_instance(part, next(rows), next(outlines)) for part in d.components),
+            missing=tuple(_missing(part, view) for part in d.missing),
         )
         for d in detections
     )
@@ -78,6 +79,11 @@ def _placed(detection: Detection) -> Iterator[ImagePose | Instance]:
 def _instance(part: Instance, there: Sequence[float], contour: Array) -> Instance:
     x, y, theta, scale = there
     return replace(part, x=x, y=y, theta=theta, scale=scale, contour=contour)
+
+
+def _missing(part: Missing, view: TopView) -> Missing:
+    x, y = view.in_image(np.array([[part.x, part.y]]))[0].tolist()
+    return replace(part, x=x, y=y)
 
 
 def within(

@@ -47,7 +47,7 @@ class SpatialStage:
         detections, surplus = list[Detection](), list[Verdict]()
         for finder, describer in zip(self._finders, self._describers, strict=True):
             told, none_left = describer.without_surplus(accepted, frame, self._judge)
-            detections += describer.describe(told, frame)
+            detections += describer.describe(told, frame, accepted)
             surplus += none_left
             if recall is not None:
                 recall.accept(finder, told, frame.camera)

@@ -19,6 +19,7 @@ from artrec_ros.core.model.found import (
     IdentityFit,
     ImagePose,
     Instance,
+    Missing,
     Motion,
     Rejection,
 )
@@ -64,6 +65,16 @@ def test_the_promised_names_are_there():
     assert set(o["pose"]) == {"frame_id", "position", "orientation"}
     assert set(o["components"][0]) == {"name", "marker", "score", "x", "y", "theta", "scale"}
     assert {"object", "reason"} <= set(line["rejected"][0])
+
+
+def test_why_components_are_not_told_comes_back():
+    missing = (Missing("hand", "hidden", 3.0, 4.5, by="itself"), Missing("rod", "in doubt", 7.0, 8.0, score=0.25))
+    line = FrameRecord.of(7, "/cam", replace(RESULT, detections=(replace(DETECTION, missing=missing),))).to_json()
+    assert json.loads(line)["objects"][0]["missing"] == [
+        {"name": "hand", "state": "hidden", "x": 3.0, "y": 4.5, "by": "itself"},
+        {"name": "rod", "state": "in doubt", "x": 7.0, "y": 8.0, "score": 0.25},
+    ]
+    assert FrameRecord.from_json(line).detections[0].missing == missing
 
 
 def test_an_unusable_frame_has_its_error_and_no_objects():

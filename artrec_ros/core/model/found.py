@@ -34,6 +34,30 @@ class Instance:
     contour: Array = field(default_factory=lambda: np.zeros((0, 2)), repr=False, compare=False)
 
 
+MissingState = Literal["in doubt", "not seen", "too small", "hidden", "out of view", "turned away"]
+
+
+@dataclass(frozen=True)
+class Missing:
+    """A component of an object found that is not told, and why.
+
+    :param state: `in doubt`: something of its class is there, which may well be another's; `not seen`: it should be in
+        view, and its class is not there; `too small`: in view, with fewer pixels than tell anything; `hidden`: by what
+        `by` names; `out of view`: beyond the image's border; `turned away` from the camera. Of several markers what
+        is said of the one that is nearest to being seen.
+    :param x, y: where that marker's centroid would be in the image, pixels.
+    :param by: `itself`, or the other object's name; empty: nothing that was found.
+    :param score: of what is in doubt the probability that it is its own marker.
+    """
+
+    component: str
+    state: MissingState
+    x: float
+    y: float
+    by: str = ""
+    score: float = 0.0
+
+
 @dataclass(frozen=True)
 class ImagePose:
     """Where an object's required component lies in the image; units as in `Instance`."""
@@ -129,6 +153,7 @@ class Detection:
     :param predicted: it is not seen in this frame but expected; it has no components.
     :param motion: None where it is not known: without pose, or seen for the first time.
     :param filtered: None where it is not asked for, or not known.
+    :param missing: why each of the other components is not told; of what is found as a whole alone.
     """
 
     object: str
@@ -148,6 +173,7 @@ class Detection:
     predicted: bool = False
     motion: Motion | None = field(default=None, repr=False, compare=False)
     filtered: Filtered | None = field(default=None, repr=False, compare=False)
+    missing: tuple[Missing, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def is_in_doubt(self) -> bool:

@@ -43,7 +43,7 @@ class ColourFit:
             return poses
         at, (fit, residual, weight) = poses, self._edges(frame, poses, used)
         before, seen = _misfit(residual, weight), _total(weight)
-        at_edges = weight_at_edges(used, self._config)
+        at_edges = weight_at_edges(self._surface, used, self._config)
         for _ in range(self._config.colour_rounds):
             at = self._step(at, fit, residual, weight, at_edges)
             fit, residual, weight = self._edges(frame, at, used)

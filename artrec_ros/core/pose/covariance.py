@@ -7,8 +7,8 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
   points nearer than a pixel see the same labels and count as one;
 * all points together, outwards or inwards: where in the seam that a segmenter leaves between two classes the edge
   lies is not known, and is the same all around; nor is it where that may be a body of no class as well. Nor is where
-  between two blended colours it lies. Where several markers are fitted the fit tells that itself, as one parameter
-  more, and little of it is left;
+  between two blended colours it lies. Where several markers that stand apart are fitted it tells that itself, as one
+  parameter more, and little of it is left;
 * each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
   estimate of Liang and Zeger, 1986).
 
@@ -87,7 +87,7 @@ def sources(
 ) -> Sources:
     """As of `pose_covariances`. :param known: (H, 6+J) deviations without any image."""
     c, sigma_px = config.covariance, config.fit.point_sigma_px
-    n_par, at_edges = known.shape[1], weight_at_edges(use, config.fit)
+    n_par, at_edges = known.shape[1], weight_at_edges(model, use, config.fit)
     certain = np.column_stack([known**-2.0, at_edges / sigma_px**2])
     prior = np.eye(n_par + 1) * np.minimum(certain, AS_GOOD_AS_CERTAIN)[:, None]
     fit = contour_fit(model, frame, poses, use, c.reach_px, config.fit)

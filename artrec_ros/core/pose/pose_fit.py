@@ -52,7 +52,7 @@ def fit_poses(
     fit = Fit(model, config, facing=facing)
     terms = fit.terms(frame, use, reach_px, free_joints, shown)
     if last:
-        terms = terms._replace(contours=terms.contours._replace(at_edges=weight_at_edges(use, config)))
+        terms = terms._replace(contours=terms.contours._replace(at_edges=weight_at_edges(model, use, config)))
     for part in frame.deadline.parts(len(poses), AT_ONCE):
         fit_each(of_some(terms, part), model.kinematics.chain, fit.joints, R[part], t[part], q[part])
     return Poses(R, t, q)
@@ -86,9 +86,14 @@ class Fit:
         return Terms(contours, self._prior._replace(free=free), self._damping)
 
 
-def weight_at_edges(use: np.ndarray, config: FitConfig) -> Array:
-    """(H,) see `ContourTerm.at_edges`. :param use: (H, M) markers: of one alone its size tells the range."""
-    return np.where(use.sum(axis=1) > 1, (config.point_sigma_px / config.edges_off_px) ** 2, np.inf)
+def weight_at_edges(model: SpatialModel, use: np.ndarray, config: FitConfig) -> Array:
+    """(H,) see `ContourTerm.at_edges`: inf where no two markers that stand apart tell the range. What is between
+    markers that adjoin each other moves neither outwards nor inwards.
+
+    :param use: (H, M) the markers that are fitted.
+    """
+    several = (use & model.open_contour.all(axis=1)).sum(axis=1) > 1
+    return np.where(several, (config.point_sigma_px / config.edges_off_px) ** 2, np.inf)
 
 
 def of_some(terms: Terms, part: slice) -> Terms:

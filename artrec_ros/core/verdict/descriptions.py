@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from ..pose.surface_model import Poses
 from .acceptance import Verdict
 from .identity import Identifier
 from .judge import Judge
+from .missing import MarkersInView, MissingParts
 from .parts import part_probabilities
 
 
@@ -30,7 +32,7 @@ class Describer:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self.finder = finder
         surface = finder.surface
-        self._identifier = Identifier(finder.alternatives, finder.config)
+        self._identifier, self._missing = Identifier(finder.alternatives, finder.config), MissingParts(finder)
         patches = [surface.patches[p] for p in surface.markers]
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
@@ -53,19 +55,24 @@ class Describer:
         alone = judge.verdicts(self.finder, _candidates(mine), frame.unhurried())
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         poses = self._settled(mine, self._used(mine), frame)
-        surplus = self._identifier.surplus(frame, poses, self._seen(mine, self._told(mine)), alone.probability)
+        surplus = self._identifier.surplus(
+            frame, poses, self._seen(mine, self._told(part_probabilities(mine))), alone.probability
+        )
         told, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
         if len(told) == 1 and told != [0]:  # the first one's pixels are its own again
             return [alone[told[0]]], [mine[i] for i in none_left]
         return [mine[i] for i in told], [mine[i] for i in none_left]
 
-    def describe(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> list[Detection]:
-        """Detections, the most probable first."""
+    def describe(
+        self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict] = ()
+    ) -> list[Detection]:
+        """Detections, the most probable first. :param among: all objects of the frame, other targets' too."""
         if not verdicts:
             return []
         finder, surface = self.finder, self.finder.surface
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
-        used, told = self._used(verdicts), self._told(verdicts)
+        used, probable = self._used(verdicts), part_probabilities(verdicts)
+        told = self._told(probable)
         poses = self._settled(verdicts, used, frame)
         identities = self._identifier.identify(frame, poses, self._seen(verdicts, told))
         # what faces the camera has a pose on the scene's plane alone
@@ -75,10 +82,14 @@ class Describer:
             if asked
             else [None] * len(poses)
         )
-        parts = self._instances(verdicts, told, surface.kinematics.forward(poses.R, poses.t, poses.q), frame)
+        frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+        parts, view = self._instances(verdicts, told, frames, frame)
+        missing = self._missing.of(verdicts, self._seen(verdicts, told), probable, view, frames, frame, among)
         return [
-            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n])
-            for n, verdict in enumerate(verdicts)
+            replace(
+                self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n]), missing=lacks
+            )
+            for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
 
     def _used(self, verdicts: Sequence[Verdict]) -> NDArray[np.bool_]:
@@ -131,10 +142,10 @@ class Describer:
             joint_deviations=deviations,
         )
 
-    def _told(self, verdicts: Sequence[Verdict]) -> list[dict[int, float]]:
-        """The components that are told of each, and their probabilities."""
+    def _told(self, probable: Sequence[dict[int, float]]) -> list[dict[int, float]]:
+        """Of those that something shows the components that are told of each, and their probabilities."""
         least, root = self.finder.config.min_component_probability, self.finder.root
-        return [{c: p for c, p in of.items() if c == root or p >= least} for of in part_probabilities(verdicts)]
+        return [{c: p for c, p in of.items() if c == root or p >= least} for of in probable]
 
     def _seen(self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]]) -> list[set[int]]:
         """Of those that are told the components without a required one that is not confirmed: of that no marker is."""
@@ -143,30 +154,33 @@ class Describer:
 
     def _instances(
         self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]], frames: Frames, frame: ImageFrame
-    ) -> list[tuple[Instance, ...]]:
-        """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre."""
+    ) -> tuple[list[tuple[Instance, ...]], MarkersInView]:
+        """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre. And
+        what of all markers could be seen."""
         surface, camera, (width, height) = self.finder.surface, frame.camera, frame.size
         X = surface.place(frames, self._points, self._on)
         pixels = project(camera, X)
         inside = pixels[:, : self._first_drawn[0]].reshape(len(pixels), *self._inside, 2)
-        seen = surface.shown(frames, surface.markers, INSIDE_POINTS)
-        seen &= ((inside > -0.5) & (inside < (width - 0.5, height - 0.5))).all(axis=-1)
-        for h, verdict in enumerate(verdicts):  # nor is there what another object hides
-            seen[h] &= verdict.claim.frame.field.at(inside[h]) != OWNED
-        weight = seen[..., None]
+        within = np.asarray(((inside > -0.5) & (inside < (width - 0.5, height - 0.5))).all(axis=-1), bool)
+        free = np.stack([v.claim.frame.field.at(inside[h]) != OWNED for h, v in enumerate(verdicts)])
+        first = self._first_drawn[:-1]
+        shown = surface.shown(frames, surface.markers, INSIDE_POINTS)
+        view = MarkersInView(pixels[:, first], X[:, first, 2], within, shown, free)
+        weight = view.seen[..., None]
         count = weight.sum(axis=2)
-        centroid, tail, head = (pixels[:, self._first_drawn[:-1] + i] for i in range(3))  # (H, M, 2)
+        centroid, tail, head = (pixels[:, first + i] for i in range(3))  # (H, M, 2)
         # by how far the middle of what is seen is off that of all: the samples' own middle is not quite the centroid
         off = (inside * weight).sum(axis=2) / np.maximum(count, 1) - inside.mean(axis=2)
         centre = np.where(count, centroid + off, centroid)
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
-        scale = camera.focal_px / np.maximum(X[:, self._first_drawn[:-1], 2], 1e-6)  # at the outline's centroid
+        scale = camera.focal_px / np.maximum(view.depth, 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
         patches = [[(v.shown[c], p) for c, p in each.items()] for v, each in zip(verdicts, told, strict=True)]
-        return [
+        parts = [
             tuple(self._instance(patch, p, pixels[h], *values[h][self._row[patch]]) for patch, p in patches[h])
             for h in range(len(verdicts))
         ]
+        return parts, view
 
     def _instance(
         self, patch: int, score: float, pixels: Array, x: float, y: float, theta: float, scale: float

@@ -27,6 +27,7 @@ from ...core.model.found import (
     IdentityFit,
     ImagePose,
     Instance,
+    Missing,
     Motion,
     Rejection,
 )
@@ -63,7 +64,7 @@ _TYPES = {
     kind.__name__: kind
     for kind in (
         ClassFit, ConstraintFailure, Detection, Filtered, FrameResult, IdentityFit, ImagePose, Instance, Known, Looks,
-        Memory, Motion, Pose, Recognised, Rejection,
+        Memory, Missing, Motion, Pose, Recognised, Rejection,
     )
 }  # fmt: skip
 

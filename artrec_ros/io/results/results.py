@@ -21,6 +21,7 @@ from ...core.model.found import (
     IdentityFit,
     ImagePose,
     Instance,
+    Missing,
     Motion,
     Rejection,
 )
@@ -143,6 +144,8 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
         told["predicted"] = True
     if d.joint_deviations:
         told["joint_deviations"] = {name: _f(q, 6) for name, q in d.joint_deviations.items()}
+    if d.missing:
+        told["missing"] = [_missing_to_dict(m) for m in d.missing]
     if d.filtered is not None:
         told["filtered"] = _filtered_to_dict(d.filtered, d.motion)
     return {
@@ -158,6 +161,13 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
             for c in d.components
         ],
     }
+
+
+def _missing_to_dict(m: Missing) -> dict[str, Any]:
+    content: dict[str, Any] = {"name": m.component, "state": m.state, "x": _f(m.x, 2), "y": _f(m.y, 2)}
+    if m.by:
+        content["by"] = m.by
+    return {**content, "score": _f(m.score, 4)} if m.state == "in doubt" else content
 
 
 def _filtered_to_dict(f: Filtered, motion: Motion | None) -> dict[str, Any]:
@@ -227,6 +237,10 @@ def _detection_from_dict(o: dict[str, Any], frame_id: str) -> Detection:
         predicted=o.get("predicted", False),
         motion=_motion_from_dict(o.get("filtered", {})),
         filtered=_filtered_from_dict(o["filtered"]) if o.get("filtered") else None,
+        missing=tuple(
+            Missing(m["name"], m["state"], m["x"], m["y"], m.get("by", ""), m.get("score", 0.0))
+            for m in o.get("missing", ())
+        ),
     )
 
 

@@ -1,0 +1,97 @@
+"""Why components of a found object are not told."""
+
+from dataclasses import replace
+
+import numpy as np
+from settings import DEFAULTS
+from solids import RED, cabinet, camera_of, pose, render, truck
+
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.verdict import descriptions
+from artrec_ros.core.verdict.acceptance import verdicts_of
+from artrec_ros.core.verdict.claims import claims_of, silhouette
+from artrec_ros.core.verdict.descriptions import Describer
+
+CAMERA = camera_of()
+
+
+def missing_of(model, at, frame, among=(), finder=None):
+    """What is said of the components that are not told of an object, by their names."""
+    finder = finder or WholeObjectFinder(Target(model.name, model, RED), DEFAULTS)
+    (verdict,) = verdicts_of(claims_of(finder, at, frame))
+    (detection,) = Describer(finder).describe([verdict], frame, [verdict, *among])
+    told = {part.component for part in detection.components}
+    lacking = {m.component: m for m in detection.missing}
+    assert told | set(lacking) == {c.name for c in model.components} and not told & set(lacking)
+    return lacking
+
+
+def seen(*objects):
+    return ImageFrame(LabelField(render(CAMERA, [(model, at, RED) for model, at in objects])), CAMERA)
+
+
+def test_of_what_is_told_in_full_nothing_is_missing():
+    model = truck()
+    assert missing_of(model, pose(0, 0, 0.8, 0.2, model=model), seen((model, pose(0, 0, 0.8, 0.2, model=model)))) == {}
+
+
+def test_a_label_that_is_not_there_is_not_seen_and_its_place_is_told():
+    model = truck()
+    at = pose(0, 0, 0.6, 0.1, model=model)
+    frame = seen((model, at))
+    labels = frame.field.labels.copy()
+    labels[130:, :160] = np.where(labels[130:, :160] == RED, 0, labels[130:, :160])  # of the hind leg
+    lacking = missing_of(model, at, replace(frame, field=LabelField(labels)))
+    assert list(lacking) == ["hind"] and lacking["hind"].state == "not seen" and lacking["hind"].by == ""
+    assert 80 < lacking["hind"].x < 160 and 130 < lacking["hind"].y < 190
+
+
+def test_beyond_the_border_it_is_out_of_view():
+    model = truck()
+    at = pose(-0.31, 0, 0.6, 0.1, model=model)
+    lacking = missing_of(model, at, seen((model, at)))
+    assert lacking["hind"].state == "out of view" and lacking["hind"].x < 0
+
+
+def test_what_another_object_covers_is_hidden_by_it():
+    model = truck()
+    near, far = pose(0.13, 0.07, 0.5, 0.1, model=model), pose(0.0, 0, 0.9, 0.1, model=model)
+    whole = seen((model, far), (model, near))
+    finder = WholeObjectFinder(Target("lorry", model, RED), DEFAULTS)
+    (owner,) = verdicts_of(claims_of(finder, near, whole))
+    rest = whole.without(silhouette(finder.surface, CAMERA, near))
+    lacking = missing_of(model, far, rest, [owner])
+    assert lacking["fore"].state == "hidden" and lacking["fore"].by == "lorry"
+
+
+def test_what_its_own_body_covers_is_hidden_by_itself():
+    model = cabinet()
+    shut = pose(0, 0, 1.2, 0.0, model=model, joints={"drawer": 0.0})
+    (drawer,) = missing_of(model, shut, seen((model, shut))).values()
+    assert (drawer.state, drawer.by) == ("hidden", "itself")
+
+
+def test_what_looks_away_is_turned_away():
+    torso, fore, hind = truck().components
+    model = ObjectModel("truck", (torso, replace(fore, markers=fore.markers[1:]), hind))
+    at = pose(0, 0, 0.8, 0.2, model=model)
+    (left,) = missing_of(model, at, seen((model, at))).values()
+    assert (left.component, left.state) == ("fore", "turned away")
+
+
+def test_pieces_of_a_pixel_are_too_small():
+    model = truck()
+    far = pose(0, 0, 9.0, 0.1, model=model)
+    assert {m.state for m in missing_of(model, far, seen((model, far))).values()} == {"too small"}
+
+
+def test_what_may_be_anothers_is_in_doubt(monkeypatch):
+    model = truck()
+    at = pose(0, 0, 0.8, 0.2, model=model)
+    monkeypatch.setattr(descriptions, "part_probabilities", lambda verdicts: [{0: 0.9, 1: 0.1, 2: 0.8}])
+    (fore,) = missing_of(model, at, seen((model, at))).values()
+    assert (fore.component, fore.state, fore.score) == ("fore", "in doubt", 0.1)

@@ -13,7 +13,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from std_msgs.msg import Header
 
-from ..core.base.errors import ArtrecError, ConfigError
+from ..core.base.errors import ArtrecError, ConfigError, one_line
 from ..core.ways import all_on_plane
 from ..io.messages import node_topics as topics
 from ..io.parameters.parameter_file import Setup
@@ -22,7 +22,7 @@ from .conversions import message_class
 from .diagnostics import Counters, Diagnostics, NodeState, getting_ready
 from .inputs import Inputs
 from .parameters import LiveParameters, initial_setup
-from .pipeline import FrameReport, Pipeline, one_line
+from .pipeline import FrameReport, Pipeline
 from .publishers import Publishers
 from .tf import transform_sender
 
@@ -176,7 +176,7 @@ class RecognizerNode(LifecycleNode):
             self._skip(one_line(error), msg.header.frame_id)
         except Exception as error:  # a fault of this package: it costs one image, not the node
             if self.context.ok():  # else it is the end: nothing can be published any more
-                self._skip(f"internal error: {one_line(error)}", msg.header.frame_id)
+                self._skip(one_line(error), msg.header.frame_id)
                 self.get_logger().error(traceback.format_exc(), throttle_duration_sec=30.0)
         else:
             if report is not None:

@@ -11,7 +11,7 @@ from typing import Any
 from std_msgs.msg import Header
 
 from ..core.base import kernel_cache
-from ..core.base.errors import ArtrecError
+from ..core.base.errors import one_line
 from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
 from ..core.memory.memory import Memory
@@ -125,7 +125,7 @@ class Pipeline:
                     self._on_fault(kernel_cache.problem())
         except Exception as error:  # parameters are checked before: a fault of this package
             fault = "the recogniser could not be built" if current is None else "the parameters are not in use"
-            self.problem = f"internal error: {fault}: {one_line(error)}; change a parameter or configure the node anew"
+            self.problem = f"{fault}: {one_line(error)}; change a parameter or configure the node anew"
             self._on_fault(self.problem)
         else:
             self._current = setup, recognizer
@@ -201,9 +201,3 @@ def _header_problem(header: Header) -> str:
     if not conversions.stamp_ns(header):
         return "images bear no stamp: results cannot be told apart by time"
     return ""
-
-
-def one_line(error: BaseException) -> str:
-    """An error as users see it."""
-    text = " ".join(str(error).split())
-    return text if isinstance(error, ArtrecError) else f"{type(error).__name__}: {text}"

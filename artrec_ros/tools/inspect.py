@@ -112,7 +112,7 @@ def describe(item: Item) -> Iterator[str]:
         yield f"{item.path}: {content.kind}"
         yield from content.lines
     elif item.kind != MISSING:  # of which its problem says all
-        yield f"{head}, not readable"
+        yield f"{head}, with a problem that is told below"
 
 
 def _counts(counts: Any) -> str:

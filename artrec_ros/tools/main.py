@@ -70,7 +70,7 @@ def _at_work() -> Iterator[None]:
 
 
 def _main(arguments: list[str]) -> int:
-    from ..core.base.errors import ArtrecError
+    from ..core.base.errors import ArtrecError, one_line
 
     try:
         args = _parse(arguments)
@@ -93,7 +93,7 @@ def _main(arguments: list[str]) -> int:
         reason = error.strerror or str(error)
         return _fail(f"{error.filename}: {reason}" if error.filename else reason, args.debug)
     except Exception as error:
-        return _fail(f"internal error: {type(error).__name__}: {error}; --debug shows where", args.debug)
+        return _fail(f"{one_line(error)}; --debug shows where", args.debug)
 
 
 def _fail(message: str, debug: bool) -> int:

@@ -195,7 +195,7 @@ def test_a_category_is_of_the_object_that_it_names_though_others_have_its_keypoi
         (tmp_path / "coco.json").write_text(json.dumps(content))
         (tmp_path / "robots.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": objects}}))
         _, printed, problems = inspect(capsys, tmp_path / "robots.yaml", tmp_path / "coco.json")
-        assert "not readable" not in printed
+        assert "told below" not in printed
         assert not [line for line in problems if "identity" in line or "none of the objects" in line], problems
 
 

@@ -41,7 +41,8 @@ def load_target(name: str, config: ObjectConfig, image: ImageConfig, values: Map
     for key in _FILES:
         path = getattr(config, key)
         if path and not Path(path).is_file():
-            raise values[f"{name}.{key}"].error(f"there is no file {path}")
+            way_out = "; artrec train makes it" if key == "constraint_file" else ""
+            raise values[f"{name}.{key}"].error(f"there is no file {path}{way_out}")
     labels = dict(image.named_labels)
     if image.kind != "labels" and config.label not in labels.values():
         known = ", ".join(f"{label} ({class_name})" for class_name, label in labels.items())

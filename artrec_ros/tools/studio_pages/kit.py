@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.base.errors import ArtrecError
+from ...core.base.errors import ArtrecError, one_line
 from ...core.geometry.transforms import Array
 
 try:
@@ -171,10 +171,7 @@ def css(bgr: Sequence[int]) -> str:
 
 def complain(error: Exception) -> None:
     """An error as one line that stays until it is closed."""
-    told = (
-        str(error) if isinstance(error, (ArtrecError, OSError)) else f"internal error: {type(error).__name__}: {error}"
-    )
-    ui.notify(" ".join(told.split()), type="negative", timeout=0, close_button="close", multi_line=True)
+    ui.notify(one_line(error), type="negative", timeout=0, close_button="close", multi_line=True)
 
 
 def guarded(handler: Callable[..., Any]) -> Callable[..., Any]:

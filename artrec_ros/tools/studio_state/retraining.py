@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...core.base.errors import ArtrecError
+from ...core.base.errors import ArtrecError, one_line
 from ...core.model.found import FrameResult
 from ...io.learned.annotations import AnnotatedObject
 from .doubts import Doubt, ranked, recognised
@@ -96,7 +96,7 @@ class Retraining:
             except ArtrecError as error:  # such as of a file that cannot be written
                 self._tell(line=str(error))
             except Exception as error:  # a fault of this package: it costs this time, not those to come
-                self._tell(line=f"internal error: {type(error).__name__}: {error}")
+                self._tell(line=one_line(error))
             finally:
                 self._tell(at_work="")
 

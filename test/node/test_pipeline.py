@@ -209,7 +209,7 @@ def test_a_recognizer_that_cannot_be_built_is_told_of_refused_and_tried_anew(
         assert wait_until(lambda: bool(logged)) and not node.is_ready
         status = statuses(node, monkeypatch)["recognition"]
         assert status.level == DiagnosticStatus.ERROR and status.message == logged[0]
-        assert "could not be built: MemoryError: no room for views" in status.message and "\n" not in status.message
+        assert "could not be built: internal error: MemoryError: no room for views" in status.message and "\n" not in status.message
         assert node.trigger_activate() == TransitionCallbackReturn.FAILURE, "as the service answers"
         assert logged[0] == logged[-1] and len(logged) == 2
     assert node.trigger_cleanup() == node.trigger_configure() == TransitionCallbackReturn.SUCCESS
@@ -249,7 +249,7 @@ def test_parameters_that_cannot_be_used_are_told_of_while_the_old_ones_work(
     node.take_image(label_image(picture), time.time_ns())
     status = statuses(node, monkeypatch)["recognition"]
     assert node.counters.objects == 1 and status.level == DiagnosticStatus.ERROR
-    assert "the parameters are not in use: ZeroDivisionError" in status.message
+    assert "the parameters are not in use: internal error: ZeroDivisionError" in status.message
 
 
 def test_of_changes_that_come_faster_than_they_are_built_the_last_one_stays(

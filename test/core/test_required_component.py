@@ -168,7 +168,7 @@ def test_a_required_component_whose_labels_are_gone_is_not_missed():
     (whole,) = recognizer(model, "visible").recognize(picture(model, at), CAMERA).detections
     assert {c.component for c in one.components} == {"a", "b", "c"} and one.score < whole.score
     assert np.linalg.norm(one.pose.position - at.t[0]) < 0.03 * at.t[0, 2]
-    assert abs(one.image.x - whole.image.x) < 2 and abs(one.image.y - whole.image.y) < 2
+    assert abs(one.image.x - whole.image.x) < 3 and abs(one.image.y - whole.image.y) < 3
 
 
 def test_it_is_followed_from_image_to_image():

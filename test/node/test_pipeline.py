@@ -209,7 +209,10 @@ def test_a_recognizer_that_cannot_be_built_is_told_of_refused_and_tried_anew(
         assert wait_until(lambda: bool(logged)) and not node.is_ready
         status = statuses(node, monkeypatch)["recognition"]
         assert status.level == DiagnosticStatus.ERROR and status.message == logged[0]
-        assert "could not be built: internal error: MemoryError: no room for views" in status.message and "\n" not in status.message
+        assert (
+            "could not be built: internal error: MemoryError: no room for views" in status.message
+            and "\n" not in status.message
+        )
         assert node.trigger_activate() == TransitionCallbackReturn.FAILURE, "as the service answers"
         assert logged[0] == logged[-1] and len(logged) == 2
     assert node.trigger_cleanup() == node.trigger_configure() == TransitionCallbackReturn.SUCCESS

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -14,21 +15,24 @@ from ..image.image_frame import ImageFrame
 from ..model.found import Missing, MissingState
 from ..model.kinematics import Frames
 from ..pose.finder import WholeObjectFinder
+from ..pose.surface_kernels import LEAST_DEPTH_M
 from .acceptance import Verdict
 from .claims import silhouette
 
 _ITSELF = "itself"
-_OPEN = 0.5  # of a marker that is seen, or that nothing of one sort leaves, says which it is
+_OPEN = 0.5  # share of a marker of which this says what is said of all of it
 # from what is nearest to being seen to what is farthest from it
-_ORDER: tuple[MissingState, ...] = ("not seen", "too small", "hidden", "out of view", "turned away")
+_STATES: tuple[MissingState, ...] = ("not seen", "too small", "hidden", "out of view", "turned away")
+_NOT_SEEN, _TOO_SMALL, _HIDDEN, _OUT_OF_VIEW, _TURNED_AWAY = range(len(_STATES))
 
 
-class MarkersInView(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class MarkersInView:
     """What of the M markers of H objects, by n points on each, could be seen.
 
-    :param centre: (H, M, 2) their centroids, pixels. :param depth: (H, M) of these. :param within: (H, M, n) in the
-        image. :param open: (H, M, n) not hidden by the object itself; of markers that face the camera.
-    :param free: (H, M, n) not owned by another object.
+    :param centre: (H, M, 2) their centroids, pixels. :param depth: (H, M) of these, metres.
+    :param within: (H, M, n) in the image. :param open: (H, M, n) not hidden by the object itself, of markers that face
+        the camera. :param free: (H, M, n) not owned by another object.
     """
 
     centre: Array
@@ -37,8 +41,9 @@ class MarkersInView(NamedTuple):
     open: NDArray[np.bool_]
     free: NDArray[np.bool_]
 
-    @property
+    @cached_property
     def seen(self) -> NDArray[np.bool_]:
+        """(H, M, n) points that are."""
         return self.within & self.open & self.free
 
 
@@ -46,7 +51,7 @@ class MissingParts:
     """Those of one target's objects."""
 
     def __init__(self, finder: WholeObjectFinder) -> None:
-        self._finder, self._surface = finder, finder.surface
+        self._surface, self._least_px = finder.surface, finder.config.min_blob_px
         patches = [self._surface.patches[p] for p in self._surface.markers]
         self._normal = np.array([p.normal for p in patches])
         self._middle = np.array([p.drawn[0] for p in patches])
@@ -69,68 +74,60 @@ class MissingParts:
         :param told: those that are. :param probable: of those that something shows, how probable it is.
         :param among: all objects of the frame, one of which may hide another.
         """
-        every, out = set(range(len(self._names))), list[tuple[Missing, ...]]()
-        cosine, area_px = self._aspects(view, frames, frame)
+        left = [sorted(set(range(len(self._names))) - mine) for mine in told]
+        if not any(left):
+            return [()] * len(verdicts)
+        states, out = self._states(view, frames, frame), list[tuple[Missing, ...]]()
         for h, verdict in enumerate(verdicts):
-            left = sorted(every - told[h])
-            others = [v for v in among if v is not verdict] if left else []
-            states = (
-                [self._state(h, m, view, cosine[h, m], area_px[h, m]) for m in range(len(self._of))] if left else []
-            )
+            others = [v for v in among if v is not verdict]
             doubted = {c: p for c, p in probable[h].items() if c != self._surface.root}
-            out.append(tuple(self._missing(h, c, states, doubted, view, others, frame) for c in left))
+            out.append(tuple(self._missing(h, c, states[h], doubted, view, others, frame) for c in left[h]))
         return out
 
-    def _aspects(self, view: MarkersInView, frames: Frames, frame: ImageFrame) -> tuple[Array, Array]:
-        """(H, M) cosines of the angles between markers' normals and the lines of sight, and their areas in pixels."""
+    def _states(self, view: MarkersInView, frames: Frames, frame: ImageFrame) -> NDArray[np.int64]:
+        """(H, M) which of `_STATES` each marker is in, if it shows nothing."""
         R, t = frames.R[:, self._of], frames.t[:, self._of]
-        at = np.einsum("hmij,mj->hmi", R, self._middle) + t
-        normal = np.einsum("hmij,mj->hmi", R, self._normal)
-        cosine = -np.sum(normal * at, axis=2) / np.maximum(np.linalg.norm(at, axis=2), 1e-9)
-        scale = frame.camera.focal_px / np.maximum(view.depth, 1e-6)
-        return cosine, self._area * scale**2 * np.maximum(cosine, 0.0)
-
-    def _state(self, h: int, m: int, view: MarkersInView, cosine: float, area_px: float) -> MissingState:
-        if cosine <= self._surface.limits.least_cosine:
-            return "turned away"
-        if view.within[h, m].mean() < _OPEN:
-            return "out of view"
-        share = view.seen[h, m].mean()
-        if share < _OPEN:
-            return "hidden"
-        return "too small" if area_px * share < self._finder.config.min_blob_px else "not seen"
+        at = (R @ self._middle[:, :, None])[..., 0] + t
+        towards = -np.sum((R @ self._normal[:, :, None])[..., 0] * at, axis=2)
+        cosine = towards / np.maximum(np.linalg.norm(at, axis=2), 1e-9)
+        scale, share = frame.camera.focal_px / np.maximum(view.depth, LEAST_DEPTH_M), view.seen.mean(axis=2)
+        area_px = self._area * scale**2 * np.maximum(cosine, 0.0) * share
+        away = cosine <= self._surface.limits.least_cosine
+        beyond = (view.depth <= LEAST_DEPTH_M) | (view.within.mean(axis=2) < _OPEN)
+        conditions = [away, beyond, share < _OPEN, area_px < self._least_px]
+        return np.select(conditions, [_TURNED_AWAY, _OUT_OF_VIEW, _HIDDEN, _TOO_SMALL], _NOT_SEEN)
 
     def _missing(
         self,
         h: int,
         component: int,
-        states: Sequence[MissingState],
+        states: NDArray[np.int64],
         doubted: dict[int, float],
         view: MarkersInView,
         others: Sequence[Verdict],
         frame: ImageFrame,
     ) -> Missing:
-        mine = np.flatnonzero(self._of == component).tolist()
-        best = min(mine, key=lambda m: (_ORDER.index(states[m]), -view.seen[h, m].mean()))
-        state, (x, y) = states[best], view.centre[h, best].tolist()
+        mine = np.flatnonzero(self._of == component)
+        best = int(mine[np.argmin(states[mine])])
+        name, (x, y) = self._names[component], view.centre[h, best].tolist()
         if component in doubted:
-            return Missing(self._names[component], "in doubt", x, y, score=doubted[component])
+            return Missing(name, "in doubt", x, y, score=doubted[component])
         by = ""
-        if state == "hidden":
+        if states[best] == _HIDDEN:
             within = view.within[h, best]
-            own = (within & ~view.open[h, best]).sum() >= (within & ~view.free[h, best]).sum()
-            by = _ITSELF if own else _hider(others, (x, y), frame)
-        return Missing(self._names[component], state, x, y, by)
+            own, anothers = (int((within & ~by_whom[h, best]).sum()) for by_whom in (view.open, view.free))
+            by = _ITSELF if own >= anothers else _hider(others, (x, y), frame)
+        return Missing(name, _STATES[states[best]], x, y, by)
 
 
 def _hider(others: Sequence[Verdict], at: tuple[float, float], frame: ImageFrame) -> str:
-    """Which object covers a place in the image, of those that do the one whose outline is farthest around it."""
-    around = [(_depth_in(v, at, frame), v.claim.finder.target.name) for v in others]
+    """Which object covers a place in the image, of those that do the one in whose silhouette it lies deepest."""
+    around = [(_depth_px(v, at, frame), v.claim.finder.target.name) for v in others]
     inside = [(px, name) for px, name in around if px >= 0]
     return max(inside)[1] if inside else ""
 
 
-def _depth_in(verdict: Verdict, at: tuple[float, float], frame: ImageFrame) -> float:
-    """How far inside of an object's silhouette a place is, pixels; outside it is negative."""
+def _depth_px(verdict: Verdict, at: tuple[float, float], frame: ImageFrame) -> float:
+    """How deep inside of an object's silhouette a place lies; outside it is negative."""
     hulls = silhouette(verdict.claim.finder.surface, frame.camera, verdict.claim.poses)
     return max(float(cv2.pointPolygonTest(cv2.convexHull(hull), at, True)) for hull in hulls)

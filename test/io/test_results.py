@@ -21,6 +21,7 @@ from artrec_ros.core.model.found import (
     Instance,
     Missing,
     Motion,
+    OtherTurn,
     Rejection,
 )
 from artrec_ros.io.results.results import FrameRecord, read_results
@@ -75,6 +76,14 @@ def test_why_components_are_not_told_comes_back():
         {"name": "rod", "state": "in doubt", "x": 7.0, "y": 8.0, "score": 0.25},
     ]
     assert FrameRecord.from_json(line).detections[0].missing == missing
+
+
+def test_another_turn_comes_back():
+    other = OtherTurn(Pose.from_xyz_rpy([0.1, 0.0, 1.0], [0.0, 0.4, 0.0]), 0.35)
+    line = FrameRecord.of(7, "/cam", replace(RESULT, detections=(replace(DETECTION, other_turn=other),))).to_json()
+    assert set(json.loads(line)["objects"][0]["other_turn"]) == {"probability", "position", "orientation"}
+    back = FrameRecord.from_json(line).detections[0].other_turn
+    assert back.probability == 0.35 and np.allclose(back.pose.rotation, other.pose.rotation, atol=1e-8)
 
 
 def test_an_unusable_frame_has_its_error_and_no_objects():

@@ -34,6 +34,18 @@ class Instance:
     contour: Array = field(default_factory=lambda: np.zeros((0, 2)), repr=False, compare=False)
 
 
+@dataclass(frozen=True)
+class OtherTurn:
+    """A second pose of an object found, which the image bears out nearly as well: its mirrored turn, of which a flat
+    marker far away or alone tells little.
+
+    :param probability: 0..1, that it is this one.
+    """
+
+    pose: Pose
+    probability: float
+
+
 MissingState = Literal["in doubt", "not seen", "too small", "hidden", "out of view", "turned away"]
 
 
@@ -154,6 +166,7 @@ class Detection:
     :param motion: None where it is not known: without pose, or seen for the first time.
     :param filtered: None where it is not asked for, or not known.
     :param missing: why each of the other components is not told; of what is found as a whole alone.
+    :param other_turn: None where there is none; else the covariance counts it.
     """
 
     object: str
@@ -174,6 +187,7 @@ class Detection:
     motion: Motion | None = field(default=None, repr=False, compare=False)
     filtered: Filtered | None = field(default=None, repr=False, compare=False)
     missing: tuple[Missing, ...] = field(default=(), repr=False, compare=False)
+    other_turn: OtherTurn | None = field(default=None, repr=False, compare=False)
 
     @property
     def is_in_doubt(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.camera import Camera
 from ..geometry.projection import project
@@ -56,6 +57,10 @@ class RequiredPlace:
 
     def flips(self, poses: Poses) -> Poses:
         """Siblings of hypotheses: a flat marker's mirrored turn looks almost the same."""
+        return self.flips_of_each(poses)[0]
+
+    def flips_of_each(self, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
+        """The same, and of which of the hypotheses each one is."""
         R_root, t_root = self._frames(poses)
         R_object_marker = R_root @ self._marker_turns[:, None]  # (markers, H, 3, 3)
         centroid = (R_root @ self._marker_centres[:, None, :, None])[..., 0] + t_root
@@ -63,7 +68,7 @@ class RequiredPlace:
         facing = np.sum(R_marker[..., 2] * centre, axis=-1) < 0
         R = (_MIRRORED * R_marker) @ R_object_marker.swapaxes(-1, -2)
         t, q = centre - (R @ centroid[..., None])[..., 0], np.broadcast_to(poses.q, (len(R), *poses.q.shape))
-        return Poses(R[facing], t[facing], q[facing])
+        return Poses(R[facing], t[facing], q[facing]), np.nonzero(facing)[1]
 
     def _radius_px(self, camera: Camera, depth: Array) -> Array:
         return np.asarray(camera.focal_px * self._surface.extent / np.maximum(depth, 1e-6), np.float64)

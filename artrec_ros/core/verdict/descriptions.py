@@ -12,11 +12,12 @@ from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
 from ..image.codes import OWNED
 from ..image.image_frame import ImageFrame
-from ..model.found import Detection, IdentityFit, ImagePose, Instance, Rejection
+from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn, Rejection
 from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
+from ..pose.other_turns import Mirrored, mirrored_of
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict
@@ -85,12 +86,16 @@ class Describer:
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
         parts, view = self._instances(verdicts, told, frames, frame)
         missing = self._missing.of(verdicts, self._seen(verdicts, told), probable, view, frames, frame, among)
-        return [
+        detections = [
             replace(
                 self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n]), missing=lacks
             )
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
+        if finder.facing:
+            return detections
+        mirrored = mirrored_of(finder, frame.unhurried(), poses)
+        return [_beside(d, m, poses[[n]]) for n, (d, m) in enumerate(zip(detections, mirrored, strict=True))]
 
     def _used(self, verdicts: Sequence[Verdict]) -> NDArray[np.bool_]:
         """(H, M) markers whose contours tell where each object is."""
@@ -191,6 +196,14 @@ class Describer:
         outline = pixels[self._first_drawn[row] + 3 : self._first_drawn[row + 1]]  # behind centroid, tail and head
         name = self.finder.target.model.components[shown.component].name
         return Instance(name, shown.marker.name, score, x, y, theta, scale, outline.copy())
+
+
+def _beside(detection: Detection, mirrored: Mirrored | None, told: Poses) -> Detection:
+    """A detection in space, with the mirrored turn that may be the true one."""
+    if mirrored is None or detection.pose_covariance is None:
+        return detection
+    other = OtherTurn(Pose(mirrored.poses.R[0], mirrored.poses.t[0]), mirrored.probability)
+    return replace(detection, other_turn=other, pose_covariance=detection.pose_covariance + mirrored.beside(told))
 
 
 def _candidates(verdicts: Sequence[Verdict]) -> Poses:

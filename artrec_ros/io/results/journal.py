@@ -29,6 +29,7 @@ from ...core.model.found import (
     Instance,
     Missing,
     Motion,
+    OtherTurn,
     Rejection,
 )
 from ..base.json_lines import fault
@@ -64,7 +65,7 @@ _TYPES = {
     kind.__name__: kind
     for kind in (
         ClassFit, ConstraintFailure, Detection, Filtered, FrameResult, IdentityFit, ImagePose, Instance, Known, Looks,
-        Memory, Missing, Motion, Pose, Recognised, Rejection,
+        Memory, Missing, Motion, OtherTurn, Pose, Recognised, Rejection,
     )
 }  # fmt: skip
 

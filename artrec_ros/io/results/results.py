@@ -23,6 +23,7 @@ from ...core.model.found import (
     Instance,
     Missing,
     Motion,
+    OtherTurn,
     Rejection,
 )
 from ..base.json_lines import fault, strict_json
@@ -127,11 +128,7 @@ def _f(value: Any, digits: int) -> float:
 
 
 def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
-    pose = d.pose and {
-        "frame_id": d.frame_id or frame_id,
-        "position": [_f(v, 6) for v in d.pose.position],
-        "orientation": [_f(v, 9) for v in d.pose.quaternion],
-    }
+    pose = d.pose and {"frame_id": d.frame_id or frame_id, **_pose_to_dict(d.pose)}
     told: dict[str, Any] = {} if d.class_fit is None else {"class": _class_to_dict(d.class_fit)}
     if d.margin is not None:
         told["margin"] = _f(d.margin, 4)
@@ -144,6 +141,8 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
         told["predicted"] = True
     if d.joint_deviations:
         told["joint_deviations"] = {name: _f(q, 6) for name, q in d.joint_deviations.items()}
+    if d.other_turn is not None:
+        told["other_turn"] = {"probability": _f(d.other_turn.probability, 4), **_pose_to_dict(d.other_turn.pose)}
     if d.missing:
         told["missing"] = [_missing_to_dict(m) for m in d.missing]
     if d.filtered is not None:
@@ -163,6 +162,10 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
     }
 
 
+def _pose_to_dict(pose: Pose) -> dict[str, Any]:
+    return {"position": [_f(v, 6) for v in pose.position], "orientation": [_f(v, 9) for v in pose.quaternion]}
+
+
 def _missing_to_dict(m: Missing) -> dict[str, Any]:
     content: dict[str, Any] = {"name": m.component, "state": m.state, "x": _f(m.x, 2), "y": _f(m.y, 2)}
     if m.by:
@@ -172,8 +175,7 @@ def _missing_to_dict(m: Missing) -> dict[str, Any]:
 
 def _filtered_to_dict(f: Filtered, motion: Motion | None) -> dict[str, Any]:
     content = {
-        "position": [_f(v, 6) for v in f.pose.position],
-        "orientation": [_f(v, 9) for v in f.pose.quaternion],
+        **_pose_to_dict(f.pose),
         "covariance": [_f(v, 10) for v in f.covariance.ravel()],
         "joints": {name: _f(q, 6) for name, q in f.joints.items()},
         "joint_deviations": {name: _f(q, 6) for name, q in f.joint_deviations.items()},
@@ -237,11 +239,16 @@ def _detection_from_dict(o: dict[str, Any], frame_id: str) -> Detection:
         predicted=o.get("predicted", False),
         motion=_motion_from_dict(o.get("filtered", {})),
         filtered=_filtered_from_dict(o["filtered"]) if o.get("filtered") else None,
+        other_turn=_other_turn_from_dict(o["other_turn"]) if o.get("other_turn") else None,
         missing=tuple(
             Missing(m["name"], m["state"], m["x"], m["y"], m.get("by", ""), m.get("score", 0.0))
             for m in o.get("missing", ())
         ),
     )
+
+
+def _other_turn_from_dict(o: dict[str, Any]) -> OtherTurn:
+    return OtherTurn(_pose_from_dict(o), o["probability"])
 
 
 def _filtered_from_dict(f: dict[str, Any]) -> Filtered:

@@ -36,6 +36,24 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="chains whose heads are hidden keep .57 to 1, quadrupeds whose chests are half hidden .25 at most",
     )
+    mirrored_votes: float = param(
+        0.9,
+        "share of a told pose's votes from which on its mirrored turn, fitted likewise, is a rival that is told beside "
+        "it",
+        low=0,
+        high=1,
+        paths=("space",),
+        origin="of random objects below it 2 of 630 were mirrored",
+    )
+    mirrored_share: float = param(
+        0.3,
+        "how probable such a rival is",
+        low=0,
+        high=1,
+        paths=("space",),
+        origin="of 78 random objects with one 23 were mirrored; more votes than the told pose's, as fits at times "
+        "have, tell no more: 7 of 24",
+    )
     identity_independent: float = param(
         0.05,
         "share of a marker's pixels that tell its class independently of each other",

@@ -51,6 +51,8 @@ def mirrored_of(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> S
     share = finder.votes(frame, fitted, occlusion=True) / np.maximum(told[of], 1e-9)
     cosine = (np.einsum("hij,hij->h", fitted.R, poses.R[of]) - 1) / 2
     rival = (share > config.verdict.mirrored_votes) & (cosine < np.cos(config.search.niche_rad))
+    if (floor := frame.scene.floor) is not None:
+        rival &= floor.standing(fitted.R, fitted.t, 1.0)
     for row in np.flatnonzero(rival)[np.argsort(share[rival], kind="stable")].tolist():
         out[of[row]] = Mirrored(fitted[[row]], config.verdict.mirrored_share)
     return out

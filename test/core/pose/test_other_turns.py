@@ -1,5 +1,8 @@
 """Mirrored turns that an image bears out nearly as well are told, and counted."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from settings import DEFAULTS
@@ -39,6 +42,12 @@ def test_a_distant_plane_may_be_slanted_the_other_way(model, slant):
 )
 def test_perspective_or_other_planes_tell_which_way(model, z, slant):
     assert mirrored_of(*scene(model, pose(0, 0, z, slant, 0.1, model))) == [None]
+
+
+def test_what_does_not_stand_on_a_known_floor_is_none():
+    finder, frame, at = scene(sign(), pose(0, 0, 2.0, 0.9, 0.1))
+    floor = SimpleNamespace(standing=lambda R, t, slack: np.zeros(len(R), bool))
+    assert mirrored_of(finder, replace(frame, scene=SimpleNamespace(floor=floor)), at) == [None]
 
 
 def test_each_of_several_has_its_own():

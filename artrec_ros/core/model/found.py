@@ -39,11 +39,12 @@ class OtherTurn:
     """A second pose of an object found, which the image bears out nearly as well: its mirrored turn, of which a flat
     marker far away or alone tells little.
 
-    :param probability: 0..1, that it is this one.
+    :param probability: 0..1, that it is this one. :param joints: as `Detection.joints`, at this turn.
     """
 
     pose: Pose
     probability: float
+    joints: Mapping[str, float] = field(default_factory=dict)
 
 
 MissingState = Literal["in doubt", "not seen", "too small", "hidden", "out of view", "turned away"]

@@ -1,28 +1,49 @@
-"""The mirrored turns of told poses that the image bears out nearly as well.
+"""Which of two mirrored turns told poses have, and how probable the other one is.
 
 A flat marker that is slanted looks almost as it does slanted the other way: only perspective tells, and of a small or
-distant marker too little. Other components in other planes tell, and so do bodies; where they do not, whoever reads
-one pose with a small deviation is misled.
+distant marker little. Other components in other planes tell, and so do bodies. Two things bear out either turn, once
+both are fitted: votes, which count pixels of whole objects, and how near to contours labels' edges lie, which is finer.
+Neither suffices; together they tell how probable each turn is, by curves fitted on random objects (`benchmarks/turns.py`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, rotvec_from_rotation
 from ..image.image_frame import ImageFrame
 from .finder import WholeObjectFinder
+from .pose_fit import contour_fit
 from .surface_model import Poses
 
-_WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
+_WORTH_FITTING = 0.7  # share of the votes without which a mirrored turn's first fit will not become a rival
 _ANY_DEPTH = 0.0, np.inf
+_EXACT_PX = 0.03  # contours as near as that to labels' edges are on them: nothing is told by how much nearer
+_SHARES = 0.3, 2.0  # of votes, beyond which more tells nothing
+
+
+class Evidence(NamedTuple):
+    """What speaks for the mirrored turns of H poses, against these.
+
+    :ivar votes: (H,) logarithm of their share of the votes.
+    :ivar contours: (H,) signed root of the logarithm of the likelihoods' ratio of the contours that both show.
+    """
+
+    votes: Array
+    contours: Array
+
+    def log_odds(self, weights: Sequence[float]) -> Array:
+        """(H,) of the mirrored turns. :param weights: without evidence, of votes, of contours."""
+        return np.asarray(weights[0] + weights[1] * self.votes + weights[2] * self.contours, np.float64)
 
 
 @dataclass(frozen=True, eq=False)
-class Mirrored:
+class OtherPose:
     """A rival of a told pose. :param poses: one. :param probability: that it is the true one."""
 
     poses: Poses
@@ -35,24 +56,70 @@ class Mirrored:
         return np.asarray(self.probability * np.outer(off, off), np.float64)
 
 
-def mirrored_of(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Sequence[Mirrored | None]:
-    """Of each of H poses at rest the likeliest mirrored turn; None where there is none that is a rival."""
-    out: list[Mirrored | None] = [None] * len(poses)
+def likelier_turns(
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses
+) -> tuple[Poses, Sequence[OtherPose | None]]:
+    """H poses at rest on the labels, each turned as is likelier; and of each the other turn, where that may be the true
+    one."""
+    others: list[OtherPose | None] = [None] * len(poses)
+    mirrored, of = mirrored_turns(finder, frame, poses)
+    config, both = finder.config.verdict, Poses.concatenate([poses, mirrored])
+    log_odds = evidence(finder, frame, poses[of], mirrored).log_odds(config.turn_odds)
+    rows = np.arange(len(poses))
+    for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
+        odds, row, other = log_odds[n], int(of[n]), len(poses) + n
+        if odds > 0:
+            rows[row], other = other, row
+        probability = float(1 / (1 + np.exp(abs(odds))))
+        others[row] = OtherPose(both[[other]], probability) if probability > config.least_other_turn else None
+    return both[rows], others
+
+
+def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
+    """Mirrored turns of poses, at rest on the labels, that have votes enough to be looked at; and of which each one is."""
     flips, of = finder.required.flips_of_each(poses)
     if not len(flips):
-        return out
-    told, config = finder.votes(frame, poses, occlusion=True), finder.config
+        return flips, of
+    told = finder.votes(frame, poses, occlusion=True)
     first = finder.refit.of(frame, flips, _ANY_DEPTH)[len(flips) :]
-    near = np.flatnonzero(first.votes > _WORTH_REST * config.verdict.mirrored_votes * told[of])
+    near = np.flatnonzero(first.votes > _WORTH_FITTING * told[of])
+    fitted, of = first.poses[near], of[near]
     if not len(near):
-        return out
-    of, fitted = of[near], first.poses[near]
+        return fitted, of
     fitted = finder.settled(frame, fitted, finder.supported(finder.judge(frame, fitted, occlusion=True)))
-    share = finder.votes(frame, fitted, occlusion=True) / np.maximum(told[of], 1e-9)
     cosine = (np.einsum("hij,hij->h", fitted.R, poses.R[of]) - 1) / 2
-    rival = (share > config.verdict.mirrored_votes) & (cosine < np.cos(config.search.niche_rad))
+    apart = (cosine < np.cos(finder.config.search.niche_rad)) & finder.required.is_at(fitted, poses[of])
     if (floor := frame.scene.floor) is not None:
-        rival &= floor.standing(fitted.R, fitted.t, 1.0)
-    for row in np.flatnonzero(rival)[np.argsort(share[rival], kind="stable")].tolist():
-        out[of[row]] = Mirrored(fitted[[row]], config.verdict.mirrored_share)
-    return out
+        apart &= floor.standing(fitted.R, fitted.t, 1.0)
+    kept = np.flatnonzero(apart)
+    return fitted[kept], of[kept]
+
+
+def evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrored: Poses) -> Evidence:
+    """Of poses, and the mirrored turn of each."""
+    h = len(poses)
+    if not h:
+        return Evidence(np.zeros(0), np.zeros(0))
+    both = Poses.concatenate([poses, mirrored])
+    scores = finder.judge(frame, both, occlusion=True)
+    votes, used = finder.total(scores).reshape(2, h), finder.supported(scores).reshape(2, h, -1)
+    misfit, points = _misfits(finder, frame, both, np.tile(used.all(axis=0), (2, 1)))
+    share = np.clip(votes[1] / np.maximum(votes[0], 1e-9), *_SHARES)
+    told, other = np.log(misfit + _EXACT_PX**2).reshape(2, h)
+    ratio = points.reshape(2, h).mean(axis=0) / 2 * (told - other)
+    return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)))
+
+
+def _misfits(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, use: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """(H,) mean square of the distances of contours from edges, in pixels, but for what all have in common; and of how
+    many points: neighbours nearer than a pixel see the same."""
+    config = finder.config
+    if not use.any():
+        return np.zeros(len(poses)), np.zeros(len(poses))
+    fit = contour_fit(finder.surface, frame, poses, use, config.covariance.reach_px, config.fit)
+    alone = np.minimum(1.0, fit.spacing_px)[..., None]
+    weight, points = fit.weight * alone, (alone * (fit.weight > 0)).sum(axis=(1, 2))
+    total = np.maximum(weight.sum(axis=(1, 2)), 1e-9)
+    outwards = (weight * fit.residual).sum(axis=(1, 2)) / total
+    off = fit.residual - outwards[:, None, None]
+    return (weight * off**2).sum(axis=(1, 2)) / total, points

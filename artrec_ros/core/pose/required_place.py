@@ -11,9 +11,7 @@ from ..geometry.transforms import Array
 from ..model.objects import ObjectModel
 from .surface_model import Poses, SpatialModel
 
-# times a rotation: its mirror image in the marker's and in the image's plane
-_MIRRORED = np.outer((1.0, 1.0, -1.0), (1.0, 1.0, -1.0))
-
+_ACROSS = np.array((1.0, 1.0, -1.0))  # a marker's axes in its own mirror image
 _ONE = 0.25  # of the required component's size, and of the logarithm of the depth: two so near are not both there
 
 
@@ -44,19 +42,22 @@ class RequiredPlace:
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
 
     def is_in_place_of(self, poses: Poses, one: Poses, most_turn_rad: float) -> np.ndarray:
-        """(H,) bool: under which the object would be where it is under `one`, nearer than a fourth of the required
-        component's size, turned by less than that."""
-        there, here = self.anchors(poses), self.anchors(one)
-        there[:, 2], here[:, 2] = np.maximum(there[:, 2], 1e-6), np.maximum(here[:, 2], 1e-6)
+        """(H,) bool: under which the object would be where it is under `one`, turned by less than that."""
         cosine = (np.einsum("hij,ij->h", poses.R, one.R[0]) - 1) / 2
-        near = (
-            np.linalg.norm(there / there[:, 2:] - here / here[:, 2:], axis=1) < _ONE * self._surface.extent / here[:, 2]
-        )
+        return np.asarray(self.is_at(poses, one) & (cosine > np.cos(most_turn_rad)))
+
+    def is_at(self, poses: Poses, others: Poses) -> np.ndarray:
+        """(H,) bool: under which it would be where it is under others, of which there are as many or one: nearer than
+        a fourth of its size."""
+        there, here = self.anchors(poses), self.anchors(others)
+        there[:, 2], here[:, 2] = np.maximum(there[:, 2], 1e-6), np.maximum(here[:, 2], 1e-6)
+        off = np.linalg.norm(there / there[:, 2:] - here / here[:, 2:], axis=1)
         alike = np.abs(np.log(there[:, 2] / here[:, 2])) < _ONE
-        return np.asarray(near & alike & (cosine > np.cos(most_turn_rad)))
+        return np.asarray((off < _ONE * self._surface.extent / here[:, 2]) & alike)
 
     def flips(self, poses: Poses) -> Poses:
-        """Siblings of hypotheses: a flat marker's mirrored turn looks almost the same."""
+        """Siblings of hypotheses: a flat marker looks almost the same mirrored in the plane that faces its line of
+        sight."""
         return self.flips_of_each(poses)[0]
 
     def flips_of_each(self, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
@@ -66,7 +67,10 @@ class RequiredPlace:
         centroid = (R_root @ self._marker_centres[:, None, :, None])[..., 0] + t_root
         R_marker, centre = poses.R @ R_object_marker, (poses.R @ centroid[..., None])[..., 0] + poses.t
         facing = np.sum(R_marker[..., 2] * centre, axis=-1) < 0
-        R = (_MIRRORED * R_marker) @ R_object_marker.swapaxes(-1, -2)
+        sight = centre / np.maximum(np.linalg.norm(centre, axis=-1, keepdims=True), 1e-12)
+        along = np.einsum("...i,...ij->...j", sight, R_marker)  # how far each of its axes points away from the camera
+        R_mirrored = (R_marker - 2 * sight[..., :, None] * along[..., None, :]) * _ACROSS
+        R = R_mirrored @ R_object_marker.swapaxes(-1, -2)
         t, q = centre - (R @ centroid[..., None])[..., 0], np.broadcast_to(poses.q, (len(R), *poses.q.shape))
         return Poses(R[facing], t[facing], q[facing]), np.nonzero(facing)[1]
 

@@ -15,6 +15,7 @@ from .motion import Bodies, Counts, Flags, MotionModel, MotionState, calmed
 from .names import remembered
 from .sightings import Sightings
 from .tracks import Tracks
+from .turns import Turns
 
 _GROWN = 2.0  # what grows by a share moves at its rim by half of that share of its size
 _SEEN_IF_HIDDEN = 0.2  # share of objects that are found though something stands before their middle
@@ -40,6 +41,7 @@ def begun(
         np.zeros(n),
         np.zeros(n, np.intp),
         s.placed.astype(np.intp),
+        Turns.of(found, config.sightings),
     )
 
 

@@ -9,7 +9,7 @@ one frame's doubt does not end what is known.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -79,6 +79,8 @@ class Tracker:
         goes_on, other = self._goes_on(odds, strangers, dt_s)
         # in another scene what lies near is somebody else, too
         row_of = {n: row for n, row in row_of.items() if goes_on * odds[row] >= 1 - goes_on}
+        result, sightings = self._turned(result, row_of, sightings)
+        found = result.detections
         self._tracks = followed(
             self._tracks, found, sightings, row_of, goes_on, dt_s, result.size, self._motion, self._config
         )
@@ -102,7 +104,7 @@ class Tracker:
         first = self._stamp_ns is None
         dt_s = seconds_since(self._stamp_ns, stamp_ns)
         self._numbers.pass_time(dt_s, self._config.max_gap_s)
-        self._tracks = self._tracks.after(dt_s, self._motion, self._config.existence)
+        self._tracks = self._tracks.after(dt_s, self._motion, self._config)
         self._joints = self._joints.after(dt_s, self._motion)
         gone = self._config.existence.gone
         self._keep((self._tracks.existence.probability >= gone) & (self._tracks.age_s <= self._config.max_gap_s))
@@ -130,6 +132,18 @@ class Tracker:
         row_of = _assign(cost)
         matched[list(row_of.values())] = [odds[n, row] for n, row in row_of.items()]
         return row_of, matched
+
+    def _turned(
+        self, result: FrameResult, row_of: Mapping[int, int], sightings: Sightings
+    ) -> tuple[FrameResult, Sightings]:
+        """With those turns that are likelier by all frames."""
+        found, tracks = list(result.detections), self._tracks
+        turns, other = tracks.turns.seen(found, row_of, tracks.last, tracks.age_s, self._config)
+        self._tracks = replace(tracks, turns=turns)
+        if not other:
+            return result, sightings
+        found = [other.get(n, d) for n, d in enumerate(found)]
+        return replace(result, detections=tuple(found)), Sightings.of(found, self._sizes, self._config.sightings)
 
     def _goes_on(self, odds: Array, new: Array, dt_s: float) -> tuple[float, bool]:
         """The probability that the frame goes on from the one before, and whether it is surely another scene: something

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..base.config import ExistenceConfig
+from ..base.config import TrackingConfig
 from ..geometry.transforms import Array
 from ..model.found import Detection, IdentityFit
 from .existence import Existence
 from .motion import Bodies, Counts, Flags, MotionModel, MotionState
+from .turns import Turns
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class Tracks:
     :param posed: (T,) whether it was seen in space or on a plane, in the frame of `last`; `bodies` says nothing of
         others.
     :param age_s: (T,) since it was seen. :param strange: (T,) frames in a row that showed it elsewhere in space.
-    :param times: (T,) how often it was seen where it was expected in space.
+    :param times: (T,) how often it was seen where it was expected in space. :param turns: what frames say of turns.
     """
 
     names: tuple[str, ...]
@@ -40,6 +41,7 @@ class Tracks:
     age_s: Array
     strange: Counts
     times: Counts
+    turns: Turns
 
     @property
     def in_camera(self) -> Flags:
@@ -78,21 +80,22 @@ class Tracks:
         flat, solid = (MotionState(np.zeros((0, 2, n)), np.zeros((0, 2, 2, n, n)), np.zeros((0, n))) for n in (3, 6))
         counts, existence = np.zeros(0, int), Existence.of(nothing)
         bodies, posed = Bodies(solid, turns), np.zeros(0, bool)
-        return cls((), (), (), (), flat, nothing, bodies, posed, existence, nothing, counts, counts)
+        return cls((), (), (), (), flat, nothing, bodies, posed, existence, nothing, counts, counts, Turns(nothing, nothing))
 
     @property
     def are_told(self) -> Flags:
         """(T,) whether each has been told of."""
         return np.array([number is not None for number in self.ids], bool)
 
-    def after(self, dt_s: float, model: MotionModel, config: ExistenceConfig) -> Tracks:
+    def after(self, dt_s: float, model: MotionModel, config: TrackingConfig) -> Tracks:
         """A time later."""
         if not len(self):
             return self
         return replace(
             self,
-            existence=self.existence.after(dt_s, config),
+            existence=self.existence.after(dt_s, config.existence),
             image=self.image.after(dt_s, model),
             bodies=self.bodies.after(dt_s, model) if self.posed.any() else self.bodies,
             age_s=self.age_s + dt_s,
+            turns=self.turns.after(dt_s, config.sightings),
         )

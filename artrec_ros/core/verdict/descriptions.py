@@ -17,7 +17,7 @@ from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
-from ..pose.other_turns import Mirrored, mirrored_of
+from ..pose.other_turns import OtherPose, likelier_turns
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict
@@ -74,7 +74,7 @@ class Describer:
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         used, probable = self._used(verdicts), part_probabilities(verdicts)
         told = self._told(probable)
-        poses = self._settled(verdicts, used, frame)
+        poses, used, others = self._at_rest(verdicts, used, frame)
         identities = self._identifier.identify(frame, poses, self._seen(verdicts, told))
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
@@ -92,10 +92,8 @@ class Describer:
             )
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
-        if finder.facing:
-            return detections
-        mirrored = mirrored_of(finder, frame.unhurried(), poses)
-        return [_beside(d, m, poses[[n]]) for n, (d, m) in enumerate(zip(detections, mirrored, strict=True))]
+        names = finder.target.model.joint_names
+        return [_beside(d, o, poses[[n]], names) for n, (d, o) in enumerate(zip(detections, others, strict=True))]
 
     def _used(self, verdicts: Sequence[Verdict]) -> NDArray[np.bool_]:
         """(H, M) markers whose contours tell where each object is."""
@@ -103,8 +101,24 @@ class Describer:
 
     def _settled(self, verdicts: Sequence[Verdict], used: NDArray[np.bool_], frame: ImageFrame) -> Poses:
         """H poses at rest on what the image shows. :param used: see `_used`."""
-        poses = self.finder.settled(frame.unhurried(), _candidates(verdicts), used)
-        return self.finder.on_colours(frame.unhurried(), poses, used)
+        return self._at_rest(verdicts, used, frame)[0]
+
+    def _at_rest(
+        self, verdicts: Sequence[Verdict], used: NDArray[np.bool_], frame: ImageFrame
+    ) -> tuple[Poses, NDArray[np.bool_], Sequence[OtherPose | None]]:
+        """H poses at rest on what the image shows, turned as is likelier; the markers used, and the other turns.
+
+        :param used: by the poses as they were judged, see `_used`.
+        """
+        finder, frame = self.finder, frame.unhurried()
+        poses, others = finder.settled(frame, _candidates(verdicts), used), (None,) * len(verdicts)
+        if not finder.facing:
+            settled, (poses, others) = poses, likelier_turns(finder, frame, poses)
+            turned = np.flatnonzero((settled.R != poses.R).any(axis=(1, 2)))
+            if len(turned):
+                used = used.copy()
+                used[turned] = finder.supported(finder.judge(frame, poses[turned], occlusion=True))
+        return finder.on_colours(frame, poses, used), used, others
 
     def _detection(
         self,
@@ -198,12 +212,13 @@ class Describer:
         return Instance(name, shown.marker.name, score, x, y, theta, scale, outline.copy())
 
 
-def _beside(detection: Detection, mirrored: Mirrored | None, told: Poses) -> Detection:
-    """A detection in space, with the mirrored turn that may be the true one."""
-    if mirrored is None or detection.pose_covariance is None:
+def _beside(detection: Detection, other: OtherPose | None, told: Poses, joints: Sequence[str]) -> Detection:
+    """A detection in space, with the other turn that may be the true one. :param joints: names of all."""
+    if other is None or detection.pose_covariance is None:
         return detection
-    other = OtherTurn(Pose(mirrored.poses.R[0], mirrored.poses.t[0]), mirrored.probability)
-    return replace(detection, other_turn=other, pose_covariance=detection.pose_covariance + mirrored.beside(told))
+    bent = {name: float(q) for name, q in zip(joints, other.poses.q[0], strict=True) if name in detection.joints}
+    turn = OtherTurn(Pose(other.poses.R[0], other.poses.t[0]), other.probability, bent)
+    return replace(detection, other_turn=turn, pose_covariance=detection.pose_covariance + other.beside(told))
 
 
 def _candidates(verdicts: Sequence[Verdict]) -> Poses:

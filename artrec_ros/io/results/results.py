@@ -142,7 +142,12 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
     if d.joint_deviations:
         told["joint_deviations"] = {name: _f(q, 6) for name, q in d.joint_deviations.items()}
     if d.other_turn is not None:
-        told["other_turn"] = {"probability": _f(d.other_turn.probability, 4), **_pose_to_dict(d.other_turn.pose)}
+        other = d.other_turn
+        told["other_turn"] = {
+            "probability": _f(other.probability, 4),
+            **_pose_to_dict(other.pose),
+            "joints": {name: _f(value) for name, value in other.joints.items()},
+        }
     if d.missing:
         told["missing"] = [_missing_to_dict(m) for m in d.missing]
     if d.filtered is not None:
@@ -248,7 +253,7 @@ def _detection_from_dict(o: dict[str, Any], frame_id: str) -> Detection:
 
 
 def _other_turn_from_dict(o: dict[str, Any]) -> OtherTurn:
-    return OtherTurn(_pose_from_dict(o), o["probability"])
+    return OtherTurn(_pose_from_dict(o), o["probability"], o.get("joints", {}))
 
 
 def _filtered_from_dict(f: dict[str, Any]) -> Filtered:

@@ -1,4 +1,5 @@
-"""Mirrored turns that an image bears out nearly as well are told, and counted."""
+"""Which of two mirrored turns a pose has is told by votes and contours together; the other is told and counted where it
+may be the true one."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -12,7 +13,7 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.other_turns import mirrored_of
+from artrec_ros.core.pose.other_turns import Evidence, evidence, likelier_turns, mirrored_turns
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
@@ -30,38 +31,84 @@ def scene(model, *poses):
 @pytest.mark.parametrize("model", [sign(), slide()], ids=lambda m: m.name)
 def test_a_distant_plane_may_be_slanted_the_other_way(model, slant):
     finder, frame, at = scene(model, pose(0, 0, 2.0, slant, 0.1, model))
-    (mirrored,) = mirrored_of(finder, frame, at)
-    assert turn_between(mirrored.poses.R[0], at.R[0]) == pytest.approx(2 * slant, abs=0.15)
-    assert 0 < mirrored.probability < 0.5
-    added = mirrored.beside(at)
-    assert np.sqrt(np.trace(added[3:, 3:])) == pytest.approx(np.sqrt(mirrored.probability) * 2 * slant, rel=0.15)
+    told, (other,) = likelier_turns(finder, frame, at)
+    assert turn_between(other.poses.R[0], told.R[0]) == pytest.approx(2 * slant, abs=0.15)
+    assert 0.1 < other.probability < 0.5
+    added = other.beside(told)
+    assert np.sqrt(np.trace(added[3:, 3:])) == pytest.approx(np.sqrt(other.probability) * 2 * slant, rel=0.15)
 
 
 @pytest.mark.parametrize(
     ("model", "z", "slant"), [(sign(), 0.35, 0.9), (truck(), 2.0, 0.5), (truck(bodies=False), 2.0, 0.9)]
 )
 def test_perspective_or_other_planes_tell_which_way(model, z, slant):
-    assert mirrored_of(*scene(model, pose(0, 0, z, slant, 0.1, model))) == [None]
+    at = pose(0, 0, z, slant, 0.1, model)
+    told, others = likelier_turns(*scene(model, at))
+    assert others == [None] and turn_between(told.R[0], at.R[0]) == 0
+
+
+def test_what_is_wrong_and_can_be_told_is_turned():
+    finder, frame, at = scene(sign(), pose(0, 0, 0.6, 0.9, 0.1))
+    mirrored, _ = mirrored_turns(finder, frame, at)
+    wrong = mirrored if len(mirrored) else finder.required.flips(at)
+    assert turn_between(wrong.R[0], at.R[0]) > 1.5
+    told, _ = likelier_turns(finder, frame, finder.fitted(frame, wrong))
+    assert turn_between(told.R[0], at.R[0]) < 0.1
+
+
+@pytest.mark.parametrize("x", [-0.8, 0.0, 0.9])
+def test_far_from_the_images_middle_it_is_mirrored_about_the_line_of_sight(x):
+    """A plane that faces the line of sight, not the optical axis, is its own mirror image."""
+    finder, frame, at = scene(sign(), pose(x, 0.1, 2.0, 0.7, 0.1))
+    flips = finder.required.flips(at)
+    sight = at.t[0] / np.linalg.norm(at.t[0])
+    normals = [R @ R_marker[:, 2] for R in (at.R[0], flips.R[0]) for R_marker in [_marker_turn(finder)]]
+    was, now = (np.arccos(-n @ sight) for n in normals)
+    assert was == pytest.approx(now, abs=0.03) and turn_between(flips.R[0], at.R[0]) > 0.5
+    _, (other,) = likelier_turns(finder, frame, at)
+    assert other is not None and turn_between(other.poses.R[0], flips.R[0]) < 0.2
+
+
+def _marker_turn(finder):
+    return finder.target.model.required.markers[0].T_component_marker.rotation
 
 
 def test_what_does_not_stand_on_a_known_floor_is_none():
     finder, frame, at = scene(sign(), pose(0, 0, 2.0, 0.9, 0.1))
     floor = SimpleNamespace(standing=lambda R, t, slack: np.zeros(len(R), bool))
-    assert mirrored_of(finder, replace(frame, scene=SimpleNamespace(floor=floor)), at) == [None]
+    assert likelier_turns(finder, replace(frame, scene=SimpleNamespace(floor=floor)), at)[1] == [None]
+
+
+def test_a_turn_elsewhere_is_none():
+    """Two signs beside each other: a fit that slid to the other one has all its votes, and is another object's."""
+    finder, frame, both = scene(sign(), pose(-0.15, 0, 1.5, 0.9, 0.1), pose(0.15, 0, 1.5, -0.9, 0.1))
+    mirrored, of = mirrored_turns(finder, frame, both)
+    assert finder.required.is_at(mirrored, both[of]).all()
+    assert not finder.required.is_at(both[[0]], both[[1]]).any()
 
 
 def test_each_of_several_has_its_own():
     near, far = pose(-0.12, 0, 0.5, 0.9), pose(0.3, 0, 2.0, 0.9)
-    first, second = mirrored_of(*scene(sign(), near, far))
+    _, (first, second) = likelier_turns(*scene(sign(), near, far))
     assert first is None and second is not None and second.poses.t[0, 2] == pytest.approx(2.0, rel=0.1)
 
 
+def test_votes_and_contours_speak_for_the_true_turn():
+    finder, frame, at = scene(sign(), pose(0, 0, 0.7, 0.9, 0.1))
+    mirrored = finder.fitted(frame, finder.required.flips(at))
+    against, for_it = evidence(finder, frame, at, mirrored), evidence(finder, frame, mirrored, at)
+    assert against.votes[0] < 0 < for_it.votes[0] and against.contours[0] < 0 < for_it.contours[0]
+    assert against.contours[0] == pytest.approx(-for_it.contours[0])
+    assert Evidence(np.zeros(1), np.zeros(1)).log_odds((-1.0, 2.0, 3.0))[0] == -1.0
+
+
 def test_it_is_told_and_the_covariance_counts_it():
-    finder, frame, at = scene(sign(), pose(0, 0, 2.0, 0.9, 0.1))
+    finder, frame, at = scene(slide(), pose(0, 0, 2.0, 0.9, 0.1, slide()))
     (detection,) = Describer(finder).describe(list(verdicts_of(claims_of(finder, at, frame))), frame)
     other = detection.other_turn
     assert turn_between(other.pose.rotation, detection.pose.rotation) > 1.5
-    assert np.sqrt(np.trace(detection.pose_covariance[3:, 3:])) > 0.8
+    assert other.joints.keys() == detection.joints.keys()
+    assert np.sqrt(np.trace(detection.pose_covariance[3:, 3:])) > 0.5
     near, close, there = scene(sign(), pose(0, 0, 0.35, 0.9, 0.1))
     (sure,) = Describer(near).describe(list(verdicts_of(claims_of(near, there, close))), close)
     assert sure.other_turn is None and np.sqrt(np.trace(sure.pose_covariance[3:, 3:])) < 0.2

@@ -34,6 +34,29 @@ class SightingsConfig(Room):
         origin="walking quadrupeds: one rotation in ten is off by 0.1 to 0.2 rad, one in twenty by 0.5; 0.2 to 0.4 "
         "serve alike",
     )
+    turn_odds: float = param(
+        2.6,
+        "log odds of a turn beside which no mirrored one is told",
+        low=0,
+        high=100,
+        origin="of what is told at .9 and more of random objects .93 to .99 are right",
+    )
+    turn_correlation: float = param(
+        0.1,
+        "how much frames that show an object turned one way or its mirrored one err alike; 1: more frames tell no more "
+        "than one",
+        low=0,
+        high=1,
+        origin="benchmarks/turns.py",
+    )
+    turn_memory_s: float = param(
+        3.0,
+        "how long it counts which way an object was turned: time constant",
+        unit="s",
+        low=0.001,
+        high=1000,
+        origin="benchmarks/turns.py",
+    )
     range_share: float = param(
         0.01,
         "least uncertainty of a range, as a share of it",

@@ -36,23 +36,23 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="chains whose heads are hidden keep .57 to 1, quadrupeds whose chests are half hidden .25 at most",
     )
-    mirrored_votes: float = param(
-        0.9,
-        "share of a told pose's votes from which on its mirrored turn, fitted likewise, is a rival that is told beside "
-        "it",
-        low=0,
-        high=1,
+    turn_odds: tuple[float, ...] = param(
+        (-0.7, 7.2, 0.42),
+        "log odds of a told pose's mirrored turn: before anything is known of it, for each unit of the logarithm of "
+        "its share of the votes, and of the root of the contours' log likelihood ratio",
+        low=-20,
+        high=50,
+        length=3,
         paths=("space",),
-        origin="of random objects below it 2 of 630 were mirrored",
+        origin="benchmarks/turns.py",
     )
-    mirrored_share: float = param(
-        0.3,
-        "how probable such a rival is",
+    least_other_turn: float = param(
+        0.1,
+        "how probable a mirrored turn is at least that is told beside a pose, and counted in its covariance",
         low=0,
-        high=1,
+        high=0.5,
         paths=("space",),
-        origin="of 78 random objects with one 23 were mirrored; more votes than the told pose's, as fits at times "
-        "have, tell no more: 7 of 24",
+        origin="of what is less probable 90 % regions need not know",
     )
     identity_independent: float = param(
         0.05,

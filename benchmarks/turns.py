@@ -1,0 +1,178 @@
+"""Which of two mirrored turns a pose has: fits `expert.verdict.turn_odds`, and `expert.tracking.turns` of videos.
+
+    python benchmarks/turns.py --worlds 120                  # stills and videos of random objects; an hour
+    python benchmarks/turns.py --worlds 120 --save turns.npz
+    python benchmarks/turns.py --load turns.npz              # fits again
+
+Half of the worlds have objects of which all markers lie in one plane, the others random trees. Fitted on even-numbered
+worlds, told of odd ones; seeded.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from random_solids import LABELS, OTHER, RIGHT, SHARES, SIZES, World, _marker, random_frames, random_outline, random_world
+from scipy.optimize import minimize
+from tqdm import tqdm
+
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.geometry.transforms import Array, Pose, rotvec_from_rotation
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose import other_turns
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.tracking.turns import combined
+from artrec_ros.simulation.config import SceneConfig, SensorConfig
+from artrec_ros.simulation.motion import MotionConfig, simulate_motion
+from artrec_ros.simulation.simulator import PERIOD_NS, SimulatedFrame, pinhole_camera
+
+STILLS, SECONDS = 8, 3.0  # of each world
+NEAR_RAD, NEAR_SHARE = np.radians(15), 0.1  # of the truth: turn, and place as a share of the range
+SPARSE = 3  # videos are of every third image
+CORRELATIONS, MEMORIES_S = (0.0, 0.05, 0.1, 0.2, 0.4, 1.0), (0.3, 1.0, 3.0, 10.0)
+
+
+class Recorder:
+    """What the recogniser finds to speak for mirrored turns."""
+
+    def __init__(self) -> None:
+        self._plain, self.rows = other_turns.evidence, list[tuple[str, Pose, Pose, float, float]]()
+        vars(other_turns)["evidence"] = self._evidence
+
+    def _evidence(self, finder: Any, frame: Any, poses: Any, mirrored: Any) -> other_turns.Evidence:
+        found, name = self._plain(finder, frame, poses, mirrored), finder.target.name
+        for n in range(len(poses)):
+            both = (Pose(p.R[n], p.t[n]) for p in (poses, mirrored))
+            self.rows.append((name, *both, float(found.votes[n]), float(found.contours[n])))
+        return found
+
+    def of(self, recognizer: Recognizer, frame: SimulatedFrame) -> Iterator[tuple[bool, float, float]]:
+        """Of each pose with a mirrored turn one of which is right: whether that is the mirrored one, and evidence."""
+        self.rows.clear()
+        recognizer.recognize(frame.labels, frame.camera)
+        for name, told, other, votes, contours in self.rows:
+            right = [any(_is(pose, p.T_camera_object) for p in frame.scene.objects if p.target.name == name)
+                     for pose in (told, other)]  # fmt: skip
+            if right[0] != right[1]:
+                yield right[1], votes, contours
+
+
+def _is(pose: Pose, truth: Pose) -> bool:
+    off = np.linalg.norm(pose.position - truth.position) / np.linalg.norm(truth.position)
+    return bool(off < NEAR_SHARE and np.linalg.norm(rotvec_from_rotation(pose.rotation @ truth.rotation.T)) < NEAR_RAD)
+
+
+def plates(seed: int) -> World:
+    """An object of one to three markers in one plane, some on a board."""
+    rng = np.random.default_rng([77, seed])
+    count, size, out = int(rng.integers(1, 4)), rng.uniform(0.05, 0.12, 2), 0.004 * RIGHT[:, 2]
+    board = Box(Pose(RIGHT, np.zeros(3)), np.array([*size * rng.uniform(1.1, 2, 2), 0.006]))
+    first = _marker("m0", random_outline(size, rng), Pose(RIGHT, out))
+    components = [Component("c0", (first,), True, None, None, (board,) * int(rng.random() < 0.7))]
+    for n in range(1, count):
+        side = rng.uniform(0.03, 0.07, 2)
+        at = np.array([0.6 * (size[0] + side[0]) * (1 if n == 1 else -0.3), rng.uniform(-0.12, 0.03), 0.0])
+        joint = Joint("c0", Pose(RIGHT, RIGHT @ at + out), np.array([0, 0, 1.0]), 0.0, 0.0, "fixed")
+        marker = _marker("m", random_outline(side, rng), Pose(np.eye(3), np.array([0, 0, 0.001])))
+        components.append(Component(f"c{n}", (marker,), False, (None, OTHER)[int(rng.random() < 0.4)], joint, ()))
+    return World((Target("one", ObjectModel("one", tuple(components)), LABELS[0]),), ())
+
+
+def record(first: int, worlds: int) -> dict[str, Array]:
+    """Of stills (n, 4): world, whether the mirrored turn is right, evidence of votes and contours; of videos (m, 5): the
+    same, and the second."""
+    recorder, stills, videos = Recorder(), list[tuple[float, ...]](), list[tuple[float, ...]]()
+    for world in tqdm(range(first, first + worlds), disable=None):
+        made = plates(world) if world // 2 % 2 else random_world(world)
+        recognizer = Recognizer(list(made.targets), RecognizerConfig(), Segmenter(ImageConfig()))
+        for frame in random_frames(made, world, STILLS):
+            stills += [(world, *row) for row in recorder.of(recognizer, frame)]
+        for frame in _video(made, world):
+            videos += [(world, *row, frame.index * PERIOD_NS / 1e9) for row in recorder.of(recognizer, frame)]
+    return {"stills": np.array(stills, float), "videos": np.array(videos, float)}
+
+
+def _video(made: World, seed: int) -> Iterator[SimulatedFrame]:
+    """One object of a world that moves."""
+    rng = np.random.default_rng([78, seed])
+    size, least = SIZES[rng.choice(len(SIZES), p=SHARES)], float(np.exp(rng.uniform(np.log(0.06), np.log(0.3))))
+    scene = SceneConfig(objects=(1, 1), size=(least, 1.5 * least))
+    sensor = SensorConfig().scaled(float(rng.choice([0.0, 0.5, 1.0, 1.5])))
+    motion = MotionConfig(speed=float(rng.uniform(0.02, 0.3)), turn=float(rng.uniform(0.1, 1.0)))
+    frames = int(SECONDS * 1e9 / PERIOD_NS)
+    camera = pinhole_camera(size, 60)
+    yield from list(simulate_motion(made.targets[:1], camera, scene, motion, sensor, seed, frames))[::SPARSE]
+
+
+def fitted(rows: Array) -> NDArray[np.float64]:
+    """Weights of `Evidence.log_odds`, by the likelihood of stills."""
+    wrong, votes, contours = rows[:, 1] > 0, rows[:, 2], rows[:, 3]
+
+    def loss(weights: Array) -> float:
+        odds = other_turns.Evidence(votes, contours).log_odds(weights)
+        return float(np.logaddexp(0, np.where(wrong, -odds, odds)).mean() + 1e-4 * weights @ weights)
+
+    return np.asarray(minimize(loss, np.zeros(3)).x)
+
+
+def report(title: str, rows: Array, weights: Array) -> None:
+    """How often the likelier turn is the right one, and whether its probability holds."""
+    wrong, odds = rows[:, 1] > 0, other_turns.Evidence(rows[:, 2], rows[:, 3]).log_odds(weights)
+    loss = np.logaddexp(0, np.where(wrong, -odds, odds)).mean()
+    right, sure = (odds > 0) == wrong, 1 / (1 + np.exp(-np.abs(odds)))
+    print(f"{title}: {len(rows)} poses; right by votes {1 - wrong.mean():.3f}, now {right.mean():.3f}; log-loss {loss:.3f}")
+    for low, high in ((0.5, 0.7), (0.7, 0.9), (0.9, 0.98), (0.98, 1.0001)):
+        here = (sure >= low) & (sure < high)
+        if here.any():
+            print(f"  told {sure[here].mean():.3f}: right {right[here].mean():.3f} of {here.sum()}")
+
+
+def over_time(rows: Array, weights: Array, correlation: float, memory_s: float) -> tuple[float, float, float]:
+    """Log-loss, share right and share right of those told above .9 of turns in videos, by all frames up to each."""
+    odds = other_turns.Evidence(rows[:, 2], rows[:, 3]).log_odds(weights)
+    for_truth = np.clip(np.where(rows[:, 1] > 0, odds, -odds), -3, 3)
+    told = np.zeros(len(rows))
+    for world in np.unique(rows[:, 0]):
+        of = np.flatnonzero(rows[:, 0] == world)
+        total = count = last_s = 0.0
+        for n in of:
+            left = np.exp(-(rows[n, 4] - last_s) / memory_s)
+            total, count, last_s = total * left + for_truth[n], count * left + 1, rows[n, 4]
+            told[n] = combined(total, count, correlation)
+    sure = np.abs(told) > np.log(9)
+    return float(np.logaddexp(0, -told).mean()), float((told > 0).mean()), float((told > 0)[sure].mean())
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--worlds", type=int, default=120)
+    parser.add_argument("--first", type=int, default=0, help="world that begins")
+    parser.add_argument("--save", type=Path, help="keep what was recorded")
+    parser.add_argument("--load", type=Path, nargs="+", help="fit what was kept")
+    args = parser.parse_args()
+    kept = [dict(np.load(file)) for file in args.load] if args.load else [record(args.first, args.worlds)]
+    if args.save:
+        np.savez(args.save, **kept[0])
+    stills, videos = (np.concatenate([k[name] for k in kept]) for name in ("stills", "videos"))
+    even, odd = stills[stills[:, 0] % 2 == 0], stills[stills[:, 0] % 2 == 1]
+    weights = fitted(even)
+    print("turn_odds", weights.round(2))
+    report("fitted on", even, weights)
+    report("held out", odd, weights)
+    for title, parity in (("fitted on", 0), ("held out", 1)):
+        mine = videos[videos[:, 0] % 2 == parity]
+        print(f"videos, {title}: {len(mine)} poses; alone: loss, right, right above .9:", np.round(over_time(mine, weights, 1.0, 1e-6), 3))
+        for correlation, memory_s in product(CORRELATIONS, MEMORIES_S):
+            print(f"  correlation {correlation}, memory {memory_s} s:", np.round(over_time(mine, weights, correlation, memory_s), 3))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,11 +1,11 @@
-"""Which of two mirrored turns a pose has: fits `expert.verdict.turn_odds`, and `expert.tracking.turns` of videos.
+"""Which of two mirrored turns a pose has: fits `expert.verdict.turn_odds`, and what of it counts over time in videos.
 
     python benchmarks/turns.py --worlds 120                  # stills and videos of random objects; an hour
     python benchmarks/turns.py --worlds 120 --save turns.npz
     python benchmarks/turns.py --load turns.npz              # fits again
 
-Half of the worlds have objects of which all markers lie in one plane, the others random trees. Fitted on even-numbered
-worlds, told of odd ones; seeded.
+Half of the worlds have objects of which all markers lie in one plane, the others random trees. From labels, and from
+colour images of the same scenes. Fitted on even-numbered worlds, told of odd ones; seeded.
 """
 
 from __future__ import annotations
@@ -18,11 +18,23 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from random_solids import LABELS, OTHER, RIGHT, SHARES, SIZES, World, _marker, random_frames, random_outline, random_world
+from random_solids import (
+    BODY,
+    LABELS,
+    OTHER,
+    RIGHT,
+    SHARES,
+    SIZES,
+    World,
+    _marker,
+    random_frames,
+    random_outline,
+    random_world,
+)
 from scipy.optimize import minimize
 from tqdm import tqdm
 
-from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.base.config import ClassConfig, ImageConfig, RecognizerConfig
 from artrec_ros.core.geometry.transforms import Array, Pose, rotvec_from_rotation
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
@@ -32,11 +44,19 @@ from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.tracking.turns import combined
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.motion import MotionConfig, simulate_motion
+from artrec_ros.simulation.sensor import palette
 from artrec_ros.simulation.simulator import PERIOD_NS, SimulatedFrame, pinhole_camera
 
 STILLS, SECONDS = 8, 3.0  # of each world
 NEAR_RAD, NEAR_SHARE = np.radians(15), 0.1  # of the truth: turn, and place as a share of the range
 SPARSE = 3  # videos are of every third image
+COLOURED = ImageConfig(
+    kind="colour",
+    classes={
+        f"class{label}": ClassConfig(label=label, rgb=tuple(int(v) for v in palette()[label][::-1]))
+        for label in (*LABELS, OTHER, BODY)
+    },
+)
 CORRELATIONS, MEMORIES_S = (0.0, 0.05, 0.1, 0.2, 0.4, 1.0), (0.3, 1.0, 3.0, 10.0)
 
 
@@ -54,10 +74,12 @@ class Recorder:
             self.rows.append((name, *both, float(found.votes[n]), float(found.contours[n])))
         return found
 
-    def of(self, recognizer: Recognizer, frame: SimulatedFrame) -> Iterator[tuple[bool, float, float]]:
+    def of(
+        self, recognizer: Recognizer, frame: SimulatedFrame, *, colour: bool = False
+    ) -> Iterator[tuple[bool, float, float]]:
         """Of each pose with a mirrored turn one of which is right: whether that is the mirrored one, and evidence."""
         self.rows.clear()
-        recognizer.recognize(frame.labels, frame.camera)
+        recognizer.recognize(frame.colour if colour else frame.labels, frame.camera)
         for name, told, other, votes, contours in self.rows:
             right = [any(_is(pose, p.T_camera_object) for p in frame.scene.objects if p.target.name == name)
                      for pose in (told, other)]  # fmt: skip
@@ -87,17 +109,20 @@ def plates(seed: int) -> World:
 
 
 def record(first: int, worlds: int) -> dict[str, Array]:
-    """Of stills (n, 4): world, whether the mirrored turn is right, evidence of votes and contours; of videos (m, 5): the
-    same, and the second."""
-    recorder, stills, videos = Recorder(), list[tuple[float, ...]](), list[tuple[float, ...]]()
+    """Of stills (n, 4), from labels and from colours: world, whether the mirrored turn is right, evidence of votes and
+    contours; of videos (m, 5): the same, and the second."""
+    recorder, stills, videos, colours = Recorder(), *(list[tuple[float, ...]]() for _ in range(3))
     for world in tqdm(range(first, first + worlds), disable=None):
         made = plates(world) if world // 2 % 2 else random_world(world)
-        recognizer = Recognizer(list(made.targets), RecognizerConfig(), Segmenter(ImageConfig()))
+        recognizer, in_colour = (
+            Recognizer(list(made.targets), RecognizerConfig(), Segmenter(image)) for image in (ImageConfig(), COLOURED)
+        )
         for frame in random_frames(made, world, STILLS):
             stills += [(world, *row) for row in recorder.of(recognizer, frame)]
+            colours += [(world, *row) for row in recorder.of(in_colour, frame, colour=True)]
         for frame in _video(made, world):
             videos += [(world, *row, frame.index * PERIOD_NS / 1e9) for row in recorder.of(recognizer, frame)]
-    return {"stills": np.array(stills, float), "videos": np.array(videos, float)}
+    return {"stills": np.array(stills, float), "colours": np.array(colours, float), "videos": np.array(videos, float)}
 
 
 def _video(made: World, seed: int) -> Iterator[SimulatedFrame]:
@@ -128,7 +153,8 @@ def report(title: str, rows: Array, weights: Array) -> None:
     wrong, odds = rows[:, 1] > 0, other_turns.Evidence(rows[:, 2], rows[:, 3]).log_odds(weights)
     loss = np.logaddexp(0, np.where(wrong, -odds, odds)).mean()
     right, sure = (odds > 0) == wrong, 1 / (1 + np.exp(-np.abs(odds)))
-    print(f"{title}: {len(rows)} poses; right by votes {1 - wrong.mean():.3f}, now {right.mean():.3f}; log-loss {loss:.3f}")
+    shares = f"right by votes {1 - wrong.mean():.3f}, now {right.mean():.3f}"
+    print(f"{title}: {len(rows)} poses; {shares}; log-loss {loss:.3f}")
     for low, high in ((0.5, 0.7), (0.7, 0.9), (0.9, 0.98), (0.98, 1.0001)):
         here = (sure >= low) & (sure < high)
         if here.any():
@@ -161,17 +187,20 @@ def main() -> None:
     kept = [dict(np.load(file)) for file in args.load] if args.load else [record(args.first, args.worlds)]
     if args.save:
         np.savez(args.save, **kept[0])
-    stills, videos = (np.concatenate([k[name] for k in kept]) for name in ("stills", "videos"))
-    even, odd = stills[stills[:, 0] % 2 == 0], stills[stills[:, 0] % 2 == 1]
-    weights = fitted(even)
-    print("turn_odds", weights.round(2))
-    report("fitted on", even, weights)
-    report("held out", odd, weights)
+    for name in ("colours", "stills"):
+        rows = np.concatenate([k[name] for k in kept])
+        even, odd = rows[rows[:, 0] % 2 == 0], rows[rows[:, 0] % 2 == 1]
+        weights = fitted(even)
+        print(name, weights.round(2))
+        report("fitted on", even, weights)
+        report("held out", odd, weights)
+    videos = np.concatenate([k["videos"] for k in kept])
     for title, parity in (("fitted on", 0), ("held out", 1)):
         mine = videos[videos[:, 0] % 2 == parity]
-        print(f"videos, {title}: {len(mine)} poses; alone: loss, right, right above .9:", np.round(over_time(mine, weights, 1.0, 1e-6), 3))
-        for correlation, memory_s in product(CORRELATIONS, MEMORIES_S):
-            print(f"  correlation {correlation}, memory {memory_s} s:", np.round(over_time(mine, weights, correlation, memory_s), 3))
+        print(f"videos, {title}: {len(mine)} poses: log-loss, share right, share right of what is told above .9")
+        for correlation, memory_s in ((1.0, 1e-6), *product(CORRELATIONS, MEMORIES_S)):
+            figures = np.round(over_time(mine, weights, correlation, memory_s), 3)
+            print(f"  correlation {correlation}, memory {memory_s} s:", figures)
 
 
 if __name__ == "__main__":

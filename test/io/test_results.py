@@ -79,11 +79,14 @@ def test_why_components_are_not_told_comes_back():
 
 
 def test_another_turn_comes_back():
-    other = OtherTurn(Pose.from_xyz_rpy([0.1, 0.0, 1.0], [0.0, 0.4, 0.0]), 0.35)
+    other = OtherTurn(Pose.from_xyz_rpy([0.1, 0.0, 1.0], [0.0, 0.4, 0.0]), 0.35, {"arm": 0.25})
     line = FrameRecord.of(7, "/cam", replace(RESULT, detections=(replace(DETECTION, other_turn=other),))).to_json()
-    assert set(json.loads(line)["objects"][0]["other_turn"]) == {"probability", "position", "orientation"}
+    told = json.loads(line)["objects"][0]["other_turn"]
+    assert set(told) == {"probability", "position", "orientation", "joints"}
     back = FrameRecord.from_json(line).detections[0].other_turn
-    assert back.probability == 0.35 and np.allclose(back.pose.rotation, other.pose.rotation, atol=1e-8)
+    assert (back.probability, back.joints) == (0.35, {"arm": 0.25}) and np.allclose(
+        back.pose.rotation, other.pose.rotation, atol=1e-8
+    )
 
 
 def test_an_unusable_frame_has_its_error_and_no_objects():

@@ -41,17 +41,17 @@ class ColourFit:
         """
         if not len(poses) or not used.any():
             return poses
-        at, (fit, residual, weight) = poses, self._edges(frame, poses, used)
+        at, (fit, residual, weight) = poses, self.edges(frame, poses, used)
         before, seen = _misfit(residual, weight), _total(weight)
         at_edges = weight_at_edges(self._surface, used, self._config)
         for _ in range(self._config.colour_rounds):
             at = self._step(at, fit, residual, weight, at_edges)
-            fit, residual, weight = self._edges(frame, at, used)
+            fit, residual, weight = self.edges(frame, at, used)
         better = (_misfit(residual, weight) < before) & (_total(weight) > _KEPT * seen)
         both = Poses.concatenate([poses, at])
         return both[np.arange(len(poses)) + len(poses) * better]
 
-    def _edges(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> tuple[ContourFit, Array, Array]:
+    def edges(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> tuple[ContourFit, Array, Array]:
         """Contours against the labels' edges, and the residuals and weights (H, M, m) of the colours'."""
         config, which = self._config, np.flatnonzero(used.any(axis=0))
         fit = contour_fit(self._surface, frame, poses, used, config.colour_reach_px, config)

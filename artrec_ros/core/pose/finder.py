@@ -29,7 +29,7 @@ from .colour_fit import ColourFit
 from .distinct import apart
 from .lookalikes import Lookalikes
 from .other_joints import OtherJoints
-from .pose_fit import fit_poses
+from .pose_fit import ContourFit, contour_fit, fit_poses
 from .ranked import Ranked
 from .rebends import Rebends
 from .refit import Refit
@@ -335,6 +335,14 @@ class WholeObjectFinder:
     def on_colours(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
         return poses if frame.image is None else self._to_colours.fitted(frame, poses, used)
+
+    def edges(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> tuple[ContourFit, Array, Array]:
+        """Contours of poses that rest on them, and residuals and weights (H, M, m) of the edges that the image shows in
+        its colours, or in its labels where it has none."""
+        if frame.image is not None and isinstance(self._to_colours, ColourFit):
+            return self._to_colours.edges(frame, poses, used)
+        fit = contour_fit(self.surface, frame, poses, used, self.config.covariance.reach_px, self.config.fit)
+        return fit, fit.residual, fit.weight
 
     def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, last: bool = False) -> Poses:
         """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""

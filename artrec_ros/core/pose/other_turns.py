@@ -2,8 +2,9 @@
 
 A flat marker that is slanted looks almost as it does slanted the other way: only perspective tells, and of a small or
 distant marker little. Other components in other planes tell, and so do bodies. Two things bear out either turn, once
-both are fitted: votes, which count pixels of whole objects, and how near to contours labels' edges lie, which is finer.
-Neither suffices; together they tell how probable each turn is, by curves fitted on random objects (`benchmarks/turns.py`).
+both are at rest: votes, which count pixels of whole objects, and how near to contours edges lie, which is finer, most
+of all in colour images. Neither suffices; together they tell how probable each turn is, as fitted on random objects
+(`benchmarks/turns.py`).
 """
 
 from __future__ import annotations
@@ -18,10 +19,9 @@ from numpy.typing import NDArray
 from ..geometry.transforms import Array, rotvec_from_rotation
 from ..image.image_frame import ImageFrame
 from .finder import WholeObjectFinder
-from .pose_fit import contour_fit
 from .surface_model import Poses
 
-_WORTH_FITTING = 0.7  # share of the votes without which a mirrored turn's first fit will not become a rival
+_WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
 _ANY_DEPTH = 0.0, np.inf
 _EXACT_PX = 0.03  # contours as near as that to labels' edges are on them: nothing is told by how much nearer
 _SHARES = 0.3, 2.0  # of votes, beyond which more tells nothing
@@ -59,12 +59,16 @@ class OtherPose:
 def likelier_turns(
     finder: WholeObjectFinder, frame: ImageFrame, poses: Poses
 ) -> tuple[Poses, Sequence[OtherPose | None]]:
-    """H poses at rest on the labels, each turned as is likelier; and of each the other turn, where that may be the true
-    one."""
+    """H poses at rest on what the image shows, turned as is likelier; and of each the other turn, where that may be the
+    true one."""
     others: list[OtherPose | None] = [None] * len(poses)
     mirrored, of = mirrored_turns(finder, frame, poses)
+    if len(of):
+        used = finder.supported(finder.judge(frame, mirrored, occlusion=True))
+        mirrored = finder.on_colours(frame, mirrored, used)
     config, both = finder.config.verdict, Poses.concatenate([poses, mirrored])
-    log_odds = evidence(finder, frame, poses[of], mirrored).log_odds(config.turn_odds)
+    weights = config.turn_odds if frame.image is None else config.turn_odds_colour
+    log_odds = evidence(finder, frame, poses[of], mirrored).log_odds(weights)
     rows = np.arange(len(poses))
     for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
         odds, row, other = log_odds[n], int(of[n]), len(poses) + n
@@ -76,19 +80,21 @@ def likelier_turns(
 
 
 def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
-    """Mirrored turns of poses, at rest on the labels, that have votes enough to be looked at; and of which each one is."""
+    """Mirrored turns of poses, at rest on the labels, with votes enough to be the true ones; and of which each one is."""
     flips, of = finder.required.flips_of_each(poses)
     if not len(flips):
         return flips, of
     told = finder.votes(frame, poses, occlusion=True)
     first = finder.refit.of(frame, flips, _ANY_DEPTH)[len(flips) :]
-    near = np.flatnonzero(first.votes > _WORTH_FITTING * told[of])
+    least = finder.config.verdict.mirrored_votes * told
+    near = np.flatnonzero(first.votes > _WORTH_REST * least[of])
     fitted, of = first.poses[near], of[near]
     if not len(near):
         return fitted, of
     fitted = finder.settled(frame, fitted, finder.supported(finder.judge(frame, fitted, occlusion=True)))
     cosine = (np.einsum("hij,hij->h", fitted.R, poses.R[of]) - 1) / 2
     apart = (cosine < np.cos(finder.config.search.niche_rad)) & finder.required.is_at(fitted, poses[of])
+    apart &= finder.votes(frame, fitted, occlusion=True) > least[of]
     if (floor := frame.scene.floor) is not None:
         apart &= floor.standing(fitted.R, fitted.t, 1.0)
     kept = np.flatnonzero(apart)
@@ -113,13 +119,12 @@ def evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrore
 def _misfits(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, use: NDArray[np.bool_]) -> tuple[Array, Array]:
     """(H,) mean square of the distances of contours from edges, in pixels, but for what all have in common; and of how
     many points: neighbours nearer than a pixel see the same."""
-    config = finder.config
     if not use.any():
         return np.zeros(len(poses)), np.zeros(len(poses))
-    fit = contour_fit(finder.surface, frame, poses, use, config.covariance.reach_px, config.fit)
+    fit, residual, weight = finder.edges(frame, poses, use)
     alone = np.minimum(1.0, fit.spacing_px)[..., None]
-    weight, points = fit.weight * alone, (alone * (fit.weight > 0)).sum(axis=(1, 2))
+    weight, points = weight * alone, (alone * (weight > 0)).sum(axis=(1, 2))
     total = np.maximum(weight.sum(axis=(1, 2)), 1e-9)
-    outwards = (weight * fit.residual).sum(axis=(1, 2)) / total
-    off = fit.residual - outwards[:, None, None]
+    outwards = (weight * residual).sum(axis=(1, 2)) / total
+    off = residual - outwards[:, None, None]
     return (weight * off**2).sum(axis=(1, 2)) / total, points

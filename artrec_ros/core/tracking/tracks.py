@@ -80,7 +80,9 @@ class Tracks:
         flat, solid = (MotionState(np.zeros((0, 2, n)), np.zeros((0, 2, 2, n, n)), np.zeros((0, n))) for n in (3, 6))
         counts, existence = np.zeros(0, int), Existence.of(nothing)
         bodies, posed = Bodies(solid, turns), np.zeros(0, bool)
-        return cls((), (), (), (), flat, nothing, bodies, posed, existence, nothing, counts, counts, Turns(nothing, nothing))
+        return cls(
+            (), (), (), (), flat, nothing, bodies, posed, existence, nothing, counts, counts, Turns(nothing, nothing)
+        )
 
     @property
     def are_told(self) -> Flags:

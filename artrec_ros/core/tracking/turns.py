@@ -99,17 +99,16 @@ def _same_turn(d: Detection, last: Detection, age_s: float, config: TrackingConf
 
 def _turned(d: Detection, odds: float) -> Detection:
     """With the likelier one of two turns. :param odds: logarithm of those of the one that is told."""
-    assert d.other_turn is not None and d.pose is not None and d.pose_covariance is not None
-    probability, other = float(1 / (1 + np.exp(abs(odds)))), d.other_turn
-    turn = rotvec_from_rotation(other.pose.rotation @ d.pose.rotation.T)
-    off = np.concatenate([other.pose.position - d.pose.position, turn])
+    pose, other = d.pose, d.other_turn
+    assert other is not None and pose is not None and d.pose_covariance is not None
+    probability, turn = float(1 / (1 + np.exp(abs(odds)))), rotvec_from_rotation(other.pose.rotation @ pose.rotation.T)
+    off = np.concatenate([other.pose.position - pose.position, turn])
     more = (probability - other.probability) * np.outer(off, off)  # the same, whichever of both is told
     d = replace(d, pose_covariance=d.pose_covariance + more, other_turn=replace(other, probability=probability))
     if odds >= 0:
         return d
-    return replace(
-        d, pose=other.pose, joints={**d.joints, **other.joints}, other_turn=OtherTurn(d.pose, probability, d.joints)
-    )
+    told = OtherTurn(pose, probability, d.joints)
+    return replace(d, pose=other.pose, joints={**d.joints, **other.joints}, other_turn=told)
 
 
 def _angle(a: Pose, b: Pose) -> float:

@@ -111,14 +111,15 @@ class Describer:
         :param used: by the poses as they were judged, see `_used`.
         """
         finder, frame = self.finder, frame.unhurried()
-        poses, others = finder.settled(frame, _candidates(verdicts), used), (None,) * len(verdicts)
-        if not finder.facing:
-            settled, (poses, others) = poses, likelier_turns(finder, frame, poses)
-            turned = np.flatnonzero((settled.R != poses.R).any(axis=(1, 2)))
-            if len(turned):
-                used = used.copy()
-                used[turned] = finder.supported(finder.judge(frame, poses[turned], occlusion=True))
-        return finder.on_colours(frame, poses, used), used, others
+        poses = finder.on_colours(frame, finder.settled(frame, _candidates(verdicts), used), used)
+        if finder.facing:
+            return poses, used, [None] * len(poses)
+        likelier, others = likelier_turns(finder, frame, poses)
+        turned = np.flatnonzero((likelier.R != poses.R).any(axis=(1, 2)))
+        if len(turned):
+            used = used.copy()
+            used[turned] = finder.supported(finder.judge(frame, likelier[turned], occlusion=True))
+        return likelier, used, others
 
     def _detection(
         self,

@@ -146,7 +146,7 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
         told["other_turn"] = {
             "probability": _f(other.probability, 4),
             **_pose_to_dict(other.pose),
-            "joints": {name: _f(value) for name, value in other.joints.items()},
+            "joints": {name: _f(value, 6) for name, value in other.joints.items()},
         }
     if d.missing:
         told["missing"] = [_missing_to_dict(m) for m in d.missing]

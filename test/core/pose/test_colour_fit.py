@@ -132,8 +132,8 @@ def test_poses_that_would_lie_worse_or_lose_their_edges_stay() -> None:
     fit = ColourFit(surface, DEFAULTS)
     for _ in range(40):
         start = Poses(truth.R, truth.t * (1 + rng.normal(0, 0.12, 3)), truth.q)
-        found, (_, residual, weight) = fit.fitted(frame, start, used), fit._edges(frame, start, used)
-        _, after, weigh = fit._edges(frame, found, used)
+        found, (_, residual, weight) = fit.fitted(frame, start, used), fit.edges(frame, start, used)
+        _, after, weigh = fit.edges(frame, found, used)
         stayed += np.array_equal(found.t, start.t)
         if not np.array_equal(found.t, start.t):
             assert weigh.sum() > 0.8 * weight.sum() and _mean(after, weigh) < _mean(residual, weight)

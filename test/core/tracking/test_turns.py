@@ -38,7 +38,7 @@ def test_frames_that_differ_are_outvoted():
     out = told(frames)
     assert all(turn_of(d) == pytest.approx(RIGHT) for d in out)
     assert all(d.joints == {"arm": RIGHT} and d.other_turn.joints == {"arm": WRONG} for d in out)
-    assert out[-1].other_turn.probability < 0.3 and turn_of_other(out[-1]) == pytest.approx(WRONG)
+    assert out[-1].other_turn.probability < 0.35 and turn_of_other(out[-1]) == pytest.approx(WRONG)
 
 
 def turn_of_other(d):

@@ -42,7 +42,7 @@ class SightingsConfig(Room):
         origin="of what is told at .9 and more of random objects .93 to .99 are right",
     )
     turn_correlation: float = param(
-        0.1,
+        0.2,
         "how much frames that show an object turned one way or its mirrored one err alike; 1: more frames tell no more "
         "than one",
         low=0,

@@ -36,10 +36,27 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="chains whose heads are hidden keep .57 to 1, quadrupeds whose chests are half hidden .25 at most",
     )
+    mirrored_votes: float = param(
+        0.8,
+        "share of a told pose's votes from which on its mirrored turn, fitted likewise, may be the true one",
+        low=0,
+        high=1,
+        paths=("space",),
+        origin="of 650 random objects below it 6 were mirrored",
+    )
     turn_odds: tuple[float, ...] = param(
-        (-0.7, 7.2, 0.42),
-        "log odds of a told pose's mirrored turn: before anything is known of it, for each unit of the logarithm of "
-        "its share of the votes, and of the root of the contours' log likelihood ratio",
+        (-0.5, 6.7, 0.31),
+        "log odds of a told pose's mirrored turn, from labels: before anything is known of it, for each unit of the "
+        "logarithm of its share of the votes, and of the root of the contours' log likelihood ratio",
+        low=-20,
+        high=50,
+        length=3,
+        paths=("space",),
+        origin="benchmarks/turns.py",
+    )
+    turn_odds_colour: tuple[float, ...] = param(
+        (-0.34, 4.8, 0.53),
+        "the same from colour images, whose edges are finer",
         low=-20,
         high=50,
         length=3,

@@ -270,11 +270,11 @@ def off(pose: Pose, true: Pose) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=40, help="of each row")
-    names = ("artrec_ros", "AprilTag", "ArUco", "STag")
-    parser.add_argument("--only", nargs="+", choices=names, default=names, help="these alone")
+    known = {"artrec_ros": ours, "AprilTag": apriltag, "ArUco": aruco, "STag": stag}
+    parser.add_argument("--only", nargs="+", choices=list(known), default=list(known), help="these alone")
     parser.add_argument("--pictures", metavar="DIR", help="write a picture of each rival there, and no table")
     args = parser.parse_args()
-    rivals = [r for r in (ours(), apriltag(), aruco(), stag()) if r.name.split()[0] in args.only]
+    rivals = [known[name]() for name in args.only]
     if args.pictures:
         for rival in rivals:
             rng = np.random.default_rng(1)

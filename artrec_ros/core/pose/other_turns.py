@@ -80,7 +80,7 @@ def likelier_turns(
 
 
 def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
-    """Mirrored turns of poses, at rest on the labels, with votes enough to be the true ones; and of which each one is."""
+    """Mirrored turns of poses, at rest on the labels, with votes enough to be the true ones; and whose each one is."""
     flips, of = finder.required.flips_of_each(poses)
     if not len(flips):
         return flips, of

@@ -42,7 +42,7 @@ class VerdictConfig(Room):
         low=0,
         high=1,
         paths=("space",),
-        origin="of 650 random objects below it 6 were mirrored",
+        origin="of 351 random objects below it 4 were mirrored",
     )
     turn_odds: tuple[float, ...] = param(
         (-0.5, 6.7, 0.31),

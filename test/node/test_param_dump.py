@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -36,12 +37,8 @@ def dump(peer: Peer) -> dict[str, Any]:
     """As ros2param does: the names of one call are those of the next, all at once; then dots become levels."""
     client = AsyncParameterClient(peer.node, "/artrec_node")
     assert client.wait_for_services(WAIT_S)
-    listed = client.list_parameters()
-    assert peer.spin_until(listed.done)
-    names = sorted(listed.result().result.names)
-    got = client.get_parameters(names)
-    assert peer.spin_until(got.done)
-    values = [parameter_value_to_python(v) for v in got.result().values]
+    names = sorted(answer(peer, client.list_parameters).result.names)
+    values = [parameter_value_to_python(v) for v in answer(peer, partial(client.get_parameters, names)).values]
     nested: dict[str, Any] = {}
     for name, value in zip(names, values, strict=True):
         *levels, last = name.split(".")
@@ -50,6 +47,16 @@ def dump(peer: Peer) -> dict[str, Any]:
             place = place.setdefault(level, {})
         place[last] = value if not hasattr(value, "tolist") else value.tolist()
     return {"/artrec_node": {"ros__parameters": nested}}
+
+
+def answer(peer: Peer, ask: Callable[[], Any]) -> Any:
+    """What a service answers, which is asked again: it may see the request before it sees where the answer goes, and
+    then nobody hears it."""
+    for _ in range(3):
+        asked = ask()
+        if peer.spin_until(asked.done):
+            return asked.result()
+    raise AssertionError("no answer")
 
 
 def leaves(values: dict[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

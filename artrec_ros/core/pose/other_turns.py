@@ -71,10 +71,10 @@ def likelier_turns(
     log_odds = evidence(finder, frame, poses[of], mirrored).log_odds(weights)
     rows = np.arange(len(poses))
     for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
-        odds, row, other = log_odds[n], int(of[n]), len(poses) + n
-        if odds > 0:
-            rows[row], other = other, row
-        probability = float(1 / (1 + np.exp(abs(odds))))
+        odds, row, other = float(log_odds[n]), int(of[n]), len(poses) + n
+        if odds > config.least_turn_odds:
+            rows[row], other, odds = other, row, -odds
+        probability = float(1 / (1 + np.exp(max(-odds, 0.0))))
         others[row] = OtherPose(both[[other]], probability) if probability > config.least_other_turn else None
     return both[rows], others
 
@@ -113,6 +113,10 @@ def evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrore
     share = np.clip(votes[1] / np.maximum(votes[0], 1e-9), *_SHARES)
     told, other = np.log(misfit + _EXACT_PX**2).reshape(2, h)
     ratio = points.reshape(2, h).mean(axis=0) / 2 * (told - other)
+    # who rests on fewer markers fits these better without being right: that does not count for it
+    alone = (used[:, None] & ~used).any(axis=-1)[(0, 1), (1, 0)]  # (2, H) whether either shows one that the other lacks
+    ratio = np.where(alone[0], np.minimum(ratio, 0.0), ratio)
+    ratio = np.where(alone[1], np.maximum(ratio, 0.0), ratio)
     return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)))
 
 

@@ -63,6 +63,14 @@ class VerdictConfig(Room):
         paths=("space",),
         origin="benchmarks/turns.py",
     )
+    least_turn_odds: float = param(
+        1.0,
+        "log odds from which on the mirrored turn is told in place of the one found; below, both are as likely",
+        low=0,
+        high=20,
+        paths=("space",),
+        origin="of random objects as many are right at less; what was found has more for it than is compared here",
+    )
     least_other_turn: float = param(
         0.1,
         "how probable a mirrored turn is at least that is told beside a pose, and counted in its covariance",

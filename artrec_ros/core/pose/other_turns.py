@@ -59,8 +59,8 @@ class OtherPose:
 def likelier_turns(
     finder: WholeObjectFinder, frame: ImageFrame, poses: Poses
 ) -> tuple[Poses, Sequence[OtherPose | None]]:
-    """H poses at rest on what the image shows, turned as is likelier; and of each the other turn, where that may be the
-    true one."""
+    """H poses at rest on what the image shows, turned where the mirrored turn is clearly likelier; and each one's other
+    turn, where that may be the true one."""
     others: list[OtherPose | None] = [None] * len(poses)
     mirrored, of = mirrored_turns(finder, frame, poses)
     if len(of):

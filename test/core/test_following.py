@@ -96,7 +96,7 @@ def test_what_another_hides_in_part_is_followed_in_what_that_one_leaves(looks):
         red, blue = sorted(result.detections, key=lambda d: -d.pose.position[2])
         assert (red.object, blue.object) == ("red", "blue")
         np.testing.assert_allclose(red.pose.position, far(k).t[0], atol=0.04)  # its deviation is up to 0.026
-    # in the first frame, and when it is their turn again; a limb's blob once
+    # in the first frame, the half hidden one's blob in full, and when it is their turn again
     assert looks["plain"] <= 5 and looks["close"] <= 1
 
 

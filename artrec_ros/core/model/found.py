@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.transforms import Array, Pose
+from ..geometry.transforms import Array, Pose, rotvec_from_rotation
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,13 @@ class OtherTurn:
     pose: Pose
     probability: float
     joints: Mapping[str, float] = field(default_factory=dict)
+
+    def spread(self, told: Pose) -> Array:
+        """(6, 6) what it would add to the covariance of the pose told, were it surely the true one: along the camera's
+        axes, about that pose."""
+        turn = rotvec_from_rotation(self.pose.rotation @ told.rotation.T)
+        off = np.concatenate([self.pose.position - told.position, turn])
+        return np.asarray(np.outer(off, off), np.float64)
 
 
 MissingState = Literal["in doubt", "not seen", "too small", "hidden", "out of view", "turned away"]

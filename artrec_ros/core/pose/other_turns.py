@@ -10,14 +10,14 @@ of all in colour images. Neither suffices; together they tell how probable each 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.transforms import Array, rotvec_from_rotation
+from ..geometry.transforms import Array, Pose
 from ..image.image_frame import ImageFrame
+from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
 from .surface_model import Poses
 
@@ -42,40 +42,29 @@ class Evidence(NamedTuple):
         return np.asarray(weights[0] + weights[1] * self.votes + weights[2] * self.contours, np.float64)
 
 
-@dataclass(frozen=True, eq=False)
-class OtherPose:
-    """A rival of a told pose. :param poses: one. :param probability: that it is the true one."""
-
-    poses: Poses
-    probability: float
-
-    def beside(self, told: Poses) -> Array:
-        """(6, 6) what it adds to the covariance of a told pose, about that pose, along the camera's axes."""
-        turn = rotvec_from_rotation(self.poses.R[0] @ told.R[0].T)
-        off = np.concatenate([self.poses.t[0] - told.t[0], turn])
-        return np.asarray(self.probability * np.outer(off, off), np.float64)
-
-
 def likelier_turns(
     finder: WholeObjectFinder, frame: ImageFrame, poses: Poses
-) -> tuple[Poses, Sequence[OtherPose | None]]:
+) -> tuple[Poses, Sequence[OtherTurn | None]]:
     """H poses at rest on what the image shows, turned where the mirrored turn is clearly likelier; and each one's other
     turn, where that may be the true one."""
-    others: list[OtherPose | None] = [None] * len(poses)
+    others: list[OtherTurn | None] = [None] * len(poses)
     mirrored, of = mirrored_turns(finder, frame, poses)
-    if len(of):
-        used = finder.supported(finder.judge(frame, mirrored, occlusion=True))
-        mirrored = finder.on_colours(frame, mirrored, used)
+    if not len(of):
+        return poses, others
+    if frame.image is not None:
+        mirrored = finder.on_colours(frame, mirrored, finder.supported(finder.judge(frame, mirrored, occlusion=True)))
     config, both = finder.config.verdict, Poses.concatenate([poses, mirrored])
     weights = config.turn_odds if frame.image is None else config.turn_odds_colour
     log_odds = evidence(finder, frame, poses[of], mirrored).log_odds(weights)
-    rows = np.arange(len(poses))
+    rows, joints = np.arange(len(poses)), finder.target.model.joint_names
     for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
         odds, row, other = float(log_odds[n]), int(of[n]), len(poses) + n
         if odds > config.least_turn_odds:
             rows[row], other, odds = other, row, -odds
         probability = float(1 / (1 + np.exp(max(-odds, 0.0))))
-        others[row] = OtherPose(both[[other]], probability) if probability > config.least_other_turn else None
+        bent = dict(zip(joints, both.q[other].tolist(), strict=True))
+        turn = OtherTurn(Pose(both.R[other], both.t[other]), probability, bent)
+        others[row] = turn if probability > config.least_other_turn else None
     return both[rows], others
 
 
@@ -103,10 +92,7 @@ def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
 
 def evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrored: Poses) -> Evidence:
     """Of poses, and the mirrored turn of each."""
-    h = len(poses)
-    if not h:
-        return Evidence(np.zeros(0), np.zeros(0))
-    both = Poses.concatenate([poses, mirrored])
+    h, both = len(poses), Poses.concatenate([poses, mirrored])
     scores = finder.judge(frame, both, occlusion=True)
     votes, used = finder.total(scores).reshape(2, h), finder.supported(scores).reshape(2, h, -1)
     misfit, points = _misfits(finder, frame, both, np.tile(used.all(axis=0), (2, 1)))

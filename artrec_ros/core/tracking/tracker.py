@@ -137,13 +137,13 @@ class Tracker:
         self, result: FrameResult, row_of: Mapping[int, int], sightings: Sightings
     ) -> tuple[FrameResult, Sightings]:
         """With those turns that are likelier by all frames."""
-        found, tracks = list(result.detections), self._tracks
-        turns, other = tracks.turns.seen(found, row_of, tracks.last, tracks.age_s, self._config)
+        tracks = self._tracks
+        turns, other = tracks.turns.seen(result.detections, row_of, tracks.last, tracks.age_s, self._config)
         self._tracks = replace(tracks, turns=turns)
         if not other:
             return result, sightings
-        found = [other.get(n, d) for n, d in enumerate(found)]
-        return replace(result, detections=tuple(found)), Sightings.of(found, self._sizes, self._config.sightings)
+        found = tuple(other.get(n, d) for n, d in enumerate(result.detections))
+        return replace(result, detections=found), Sightings.of(found, self._sizes, self._config.sightings)
 
     def _goes_on(self, odds: Array, new: Array, dt_s: float) -> tuple[float, bool]:
         """The probability that the frame goes on from the one before, and whether it is surely another scene: something

@@ -101,9 +101,8 @@ def _turned(d: Detection, odds: float) -> Detection:
     """With the likelier one of two turns. :param odds: logarithm of those of the one that is told."""
     pose, other = d.pose, d.other_turn
     assert other is not None and pose is not None and d.pose_covariance is not None
-    probability, turn = float(1 / (1 + np.exp(abs(odds)))), rotvec_from_rotation(other.pose.rotation @ pose.rotation.T)
-    off = np.concatenate([other.pose.position - pose.position, turn])
-    more = (probability - other.probability) * np.outer(off, off)  # the same, whichever of both is told
+    probability = float(1 / (1 + np.exp(abs(odds))))
+    more = (probability - other.probability) * other.spread(pose)  # the same, whichever of both is told
     d = replace(d, pose_covariance=d.pose_covariance + more, other_turn=replace(other, probability=probability))
     if odds >= 0:
         return d

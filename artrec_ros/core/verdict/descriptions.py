@@ -17,7 +17,7 @@ from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
-from ..pose.other_turns import OtherPose, likelier_turns
+from ..pose.other_turns import likelier_turns
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict
@@ -92,8 +92,7 @@ class Describer:
             )
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
-        names = finder.target.model.joint_names
-        return [_beside(d, o, poses[[n]], names) for n, (d, o) in enumerate(zip(detections, others, strict=True))]
+        return [_beside(d, other) for d, other in zip(detections, others, strict=True)]
 
     def _used(self, verdicts: Sequence[Verdict]) -> NDArray[np.bool_]:
         """(H, M) markers whose contours tell where each object is."""
@@ -105,7 +104,7 @@ class Describer:
 
     def _at_rest(
         self, verdicts: Sequence[Verdict], used: NDArray[np.bool_], frame: ImageFrame
-    ) -> tuple[Poses, NDArray[np.bool_], Sequence[OtherPose | None]]:
+    ) -> tuple[Poses, NDArray[np.bool_], Sequence[OtherTurn | None]]:
         """H poses at rest on what the image shows, turned as is likelier; the markers used, and the other turns.
 
         :param used: by the poses as they were judged, see `_used`.
@@ -213,13 +212,13 @@ class Describer:
         return Instance(name, shown.marker.name, score, x, y, theta, scale, outline.copy())
 
 
-def _beside(detection: Detection, other: OtherPose | None, told: Poses, joints: Sequence[str]) -> Detection:
-    """A detection in space, with the other turn that may be the true one. :param joints: names of all."""
-    if other is None or detection.pose_covariance is None:
+def _beside(detection: Detection, other: OtherTurn | None) -> Detection:
+    """A detection in space, with the other turn that may be the true one: its joints are those that are told."""
+    pose, covariance = detection.pose, detection.pose_covariance
+    if other is None or pose is None or covariance is None:
         return detection
-    bent = {name: float(q) for name, q in zip(joints, other.poses.q[0], strict=True) if name in detection.joints}
-    turn = OtherTurn(Pose(other.poses.R[0], other.poses.t[0]), other.probability, bent)
-    return replace(detection, other_turn=turn, pose_covariance=detection.pose_covariance + other.beside(told))
+    other = replace(other, joints={name: q for name, q in other.joints.items() if name in detection.joints})
+    return replace(detection, other_turn=other, pose_covariance=covariance + other.probability * other.spread(pose))
 
 
 def _candidates(verdicts: Sequence[Verdict]) -> Poses:

@@ -18,6 +18,7 @@ from ..base.config import SightingsConfig, TrackingConfig
 from ..geometry.transforms import Array, Pose, rotvec_from_rotation
 from ..model.found import Detection, OtherTurn
 
+_LEAST_RAD2 = 1e-6  # nothing is known better than to a milliradian
 _DEVIATIONS = 3.0  # an object that has turned further than by so many is another, or has been put down anew
 
 
@@ -61,17 +62,25 @@ class Turns:
         :param last: (T,) as each was told last. :param age_s: (T,) since then.
         """
         total, frames, told = self.total.copy(), self.frames.copy(), dict[int, Detection]()
+        correlation = config.sightings.turn_correlation
         for n, row in row_of.items():
-            sign = _same_turn(found[n], last[row], float(age_s[row]), config)
-            if sign == 0:  # what was before says nothing of it
+            same = _same_turn(found[n], last[row], float(age_s[row]), config)
+            if same is None:  # what was before says nothing of it
                 total[row] = frames[row] = 0.0
-            odds = _odds(found[n], config.sightings)
-            total[row], frames[row] = total[row] + (sign or 1) * odds, frames[row] + 1
-            by_all = combined(total[row], frames[row], config.sightings.turn_correlation)
+            else:
+                before = combined(total[row], frames[row], correlation)
+                total[row] *= handed_on(before, same) / before if before else 1.0
+            total[row], frames[row] = total[row] + _odds(found[n], config.sightings), frames[row] + 1
+            by_all = combined(total[row], frames[row], correlation)
             total[row] = abs(total[row])
-            if found[n].other_turn is not None and sign:
-                told[n] = _turned(found[n], sign * by_all)
+            if found[n].other_turn is not None and same is not None:
+                told[n] = _turned(found[n], by_all)
         return Turns(total, frames), told
+
+
+def handed_on(odds: float, same: float) -> float:
+    """Log odds that a turn is the true one, by those of the turn told before, and those that it is the same one."""
+    return float(np.logaddexp(odds + same, 0.0) - np.logaddexp(odds, same))
 
 
 def combined(total: float, frames: float, correlation: float) -> float:
@@ -86,15 +95,33 @@ def _odds(d: Detection, config: SightingsConfig) -> float:
     return min(float(np.log(1 / d.other_turn.probability - 1)), config.turn_odds)
 
 
-def _same_turn(d: Detection, last: Detection, age_s: float, config: TrackingConfig) -> int:
-    """1: it goes on from the turn that was told last; -1: its other turn does; 0: none does."""
+def _same_turn(d: Detection, last: Detection, age_s: float, config: TrackingConfig) -> float | None:
+    """Log odds that the turn that is told goes on from the one that was told last, and not from that one's other turn;
+    None: neither does."""
     if d.pose is None or last.pose is None or {d.pose_from, last.pose_from} != {"fit"}:
-        return 0
-    candidates = [d.pose, *([d.other_turn.pose] if d.other_turn else [])]
-    angles = [_angle(pose, last.pose) for pose in candidates]
-    most = _DEVIATIONS * np.hypot(config.turn_rate * age_s, config.sightings.turn_rad)
-    nearest = int(np.argmin(angles))
-    return 0 if angles[nearest] > most else 1 - 2 * nearest
+        return None
+    other, other_last = (x.other_turn.pose if x.other_turn else None for x in (d, last))
+    same = _apart([(d.pose, last.pose), (other, other_last)])
+    crossed = _apart([(d.pose, other_last), (other, last.pose)])
+    variance = (config.turn_rate * age_s) ** 2 + _variance(d, config) + _variance(last, config)
+    if min(same, crossed) > _DEVIATIONS**2 * ((config.turn_rate * age_s) ** 2 + config.sightings.turn_rad**2):
+        return None
+    return (crossed - same) / (2 * max(variance, _LEAST_RAD2))
+
+
+def _apart(pairs: Sequence[tuple[Pose | None, Pose | None]]) -> float:
+    """Mean square of the angles between those pairs of poses of which both are there; of none too far, rad²."""
+    angles = [_angle(a, b) for a, b in pairs if a is not None and b is not None]
+    return float(np.mean(np.square(angles))) if angles else np.pi**2
+
+
+def _variance(d: Detection, config: TrackingConfig) -> float:
+    """Of a pose's turn, were it surely the one that is told; rad²."""
+    if d.pose_covariance is None or d.pose is None:
+        return config.sightings.turn_rad**2
+    other = d.other_turn
+    P = d.pose_covariance - (other.probability * other.spread(d.pose) if other else 0.0)
+    return float(np.trace(P[3:, 3:])) / 3
 
 
 def _turned(d: Detection, odds: float) -> Detection:

@@ -10,7 +10,7 @@ from artrec_ros.core.base.config import TrackingConfig
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.found import OtherTurn
 from artrec_ros.core.tracking.tracker import Tracker
-from artrec_ros.core.tracking.turns import combined
+from artrec_ros.core.tracking.turns import combined, handed_on
 
 RIGHT, WRONG = 0.7, -0.7
 
@@ -73,6 +73,19 @@ def test_alike_frames_tell_little_more_than_one():
     assert combined(2.0, 1, 0.5) == 2.0
     assert combined(200.0, 100, 0.1) == pytest.approx(200 / 10.9)
     assert combined(200.0, 100, 1.0) == pytest.approx(2.0)
+
+
+def test_what_is_told_half_way_between_both_turns_hands_nothing_on():
+    sure = [seen(RIGHT, 0.2)] * 20
+    between = replace(posed(0.1, z=1.0), score=0.99, pose_covariance=COVARIANCE, pose_from="fit")
+    alone, after = told([seen(WRONG, 0.4)])[-1], told([*sure, between, seen(WRONG, 0.4)])[-1]
+    assert turn_of(alone) == pytest.approx(WRONG) and turn_of(after) == pytest.approx(WRONG)
+    assert turn_of(told([*sure, seen(WRONG, 0.4)])[-1]) == pytest.approx(RIGHT)
+
+
+def test_odds_are_handed_on_as_far_as_it_is_the_same_turn():
+    assert handed_on(3.0, 50.0) == pytest.approx(3.0) and handed_on(3.0, -50.0) == pytest.approx(-3.0)
+    assert handed_on(3.0, 0.0) == pytest.approx(0.0) and 0 < handed_on(3.0, 1.0) < 1.0
 
 
 def test_what_was_long_ago_counts_no_more():

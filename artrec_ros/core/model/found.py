@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -39,7 +39,8 @@ class OtherTurn:
     """A second pose of an object found, which the image bears out nearly as well: its mirrored turn, of which a flat
     marker far away or alone tells little.
 
-    :param probability: 0..1, that it is this one. :param joints: as `Detection.joints`, at this turn.
+    :param probability: 0..1, that it is this one. :param joints: as `Detection.joints`, at this turn, the shorter way
+        around from those that are told.
     """
 
     pose: Pose
@@ -174,7 +175,7 @@ class Detection:
     :param motion: None where it is not known: without pose, or seen for the first time.
     :param filtered: None where it is not asked for, or not known.
     :param missing: why each of the other components is not told; of what is found as a whole alone.
-    :param other_turn: None where there is none; else the covariance counts it.
+    :param other_turn: None where there is none; else the covariance and the joints' deviations count it.
     """
 
     object: str
@@ -223,6 +224,20 @@ class Detection:
         if fit.name is None:
             return f"{self.object}_unknown_{self.id}"
         return f"{self.object}_{fit.name}" if fit.unique else f"{self.object}_{fit.name}_{self.id}"
+
+    def beside(self, other: OtherTurn, gained: float) -> Detection:
+        """The same with another turn beside it.
+
+        :param gained: that turn's probability, as far as covariance and joint deviations do not count it yet.
+        """
+        assert self.pose is not None and self.pose_covariance is not None
+        bent = {name: other.joints.get(name, q) - q for name, q in self.joints.items()}
+        deviations = {
+            name: float(np.sqrt(max(deviation**2 + gained * bent.get(name, 0.0) ** 2, 0.0)))
+            for name, deviation in self.joint_deviations.items()
+        }
+        covariance = self.pose_covariance + gained * other.spread(self.pose)
+        return replace(self, other_turn=other, pose_covariance=covariance, joint_deviations=deviations)
 
 
 @dataclass(frozen=True)

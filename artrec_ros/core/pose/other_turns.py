@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.transforms import Array, Pose
+from ..geometry.transforms import Array, Pose, short_way
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
@@ -57,12 +57,14 @@ def likelier_turns(
     weights = config.turn_odds if frame.image is None else config.turn_odds_colour
     log_odds = evidence(finder, frame, poses[of], mirrored).log_odds(weights)
     rows, joints = np.arange(len(poses)), finder.target.model.joint_names
+    endless = finder.surface.kinematics.endless
     for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
         odds, row, other = float(log_odds[n]), int(of[n]), len(poses) + n
         if odds > config.least_turn_odds:
             rows[row], other, odds = other, row, -odds
         probability = float(1 / (1 + np.exp(max(-odds, 0.0))))
-        bent = dict(zip(joints, both.q[other].tolist(), strict=True))
+        told = both.q[rows[row]]
+        bent = dict(zip(joints, (told + short_way(both.q[other] - told, endless)).tolist(), strict=True))
         turn = OtherTurn(Pose(both.R[other], both.t[other]), probability, bent)
         others[row] = turn if probability > config.least_other_turn else None
     return both[rows], others

@@ -127,10 +127,10 @@ def _variance(d: Detection, config: TrackingConfig) -> float:
 def _turned(d: Detection, odds: float) -> Detection:
     """With the likelier one of two turns. :param odds: logarithm of those of the one that is told."""
     pose, other = d.pose, d.other_turn
-    assert other is not None and pose is not None and d.pose_covariance is not None
+    assert other is not None and pose is not None
     probability = float(1 / (1 + np.exp(abs(odds))))
-    more = (probability - other.probability) * other.spread(pose)  # the same, whichever of both is told
-    d = replace(d, pose_covariance=d.pose_covariance + more, other_turn=replace(other, probability=probability))
+    # what is counted of it is the same, whichever of both is told
+    d = d.beside(replace(other, probability=probability), probability - other.probability)
     if odds >= 0:
         return d
     told = OtherTurn(pose, probability, d.joints)

@@ -214,11 +214,10 @@ class Describer:
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:
     """A detection in space, with the other turn that may be the true one: its joints are those that are told."""
-    pose, covariance = detection.pose, detection.pose_covariance
-    if other is None or pose is None or covariance is None:
+    if other is None or detection.pose is None or detection.pose_covariance is None:
         return detection
     other = replace(other, joints={name: q for name, q in other.joints.items() if name in detection.joints})
-    return replace(detection, other_turn=other, pose_covariance=covariance + other.probability * other.spread(pose))
+    return detection.beside(other, other.probability)
 
 
 def _candidates(verdicts: Sequence[Verdict]) -> Poses:

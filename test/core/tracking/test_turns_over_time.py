@@ -13,6 +13,7 @@ from artrec_ros.core.tracking.tracker import Tracker
 from artrec_ros.core.tracking.turns import combined, handed_on
 
 RIGHT, WRONG = 0.7, -0.7
+ALONE = 0.05  # deviation of the joint, were it surely this turn
 
 
 def seen(turn, probability, at=0.0):
@@ -20,8 +21,10 @@ def seen(turn, probability, at=0.0):
     d = posed(0.1, z=1.0, turn=turn + at)
     other = Pose(rotation_from_rotvec([0.0, at - turn, 0.0]), np.array([0.1, 0.0, 1.02]))
     off = np.array([0, 0, 0.02, 0, -2 * turn, 0])
-    d = replace(d, score=0.99, joints={"arm": turn}, pose_covariance=COVARIANCE + probability * np.outer(off, off))
-    return replace(d, other_turn=OtherTurn(other, probability, {"arm": -turn}))
+    d = replace(d, score=0.99, joints={"arm": turn}, joint_deviations={"arm": ALONE}, pose_covariance=COVARIANCE)
+    seen = d.beside(OtherTurn(other, probability, {"arm": -turn}), probability)
+    np.testing.assert_allclose(seen.pose_covariance, COVARIANCE + probability * np.outer(off, off), atol=1e-12)
+    return seen
 
 
 def told(frames, config=None, period=PERIOD):
@@ -67,6 +70,12 @@ def test_the_covariance_goes_with_the_probability():
         off = np.array([0, 0, 0.02, 0, -2 * RIGHT, 0])
         expected = COVARIANCE + d.other_turn.probability * np.outer(off, off)
         np.testing.assert_allclose(d.pose_covariance, expected, atol=1e-9)
+
+
+def test_deviations_of_joints_count_the_other_turn_s_whichever_is_told():
+    for d in (*told([seen(RIGHT, 0.3)]), *told([seen(WRONG, 0.4)] + [seen(RIGHT, 0.2)] * 2 + [seen(WRONG, 0.4)])):
+        p = d.other_turn.probability
+        assert d.joint_deviations["arm"] == pytest.approx(np.sqrt(ALONE**2 + p * (2 * RIGHT) ** 2))
 
 
 def test_alike_frames_tell_little_more_than_one():

@@ -14,15 +14,17 @@ from numpy.typing import ArrayLike
 from ..core.base.errors import ConfigError
 from ..core.geometry.camera import Camera
 from ..core.geometry.transforms import Array, Pose, rotation_from_rotvec
+from ..core.model.kinematics import Kinematics
 from ..core.model.objects import Joint, ObjectModel
 from ..core.model.target import Target
 from .config import SceneConfig
 from .identities import all_taken, alternative_labels, drawn, shown_as
-from .surfaces import Surface, object_surfaces
+from .surfaces import Surface, component_surfaces, object_surfaces
 
 _SIDE_DEG, _ABOVE_DEG = (0.0, 25.0), (65.0, 90.0)
 _TRIES = 400
 _HEADINGS = 60  # an object with one flat marker turns it to the camera in one of three
+_PLACES = 5  # of a joint at which an object's lowest point is looked for
 _FACING = 0.5  # cosine of the angle under which a marker counts as turned to the camera
 
 
@@ -66,8 +68,8 @@ class Scene:
 
 @dataclass(frozen=True)
 class _Extent:
-    """An object's size: its centre in its own frame (3,), greatest distance of a point from it, how far the lowest is
-    below it. The object's origin may lie anywhere, even outside of it.
+    """An object's size: its centre in its own frame (3,), greatest distance of a point from it, how far the lowest one
+    ever is below it. The object's origin may lie anywhere, even outside of it.
     """
 
     centre: Array
@@ -101,7 +103,7 @@ def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig,
     """
     count = int(rng.integers(config.objects[0], config.objects[1] + 1))
     chosen = [targets[i] for i in rng.integers(0, len(targets), count)]
-    extents = {t.name: _extent(t.model) for t in targets}
+    extents = {t.name: _extent(t.model, config.joint_range) for t in targets}
     ground = _sample_ground(targets, extents, camera, config, rng)
     placed: list[PlacedObject] = []
     for target in chosen:
@@ -119,12 +121,37 @@ def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig,
     return Scene(tuple(placed), tuple(sample_distractors(targets, placed, camera, config, rng)), floor)
 
 
-def _extent(model: ObjectModel) -> _Extent:
-    """With every joint in the middle of its range."""
+def _extent(model: ObjectModel, joint_range: float) -> _Extent:
+    """With every joint in the middle of its range, but for what is below: there no joint takes it through the floor."""
     corners = np.concatenate([s.corners for s in object_surfaces(model, 1, joints_at(model, 0.0))])
     centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    from_centre = corners - centre
-    return _Extent(centre, float(np.linalg.norm(from_centre, axis=1).max()), float(-from_centre[:, 2].min()))
+    below = centre[2] - _lowest(model, joint_range)
+    return _Extent(centre, float(np.linalg.norm(corners - centre, axis=1).max()), float(below))
+
+
+def _lowest(model: ObjectModel, joint_range: float) -> float:
+    """Height in its own frame below which no joint takes it: each joint where the object is lowest, and once again."""
+    places = np.array([list(joints_at(model, share).values()) for share in joint_range * np.linspace(-1, 1, _PLACES)])
+    q = places[_PLACES // 2]
+    lowest = float(_lowest_at(model, q[None])[0])
+    for joint in (*range(len(q)), *range(len(q))):
+        there = np.tile(q, (_PLACES, 1))
+        there[:, joint] = places[:, joint]
+        heights = _lowest_at(model, there)
+        if heights.min() < lowest:
+            lowest, q = float(heights.min()), there[heights.argmin()]
+    return lowest
+
+
+def _lowest_at(model: ObjectModel, q: Array) -> Array:
+    """(n,) heights of an object's lowest point in its own frame. :param q: (n, J)."""
+    frames = Kinematics(model).forward(np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3)), q)
+    heights = [
+        (frames.R[:, c, 2] @ surface.corners.T + frames.t[:, c, 2:]).min(axis=1)
+        for c, component in enumerate(model.components)
+        for surface in component_surfaces(component, 1)
+    ]
+    return np.asarray(np.min(heights, axis=0), np.float64)
 
 
 def depth_range(radius: float, camera: Camera, config: SceneConfig) -> tuple[float, float]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.geometry.transforms import Array, Pose
 from ..core.model.kinematics import Kinematics
-from ..core.model.objects import Box, ObjectModel
+from ..core.model.objects import Box, Component, ObjectModel
 
 # A box's faces by their outward normal, as corners of the unit cube in order around the face.
 _CUBE_FACES = (
@@ -70,20 +70,17 @@ def object_surfaces(model: ObjectModel, label: int, joints: Mapping[str, float])
 
     :param label: class label of the components that name none of their own.
     """
-    surfaces: list[Surface] = []
     poses = component_poses(model, joints)
-    for component in model.components:
-        own = [face for box in component.bodies for face in box_faces(box, component.body_label or 0)]
-        for marker in component.markers:
-            if marker.T_component_marker is None:
-                continue
-            corners = np.column_stack([marker.outline, np.zeros(len(marker.outline))])
-            flat = Surface(
-                corners,
-                np.array([0.0, 0.0, 1.0]),
-                label if component.label is None else component.label,
-                (component.name, marker.name),
-            )
-            own.append(flat.moved(marker.T_component_marker))
-        surfaces += [surface.moved(poses[component.name]) for surface in own]
-    return surfaces
+    return [s.moved(poses[c.name]) for c in model.components for s in component_surfaces(c, label)]
+
+
+def component_surfaces(component: Component, label: int) -> list[Surface]:
+    """Its surfaces in its own frame. :param label: see `object_surfaces`."""
+    own = [face for box in component.bodies for face in box_faces(box, component.body_label or 0)]
+    for marker in component.markers:
+        if marker.T_component_marker is None:
+            continue
+        corners = np.column_stack([marker.outline, np.zeros(len(marker.outline))])
+        shown, owner = label if component.label is None else component.label, (component.name, marker.name)
+        own.append(Surface(corners, np.array([0.0, 0.0, 1.0]), shown, owner).moved(marker.T_component_marker))
+    return own

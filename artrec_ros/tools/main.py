@@ -134,7 +134,10 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
             )
         else:
             subparsers.add_parser(command, help=summary)
-    return parser.parse_args(arguments)
+    args, unknown = parser.parse_known_args(arguments)
+    if unknown:  # argparse would show the usage of `artrec` itself, which helps no one
+        subparsers.choices[args.command].error(f"unrecognized arguments: {' '.join(unknown)}")
+    return args
 
 
 if __name__ == "__main__":

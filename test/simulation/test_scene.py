@@ -7,7 +7,7 @@ import pytest
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.motion import MotionConfig, moving_scenes
@@ -128,6 +128,19 @@ def test_things_stand_on_the_floor(target, camera):
         corners = np.concatenate([s.corners for s in scene.objects[0].surfaces()])
         height = corners @ scene.floor.normal - scene.floor.offset
         assert height.min() == pytest.approx(0, abs=1e-9)
+
+
+def test_no_joint_takes_an_object_through_the_floor(camera):
+    knee = Joint("thigh", Pose(np.eye(3), np.array([0.1, 0.0, 0.0])), (0.0, 1.0, 0.0), -0.5, 1.2)
+    hip = Joint("trunk", Pose(np.eye(3), np.array([0.1, 0.0, 0.0])), (0.0, 1.0, 0.0), -0.5, 0.5)
+    long = square(0.1, "top", Pose(np.eye(3), np.array([0.05, 0.0, 0.01])))
+    trunk = Component("trunk", (square(0.1, "top", Pose.identity()),), required=True)
+    leg = ObjectModel("leg", (trunk, Component("thigh", (long,), joint=hip), Component("shin", (long,), joint=knee)))
+    lowest = []
+    for scene in scenes(Target("leg", leg, 2), camera, 60, tilt_rad=0.0):
+        corners = np.concatenate([s.corners for s in scene.objects[0].surfaces()])
+        lowest.append((corners @ scene.floor.normal - scene.floor.offset).min())
+    assert min(lowest) > -1e-9 and min(lowest) < 0.03 < max(lowest)
 
 
 def test_no_floor_where_none_is_asked(target, camera):

@@ -1,4 +1,5 @@
-"""Which of two mirrored turns a pose has: fits `expert.verdict.turn_odds`, and what of it counts over time in videos.
+"""Which of two mirrored turns a pose has, and which of two bends a joint: fits `expert.verdict.turn_odds`, and what of
+it counts over time in videos.
 
     python benchmarks/turns.py --worlds 120                  # stills and videos of random objects; an hour
     python benchmarks/turns.py --worlds 120 --save turns.npz
@@ -34,12 +35,12 @@ from random_solids import (
 from scipy.optimize import minimize
 from tqdm import tqdm
 
-from artrec_ros.core.base.config import ClassConfig, ImageConfig, RecognizerConfig
+from artrec_ros.core.base.config import ClassConfig, ImageConfig, RecognizerConfig, VerdictConfig
 from artrec_ros.core.geometry.transforms import Array, Pose, rotvec_from_rotation
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose import other_turns
+from artrec_ros.core.pose import other_bends, other_turns
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.tracking.turns import combined
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
@@ -49,6 +50,7 @@ from artrec_ros.simulation.simulator import PERIOD_NS, SimulatedFrame, pinhole_c
 
 STILLS, SECONDS = 8, 3.0  # of each world
 NEAR_RAD, NEAR_SHARE = np.radians(15), 0.1  # of the truth: turn, and place as a share of the range
+BEND = 0.35  # of the way to the other bend: who is as near to the truth is right
 SPARSE = 3  # videos are of every third image
 COLOURED = ImageConfig(
     kind="colour",
@@ -66,6 +68,8 @@ class Recorder:
     def __init__(self) -> None:
         self._plain, self.rows = other_turns.evidence, list[tuple[str, Pose, Pose, float, float]]()
         vars(other_turns)["evidence"] = self._evidence
+        self._plain_bends, self.bends = other_bends.bend_evidence, list[tuple[str, Pose, str, float, float, Any]]()
+        vars(other_bends)["bend_evidence"] = self._bend_evidence
 
     def _evidence(self, finder: Any, frame: Any, poses: Any, mirrored: Any) -> other_turns.Evidence:
         found, name = self._plain(finder, frame, poses, mirrored), finder.target.name
@@ -74,11 +78,28 @@ class Recorder:
             self.rows.append((name, *both, float(found.votes[n]), float(found.contours[n])))
         return found
 
+    def _bend_evidence(self, finder: Any, frame: Any, poses: Any, bends: other_bends.Bends) -> other_turns.Evidence:
+        found, names = self._plain_bends(finder, frame, poses, bends), finder.target.model.joint_names
+        for n, (h, j) in enumerate(zip(bends.of.tolist(), bends.joint.tolist(), strict=True)):
+            of, both = Pose(poses.R[h], poses.t[h]), (float(poses.q[h, j]), float(bends.q[n]))
+            evidence = float(found.votes[n]), float(found.contours[n])
+            self.bends.append((finder.target.name, of, names[j], *both, evidence))
+        return found
+
+    def of_bends(self, frame: SimulatedFrame) -> Iterator[tuple[bool, float, float]]:
+        """Of the frame looked at last: of each joint with another bend one of which is right, as `of`."""
+        for name, pose, joint, told, other, evidence in self.bends:
+            true = [p for p in frame.scene.objects if p.target.name == name and _is(pose, p.T_camera_object)]
+            off = [abs(q - true[0].joints[joint]) < BEND * abs(told - other) for q in (told, other)] if true else [True]
+            if sum(off) == 1 < len(off):
+                yield off[1], *evidence
+
     def of(
         self, recognizer: Recognizer, frame: SimulatedFrame, *, colour: bool = False
     ) -> Iterator[tuple[bool, float, float]]:
         """Of each pose with a mirrored turn one of which is right: whether that is the mirrored one, and evidence."""
         self.rows.clear()
+        self.bends.clear()
         recognizer.recognize(frame.colour if colour else frame.labels, frame.camera)
         for name, told, other, votes, contours in self.rows:
             right = [any(_is(pose, p.T_camera_object) for p in frame.scene.objects if p.target.name == name)
@@ -108,10 +129,10 @@ def plates(seed: int) -> World:
     return World((Target("one", ObjectModel("one", tuple(components)), LABELS[0]),), ())
 
 
-def record(first: int, worlds: int) -> dict[str, Array]:
+def record(first: int, worlds: int, *, videos_too: bool = True) -> dict[str, Array]:
     """Of stills (n, 4), from labels and from colours: world, whether the mirrored turn is right, evidence of votes and
-    contours; of videos (m, 5): the same, and the second."""
-    recorder, stills, videos, colours = Recorder(), *(list[tuple[float, ...]]() for _ in range(3))
+    contours, and the same of bends; of videos (m, 5): the same of turns, and the second."""
+    recorder, stills, videos, colours, bends, coloured = Recorder(), *(list[tuple[float, ...]]() for _ in range(5))
     for world in tqdm(range(first, first + worlds), disable=None):
         made = plates(world) if world // 2 % 2 else random_world(world)
         recognizer, in_colour = (
@@ -119,10 +140,13 @@ def record(first: int, worlds: int) -> dict[str, Array]:
         )
         for frame in random_frames(made, world, STILLS):
             stills += [(world, *row) for row in recorder.of(recognizer, frame)]
+            bends += [(world, *row) for row in recorder.of_bends(frame)]
             colours += [(world, *row) for row in recorder.of(in_colour, frame, colour=True)]
-        for frame in _video(made, world):
+            coloured += [(world, *row) for row in recorder.of_bends(frame)]
+        for frame in _video(made, world) if videos_too else ():
             videos += [(world, *row, frame.index * PERIOD_NS / 1e9) for row in recorder.of(recognizer, frame)]
-    return {"stills": np.array(stills, float), "colours": np.array(colours, float), "videos": np.array(videos, float)}
+    kept = {"stills": stills, "colours": colours, "bends": bends, "coloured_bends": coloured, "videos": videos}
+    return {name: np.array(rows, float) for name, rows in kept.items()}
 
 
 def _video(made: World, seed: int) -> Iterator[SimulatedFrame]:
@@ -181,20 +205,29 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--worlds", type=int, default=120)
     parser.add_argument("--first", type=int, default=0, help="world that begins")
+    parser.add_argument("--stills", action="store_true", help="no videos")
     parser.add_argument("--save", type=Path, help="keep what was recorded")
     parser.add_argument("--load", type=Path, nargs="+", help="fit what was kept")
     args = parser.parse_args()
-    kept = [dict(np.load(file)) for file in args.load] if args.load else [record(args.first, args.worlds)]
+    loaded = [dict(np.load(file)) for file in args.load or ()]
+    kept = loaded or [record(args.first, args.worlds, videos_too=not args.stills)]
     if args.save:
         np.savez(args.save, **kept[0])
-    for name in ("colours", "stills"):
+    shipped = {True: VerdictConfig().turn_odds_colour, False: VerdictConfig().turn_odds}
+    for name in ("coloured_bends", "bends", "colours", "stills"):
         rows = np.concatenate([k[name] for k in kept])
         even, odd = rows[rows[:, 0] % 2 == 0], rows[rows[:, 0] % 2 == 1]
         weights = fitted(even)
         print(name, weights.round(2))
         report("fitted on", even, weights)
         report("held out", odd, weights)
-    videos = np.concatenate([k["videos"] for k in kept])
+        report("all, by the weights that are shipped", rows, np.array(shipped["colour" in name]))
+    if not args.stills:
+        report_videos(np.concatenate([k["videos"] for k in kept]), weights)
+
+
+def report_videos(videos: Array, weights: Array) -> None:
+    """What counts over time. :param weights: of labels."""
     for title, parity in (("fitted on", 0), ("held out", 1)):
         mine = videos[videos[:, 0] % 2 == parity]
         print(f"videos, {title}: {len(mine)} poses: log-loss, share right, share right of what is told above .9")

@@ -21,8 +21,8 @@ from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
 from .surface_model import Poses
 
-_WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
-_ANY_DEPTH = 0.0, np.inf
+WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
+ANY_DEPTH = 0.0, np.inf
 _EXACT_PX = 0.03  # contours as near as that to labels' edges are on them: nothing is told by how much nearer
 _SHARES = 0.3, 2.0  # of votes, beyond which more tells nothing
 
@@ -76,9 +76,9 @@ def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     if not len(flips):
         return flips, of
     told = finder.votes(frame, poses, occlusion=True)
-    first = finder.refit.of(frame, flips, _ANY_DEPTH)[len(flips) :]
+    first = finder.refit.of(frame, flips, ANY_DEPTH)[len(flips) :]
     least = finder.config.verdict.mirrored_votes * told
-    near = np.flatnonzero(first.votes > _WORTH_REST * least[of])
+    near = np.flatnonzero(first.votes > WORTH_REST * least[of])
     fitted, of = first.poses[near], of[near]
     if not len(near):
         return fitted, of
@@ -97,8 +97,26 @@ def evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrore
     h, both = len(poses), Poses.concatenate([poses, mirrored])
     scores = finder.judge(frame, both, occlusion=True)
     votes, used = finder.total(scores).reshape(2, h), finder.supported(scores).reshape(2, h, -1)
-    misfit, points = _misfits(finder, frame, both, np.tile(used.all(axis=0), (2, 1)))
-    share = np.clip(votes[1] / np.maximum(votes[0], 1e-9), *_SHARES)
+    return contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, np.ones_like(used[0]))
+
+
+def share_of_votes(votes: Array, told: Array) -> Array:
+    """(H,) of the votes that are told, as far as it tells something."""
+    return np.clip(votes / np.maximum(told, 1e-9), *_SHARES)
+
+
+def contour_evidence(
+    finder: WholeObjectFinder,
+    frame: ImageFrame,
+    both: Poses,
+    share: Array,
+    used: NDArray[np.bool_],
+    differ: NDArray[np.bool_],
+) -> Evidence:
+    """Of H poses and another one for each, behind them. :param share: (H,) of the votes. :param used: (2, H, M)
+    markers that the labels support. :param differ: (H, M) markers that are not in one place under both."""
+    h = len(share)
+    misfit, points = _misfits(finder, frame, both, np.tile(used.all(axis=0), (2, 1)), np.tile(differ, (2, 1)))
     told, other = np.log(misfit + _EXACT_PX**2).reshape(2, h)
     ratio = points.reshape(2, h).mean(axis=0) / 2 * (told - other)
     # who rests on fewer markers fits these better without being right: that does not count for it
@@ -108,15 +126,20 @@ def evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrore
     return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)))
 
 
-def _misfits(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, use: NDArray[np.bool_]) -> tuple[Array, Array]:
+def _misfits(
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, use: NDArray[np.bool_], of: NDArray[np.bool_]
+) -> tuple[Array, Array]:
     """(H,) mean square of the distances of contours from edges, in pixels, but for what all have in common; and of how
-    many points: neighbours nearer than a pixel see the same."""
+    many points: neighbours nearer than a pixel see the same.
+
+    :param use, of: (H, M) markers that tell what they have in common, and those of them whose distances count.
+    """
     if not use.any():
         return np.zeros(len(poses)), np.zeros(len(poses))
     fit, residual, weight = finder.edges(frame, poses, use)
     alone = np.minimum(1.0, fit.spacing_px)[..., None]
-    weight, points = weight * alone, (alone * (weight > 0)).sum(axis=(1, 2))
-    total = np.maximum(weight.sum(axis=(1, 2)), 1e-9)
-    outwards = (weight * residual).sum(axis=(1, 2)) / total
-    off = residual - outwards[:, None, None]
+    weight = weight * alone
+    outwards = (weight * residual).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1e-9)
+    off, weight = residual - outwards[:, None, None], weight * of[:, use.any(axis=0)][..., None]
+    points, total = (alone * (weight > 0)).sum(axis=(1, 2)), np.maximum(weight.sum(axis=(1, 2)), 1e-9)
     return (weight * off**2).sum(axis=(1, 2)) / total, points

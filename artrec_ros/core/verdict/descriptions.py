@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
+from ..pose.other_bends import likelier_bends
 from ..pose.other_turns import likelier_turns
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
@@ -25,6 +27,19 @@ from .identity import Identifier
 from .judge import Judge
 from .missing import MarkersInView, MissingParts
 from .parts import part_probabilities
+
+
+class _AtRest(NamedTuple):
+    """H objects as they are told.
+
+    :ivar used: (H, M) markers whose contours tell where each is. :ivar others: their other turns.
+    :ivar bends: (H, J) by how much joints' variances are greater for other bends.
+    """
+
+    poses: Poses
+    used: NDArray[np.bool_]
+    others: Sequence[OtherTurn | None]
+    bends: Array
 
 
 class Describer:
@@ -55,7 +70,7 @@ class Describer:
         # by all pixels: what one leaves is easily like another, though both can't be there
         alone = judge.verdicts(self.finder, _candidates(mine), frame.unhurried())
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
-        poses = self._settled(mine, self._used(mine), frame)
+        poses = self._at_rest(mine, frame).poses
         surplus = self._identifier.surplus(
             frame, poses, self._seen(mine, self._told(part_probabilities(mine))), alone.probability
         )
@@ -72,17 +87,18 @@ class Describer:
             return []
         finder, surface = self.finder, self.finder.surface
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
-        used, probable = self._used(verdicts), part_probabilities(verdicts)
+        probable = part_probabilities(verdicts)
         told = self._told(probable)
-        poses, used, others = self._at_rest(verdicts, used, frame)
+        poses, used, others, bends = self._at_rest(verdicts, frame)
         identities = self._identifier.identify(frame, poses, self._seen(verdicts, told))
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
-        covariances = (
-            pose_covariances(surface, frame, poses, used, finder.config, facing=finder.facing)
-            if asked
-            else [None] * len(poses)
-        )
+        covariances: list[Array | None] = [None] * len(poses)
+        if asked:
+            sure = pose_covariances(surface, frame, poses, used, finder.config, facing=finder.facing)
+            joints = np.arange(6, sure.shape[1])
+            sure[:, joints, joints] += bends
+            covariances = list(sure)
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
         parts, view = self._instances(verdicts, told, frames, frame)
         missing = self._missing.of(verdicts, self._seen(verdicts, told), probable, view, frames, frame, among)
@@ -94,31 +110,19 @@ class Describer:
         ]
         return [_beside(d, other) for d, other in zip(detections, others, strict=True)]
 
-    def _used(self, verdicts: Sequence[Verdict]) -> NDArray[np.bool_]:
-        """(H, M) markers whose contours tell where each object is."""
-        return np.concatenate([self.finder.supported(v.claim.scores) for v in verdicts])
-
-    def _settled(self, verdicts: Sequence[Verdict], used: NDArray[np.bool_], frame: ImageFrame) -> Poses:
-        """H poses at rest on what the image shows. :param used: see `_used`."""
-        return self._at_rest(verdicts, used, frame)[0]
-
-    def _at_rest(
-        self, verdicts: Sequence[Verdict], used: NDArray[np.bool_], frame: ImageFrame
-    ) -> tuple[Poses, NDArray[np.bool_], Sequence[OtherTurn | None]]:
-        """H poses at rest on what the image shows, turned as is likelier; the markers used, and the other turns.
-
-        :param used: by the poses as they were judged, see `_used`.
-        """
+    def _at_rest(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> _AtRest:
+        """Objects at rest on what the image shows, bent and turned as is likelier."""
         finder, frame = self.finder, frame.unhurried()
+        used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
         poses = finder.on_colours(frame, finder.settled(frame, _candidates(verdicts), used), used)
         if finder.facing:
-            return poses, used, [None] * len(poses)
-        likelier, others = likelier_turns(finder, frame, poses)
-        turned = np.flatnonzero((likelier.R != poses.R).any(axis=(1, 2)))
-        if len(turned):
-            used = used.copy()
-            used[turned] = finder.supported(finder.judge(frame, likelier[turned], occlusion=True))
-        return likelier, used, others
+            return _AtRest(poses, used, [None] * len(poses), np.zeros(poses.q.shape))
+        bent, more = likelier_bends(finder, frame, poses)
+        likelier, others = likelier_turns(finder, frame, bent)
+        moved = np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
+        if len(moved):
+            used[moved] = finder.supported(finder.judge(frame, likelier[moved], occlusion=True))
+        return _AtRest(likelier, used, others, more)
 
     def _detection(
         self,

@@ -1,0 +1,82 @@
+"""A marker on a joint that leans from the camera may lean towards it: what is seen tells, or its deviation counts it."""
+
+import numpy as np
+import pytest
+from settings import DEFAULTS
+from solids import BLUE, CAB, RED, RIGHT_SIDE, camera_of, marker, pose, rectangle, render, slide, truck
+
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.other_bends import likelier_bends, mirrored_bends
+from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.verdict.acceptance import verdicts_of
+from artrec_ros.core.verdict.claims import claims_of
+from artrec_ros.core.verdict.descriptions import Describer
+
+CAMERA = camera_of()
+FAR, NEAR = 3.0, 0.4
+
+
+def gate(lower=-1.2, axis=(0.0, 0.0, 1.0)):
+    """A large plate, and a flag on it that swings about the vertical."""
+    post = Component("post", (marker("face", CAB * 2, RIGHT_SIDE, (0, 0, 0)),), required=True)
+    joint = Joint("post", Pose.from_xyz_rpy((0.21, 0, 0)), np.array(axis), lower, 1.2)
+    flag = marker("face", rectangle(0.09, 0.06, (0.05, 0)), RIGHT_SIDE, (0, 0, 0))
+    return ObjectModel("gate", (post, Component("flag", (flag,), label=BLUE, joint=joint)))
+
+
+def seen(model, z, q, x=-0.21):
+    at = pose(x, 0, z, 0.0, 0.0, model, {"flag": q})
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, at, RED)])), CAMERA)
+    return WholeObjectFinder(Target(model.name, model, RED), DEFAULTS), frame, at
+
+
+def bent(at, q):
+    return Poses(at.R, at.t, np.full_like(at.q, q))
+
+
+@pytest.mark.parametrize("q", [0.6, -0.6])
+def test_far_off_its_variance_counts_the_other_bend(q):
+    finder, frame, at = seen(gate(), FAR, q)
+    told, more = likelier_bends(finder, frame, at)
+    assert 0.1 * (2 * q) ** 2 < more[0, 0] < 0.6 * (2 * q) ** 2 and abs(told.q[0, 0]) == pytest.approx(0.6, abs=0.15)
+
+
+@pytest.mark.parametrize("q", [0.6, -0.6])
+def test_near_by_the_right_one_is_told_whichever_was_found(q):
+    finder, frame, at = seen(gate(), NEAR, q, x=-0.1)
+    for found in (at, finder.fitted(frame, bent(at, -q))):
+        told, more = likelier_bends(finder, frame, found)
+        assert told.q[0, 0] == pytest.approx(q, abs=0.05) and more[0, 0] == 0
+
+
+def test_it_is_bent_across_the_line_of_sight_and_within_its_limits():
+    finder, frame, at = seen(gate(), 1.5, 0.6, x=0.2)
+    bends = mirrored_bends(finder, frame, at)
+    sight = np.arctan2(0.2 + 0.21, 1.5)
+    assert bends.joint.tolist() == [0] and bends.q[0] == pytest.approx(-0.6 - 2 * sight, abs=0.1)
+    finder, frame, at = seen(gate(lower=0.0), FAR, 0.3)
+    bends = mirrored_bends(finder, frame, at)
+    assert (bends.q >= 0).all()
+
+
+def test_what_does_not_tip_its_marker_has_none():
+    for model, joints in ((truck(), {"fore": 0.5, "hind": -0.4}), (slide(), {"bar": 0.05})):
+        at = pose(0, 0, 1.0, 0.0, 0.0, model, joints)
+        frame = ImageFrame(LabelField(render(CAMERA, [(model, at, RED)])), CAMERA)
+        finder = WholeObjectFinder(Target(model.name, model, RED), DEFAULTS)
+        told, more = likelier_bends(finder, frame, at)
+        assert told is at and not more.any() and not len(mirrored_bends(finder, frame, at).of)
+
+
+def test_deviations_that_are_told_count_it():
+    def told(z, q, x):
+        finder, frame, at = seen(gate(), z, q, x)
+        (detection,) = Describer(finder).describe(list(verdicts_of(claims_of(finder, at, frame))), frame)
+        return detection.joint_deviations["flag"]
+
+    assert told(FAR, 0.6, -0.21) > 0.2 > 0.1 > told(NEAR, 0.6, -0.1)

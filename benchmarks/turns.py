@@ -5,7 +5,8 @@ it counts over time in videos.
     python benchmarks/turns.py --worlds 120 --save turns.npz
     python benchmarks/turns.py --load turns.npz              # fits again
 
-Half of the worlds have objects of which all markers lie in one plane, the others random trees. From labels, and from
+A third of the worlds have objects of which all markers lie in one plane, a third flaps on hinges, the others random
+trees. From labels, and from
 colour images of the same scenes. Fitted on even-numbered worlds, told of odd ones; seeded.
 """
 
@@ -129,12 +130,35 @@ def plates(seed: int) -> World:
     return World((Target("one", ObjectModel("one", tuple(components)), LABELS[0]),), ())
 
 
+def hinges(seed: int) -> World:
+    """A box with a marker on top, and one to four flaps on hinges around it, some with another one at their ends."""
+    rng = np.random.default_rng([79, seed])
+    size, top = rng.uniform(0.08, 0.16, 2), 0.02
+    box = Box(Pose(np.eye(3), np.zeros(3)), np.array([*size * rng.uniform(1.05, 1.3, 2), 2 * top]))
+    first = _marker("m", random_outline(size, rng), Pose(np.eye(3), np.array([0, 0, top + 0.001])))
+    components, own, bodies = [Component("c0", (first,), True, None, None, (box,))], rng.random() < 0.7, rng.random()
+    for turn in rng.permutation(4)[: int(rng.integers(1, 5))].tolist():
+        out, length, width = size[turn % 2] * 0.65, rng.uniform(0.05, 0.12), rng.uniform(0.03, 0.08)
+        place, parent = Pose.from_xyz_rpy((0, 0, 0), (0, 0, turn * np.pi / 2)), "c0"
+        place = Pose(place.rotation, place.rotation @ (out, 0, 0))
+        for _ in range(1 + int(rng.random() < 0.3)):
+            name, low, high = f"c{len(components)}", rng.uniform(-1.2, -0.3), rng.uniform(0.3, 1.2)
+            joint = Joint(parent, place, np.array([0, 1.0, 0]), float(low), float(high))
+            flap = random_outline(np.array([length, width]), rng)
+            marker = _marker("m", flap, Pose(np.eye(3), np.array([0.55 * length, 0, 0.004])))
+            thin = Box(Pose(np.eye(3), np.array([0.55 * length, 0, 0])), np.array([1.05 * length, 1.1 * width, 0.006]))
+            label = OTHER if own else None
+            components.append(Component(name, (marker,), False, label, joint, (thin,) if bodies < 0.6 else ()))
+            place, parent = Pose(np.eye(3), np.array([1.15 * length, 0, 0])), name
+    return World((Target("one", ObjectModel("one", tuple(components)), LABELS[0]),), ())
+
+
 def record(first: int, worlds: int, *, videos_too: bool = True) -> dict[str, Array]:
     """Of stills (n, 4), from labels and from colours: world, whether the mirrored turn is right, evidence of votes and
     contours, and the same of bends; of videos (m, 5): the same of turns, and the second."""
     recorder, stills, videos, colours, bends, coloured = Recorder(), *(list[tuple[float, ...]]() for _ in range(5))
     for world in tqdm(range(first, first + worlds), disable=None):
-        made = plates(world) if world // 2 % 2 else random_world(world)
+        made = (random_world, plates, hinges)[world // 2 % 3](world)
         recognizer, in_colour = (
             Recognizer(list(made.targets), RecognizerConfig(), Segmenter(image)) for image in (ImageConfig(), COLOURED)
         )
@@ -213,15 +237,16 @@ def main() -> None:
     kept = loaded or [record(args.first, args.worlds, videos_too=not args.stills)]
     if args.save:
         np.savez(args.save, **kept[0])
-    shipped = {True: VerdictConfig().turn_odds_colour, False: VerdictConfig().turn_odds}
-    for name in ("coloured_bends", "bends", "colours", "stills"):
+    shipped, labels = VerdictConfig(), VerdictConfig().turn_odds
+    parts = {"coloured_bends": shipped.bend_odds_colour, "bends": labels}
+    for name, odds in (parts | {"colours": shipped.turn_odds_colour, "stills": labels}).items():
         rows = np.concatenate([k[name] for k in kept])
         even, odd = rows[rows[:, 0] % 2 == 0], rows[rows[:, 0] % 2 == 1]
         weights = fitted(even)
         print(name, weights.round(2))
         report("fitted on", even, weights)
         report("held out", odd, weights)
-        report("all, by the weights that are shipped", rows, np.array(shipped["colour" in name]))
+        report("all, by the weights that are shipped", rows, np.array(odds))
     if not args.stills:
         report_videos(np.concatenate([k["videos"] for k in kept]), weights)
 

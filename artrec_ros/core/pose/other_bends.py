@@ -46,56 +46,72 @@ class Bends:
 def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, Array]:
     """H poses at rest on what the image shows, with those joints bent the other way where that is clearly likelier; and
     (H, J) by how much each joint's variance is greater because it may be so."""
-    told, more = Poses(poses.R.copy(), poses.t.copy(), poses.q.copy()), np.zeros(poses.q.shape)
-    bends = mirrored_bends(finder, frame, poses)
+    more, bends = np.zeros(poses.q.shape), mirrored_bends(finder, frame, poses)
     if not len(bends.of):
         return poses, more
-    bent, config = bends.poses, finder.config.verdict
-    if frame.image is not None:
-        bent = finder.on_colours(frame, bent, finder.supported(finder.judge(frame, bent, occlusion=True)))
-    weights = config.turn_odds if frame.image is None else config.turn_odds_colour
-    log_odds = bend_evidence(finder, frame, poses, replace(bends, poses=bent)).log_odds(weights)
+    config = finder.config.verdict
+    weights = config.turn_odds if frame.image is None else config.bend_odds_colour
+    log_odds = bend_evidence(finder, frame, poses, bends).log_odds(weights)
     probability = 1 / (1 + np.exp(np.abs(log_odds)))
     turned = log_odds > config.least_turn_odds
     probability[(log_odds > 0) & ~turned] = 0.5
-    apart = short_way(bends.q - poses.q[bends.of, bends.joint], finder.surface.kinematics.endless[bends.joint])
-    more[bends.of, bends.joint] = np.where(probability > config.least_other_turn, probability * apart**2, 0.0)
-    for n in np.flatnonzero(turned)[np.argsort(log_odds[turned], kind="stable")].tolist():
-        row, joint = int(bends.of[n]), int(bends.joint[n])  # of several the likeliest one says where the object is
-        told.R[row], told.t[row], told.q[row, joint] = bent.R[n], bent.t[n], bent.q[n, joint]
-    return told, more
+    off = _off(finder, poses, bends)
+    more[bends.of, bends.joint] = np.where(probability > config.least_other_turn, probability * off**2, 0.0)
+    return _bent(poses, bends.where(turned), log_odds[turned]), more
+
+
+def _bent(poses: Poses, bends: Bends, log_odds: Array) -> Poses:
+    """Poses as the likeliest bend of each has it, with the joints of its others."""
+    R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
+    order = np.argsort(log_odds, kind="stable")
+    for n in order.tolist():
+        R[bends.of[n]], t[bends.of[n]], q[bends.of[n]] = bends.poses.R[n], bends.poses.t[n], bends.poses.q[n]
+    q[bends.of, bends.joint] = bends.q
+    return Poses(R, t, q)
 
 
 def mirrored_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Bends:
-    """Poses with one joint bent so that its marker leans as far from the camera as it leant towards it, at rest on the
-    labels, with votes enough to be the true ones."""
+    """Poses with one joint bent so that its marker leans as far from the camera as it leant towards it, at rest on what
+    the image shows, with votes enough to be the true ones."""
     scores = finder.judge(frame, poses, occlusion=True)
-    bends = _across(finder, poses, finder.supported(scores))
+    bends, least = _across(finder, poses, finder.supported(scores)), finder.config.verdict.mirrored_votes
     if not len(bends.of):
         return bends
-    told, least = finder.votes(frame, poses, occlusion=True), finder.config.verdict.mirrored_votes
-    first = finder.refit.of(frame, bends.poses, ANY_DEPTH)[len(bends.of) :]
-    bends = replace(bends, poses=first.poses)
-    near = _share(finder, scores, told, bends, first.votes) > WORTH_REST * least
+    told = _own_votes(finder, scores[bends.of], bends)
+    started = _with_carried(finder, frame, bends)
+    bends = replace(bends, poses=finder.refit.of(frame, started, ANY_DEPTH).poses[len(bends.of) :])
+    there = finder.judge(frame, bends.poses, occlusion=True)
+    near = (_own_votes(finder, there, bends) > WORTH_REST * least * told) & _apart(finder, poses, bends)
     if not near.any():
         return bends.where(near)
-    bends = bends.where(near & _apart(finder, poses, bends))
-    used = finder.supported(finder.judge(frame, bends.poses, occlusion=True))
+    bends, used, told = bends.where(near), finder.supported(there)[near], least * told[near]
     bends = replace(bends, poses=finder.settled(frame, bends.poses, used))
-    near = _share(finder, scores, told, bends, finder.votes(frame, bends.poses, occlusion=True)) > least
-    return bends.where(near & _apart(finder, poses, bends))
+    near = _is_near(finder, frame, poses, bends, told)
+    if frame.image is None or not near.any():
+        return bends.where(near)
+    bends, used, told = bends.where(near), used[near], told[near]
+    bends = replace(bends, poses=finder.on_colours(frame, bends.poses, used))
+    return bends.where(_is_near(finder, frame, poses, bends, told))
+
+
+def _is_near(
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, bends: Bends, least: Array
+) -> NDArray[np.bool_]:
+    """(N,) whether what the joints carry has votes enough, and they are elsewhere than they were."""
+    own = _own_votes(finder, finder.judge(frame, bends.poses, occlusion=True), bends)
+    return np.asarray((own > least) & _apart(finder, poses, bends))
 
 
 def bend_evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, bends: Bends) -> Evidence:
-    """For each of N bends, against the pose whose it is."""
+    """For each of N bends, against the pose whose it is. Of what the joint carries alone: the rest is where it was, but
+    for what fits make of it."""
     n, surface = len(bends.of), finder.surface
     both = Poses.concatenate([poses[bends.of], bends.poses])
     scores = finder.judge(frame, both, occlusion=True)
-    total, used = finder.total(scores).reshape(2, n), finder.supported(scores).reshape(2, n, -1)
-    moved = surface.kinematics.moves[:, bends.joint].T  # (N, C)
-    own = np.where(moved[:, surface.component], scores.votes[:n], 0.0).sum(axis=1)
-    differ = moved[:, surface.component[surface.markers]]
-    return contour_evidence(finder, frame, both, share_of_votes(own + total[1] - total[0], own), used, differ)
+    own, other = (_own_votes(finder, scores[part], bends) for part in (slice(n), slice(n, None)))
+    differ = surface.kinematics.moves[:, bends.joint].T[:, surface.component[surface.markers]]
+    used = finder.supported(scores).reshape(2, n, -1)
+    return contour_evidence(finder, frame, both, share_of_votes(other, own), used, differ)
 
 
 def _across(finder: WholeObjectFinder, poses: Poses, used: NDArray[np.bool_]) -> Bends:
@@ -121,20 +137,36 @@ def _across(finder: WholeObjectFinder, poses: Poses, used: NDArray[np.bool_]) ->
     return bends.where(_apart(finder, poses, bends))
 
 
+def _with_carried(finder: WholeObjectFinder, frame: ImageFrame, bends: Bends) -> Poses:
+    """Their poses with what the joints carry on further joints where the labels like it best."""
+    poses, surface = bends.poses, finder.surface
+    kin, q = surface.kinematics, bends.poses.q.copy()
+    further = kin.moves[kin.carried].T & ~np.eye(kin.n_joints, dtype=bool)  # (J, J) whom each one carries
+    for n in np.flatnonzero(further[bends.joint].any(axis=1)).tolist():
+        grids = finder.first_grids.copy()
+        stays = ~further[bends.joint[n]]
+        grids[stays, 0], grids[stays, 1:] = q[n, stays], np.nan
+        q[n] = surface.search_joints(frame, poses[[n]], grids).q[0]
+    return Poses(poses.R, poses.t, q)
+
+
+def _off(finder: WholeObjectFinder, poses: Poses, bends: Bends) -> Array:
+    """(N,) how far joints are from where they were."""
+    off = short_way(bends.q - poses.q[bends.of, bends.joint], finder.surface.kinematics.endless[bends.joint])
+    return np.asarray(off, np.float64)
+
+
 def _apart(finder: WholeObjectFinder, poses: Poses, bends: Bends) -> NDArray[np.bool_]:
     """(N,) whose joint is elsewhere than it was."""
-    off = short_way(bends.q - poses.q[bends.of, bends.joint], finder.surface.kinematics.endless[bends.joint])
-    return np.asarray(np.abs(off) > _LEAST_BEND)
+    return np.asarray(np.abs(_off(finder, poses, bends)) > _LEAST_BEND)
 
 
-def _share(finder: WholeObjectFinder, scores: PatchScores, told: Array, bends: Bends, votes: Array) -> Array:
-    """(N,) of the votes of what the joint carries that are left when it is bent.
-
-    :param scores, told: of H poses, and their votes. :param votes: (N,) of the bends.
-    """
-    carried = finder.surface.kinematics.moves[:, bends.joint].T[:, finder.surface.component]
-    own = np.where(carried, scores.votes[bends.of], 0.0).sum(axis=1)
-    return share_of_votes(own + votes - told[bends.of], own)
+def _own_votes(finder: WholeObjectFinder, scores: PatchScores, bends: Bends) -> Array:
+    """(N,) votes of what the joints carry; a component that speaks against itself is hidden. :param scores: of N."""
+    surface = finder.surface
+    of = np.arange(len(surface.kinematics.parent)) == surface.component[:, None]  # (P, C)
+    carried = surface.kinematics.moves[:, bends.joint].T
+    return np.asarray(np.where(carried, np.maximum(scores.votes @ of, 0.0), 0.0).sum(axis=1), np.float64)
 
 
 def _dots(a: Array, b: Array) -> Array:

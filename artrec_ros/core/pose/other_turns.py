@@ -120,7 +120,8 @@ def contour_evidence(
     told, other = np.log(misfit + _EXACT_PX**2).reshape(2, h)
     ratio = points.reshape(2, h).mean(axis=0) / 2 * (told - other)
     # who rests on fewer markers fits these better without being right: that does not count for it
-    alone = (used[:, None] & ~used).any(axis=-1)[(0, 1), (1, 0)]  # (2, H) whether either shows one that the other lacks
+    lacks = np.asarray((used[:, None] & ~used & differ).any(axis=-1))
+    alone = lacks[(0, 1), (1, 0)]  # (2, H) whether either shows one that the other lacks
     ratio = np.where(alone[0], np.minimum(ratio, 0.0), ratio)
     ratio = np.where(alone[1], np.maximum(ratio, 0.0), ratio)
     return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)))

@@ -1,4 +1,4 @@
-"""A marker on a joint that leans from the camera may lean towards it: what is seen tells, or its deviation counts it."""
+"""A marker that leans from the camera may lean towards it: what is seen tells, or the joint's deviation counts it."""
 
 import numpy as np
 import pytest

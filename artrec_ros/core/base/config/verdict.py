@@ -38,7 +38,8 @@ class VerdictConfig(Room):
     )
     mirrored_votes: float = param(
         0.8,
-        "share of a told pose's votes from which on its mirrored turn, fitted likewise, may be the true one",
+        "share of the votes of a told pose, or of what a joint carries, from which on the mirrored turn or bend, "
+        "fitted likewise, may be the true one",
         low=0,
         high=1,
         paths=("space",),
@@ -46,8 +47,9 @@ class VerdictConfig(Room):
     )
     turn_odds: tuple[float, ...] = param(
         (-0.5, 6.7, 0.31),
-        "log odds of a told pose's mirrored turn, from labels: before anything is known of it, for each unit of the "
-        "logarithm of its share of the votes, and of the root of the contours' log likelihood ratio",
+        "log odds of a told pose's mirrored turn, or of a joint's mirrored bend, from labels: before anything is known "
+        "of it, for each unit of the logarithm of its share of the votes, and of the root of the contours' log "
+        "likelihood ratio",
         low=-20,
         high=50,
         length=3,
@@ -56,7 +58,16 @@ class VerdictConfig(Room):
     )
     turn_odds_colour: tuple[float, ...] = param(
         (-0.34, 4.8, 0.53),
-        "the same from colour images, whose edges are finer",
+        "of turns the same from colour images, whose edges are finer",
+        low=-20,
+        high=50,
+        length=3,
+        paths=("space",),
+        origin="benchmarks/turns.py",
+    )
+    bend_odds_colour: tuple[float, ...] = param(
+        (-0.37, 0.0, 0.66),
+        "of bends the same from colour images: votes of one marker tell rather how its colours spread",
         low=-20,
         high=50,
         length=3,

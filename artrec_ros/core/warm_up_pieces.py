@@ -32,6 +32,7 @@ from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
 from .model.objects import Box, Component, Joint, Marker, ObjectModel
 from .model.target import Target
+from .pose.colour_fit import ColourFit
 from .pose.finder import WholeObjectFinder
 from .pose.guesses import Guesser
 from .pose.pose_fit import contour_fit, fit_poses
@@ -116,6 +117,13 @@ def _fit() -> None:
     finder.refit.of(example().frame, poses, (0.0, np.inf))
 
 
+def _look() -> None:
+    """For edges of colours."""
+    finder, image = example().finder(), np.repeat(example().frame.field.codes[..., None], 3, axis=2)
+    used = np.ones((1, len(finder.surface.markers)), bool)
+    ColourFit(finder.surface, finder.config).edges(replace(example().frame, image=image), example().ahead(finder), used)
+
+
 def _climb() -> None:
     finder = example().finder()
     finder.warm_up(example().frame, example().ahead(finder))
@@ -191,8 +199,9 @@ PIECES = {
     "climb": Piece(SPACE, 15, _climb),
     "bend": Piece(SPACE, 17, _bend),
     "guess": Piece(SPACE, 5, _guess),
+    "look": Piece(SPACE, 3, _look),
     "show": Piece(SPACE, 5, _show),
     "judge": Piece(SPACE, 8, _judge),
 }
 # last, with all that the pieces do not call themselves
-WHOLE = {PLANE: (_group, _plane), SPACE: (_bend, _fit, _climb, _guess, _show, _judge, _space, _face)}
+WHOLE = {PLANE: (_group, _plane), SPACE: (_bend, _fit, _look, _climb, _guess, _show, _judge, _space, _face)}

@@ -49,6 +49,13 @@ class ImageFrame:
         return int(width), int(height)
 
     @cached_property
+    def colours(self) -> NDArray[np.uint8]:
+        """The image, of a frame that has one, as compiled code takes it: what may not be written to, or has gaps, would
+        be of another kind."""
+        assert self.image is not None  # the caller's condition
+        return np.require(self.image, np.uint8, ["C", "W"])
+
+    @cached_property
     def view(self) -> LabelView:
         """What compiled code needs of the labels and the camera.
 

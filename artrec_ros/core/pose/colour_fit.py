@@ -8,22 +8,16 @@ clutter), the labels' edge counts, but less.
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
+from .colour_edge_kernels import ColourEdges, look_for_colours
 from .pose_fit import AS_GOOD_AS_CERTAIN, ContourFit, contour_fit, weight_at_edges
 from .surface_model import Poses, SpatialModel
 
-_SAMPLES = 15  # along a normal: where they are half a pixel apart for the widest reach
-_SHARES = np.r_[0.5, np.ones(_SAMPLES - 2), 0.5] / (_SAMPLES - 1)  # of what lies between them (trapezoids)
-_ENDS = 2  # of them on either side tell what a step begins and ends with
-_ASIDE = 0.25  # of a step: colours that are no blend of its ends pass a third one, such as a dark rim
 _KEPT = 0.8  # of what points weigh at least: one that loses its edges lies on nothing
-_CLEAN = 1.5  # ways that colours go between the ends at most: one who goes to and fro passes more than one edge
 
 
 class ColourFit:
@@ -56,16 +50,13 @@ class ColourFit:
         config, which = self._config, np.flatnonzero(used.any(axis=0))
         fit = contour_fit(self._surface, frame, poses, used, config.colour_reach_px, config)
         scale = frame.camera.focal_px / np.maximum(poses.t[:, 2], 1e-6)
-        half = np.clip(self._radius_m[which] * scale[:, None], 1.0, config.colour_reach_px + 0.5)[..., None]
-        off = half[..., None] * np.linspace(-1, 1, _SAMPLES)  # (H, M, 1, S) along the normals, from the labels' edges
-        edges, outward = fit.point - fit.residual[..., None] * fit.normal, fit.normal[..., None, :]
-        values = _sampled(frame, edges[..., None, :] + off[..., None] * outward)
-        apart = np.linalg.norm(_end(values) - _begin(values), axis=-1)
-        done, clean = _along(values**frame.gamma)  # lenses blend light
-        beyond = half * (1 - 2 * done @ _SHARES)  # as much before it as behind
-        told = (fit.weight > 0) & (apart > config.colour_contrast) & clean & (np.abs(beyond) < half / 2)
-        residual = np.where(told, fit.residual - beyond, fit.residual)
-        return fit, residual, fit.weight * np.where(told, 1.0, config.colour_doubt)
+        half_px = np.clip(self._radius_m[which] * scale[:, None], 1.0, config.colour_reach_px + 0.5)
+        residual, weight = fit.residual.copy(), fit.weight.copy()
+        terms = ColourEdges(
+            frame.colours, float(frame.gamma), float(config.colour_contrast), float(config.colour_doubt)
+        )
+        look_for_colours(terms, fit.point, fit.normal, half_px, residual, weight)
+        return fit, residual, weight
 
     def _step(self, poses: Poses, fit: ContourFit, residual: Array, weight: Array, at_edges: Array) -> Poses:
         """One step of least squares, in which far residuals pull no more than those of a pixel (Huber).
@@ -86,36 +77,6 @@ class ColourFit:
         x = -np.linalg.solve(A, pull[..., None])[..., 0]
         R = rotation_from_rotvec(x[:, 3:6]) @ poses.R
         return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:n]))
-
-
-def _begin(colours: Array) -> Array:
-    return np.asarray(colours[..., :_ENDS, :].mean(axis=-2))
-
-
-def _end(colours: Array) -> Array:
-    return np.asarray(colours[..., -_ENDS:, :].mean(axis=-2))
-
-
-def _along(light: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """(..., S) how much of a step from one end to the other is done in each of the colours (..., S, 3), and (...)
-    whether that is one step between two colours."""
-    begin, step = _begin(light)[..., None, :], (_end(light) - _begin(light))[..., None, :]
-    size = np.maximum((step**2).sum(axis=-1), 1e-9)
-    done = ((light - begin) * step).sum(axis=-1) / size
-    aside = np.linalg.norm(light - begin - done[..., None] * step, axis=-1).max(axis=-1)
-    ways = np.abs(np.diff(done, axis=-1)).sum(axis=-1)
-    return np.clip(done, -0.2, 1.2), (ways < _CLEAN) & (aside < _ASIDE * np.sqrt(size[..., 0]))
-
-
-def _sampled(frame: ImageFrame, at: Array) -> Array:
-    """(..., 3) values of an image at pixels (..., 2), 0 to 1."""
-    assert frame.image is not None  # the caller's condition
-    flat = np.ascontiguousarray(at.reshape(-1, at.shape[-2], 2), np.float32)
-    out = [
-        cv2.remap(frame.image, part[..., 0], part[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        for part in np.array_split(flat, len(flat) // (1 << 14) + 1)  # as many rows as it takes
-    ]
-    return np.asarray(np.concatenate(out).reshape(*at.shape[:-1], 3) / 255, np.float64)
 
 
 def _misfit(residual: Array, weight: Array) -> Array:

@@ -57,7 +57,7 @@ class RegionFit:
         least[:, 3] = np.minimum(np.maximum(least[:, 3], self._limits.least / scale), 1.0)  # but never has it to move
         most[:, 3] = np.maximum(np.minimum(most[:, 3], self._limits.greatest / scale), 1.0)
         even_out_each(
-            as_light(_image(frame), frame.gamma),
+            as_light(frame.colours, frame.gamma),
             regions,
             at,
             reach / 4,
@@ -80,7 +80,7 @@ class RegionFit:
         """(H,) the share of the variance of the colours on and around each hypothesis that is between its regions; 0
         where a part of it lies outside of the image."""
         (regions, at), uneven = self._figures(frame, poses), np.empty(len(poses))
-        even_out_each(_image(frame), regions, at, at, 0, at, at, uneven)
+        even_out_each(frame.colours, regions, at, at, 0, at, at, uneven)
         return 1.0 - uneven
 
     def _reach(self, regions: Regions, scale: Array) -> Array:
@@ -110,8 +110,3 @@ class RegionFit:
         turns = np.ascontiguousarray(np.where(revolute, np.sign(axis[..., 2]), 0.0))
         about = np.ascontiguousarray(np.where(revolute[:, None], joint_at, axis[..., :2] * scale[:, None, None]))
         return Regions(x, y, self._region, self._count, self._moved, turns, about), at
-
-
-def _image(frame: ImageFrame) -> NDArray[np.uint8]:
-    """As compiled code takes it: one that may not be written to, or has gaps, would be of another kind."""
-    return np.require(frame.image, np.uint8, ["C", "W"])

@@ -72,9 +72,9 @@ class ColourFit:
         held[:, 3:n], held[:, 6:n] = config.bend_sigma**-2.0, (config.bend_sigma * kin.unit) ** -2.0
         held *= config.point_sigma_px**2
         held[:, n] = np.minimum(at_edges, AS_GOOD_AS_CERTAIN)
-        pull = np.einsum("hnp,hn->hp", J, w * r)  # of joints nothing more: those that nobody sees stay
-        A = np.einsum("hnp,hnq->hpq", J, J * w[..., None]) + held[:, None] * np.eye(n + 1)
-        x = -np.linalg.solve(A, pull[..., None])[..., 0]
+        weighed = (J * w[..., None]).swapaxes(1, 2)
+        pull = weighed @ r[..., None]  # of joints nothing more: those that nobody sees stay
+        x = -np.linalg.solve(weighed @ J + held[:, None] * np.eye(n + 1), pull)[..., 0]
         R = rotation_from_rotvec(x[:, 3:6]) @ poses.R
         return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:n]))
 

@@ -117,19 +117,19 @@ def bend_evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, be
 def _across(finder: WholeObjectFinder, poses: Poses, used: NDArray[np.bool_]) -> Bends:
     """Poses with joints bent across the bend at which their markers face the camera. :param used: (H, M)."""
     surface, kin = finder.surface, finder.surface.kinematics
+    component = surface.component[surface.markers]
+    joint = np.array(kin.joint_of)[component]  # (M,) that carries each marker's component itself
+    tipped = np.flatnonzero((joint >= 0) & np.append(kin.revolute, False)[joint])
+    component, joint, patch = component[tipped], joint[tipped], surface.markers[tipped]
     frames, by = kin.forward(poses.R, poses.t, poses.q), np.full(poses.q.shape, np.nan)
-    for m, patch in enumerate(surface.markers.tolist()):
-        c = int(surface.component[patch])
-        j = kin.joint_of[c]
-        if j < 0 or not kin.revolute[j]:
-            continue
-        normal, axis = frames.R[:, c] @ surface.normal[patch], frames.axis[:, j]
-        middle = frames.R[:, c] @ surface.centre[patch] + frames.t[:, c]
-        sight = -middle / np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-12)
-        facing = _dots(normal, sight)
-        along, across = facing - _dots(normal, axis) * _dots(sight, axis), _dots(np.cross(axis, normal), sight)
-        tips = used[:, m] & (facing > 0) & (np.hypot(along, across) > _LEAST_LEVER)
-        by[:, j] = np.where(tips, 2 * np.arctan2(across, along), by[:, j])
+    R, axis = frames.R[:, component], frames.axis[:, joint]  # (H, m, 3, 3), (H, m, 3)
+    normal, middle = ((R @ v[patch][..., None])[..., 0] for v in (surface.normal, surface.centre))
+    middle = middle + frames.t[:, component]
+    sight = -middle / np.maximum(np.linalg.norm(middle, axis=-1, keepdims=True), 1e-12)
+    facing = _dots(normal, sight)
+    along, across = facing - _dots(normal, axis) * _dots(sight, axis), _dots(np.cross(axis, normal), sight)
+    h, m = np.nonzero(used[:, tipped] & (facing > 0) & (np.hypot(along, across) > _LEAST_LEVER))
+    by[h, joint[m]] = 2 * np.arctan2(across, along)[h, m]
     of, joint = np.nonzero(np.isfinite(by))
     q = poses.q[of]
     q[np.arange(len(of)), joint] += by[of, joint]
@@ -170,4 +170,4 @@ def _own_votes(finder: WholeObjectFinder, scores: PatchScores, bends: Bends) -> 
 
 
 def _dots(a: Array, b: Array) -> Array:
-    return np.asarray((a * b).sum(axis=1), np.float64)
+    return np.asarray((a * b).sum(axis=-1), np.float64)

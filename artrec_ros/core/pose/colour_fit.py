@@ -17,6 +17,7 @@ from .colour_edge_kernels import ColourEdges, look_for_colours
 from .pose_fit import AS_GOOD_AS_CERTAIN, ContourFit, contour_fit, weight_at_edges
 from .surface_model import Poses, SpatialModel
 
+_STILL_PX = 0.05  # a step that takes no contour farther is the last: edges are told to a tenth of a pixel
 _KEPT = 0.8  # of what points weigh at least: one that loses its edges lies on nothing
 
 
@@ -39,8 +40,10 @@ class ColourFit:
         before, seen = _misfit(residual, weight), _total(weight)
         at_edges = weight_at_edges(self._surface, used, self._config)
         for _ in range(self._config.colour_rounds):
-            at = self._step(at, fit, residual, weight, at_edges)
+            at, moved_px = self._step(at, fit, residual, weight, at_edges)
             fit, residual, weight = self.edges(frame, at, used)
+            if moved_px < _STILL_PX:
+                break
         better = (_misfit(residual, weight) < before) & (_total(weight) > _KEPT * seen)
         both = Poses.concatenate([poses, at])
         return both[np.arange(len(poses)) + len(poses) * better]
@@ -58,8 +61,11 @@ class ColourFit:
         look_for_colours(terms, fit.point, fit.normal, half_px, residual, weight)
         return fit, residual, weight
 
-    def _step(self, poses: Poses, fit: ContourFit, residual: Array, weight: Array, at_edges: Array) -> Poses:
-        """One step of least squares, in which far residuals pull no more than those of a pixel (Huber).
+    def _step(
+        self, poses: Poses, fit: ContourFit, residual: Array, weight: Array, at_edges: Array
+    ) -> tuple[Poses, float]:
+        """One step of least squares, in which far residuals pull no more than those of a pixel (Huber); and how far it
+        takes the contours at most, pixels.
 
         :param at_edges: (H,) see `ContourTerm`: paint may be larger than it was measured, and light spread otherwise.
         """
@@ -74,9 +80,10 @@ class ColourFit:
         held[:, n] = np.minimum(at_edges, AS_GOOD_AS_CERTAIN)
         weighed = (J * w[..., None]).swapaxes(1, 2)
         pull = weighed @ r[..., None]  # of joints nothing more: those that nobody sees stay
-        x = -np.linalg.solve(weighed @ J + held[:, None] * np.eye(n + 1), pull)[..., 0]
+        step = -np.linalg.solve(weighed @ J + held[:, None] * np.eye(n + 1), pull)
+        x, moved = step[..., 0], np.where(w > 0, np.abs(J[..., :n] @ step[:, :n])[..., 0], 0.0)
         R = rotation_from_rotvec(x[:, 3:6]) @ poses.R
-        return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:n]))
+        return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:n])), float(moved.max(initial=0.0))
 
 
 def _misfit(residual: Array, weight: Array) -> Array:

@@ -92,12 +92,13 @@ class FitConfig(Room):
         origin="such an edge is one or two pixels off where blur is",
     )
     colour_rounds: int = param(
-        3,
-        "steps of the last fit to colours",
+        6,
+        "steps of the last fit to colours at most",
         low=0,
         high=50,
         paths=("space",),
-        origin="quadrupeds at 640x480: with 2 their places are .34 % of the range off (median), with 3 .29",
+        origin="limbs that all but face the camera come to rest slowly: of 1020 joints of walkers of thirteen parts 23 "
+        "are more than 12 degrees off with 3, 15 with 6 and with 10",
     )
     border_px: float = param(
         1.2,

@@ -95,6 +95,9 @@ def look_for_colours(edges: ColourEdges, point: Any, normal: Any, half_px: Any, 
                     continue
                 nx, ny = normal[h, m, i, 0], normal[h, m, i, 1]
                 x, y = point[h, m, i, 0] - residual[h, m, i] * nx, point[h, m, i, 1] - residual[h, m, i] * ny
+                if not abs(x) + abs(y) + half < 1e9:  # a pose that is no number looks at nothing
+                    weight[h, m, i] = 0.0
+                    continue
                 for k in range(SAMPLES):
                     off = half * (2.0 * k / (SAMPLES - 1) - 1)
                     sample(edges.image, x + off * nx, y + off * ny, colours[k])

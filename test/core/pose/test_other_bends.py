@@ -1,10 +1,13 @@
 """A marker that leans from the camera may lean towards it: what is seen tells, or the joint's deviation counts it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from settings import DEFAULTS
 from solids import BLUE, CAB, RED, RIGHT_SIDE, camera_of, marker, pose, rectangle, render, slide, truck
 
+from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -73,10 +76,12 @@ def test_what_does_not_tip_its_marker_has_none():
         assert told is at and not more.any() and not len(mirrored_bends(finder, frame, at).of)
 
 
-def test_deviations_that_are_told_count_it():
-    def told(z, q, x):
+def test_deviations_that_are_told_count_it_while_there_is_time():
+    def told(z, q, x, budget_s=100.0):
         finder, frame, at = seen(gate(), z, q, x)
+        frame = replace(frame, deadline=Deadline(budget_s))
         (detection,) = Describer(finder).describe(list(verdicts_of(claims_of(finder, at, frame))), frame)
         return detection.joint_deviations["flag"]
 
-    assert told(FAR, 0.6, -0.21) > 0.2 > 0.1 > told(NEAR, 0.6, -0.1)
+    assert told(2.0, -0.6, -0.21) > 0.35 > 0.1 > told(NEAR, 0.6, -0.1)
+    assert told(2.0, -0.6, -0.21, budget_s=-1.0) < 0.1

@@ -156,8 +156,10 @@ def check(args: argparse.Namespace) -> None:
             raise ConfigError(f"{source}: is no bag; name the folder of its label images with --label-images DIR")
     if not args.params_file and not args.classes:
         raise ConfigError("--classes: name the classes to learn, such as red=3, or give --params-file")
-    if not (args.params_file and args.annotations) and (args.images or math.isfinite(args.around)):
-        raise ConfigError("--images and --around go with --annotations and --params-file")
+    if args.images and not args.annotations:
+        raise ConfigError("--images goes with --annotations")
+    if math.isfinite(args.around) and not (args.params_file and args.annotations):
+        raise ConfigError("--around goes with --annotations and --params-file")
 
 
 def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup | None) -> tuple[Samples, Told]:
@@ -174,7 +176,7 @@ def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetu
 
 def _marked(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup | None) -> list[MarkedImage]:
     if setup is None:
-        return [m.smaller_before() for m in load_regions(args.annotations)]
+        return [m.smaller_before() for m in load_regions(args.annotations, args.images)]
     names = {label: name for name, label in labels.items()}
     plane = FieldPlane.of(setup.plane, None) if setup.plane.is_given else None  # a lens bends no outline by much
     return load_marked_objects(args.annotations, setup.targets, names, args.images, args.around, plane)

@@ -79,3 +79,13 @@ def test_the_smaller_of_regions_goes_before_whatever_their_order_in_the_file(tmp
     (marked,) = load_regions([coco(tmp_path, inner, outer, image=np.zeros((20, 20, 3), np.uint8))])
     labels = marked.smaller_before().read({"red": 1, "floor": 2}, 255)[1]
     assert (labels[6, 5], labels[10, 10], labels[0, 0]) == (1, 2, 255)
+
+
+def test_images_may_lie_in_another_folder(tmp_path: Path) -> None:
+    path = coco(tmp_path, {"bbox": [0, 0, 2, 2]}, image=np.zeros((20, 20, 3), np.uint8))
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    assert [m.path.parent for folder in (None, elsewhere) for m in load_regions([path], folder)] == [
+        tmp_path,
+        elsewhere,
+    ]

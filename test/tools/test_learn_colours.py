@@ -371,11 +371,12 @@ def test_what_is_taken_beside_markers_is_told_with_what_to_do(robots: Path, caps
     "arguments, words",
     [
         (["--params-file", "robots.yaml", "0.png"], "0.png: "),
-        (["--params-file", "robots.yaml", ".", "--label-images", ".", "--around", "5"], "go with --annotations"),
+        (["--params-file", "robots.yaml", ".", "--label-images", ".", "--around", "5"], "goes with --annotations"),
+        (["--params-file", "robots.yaml", ".", "--label-images", ".", "--images", "."], "--images goes with"),
         (["--annotations", "coco.json"], "--classes: name the classes"),
         (
             ["--annotations", "coco.json", "--classes", "red=3", "--around", "5"],
-            "go with --annotations and --params-file",
+            "goes with --annotations and --params-file",
         ),
         (["--annotations", "coco.json", "--params-file", "robots.yaml", "--around", "0"], "--around: 0.0"),
     ],

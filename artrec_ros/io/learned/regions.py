@@ -88,11 +88,11 @@ def _area(region: tuple[str, Array]) -> float:
     return float(cv2.contourArea(np.asarray(region[1], np.float32)))
 
 
-def load_regions(paths: Iterable[str | Path]) -> list[MarkedImage]:
-    """The images of COCO files that have regions, in the file's order; images lie beside their file."""
+def load_regions(paths: Iterable[str | Path], images_folder: Path | None = None) -> list[MarkedImage]:
+    """The images of COCO files that have regions, in the file's order. :param images_folder: see `drawn_regions`."""
     marked = []
     for path in map(Path, paths):
-        regions, sizes = _regions_of(path, path.parent, keypoints=True)
+        regions, sizes = _regions_of(path, images_folder or path.parent, keypoints=True)
         marked += [MarkedImage(image, tuple(own), size=sizes[image]) for image, own in regions.items() if own]
     return marked
 

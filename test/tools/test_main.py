@@ -44,6 +44,12 @@ def test_wrong_usage_is_2(arguments: list[str], capsys: pytest.CaptureFixture[st
     assert "usage: artrec" in capsys.readouterr().err
 
 
+def test_an_option_of_another_command_shows_the_usage_of_this_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", "p.yaml", "--camera-info", "camera.yaml"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("usage: artrec inspect ") and "unrecognized arguments: --camera-info camera.yaml" in error
+
+
 def test_failure_is_1_and_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(TRAIN) == 1
     captured = capsys.readouterr()

@@ -1,5 +1,5 @@
-"""Which of two mirrored turns a pose has, and which of two bends a joint: fits `expert.verdict.turn_odds`, and what of
-it counts over time in videos.
+"""Which of two mirrored turns a pose has, and which of two bends a joint: fits `expert.verdict.turn_odds` and
+`bend_odds_colour`, and what of it counts over time in videos.
 
     python benchmarks/turns.py --worlds 120                  # stills and videos of random objects; an hour
     python benchmarks/turns.py --worlds 120 --save turns.npz

@@ -131,25 +131,27 @@ def _extent(model: ObjectModel, joint_range: float) -> _Extent:
 
 def _lowest(model: ObjectModel, joint_range: float) -> float:
     """Height in its own frame below which no joint takes it: each joint where the object is lowest, and once again."""
+    kin, own = Kinematics(model), [component_surfaces(c, 1) for c in model.components]
     places = np.array([list(joints_at(model, share).values()) for share in joint_range * np.linspace(-1, 1, _PLACES)])
     q = places[_PLACES // 2]
-    lowest = float(_lowest_at(model, q[None])[0])
+    lowest = float(_lowest_at(kin, own, q[None])[0])
     for joint in (*range(len(q)), *range(len(q))):
         there = np.tile(q, (_PLACES, 1))
         there[:, joint] = places[:, joint]
-        heights = _lowest_at(model, there)
+        heights = _lowest_at(kin, own, there)
         if heights.min() < lowest:
             lowest, q = float(heights.min()), there[heights.argmin()]
     return lowest
 
 
-def _lowest_at(model: ObjectModel, q: Array) -> Array:
-    """(n,) heights of an object's lowest point in its own frame. :param q: (n, J)."""
-    frames = Kinematics(model).forward(np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3)), q)
+def _lowest_at(kin: Kinematics, own: Sequence[Sequence[Surface]], q: Array) -> Array:
+    """(n,) heights of an object's lowest point in its own frame. :param own: surfaces of its components in theirs.
+    :param q: (n, J)."""
+    frames = kin.forward(np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3)), q)
     heights = [
         (frames.R[:, c, 2] @ surface.corners.T + frames.t[:, c, 2:]).min(axis=1)
-        for c, component in enumerate(model.components)
-        for surface in component_surfaces(component, 1)
+        for c, surfaces in enumerate(own)
+        for surface in surfaces
     ]
     return np.asarray(np.min(heights, axis=0), np.float64)
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..geometry.transforms import Array, short_way
 from ..image.image_frame import ImageFrame
 from .finder import WholeObjectFinder
-from .other_turns import ANY_DEPTH, WORTH_REST, Evidence, contour_evidence, share_of_votes
+from .other_turns import ANY_DEPTH, WORTH_REST, Evidence, contour_evidence, share_of_votes, weighed
 from .surface_model import PatchScores, Poses
 
 _LEAST_BEND = 0.02  # radians: bends nearer to each other are one
@@ -45,16 +45,14 @@ class Bends:
 
 def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, Array]:
     """H poses at rest on what the image shows, with those joints bent the other way where that is clearly likelier; and
-    (H, J) by how much each joint's variance is greater because it may be so."""
+    (H, J) by how much each joint's variance is greater because it may be so. Late, all stay as they are."""
     more, bends = np.zeros(poses.q.shape), mirrored_bends(finder, frame, poses)
     if not len(bends.of):
         return poses, more
     config = finder.config.verdict
     weights = config.turn_odds if frame.image is None else config.bend_odds_colour
     log_odds = bend_evidence(finder, frame, poses, bends).log_odds(weights)
-    probability = 1 / (1 + np.exp(np.abs(log_odds)))
-    turned = log_odds > config.least_turn_odds
-    probability[(log_odds > 0) & ~turned] = 0.5
+    turned, probability = weighed(log_odds, config)
     off = _off(finder, poses, bends)
     more[bends.of, bends.joint] = np.where(probability > config.least_other_turn, probability * off**2, 0.0)
     return _bent(poses, bends.where(turned), log_odds[turned]), more
@@ -73,33 +71,33 @@ def _bent(poses: Poses, bends: Bends, log_odds: Array) -> Poses:
 def mirrored_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Bends:
     """Poses with one joint bent so that its marker leans as far from the camera as it leant towards it, at rest on what
     the image shows, with votes enough to be the true ones."""
+    if not len(finder.surface.tipped) or frame.deadline.expired:
+        return Bends(poses[:0], np.zeros(0, int), np.zeros(0, int))
+    frame = frame.unhurried()
     scores = finder.judge(frame, poses, occlusion=True)
-    bends, least = _across(finder, poses, finder.supported(scores)), finder.config.verdict.mirrored_votes
+    bends = _across(finder, poses, finder.supported(scores))
     if not len(bends.of):
         return bends
-    told = _own_votes(finder, scores[bends.of], bends)
+    least = finder.config.verdict.mirrored_votes * _own_votes(finder, scores[bends.of], bends)
     started = _with_carried(finder, frame, bends)
     bends = replace(bends, poses=finder.refit.of(frame, started, ANY_DEPTH).poses[len(bends.of) :])
-    there = finder.judge(frame, bends.poses, occlusion=True)
-    near = (_own_votes(finder, there, bends) > WORTH_REST * least * told) & _apart(finder, poses, bends)
-    if not near.any():
-        return bends.where(near)
-    bends, used, told = bends.where(near), finder.supported(there)[near], least * told[near]
-    bends = replace(bends, poses=finder.settled(frame, bends.poses, used))
-    near = _is_near(finder, frame, poses, bends, told)
-    if frame.image is None or not near.any():
-        return bends.where(near)
-    bends, used, told = bends.where(near), used[near], told[near]
-    bends = replace(bends, poses=finder.on_colours(frame, bends.poses, used))
-    return bends.where(_is_near(finder, frame, poses, bends, told))
+    scores = finder.judge(frame, bends.poses, occlusion=True)
+    used, rests = finder.supported(scores), [finder.settled, finder.on_colours][: 1 + (frame.image is not None)]
+    near = _is_near(finder, poses, bends, scores, WORTH_REST * least)
+    for rest in rests:
+        bends, used, least = bends.where(near), used[near], least[near]
+        if not len(bends.of):
+            return bends
+        bends = replace(bends, poses=rest(frame, bends.poses, used))
+        near = _is_near(finder, poses, bends, finder.judge(frame, bends.poses, occlusion=True), least)
+    return bends.where(near)
 
 
 def _is_near(
-    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, bends: Bends, least: Array
+    finder: WholeObjectFinder, poses: Poses, bends: Bends, scores: PatchScores, least: Array
 ) -> NDArray[np.bool_]:
     """(N,) whether what the joints carry has votes enough, and they are elsewhere than they were."""
-    own = _own_votes(finder, finder.judge(frame, bends.poses, occlusion=True), bends)
-    return np.asarray((own > least) & _apart(finder, poses, bends))
+    return np.asarray((_own_votes(finder, scores, bends) > least) & _apart(finder, poses, bends))
 
 
 def bend_evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, bends: Bends) -> Evidence:
@@ -116,11 +114,10 @@ def bend_evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, be
 
 def _across(finder: WholeObjectFinder, poses: Poses, used: NDArray[np.bool_]) -> Bends:
     """Poses with joints bent across the bend at which their markers face the camera. :param used: (H, M)."""
-    surface, kin = finder.surface, finder.surface.kinematics
-    component = surface.component[surface.markers]
-    joint = np.array(kin.joint_of)[component]  # (M,) that carries each marker's component itself
-    tipped = np.flatnonzero((joint >= 0) & np.append(kin.revolute, False)[joint])
-    component, joint, patch = component[tipped], joint[tipped], surface.markers[tipped]
+    surface, kin, tipped = finder.surface, finder.surface.kinematics, finder.surface.tipped
+    patch = surface.markers[tipped]
+    component = surface.component[patch]
+    joint = np.array(kin.joint_of)[component]
     frames, by = kin.forward(poses.R, poses.t, poses.q), np.full(poses.q.shape, np.nan)
     R, axis = frames.R[:, component], frames.axis[:, joint]  # (H, m, 3, 3), (H, m, 3)
     normal, middle = ((R @ v[patch][..., None])[..., 0] for v in (surface.normal, surface.centre))

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.config import VerdictConfig
 from ..geometry.transforms import Array, Pose, short_way
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
@@ -58,11 +59,11 @@ def likelier_turns(
     log_odds = evidence(finder, frame, poses[of], mirrored).log_odds(weights)
     rows, joints = np.arange(len(poses)), finder.target.model.joint_names
     endless = finder.surface.kinematics.endless
+    turned, probabilities = weighed(log_odds, config)
     for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
-        odds, row, other = float(log_odds[n]), int(of[n]), len(poses) + n
-        if odds > config.least_turn_odds:
-            rows[row], other, odds = other, row, -odds
-        probability = float(1 / (1 + np.exp(max(-odds, 0.0))))
+        probability, row, other = float(probabilities[n]), int(of[n]), len(poses) + n
+        if turned[n]:
+            rows[row], other = other, row
         told = both.q[rows[row]]
         bent = dict(zip(joints, (told + short_way(both.q[other] - told, endless)).tolist(), strict=True))
         turn = OtherTurn(Pose(both.R[other], both.t[other]), probability, bent)
@@ -98,6 +99,12 @@ def evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrore
     scores = finder.judge(frame, both, occlusion=True)
     votes, used = finder.total(scores).reshape(2, h), finder.supported(scores).reshape(2, h, -1)
     return contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, np.ones_like(used[0]))
+
+
+def weighed(log_odds: Array, config: VerdictConfig) -> tuple[NDArray[np.bool_], Array]:
+    """(N,) whether other turns or bends are told in place of those found, and how probable is what is not told."""
+    turned = log_odds > config.least_turn_odds
+    return turned, 1 / (1 + np.exp(np.where(turned, log_odds, np.maximum(-log_odds, 0.0))))
 
 
 def share_of_votes(votes: Array, told: Array) -> Array:

@@ -27,6 +27,7 @@ from .surface_kernels import Surface, SurfaceLimits
 from .vote_kernels import score_patches
 from .votes import VoteRoles
 
+_SLIGHT = 1e-6  # a lever that is none but for rounding
 _AT_ONCE = 32  # hypotheses whose joints are searched between two looks at the clock
 
 
@@ -208,6 +209,16 @@ class SpatialModel:
     def alike(self) -> NDArray[np.bool_]:
         """(P, P) patches that may be of one class."""
         return np.array([[bool(set(a.labels) & set(b.labels)) for b in self.patches] for a in self.patches])
+
+    @cached_property
+    def tipped(self) -> NDArray[np.int64]:
+        """Rows of the markers that their component's own joint tips, not only turns in their plane or slides."""
+        joints = [self.model.components[self.component[p]].joint for p in self.markers]
+        lever = [
+            np.linalg.norm(np.cross(j.axis, self.normal[p])) if j is not None and j.kind == "revolute" else 0.0
+            for j, p in zip(joints, self.markers, strict=True)
+        ]
+        return np.flatnonzero(np.array(lever) > _SLIGHT)
 
     @cached_property
     def open_contour(self) -> NDArray[np.bool_]:

@@ -112,14 +112,12 @@ class Describer:
 
     def _at_rest(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> _AtRest:
         """Objects at rest on what the image shows, turned as is likelier, and bent while there is time."""
-        finder, late, frame = self.finder, frame.deadline.expired, frame.unhurried()
+        finder, hurried, frame = self.finder, frame, frame.unhurried()
         used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
         poses = finder.on_colours(frame, finder.settled(frame, _candidates(verdicts), used), used)
-        bent, more = poses, np.zeros(poses.q.shape)
         if finder.facing:
-            return _AtRest(poses, used, [None] * len(poses), more)
-        if not late:
-            bent, more = likelier_bends(finder, frame, poses)
+            return _AtRest(poses, used, [None] * len(poses), np.zeros(poses.q.shape))
+        bent, more = likelier_bends(finder, hurried, poses)
         likelier, others = likelier_turns(finder, frame, bent)
         moved = np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
         if len(moved):

@@ -24,10 +24,10 @@ CAMERA = camera_of()
 FAR, NEAR = 3.0, 0.4
 
 
-def gate(lower=-1.2, axis=(0.0, 0.0, 1.0)):
+def gate(lower=-1.2):
     """A large plate, and a flag on it that swings about the vertical."""
     post = Component("post", (marker("face", CAB * 2, RIGHT_SIDE, (0, 0, 0)),), required=True)
-    joint = Joint("post", Pose.from_xyz_rpy((0.21, 0, 0)), np.array(axis), lower, 1.2)
+    joint = Joint("post", Pose.from_xyz_rpy((0.21, 0, 0)), np.array([0.0, 0.0, 1.0]), lower, 1.2)
     flag = marker("face", rectangle(0.09, 0.06, (0.05, 0)), RIGHT_SIDE, (0, 0, 0))
     return ObjectModel("gate", (post, Component("flag", (flag,), label=BLUE, joint=joint)))
 

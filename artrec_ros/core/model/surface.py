@@ -15,6 +15,7 @@ from ..geometry.transforms import Array
 from .objects import Component, Marker, ObjectModel
 
 INSIDE_POINTS = 36  # per marker: about the pixels of the smallest useful one
+MOST_POINTS = 144  # of a large one: these, and more that go on with the same sequence
 CONTOUR_POINTS = 32  # per marker
 FACE_POINTS = 20  # per box face
 COVER_DEPTH_M = 0.02  # a marker this close in front of a face hides it
@@ -29,6 +30,7 @@ class Patch:
     :param marker: the marker shown, None for a box face.
     :param labels: class labels of which one is expected on it; none where unknown.
     :param inside: (n, 3) points on it, component frame; each stands for area / n.
+    :param finer: (k, 3) the same and more of them, for markers of many pixels.
     :param drawn: (3 + k, 3) a marker's centroid, its axis' tail and head, and its outline's corners.
     :param contour, contour_along: (m, 3) points of a marker's outline and its unit directions there, counter-clockwise
         as seen from the front.
@@ -40,6 +42,7 @@ class Patch:
     marker: Marker | None
     labels: tuple[int, ...]
     inside: Array
+    finer: Array
     drawn: Array
     contour: Array
     contour_along: Array
@@ -133,10 +136,11 @@ def _marker_patch(c: int, marker: Marker, labels: tuple[int, ...]) -> Patch:
     assert T is not None  # ObjectModel.is_spatial is the caller's condition
     lift = lambda p: T.apply(np.pad(p, ((0, 0), (0, 1))))  # noqa: E731
     contour, normals = sample_contour(marker.outline, CONTOUR_POINTS)
-    inside = sample_polygon(marker.outline, INSIDE_POINTS)
+    finer = lift(sample_polygon(marker.outline, MOST_POINTS))
     along = np.cross(T.rotation[:, 2], np.pad(normals, ((0, 0), (0, 1))) @ T.rotation.T)
     drawn = np.vstack([marker.centroid, marker.tail, marker.head, marker.outline])
-    return Patch(c, marker, labels, lift(inside), lift(drawn), lift(contour), along, T.rotation[:, 2], marker.area)
+    inside, contour, normal = finer[:INSIDE_POINTS], lift(contour), T.rotation[:, 2]
+    return Patch(c, marker, labels, inside, finer, lift(drawn), contour, along, normal, marker.area)
 
 
 def _face_patches(c: int, component: Component) -> list[Patch]:
@@ -156,7 +160,7 @@ def _face_patches(c: int, component: Component) -> list[Patch]:
                     area = float(box.size[u] * box.size[v] * free.mean())
                     none = np.zeros((0, 3))
                     labels = component.body_labels
-                    out.append(Patch(c, None, labels, points[free], none, none, none, normal, area))
+                    out.append(Patch(c, None, labels, points[free], points[free], none, none, none, normal, area))
     return out
 
 

@@ -31,7 +31,8 @@ def likelihoods(
         boxes_in_camera(s, frames_R, frames_t, room.box_rotation, room.eye, room.middle)
         for m in range(len(patches)):
             p = patches[m]
-            A, b, on, n = frames_R[s.component[p]], frames_t[s.component[p]], points_of(s, p), s.count[p]
+            A, b, n = frames_R[s.component[p]], frames_t[s.component[p]], s.count[p]
+            on = points_of(s, p, n)
             cosine, mx, my, mz = aspect(s, p, A, b)
             for k in range(n_l):
                 out[h, m, k] = 0.0

@@ -71,6 +71,8 @@ class WholeObjectFinder:
         if facing and codes is not LABELS:
             votes = replace(votes, ring_px=config.facing.colour_ring_px)
         self.surface = SpatialModel(target.model, target.label, votes, codes)
+        if facing:  # it is judged by as few points as its curves were fitted with
+            self.surface.limits = self.surface.limits._replace(point_px=np.inf)
         self.root = self.surface.root
         self.root_labels = self.surface.labels[self.root]
         self._value = Value(len(target.model.components), self.root, float(config.votes.hidden_cost), occlusion=True)

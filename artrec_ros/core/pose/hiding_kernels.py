@@ -132,7 +132,7 @@ def shown_points(s: Surface, R: Any, t: Any, patches: Any, end: float, out: Any)
             A, b = R[h, s.component[p]], t[h, s.component[p]]
             _, mx, my, mz = aspect(s, p, A, b)
             n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
-            hide(s, A, b, points_of(s, p), room, n_near, end)
+            hide(s, A, b, points_of(s, p, s.count[p]), room, n_near, end)
             for i in range(out.shape[2]):
                 out[h, column, i] = not room.hidden[i]
 

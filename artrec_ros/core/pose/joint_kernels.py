@@ -18,6 +18,7 @@ from .surface_kernels import (
     Surface,
     SurfaceLimits,
     aspect,
+    count_for,
     is_near,
     points_of,
     room_of,
@@ -36,7 +37,8 @@ def patch_bound(
         return 0.0
     f2 = view.K[0, 0] * view.K[1, 1]
     size, total, k = s.area[p] * f2 / mz**2 * cosine, 0.0, s.marker_of[p]
-    on, count = points_of(s, p), s.count[p]
+    count = count_for(s, p, size, limits)
+    on = points_of(s, p, count)
     ring = ring_px2(s, k, cosine, mz, f2, limits) if k >= 0 else 0.0
     share, near = size / count, is_near(s, p, mz)
     up = (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) * (MOST_LENGTH if near else 1.0) if k >= 0 else 0.0

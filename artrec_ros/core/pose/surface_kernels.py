@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import LANES, inlined, jit
 from ..geometry.pixel_kernels import turned
 
 NEAR = 0.2  # a patch's radius, as a share of its depth, from which on its far points stand for less than its near ones
@@ -18,8 +18,8 @@ LEAST_DEPTH_M = 0.02  # what is nearer, or behind the camera, has no place in th
 class Surface(NamedTuple):
     """P patches and B boxes of a spatial model as arrays.
 
-    Patch p owns the points from starts[p] to starts[p + 1], of which the first count[p] count; the others fill up a
-    vector instruction.
+    Patch p owns the points from starts[p] to starts[p + 1], of which the first count[p] count, of a patch of many
+    pixels as many as most[p]; the others fill up a vector instruction.
     """
 
     component: Any  # (P,)
@@ -31,6 +31,7 @@ class Surface(NamedTuple):
     ignored: Any  # (P, B) bool: boxes that the patch lies on
     starts: Any  # (P + 1,) multiples of LANES
     count: Any  # (P,)
+    most: Any  # (P,)
     points: Any  # (3, n)
     role: Any  # (P,)
     contour: Any  # (M, 3, m)
@@ -59,6 +60,7 @@ class SurfaceLimits(NamedTuple):
     ring_px: float
     ring_width_px: float
     ring_visible: float  # share of a marker, of what its object leaves of it, below which its ring does not vote
+    point_px: float  # as far apart are the points of a patch of many pixels
     behind: float  # share of the way to a point beyond which nothing hides it
     outside: int  # the label beyond the image
     owned: int  # the label of what hides all behind it: an object that was accepted
@@ -72,10 +74,18 @@ def beside(limits: SurfaceLimits) -> tuple[float, float]:
 
 
 @inlined
-def points_of(s: Surface, p: int) -> tuple[Any, Any, Any]:
-    """x, y and z of a patch's points, LANES or a multiple: slices of their own, over which loops become vector
-    instructions."""
-    first, last = s.starts[p], s.starts[p + 1]
+def count_for(s: Surface, p: int, size_px: float, limits: SurfaceLimits) -> int:
+    """How many points of a patch of so many pixels are looked at: rim and ring do not see how far beyond a blob a model
+    reaches that is larger, and amid few points, far apart, a climb would find room for it."""
+    return max(s.count[p], min(s.most[p], int(size_px / limits.point_px**2)))
+
+
+@inlined
+def points_of(s: Surface, p: int, count: int) -> tuple[Any, Any, Any]:
+    """x, y and z of the first points of a patch, so many or up to the next multiple of LANES: slices of their own, over
+    which loops become vector instructions."""
+    first = s.starts[p]
+    last = first + (count + LANES - 1) // LANES * LANES
     return s.points[0, first:last], s.points[1, first:last], s.points[2, first:last]
 
 

@@ -73,6 +73,7 @@ def _limits(votes: VotesConfig) -> SurfaceLimits:
         float(votes.ring_px),
         float(votes.ring_width_px),
         float(votes.ring_visible),
+        float(votes.point_px),
         BEHIND,
         OUTSIDE,
         OWNED,
@@ -139,7 +140,7 @@ class SpatialModel:
         """The same for compiled code."""
         marker_of = np.full(len(self.patches), -1)
         marker_of[self.markers] = np.arange(len(self.markers))
-        filled = [np.pad(p.inside, ((0, -len(p.inside) % LANES), (0, 0)), mode="edge") for p in self.patches]
+        filled = [np.pad(p.finer, ((0, -len(p.finer) % LANES), (0, 0)), mode="edge") for p in self.patches]
         return Surface(
             component=self.component,
             normal=self.normal,
@@ -155,6 +156,7 @@ class SpatialModel:
             ignored=self.ignored,
             starts=np.concatenate([[0], np.cumsum([len(points) for points in filled])]),
             count=self.count,
+            most=np.array([len(p.finer) for p in self.patches]),
             points=np.ascontiguousarray(np.concatenate(filled).T),
             role=self.point_role[np.cumsum(self.count) - 1],
             contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),

@@ -20,6 +20,7 @@ from .surface_kernels import (
     SurfaceLimits,
     aspect,
     beside,
+    count_for,
     is_near,
     points_of,
     room_of,
@@ -157,8 +158,9 @@ def said_of(
     """Votes, visible pixels and agreement of a patch in view; the first `n_near` boxes of `room.near` may hide it."""
     f2 = view.K[0, 0] * view.K[1, 1]
     total, all_of_it, shown, seen, same, role, own = 0.0, 0.0, 0.0, 0.0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
-    on, count, near = points_of(s, p), s.count[p], is_near(s, p, depth)
-    times, A_of_all, b_of_all = 1.0, A, b
+    size = s.area[p] * f2 / depth**2 * cosine
+    count, near = count_for(s, p, size, limits), is_near(s, p, depth)
+    on, times, A_of_all, b_of_all = points_of(s, p, count), 1.0, A, b
     if limits.swollen_px != 0.0 and s.marker_of[p] >= 0:  # twice the area over the perimeter: a radius
         times += limits.swollen_px * depth * s.perimeter[s.marker_of[p]] / (2 * s.area[p] * math.sqrt(f2))
         enlarge(A, b, s.centre[p], times, room)
@@ -186,7 +188,7 @@ def said_of(
         seen += weight
         total += weight * role[found]
         same += weight * own[found]
-    size = s.area[p] * f2 / depth**2 * cosine * times * times
+    size *= times * times
     value = total / count * size
     cut = k >= 0 and seen > 0.0 and n_near > 0 and shown < all_of_it
     if cut:  # as by a bezel, the outline may be hidden altogether

@@ -173,7 +173,7 @@ def bears_others(
         cosine, _, _, depth = aspect(s, p, A, b)
         if cosine <= limits.least_cosine or depth <= LEAST_DEPTH_M:
             continue
-        locate(A, b, points_of(s, p), view, room.at[0])
+        locate(A, b, points_of(s, p, s.count[p]), view, room.at[0])
         others, seen = 0.0, 0
         for i in range(s.count[p]):
             code = view.padded[room.at[0, i]]

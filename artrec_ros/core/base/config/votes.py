@@ -132,9 +132,9 @@ class VotesConfig(Room):
         low=1,
         high=1000,
         paths=("space",),
-        origin="36 points are as far apart in a marker of 36 x 36 pixels, for which they are enough; drawn books of two "
-        "panels: 90 % of places within 1.4 for 1.9 % of the range; cabinets turned wrong: 1 of 90 for 3; quadrupeds: "
-        "right .965 for .965, with 144 points for every marker .959",
+        origin="36 points are as far apart in a marker of 36 x 36 pixels, for which they are enough; drawn books of "
+        "two panels: 90 % of places within 1.4 for 1.9 % of the range; cabinets turned wrong: 1 of 90 for 3; "
+        "quadrupeds: right .965 for .965, with 144 points for every marker .959",
     )
     least_cosine: float = param(
         0.12,

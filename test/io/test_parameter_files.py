@@ -214,10 +214,12 @@ def test_mistakes_are_refused_by_their_key(folder: Path, change: dict[str, Any],
         assert part in str(caught.value)
 
 
-def test_missing_keys_are_named(folder: Path) -> None:
-    for key in ("red.object_file", "red.label"):
-        with pytest.raises(ConfigError, match=f"node.yaml: {key}: .*missing"):
-            setup_from_flat({k: v for k, v in FLAT.items() if k != key}, folder, "node.yaml")
+def test_missing_keys_are_named_and_said_what_they_are(folder: Path) -> None:
+    for key, what in (("red.object_file", "what the object is"), ("image.pale.label", "class number its pixels get")):
+        values = {**FLAT, **COLOUR}
+        del values[key]
+        with pytest.raises(ConfigError, match=f"node.yaml: {key}: .*missing: {what}"):
+            setup_from_flat(values, folder, "node.yaml")
 
 
 def test_specs_carry_types_and_bounds() -> None:

@@ -16,7 +16,7 @@ from ..geometry.transforms import Array, Pose, rotvec_from_rotation
 class Instance:
     """A marker found in the image: paper, step 5.
 
-    :param x, y: centroid of the marker's outline, pixels.
+    :param x, y: centroid of the marker's outline, of a whole object's marker of what of it is in view; pixels.
     :param theta: direction of its axis (tail to head), radians from +x towards +y.
     :param scale: pixels per metre.
     :param score: 0..1: in space the probability that it lies on its own marker; in the image plane the share of

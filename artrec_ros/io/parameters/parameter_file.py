@@ -217,7 +217,7 @@ def _read_config(config: type, prefix: str, values: Mapping[str, Value], source:
 def _read_image(values: Mapping[str, Value], classes: Iterable[str], source: str) -> ImageConfig:
     read = {}
     for name in classes:
-        _require(values, f"image.{name}.label", source)
+        _require(ClassConfig, f"image.{name}.", ("label",), values, source)
         read[name] = _read_config(ClassConfig, f"image.{name}.", values, source)
     image: ImageConfig = _read_config(ImageConfig, "image.", values, source, classes=read)
     return image
@@ -234,14 +234,16 @@ def _read_scene(values: Mapping[str, Value], source: str) -> SceneConfig:
     return scene
 
 
-def _require(values: Mapping[str, Value], key: str, source: str) -> None:
-    if key not in values:
-        raise ConfigError(f"{source}: {key}: this key is missing")
+def _require(config: type, prefix: str, keys: Iterable[str], values: Mapping[str, Value], source: str) -> None:
+    """:raises ConfigError: one of a dataclass' parameters is not given; the message says what it is."""
+    specs = {s.name: s for s in specs_of(config, prefix)}
+    for name in (prefix + key for key in keys):
+        if name not in values:
+            raise ConfigError(f"{source}: {name}: this key is missing: {specs[name].description}")
 
 
 def _read_object(name: str, values: Mapping[str, Value], base_dir: Path, source: str) -> ObjectConfig:
-    for key in ("object_file", "label"):
-        _require(values, f"{name}.{key}", source)
+    _require(ObjectConfig, f"{name}.", ("object_file", "label"), values, source)
     config: ObjectConfig = _read_config(ObjectConfig, f"{name}.", values, source)
     return with_absolute_paths(config, name, values, base_dir)
 

@@ -112,6 +112,7 @@ class LiveParameters:
 
     def _to_declared_types(self, parameters: list[Parameter]) -> list[Parameter]:
         """Also sees to it that a batch with an unknown name is refused with a reason; rclpy alone gives none."""
+        self._refusal = ""  # of a batch that rclpy refused itself `_check` was never asked
         unknown = [p.name for p in parameters if not self._node.has_parameter(p.name)]
         known = [coerce(self._specs[p.name], p) if p.name in self._specs else p for p in parameters]
         if not unknown:

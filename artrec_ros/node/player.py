@@ -10,7 +10,7 @@ from typing import Any
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from ..core.base.errors import SourceError
@@ -72,7 +72,7 @@ class Player:
         used = [p for p in self._publishers.values() if p is not None]
         self._settle(lambda: all(self._is_heard_well(p) for p in used), _SETTLE_S)
         if self._wait_for is not None:  # some topics nobody may listen to; but each that somebody does counts
-            heard = [p for p in used if self._node.count_subscribers(p.topic_name)]
+            heard = [p for p in used if self._listeners(p)]
             self._settle(lambda: all(self._is_heard_well(p) for p in heard), self._timeout_s)
             self._awaited = self._images_to_await(self._wait_for)
             self._say(f"waiting for the answer to each image of {', '.join(sorted(self._awaited))}")
@@ -107,7 +107,10 @@ class Player:
         except (ImportError, AttributeError, ValueError):
             self.skipped[topic.name] = topic.msgtype
             return None
-        qos = QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.RELIABLE)
+        # who listens to what was latched hears no publisher that is not; and transforms that stay always are
+        latched = topic.latched or topic.name.endswith("/tf_static")
+        durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        qos = QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
         return self._node.create_publisher(kind, name, qos)
 
     def _send(self, message: RawMessage) -> None:
@@ -180,10 +183,16 @@ class Player:
         return direct or heard
 
     def _is_heard_well(self, publisher: Any) -> bool:
-        """Everybody who listens does so reliably, and is connected."""
-        listeners = self._node.get_subscriptions_info_by_topic(publisher.topic_name)
+        """Everybody who can hear it listens reliably, and is connected."""
+        listeners = self._listeners(publisher)
         reliable = all(s.qos_profile.reliability == ReliabilityPolicy.RELIABLE for s in listeners)
         return bool(listeners) and reliable and publisher.get_subscription_count() >= len(listeners)
+
+    def _listeners(self, publisher: Any) -> list[Any]:
+        """Of those who listen to the topic those who can hear this publisher."""
+        there, kept = self._node.get_subscriptions_info_by_topic(publisher.topic_name), DurabilityPolicy.TRANSIENT_LOCAL
+        latched = publisher.qos_profile.durability == kept
+        return [s for s in there if latched or s.qos_profile.durability != kept]
 
     def _spin_until(self, condition: Callable[[], Any]) -> bool:
         """Whether it came true in time."""

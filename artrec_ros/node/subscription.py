@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -15,7 +16,8 @@ RELIABILITY = {"reliable": ReliabilityPolicy.RELIABLE, "best_effort": Reliabilit
 
 
 class FollowingSubscription:
-    """Hands each message to `receive(message, received_ns)`; received_ns is the system clock's.
+    """Hands each message to `receive(message, received_ns)`; received_ns is the system clock's: when it arrived, or
+    where the middleware does not tell, when it is handed on.
 
     :param message_type: such as sensor_msgs/msg/Image.
     :param reliability: 'auto': as the publishers offer; else 'reliable' or 'best_effort'.
@@ -102,7 +104,8 @@ class FollowingSubscription:
         if number is not None and self._last_number is not None and self.publishers == 1:
             self.lost += max(0, int(number) - self._last_number - 1)
         self._last_number = None if number is None else int(number)
-        self._receive(msg, int(info["received_timestamp"]))
+        # CycloneDDS does not say when a message came, but 0: then it is now
+        self._receive(msg, int(info["received_timestamp"]) or time.time_ns())
 
     def _tell_incompatible(self, offered: Sequence[Any]) -> None:
         """Name a publisher that cannot be heard, while it is there."""

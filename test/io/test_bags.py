@@ -11,7 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rosbags import rosbag1, rosbag2
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import CompressionMode
+from rosbags.typesys import Stores, get_typestore
 
 from artrec_ros.core.base.errors import ImageError, SourceError
 from artrec_ros.io.bags.reader import Bag, bag_files
@@ -83,6 +86,31 @@ def test_a_split_bag_is_read_in_the_order_of_time_even_without_metadata(tmp_path
 def test_ros1(tmp_path, ros1, pictures, write_rosbag1):
     pixels = pictures(4)
     assert_all(write_rosbag1(tmp_path / "a.bag", script(ros1, pixels)), pixels)
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3", "ros1"])
+def test_latched_topics_are_known_as_such(tmp_path, storage):
+    """By the publishers' quality of service, as recorders note it."""
+    path = tmp_path / ("bag.bag" if storage == "ros1" else "bag")
+    kept = {"/kept": QosDurability.TRANSIENT_LOCAL, "/passing": QosDurability.VOLATILE}
+    if storage == "ros1":
+        store = get_typestore(Stores.ROS1_NOETIC)
+        with rosbag1.Writer(path) as writer:
+            for topic, durability in kept.items():
+                latching = int(durability == QosDurability.TRANSIENT_LOCAL)
+                noted = writer.add_connection(topic, "std_msgs/msg/Empty", typestore=store, latching=latching)
+                writer.write(noted, 1, b"")
+    else:
+        plugin = rosbag2.StoragePlugin.MCAP if storage == "mcap" else rosbag2.StoragePlugin.SQLITE3
+        store, no_time = get_typestore(Stores.ROS2_JAZZY), QosTime(0, 0)
+        with rosbag2.Writer(path, version=9, storage_plugin=plugin) as writer:
+            for topic, durability in kept.items():
+                quality = (QosHistory(1), 1, QosReliability(1), durability, no_time, no_time)
+                qos = [Qos(*quality, QosLiveliness(1), no_time, False)]
+                noted = writer.add_connection(topic, "std_msgs/msg/Bool", typestore=store, offered_qos_profiles=qos)
+                writer.write(noted, 1, b"\0\1\0\0\1")
+    with Bag(path) as bag:
+        assert {name: topic.latched for name, topic in bag.topics.items()} == {"/kept": True, "/passing": False}
 
 
 def test_the_span_is_half_open(tmp_path, ros2, pictures, write_rosbag2):

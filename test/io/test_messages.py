@@ -124,6 +124,18 @@ def test_poses_on_a_plane_go_out_in_its_frame(scene: MarkerScene) -> None:
     assert poses.fields["header"].fields["frame_id"] == "field" and len(poses.fields["poses"]) == 1
 
 
+def test_on_a_plane_outlines_are_drawn_where_the_required_component_is_told(scene: MarkerScene) -> None:
+    """Not of what is expected there, nor of what was found by its other components: these keep frame and name."""
+    contour = np.array([[0.0, 0], [4, 0], [4, 2]])
+    told = replace(detection(0, 0.9).components[0], contour=contour)
+    found = replace(detection(0, 0.9), components=(told,), frame_id="field", pose_from="plane")
+    expected = replace(found, id=1, components=(), predicted=True)
+    markers = scene.update([found, expected], "cam", partial(messages.header, STAMP)).fields["markers"]
+    drawn = [(m.fields["ns"], m.fields["id"]) for m in markers]
+    assert [number for ns, number in drawn if ns == "toy/outline"] == [0]
+    assert [number for ns, number in drawn if ns == "toy/name"] == [0, 1]
+
+
 # what is carried on from frame to frame
 
 MOTION = Motion(np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]), {"arm": 1.5})

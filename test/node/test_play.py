@@ -17,13 +17,15 @@ import numpy as np
 import toy
 from geometry_msgs.msg import PoseArray
 from peer import ROOT, STARTED, WAIT_S, NodeProcess, Peer, label_image, ros
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, MultiDOFJointState
 
-from artrec_ros.io.bags.reader import Bag
+from artrec_ros.io.bags.reader import Bag, Topic
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.io.results.results import FrameRecord, read_results
+from artrec_ros.node.conversions import message_class
 from artrec_ros.node.player import Player
 from artrec_ros.tools.main import main as artrec
 
@@ -133,6 +135,22 @@ def test_the_bags_time_and_stamps_are_kept(bag: Path) -> None:
 def test_mistakes_are_told(bag: Path, arguments: list[str], code: int, said: str) -> None:
     done = play(bag, *arguments)
     assert done.returncode == code and said in done.stderr and "Traceback" not in done.stderr
+
+
+def test_what_was_latched_is_offered_so() -> None:
+    """Else a listener to transforms that stay hears nothing; one who can't hear anything is not waited for."""
+    kind = "sensor_msgs/msg/Image"
+    topics = [Topic("/tf_static", kind, 1), Topic("/kept", kind, 1, latched=True), Topic("/passing", kind, 1)]
+    kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    with Peer("unused") as peer:
+        player = Player(peer.node, topics)
+        offered = [p.qos_profile.durability.name for p in player._publishers.values()]
+        assert offered == ["TRANSIENT_LOCAL", "TRANSIENT_LOCAL", "VOLATILE"]
+        for topic in topics:
+            peer.node.create_subscription(message_class(topic.msgtype), topic.name, print, kept)
+        heard = {name: lambda p=p: player._listeners(p) for name, p in player._publishers.items()}
+        assert peer.spin_until(lambda: heard["/tf_static"]() and heard["/kept"]())
+        assert peer.node.count_subscribers("/passing") == 1 and not heard["/passing"]()
 
 
 def test_calibrations_that_tell_the_same_are_not_waited_for_again(bag: Path) -> None:

@@ -206,6 +206,8 @@ def test_out_of_range_read_only_and_unknown_changes_are_refused(peer: Peer) -> N
     assert not unknown.successful and "did you mean 'recognizer.profile'?" in unknown.reason
     assert peer.get_parameter("recognizer.min_components") == before
     assert peer.set_parameters(recognizer__min_components=before).successful
+    assert "read" in peer.set_parameters(toy__label=3, recognizer__profil="paper").reason
+    assert peer.set_parameters(recognizer__min_components=before).successful, "what was refused before is another thing"
 
 
 def test_experts_parameters_are_there_where_they_were_given(peer: Peer) -> None:

@@ -61,12 +61,12 @@ class PlanePlacer:
 
     def faced(self, detection: Detection, frame: ImageFrame) -> Detection:
         """A detection whose pose is that before a camera that it faces, on the plane; without a pose where there is
-        none.
+        none, or where none of its components is told.
 
         :param frame: of that camera.
         """
         flat, plane, pose = replace(detection, pose=None, pose_covariance=None), frame.scene.plane, detection.pose
-        if plane is None or pose is None or detection.pose_covariance is None:
+        if plane is None or pose is None or detection.pose_covariance is None or not detection.components:
             return flat
         camera, to_marker = frame.camera, pose.rotation @ self._above[detection.object]
         marker = pose.position + to_marker

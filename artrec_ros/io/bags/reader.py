@@ -18,6 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from rosbags.interfaces import QosDurability
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.typesys import Stores, get_typestore
@@ -40,11 +41,15 @@ _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 @dataclass(frozen=True, order=True)
 class Topic:
-    """A topic of a bag and how many messages it holds."""
+    """A topic of a bag and how many messages it holds.
+
+    :param latched: who subscribed late was sent what had been published before (durability transient local).
+    """
 
     name: str
     msgtype: str
     count: int
+    latched: bool = False
 
 
 @cache
@@ -69,7 +74,10 @@ class _StorageFile:
         self.problem: str | None = None
         try:
             with self._reader() as reader:
-                self.topics = [Topic(c.topic, full_type(c.msgtype), c.msgcount) for c in reader.connections]
+                self.topics = [
+                    Topic(c.topic, full_type(c.msgtype), c.msgcount, self._was_latched(c.ext))
+                    for c in reader.connections
+                ]
                 self.start_ns, self.end_ns = reader.start_time, reader.end_time
                 self.problem = index_problem(path, reader)
         except Exception as error:  # rosbags raises whatever damaged bytes lead to: assertions, struct and type errors
@@ -81,6 +89,12 @@ class _StorageFile:
 
     def _reader(self) -> Any:
         return Ros1Reader(self.path) if self.ros1 else Ros2Reader(self.path)
+
+    def _was_latched(self, recorded: Any) -> bool:
+        """:param recorded: what rosbags says of a connection beyond its topic and type."""
+        if self.ros1:
+            return bool(recorded.latching)
+        return any(qos.durability == QosDurability.TRANSIENT_LOCAL for qos in recorded.offered_qos_profiles)
 
     def _survey(self) -> None:
         """Topics and start of a file without index."""
@@ -142,8 +156,9 @@ class Bag:
             raise
         self.topics: dict[str, Topic] = {}
         for topic in (topic for file in self._files for topic in file.topics):
-            known = self.topics.get(topic.name)
-            self.topics[topic.name] = replace(topic, count=topic.count + (known.count if known else 0))
+            if known := self.topics.get(topic.name):
+                topic = replace(topic, count=topic.count + known.count, latched=topic.latched or known.latched)
+            self.topics[topic.name] = topic
         self.start_ns = min((file.start_ns for file in self._files), default=0)
         self.end_ns = max((file.end_ns for file in self._files), default=0)
         self.ros1 = any(file.ros1 for file in self._files)

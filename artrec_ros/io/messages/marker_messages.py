@@ -117,18 +117,21 @@ class MarkerScene:
                 yield (component, marker), frames[component].apply(place.T_component_marker.apply(points))
             return
         to_plane = None if pose is None else in_plane(detection, pose, model)
-        for c in detection.components:
+        for c in detection.components if pose is None or to_plane else ():
             if len(c.contour):
                 flat = np.column_stack([c.contour, np.zeros(len(c.contour))])
                 yield (c.component, c.marker), flat if to_plane is None else to_plane(c.contour)
 
 
-def in_plane(detection: Detection, pose: Pose, model: ObjectModel) -> Callable[[Array], Array]:
-    """What brings points of the image (n, 2) to the plane of the marker that shows the required component (n, 3).
+def in_plane(detection: Detection, pose: Pose, model: ObjectModel) -> Callable[[Array], Array] | None:
+    """What brings points of the image (n, 2) to the plane of the marker that shows the required component (n, 3); None
+    where that is not told.
 
     :param pose: the detection's.
     """
-    shown = next(c for c in detection.components if c.component == model.required.name)
+    shown = next((c for c in detection.components if c.component == model.required.name), None)
+    if shown is None:
+        return None
     marker = model.required.marker(shown.marker)
     T = pose @ (marker.T_component_marker or Pose.identity())
     turn = shown.theta - marker.axis_angle

@@ -83,8 +83,8 @@ class Scene:
             frames = component_frames(self._kinematics[d.object], Pose.identity(), d.joints)
             for component in in_view(self._models[d.object], d):
                 yield from _component([*root, component.name], component, frames[component.name], d, colour)
-        elif d.components:
-            to_plane, back = in_plane(d, pose, self._models[d.object]), pose.inverse()
+        elif to_plane := in_plane(d, pose, self._models[d.object]):
+            back = pose.inverse()
             lines = [back.apply(to_plane(_closed(c.contour))) for c in d.components if len(c.contour)]
             yield [*root, "markers"], [rr.LineStrips3D(lines, colors=colour, radii=_LINE_M)]
         if d.pose_covariance is not None:

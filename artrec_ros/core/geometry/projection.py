@@ -9,6 +9,8 @@ from .camera import Camera
 from .pixel_kernels import MIN_DEPTH_M, pinhole
 from .transforms import Array
 
+_STRAIGHT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-9)  # steps at most; pixels
+
 
 def project(camera: Camera, X: Array) -> Array:
     """Pixels (..., 2) of points (..., 3) in the camera's optical frame (z forward, metres)."""
@@ -31,5 +33,7 @@ def normalise(camera: Camera, pixels: Array) -> Array:
     if not len(pixels):
         return np.zeros((0, 2))
     points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
-    distortion = camera.distortion if camera.bent else None
-    return cv2.undistortPoints(points, camera.matrix.copy(), distortion).reshape(-1, 2)
+    matrix = camera.matrix.copy()
+    if camera.bent:  # by its default OpenCV stops after five steps, a pixel off in the corners of a wide lens
+        points = cv2.undistortImagePoints(points, matrix, camera.distortion, None, _STRAIGHT)
+    return cv2.undistortPoints(points, matrix, None).reshape(-1, 2)

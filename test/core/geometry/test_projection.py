@@ -28,7 +28,7 @@ def test_pixels_are_opencvs(lens):
 def test_normalised_coordinates_lead_back_to_the_points(lens):
     camera, X = camera_of(distortion=lens), points_in_view()
     rays = normalise(camera, project(camera, X))
-    np.testing.assert_allclose(rays, X[:, :2] / X[:, 2:], atol=2e-3 if lens else 1e-9)
+    np.testing.assert_allclose(rays, X[:, :2] / X[:, 2:], atol=1e-9)
 
 
 def test_any_batch_shape_and_none_at_all():

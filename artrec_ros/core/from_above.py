@@ -21,6 +21,8 @@ from .image.label_field import LabelField
 from .model.found import Detection, ImagePose, Instance, Missing, Rejection
 from .verdict.reach import Reach
 
+_HALVINGS = 9  # of the way to what is behind the camera: farther than a hundred images off nobody looks
+
 
 class FromAbove:
     """Keeps the view of the last scene: it takes longer to make than to look through."""
@@ -55,6 +57,7 @@ def in_image(detections: Sequence[Detection], view: TopView) -> tuple[Detection,
     if not detections:
         return ()
     placed = np.array([(p.x, p.y, p.theta, p.scale) for d in detections for p in _placed(d)])
+    placed[:, :2] = _before_camera(placed[:, :2], view)
     at, theta, larger = view.turned(placed[:, :2], placed[:, 2])
     contours = [part.contour for d in detections for part in d.components]
     ends = np.cumsum([len(c) for c in contours])
@@ -82,8 +85,25 @@ def _instance(part: Instance, there: Sequence[float], contour: Array) -> Instanc
 
 
 def _missing(part: Missing, view: TopView) -> Missing:
-    x, y = view.in_image(np.array([[part.x, part.y]]))[0].tolist()
+    x, y = view.in_image(_before_camera(np.array([[part.x, part.y]]), view))[0].tolist()
     return replace(part, x=x, y=y)
+
+
+def _before_camera(pixels: Array, view: TopView) -> Array:
+    """(n, 2) pixels of a view; what lies behind the camera is nowhere in the image, and moved towards the view's middle
+    until it is just before it."""
+    lost = ~np.isfinite(view.in_image(pixels)).all(axis=1)
+    if not lost.any():
+        return pixels
+    middle = (np.array(view.size) - 1) / 2
+    out, way = pixels.copy(), pixels[lost] - middle
+    shown, hidden = np.zeros((len(way), 1)), np.ones((len(way), 1))  # shares of the way
+    for _ in range(_HALVINGS):
+        share = (shown + hidden) / 2
+        before = np.isfinite(view.in_image(middle + share * way)).all(axis=1, keepdims=True)
+        shown, hidden = np.where(before, share, shown), np.where(before, hidden, share)
+    out[lost] = middle + shown * way
+    return out
 
 
 def within(
@@ -102,5 +122,5 @@ def within(
 
 def rejection_in_image(rejection: Rejection, view: TopView) -> Rejection:
     """The same of what was turned down."""
-    x, y = np.nan_to_num(view.in_image(np.array([[rejection.x, rejection.y]])))[0].tolist()
+    x, y = view.in_image(_before_camera(np.array([[rejection.x, rejection.y]]), view))[0].tolist()
     return replace(rejection, x=x, y=y)

@@ -57,7 +57,7 @@ class SpatialSearch:
             self._turns[finder] = self._recall.turns(finder.target.name, [b for f, b in queue if f is finder])
         all_blobs = queue
         self._roots = [(f, b) for f, b in queue if b.label in f.root_labels]
-        self._look_for_known(queue)
+        self._look_for_known()
         queue, waiting = self._without_waiting(queue)
         limbs = [(f, b) for f, b in queue if b.label not in f.root_labels]
         queue = [(f, b) for f, b in queue if b.label in f.root_labels]
@@ -125,7 +125,7 @@ class SpatialSearch:
             return False
         return blob.label not in finder.root_labels or self._seen.get((id(finder), id(blob))) is not self._frame
 
-    def _look_for_known(self, queue: list[_Task]) -> None:
+    def _look_for_known(self) -> None:
         """Known objects take their pixels. Where it is their turn, or they show less than they did, others are looked
         for in what the rest of them leave, as if they were not known: what is found may prove to be better."""
         frame, followed = self._frame, self._follow()

@@ -18,7 +18,7 @@ _KEPT = 16  # a calibration may come before its image while others still wait fo
 class Calibrations:
     """Keeps the last calibrations. Filled by one thread and asked by another.
 
-    :ivar problem: why the last image that was asked for had none; empty: it had one.
+    :ivar problem: why the last image that was asked for had none; empty: it had one, or there is one for the next.
     """
 
     def __init__(self) -> None:
@@ -30,6 +30,8 @@ class Calibrations:
     def receive(self, msg: CameraInfo) -> None:
         with self._lock:
             self._received.append(msg)
+        if self.problem == NONE_RECEIVED:
+            self.problem = ""
 
     def camera_for(self, image_stamp_ns: int, size: tuple[int, int], rectified: bool) -> Camera | None:
         """The calibration with the image's stamp, else the newest, where it is valid and for images of this size.

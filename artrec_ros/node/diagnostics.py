@@ -95,6 +95,7 @@ class Diagnostics:
         self._lock = threading.Lock()
         self._name = node_name
         self._last_s, self._last = now_s, _Totals()
+        self._active_s = now_s  # since when images are waited for
         self._hardware_id = ""
 
     def image_processed(self, now_s: float, report: FrameReport) -> None:
@@ -126,7 +127,9 @@ class Diagnostics:
             reports, c.reports = c.reports, []
             self._last_s, self._last = now_s, totals
             self._hardware_id = c.frame_id or state.topic
-            silent = not state.busy_s and (c.last_image_s is None or now_s - c.last_image_s > no_image_after_s)
+            if not state.active:
+                self._active_s = now_s
+            silent = not state.busy_s and now_s - max(c.last_image_s or 0.0, self._active_s) > no_image_after_s
             statuses = [
                 self._input(state, silent, new, period),
                 self._calibration(state),
@@ -151,7 +154,8 @@ class Diagnostics:
             level, text = ERROR, f"QoS mismatch on {state.topic}: {state.incompatible}"
         elif silent:
             level, text = WARN, f"no images: {state.publishers} publisher(s) of {state.topic} send none"
-            text += f" any more; of those that came: {c.last_error}" if c.last_error else ""
+            text += " any more" if c.last_image_s is not None else ""
+            text += f"; of those that came: {c.last_error}" if c.last_error and not c.processed else ""
         elif new.failed:
             level, text = ERROR, f"{new.failed} image(s) could not be used: {c.last_error}"
         elif new.lost > looked_at + new.dropped:

@@ -9,11 +9,26 @@ from collections.abc import Sequence
 from typing import Any
 
 import rclpy
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.expand_topic_name import expand_topic_name
 from rclpy.task import Future
+from rclpy.validate_full_topic_name import validate_full_topic_name
+from rclpy.validate_topic_name import validate_topic_name
+
+from ..core.base.errors import SourceError
 
 _TURN_S = 0.1
 _PATIENCE_S = 5.0
+
+
+def check_topic(name: str, given: str) -> None:
+    """:param given: where the user wrote it. :raises SourceError: no topic can be called so."""
+    try:
+        validate_topic_name(name)
+        validate_full_topic_name(expand_topic_name(name, "node", "/"))
+    except (InvalidTopicNameException, ValueError) as error:
+        raise SourceError(f"{given}: '{name}' is no topic: {' '.join(str(error).split())}") from None
 
 
 class Graph:

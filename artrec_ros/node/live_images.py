@@ -7,18 +7,13 @@ import time
 from collections import deque
 from typing import Any
 
-from rclpy.exceptions import InvalidTopicNameException
-from rclpy.expand_topic_name import expand_topic_name
-from rclpy.validate_full_topic_name import validate_full_topic_name
-from rclpy.validate_topic_name import validate_topic_name
-
 from ..core.base.config import NodeConfig
 from ..core.base.errors import ImageError, SourceError
 from ..io.messages import node_topics as topics
 from ..io.sources.frames import Frame
 from . import conversions
 from .calibration import Calibrations
-from .graph import Graph
+from .graph import Graph, check_topic
 from .inputs import Inputs
 
 _NODE = "artrec_studio"
@@ -42,11 +37,7 @@ class LiveImages:
         base = topic.removesuffix(_COMPRESSED)
         info = camera_info_topic or f"{base.rpartition('/')[0]}/camera_info"
         for name in (base, info):
-            try:
-                validate_topic_name(name)
-                validate_full_topic_name(expand_topic_name(name, _NODE, "/"))
-            except (InvalidTopicNameException, ValueError) as error:
-                raise SourceError(f"--topic {topic}: '{name}' is no topic: {' '.join(str(error).split())}") from None
+            check_topic(name, f"--topic {topic}")
         self._graph = Graph(_NODE, [f"{topics.IMAGE.name}:={base}", f"{topics.CAMERA_INFO.name}:={info}"])
         self._kept: deque[tuple[Any, int]] = deque(maxlen=kept)
         self._lock = threading.Lock()

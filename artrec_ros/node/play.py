@@ -9,11 +9,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from ..core.base.errors import ArtrecError, SourceError
 from ..io.bags.reader import STORAGES, Bag, RawMessage, Topic
-from ..io.base.bars import bar
+from ..io.base.bars import bar, say
 from .main import MISSING
 
 
@@ -48,22 +46,29 @@ def run(args: argparse.Namespace) -> int:
         import rclpy
         from rclpy.signals import SignalHandlerOptions
 
+        from .graph import check_topic
         from .player import Player
     except ImportError as error:
         raise ArtrecError(MISSING.format(error)) from error
     with Bag(args.bag, args.storage) as bag:
         topics = _chosen(bag, args.topics)
         names = dict(_renaming(rule, topics) for rule in args.remap)
+        for name in names.values():
+            check_topic(name, "--remap")
+        if args.wait_for:
+            check_topic(args.wait_for, "--wait-for")
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         try:
             node = rclpy.create_node("artrec_play")
-            player = Player(node, topics, names=names, wait_for=args.wait_for, timeout_s=args.timeout, say=_say)
+            player = Player(node, topics, names=names, wait_for=args.wait_for, timeout_s=args.timeout, say=say)
             for name, kind in player.skipped.items():
                 print(f"{name}: {kind} is not installed here; skipped")
             player.begin()
             while True:
                 messages = _messages(bag, topics, args)
                 player.play(bar(messages, unit="message"), args.rate)
+                if not player.sent:
+                    raise SourceError(f"{args.bag}: nothing to send: {_why_nothing(bag, topics, args)}")
                 if not args.loop:
                     break
         finally:
@@ -78,11 +83,6 @@ def run(args: argparse.Namespace) -> int:
     return int(bool(player.unanswered))
 
 
-def _say(line: str) -> None:
-    """Beside the progress bar."""
-    tqdm.write(line, file=sys.stderr)
-
-
 def _messages(bag: Bag, topics: list[Topic], args: argparse.Namespace) -> Iterator[RawMessage]:
     """What is to be sent, in the order of recording."""
     names = {t.name for t in topics}
@@ -92,6 +92,13 @@ def _messages(bag: Bag, topics: list[Topic], args: argparse.Namespace) -> Iterat
         for topic in (t.name for t in topics if t.msgtype.endswith("/CameraInfo")):
             yield from (m._replace(log_ns=start_ns) for m in itertools.islice(bag.messages([topic]), 1))
     yield from bag.messages(names, start_ns, stop_ns)
+
+
+def _why_nothing(bag: Bag, topics: list[Topic], args: argparse.Namespace) -> str:
+    lasts_s = (bag.end_ns - bag.start_ns) * 1e-9
+    if args.start_offset > lasts_s:
+        return f"it lasts {lasts_s:.2f} s, --start-offset is {args.start_offset:g}"
+    return f"no message on {', '.join(t.name for t in topics) or 'any topic'} in that time, of a type that is installed"
 
 
 def _chosen(bag: Bag, wanted: list[str] | None) -> list[Topic]:

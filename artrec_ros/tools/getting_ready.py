@@ -15,8 +15,8 @@ from ..core.base import kernel_cache
 from ..core.base.jit import kernels, share_compiled
 from ..core.recognizer import parts_needed
 from ..core.warm_up import Told, get_ready
+from ..io.base.bars import say
 from ..io.parameters.parameter_file import Setup
-from .interrupting import say
 
 _LINE_S = 10.0
 _BAR = "getting ready: {percentage:3.0f}% |{bar}| {elapsed}"

@@ -1,18 +1,12 @@
-"""Signals that end long work softly, and lines beside a progress bar."""
+"""Signals that end long work softly."""
 
 from __future__ import annotations
 
 import signal
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from tqdm import tqdm
-
-
-def say(line: str) -> None:
-    """A line for the user, beside a progress bar."""
-    tqdm.write(line, file=sys.stderr)
+from ..io.base.bars import say
 
 
 @contextmanager

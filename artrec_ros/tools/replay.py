@@ -13,13 +13,13 @@ from ..core.recognizer import remembers
 from ..core.tracking.tracker import Tracker
 from ..core.ways import SPACE, way_of
 from ..io.bags.reader import STORAGES
-from ..io.base.bars import bar
+from ..io.base.bars import bar, say
 from ..io.parameters.parameter_file import Setup, load_parameters
 from ..io.parameters.unread import unread
 from ..io.sources.frames import once
 from ..io.sources.opening import SourceOptions, Sources, open_sources
 from .getting_ready import get_setup_ready
-from .interrupting import interruptible, say
+from .interrupting import interruptible
 from .options.work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
 from .replaying.folder import ReplayFolder, counted
 from .replaying.joining import Join

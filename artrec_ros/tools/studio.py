@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.base.errors import ConfigError
+from ..io.base.bars import say
 from ..io.base.whole_files import held
-from .interrupting import say
 from .options.work_options import add_source_options, source_options
 
 if TYPE_CHECKING:  # the rest is imported when it is needed: Ctrl-C is answered from the first moment on

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.base.errors import ArtrecError, ConfigError, SourceError
-from ..io.base.bars import bar
+from ..io.base.bars import bar, say
 from ..io.base.whole_files import held
 from ..io.parameters.parameter_file import Setup, load_parameters
 from ..io.sources.frames import once
@@ -18,7 +18,7 @@ from ..io.sources.opening import open_sources
 from ..io.truth.reading import read_truth
 from .evaluation.scoring import Options
 from .getting_ready import get_setup_ready
-from .interrupting import interruptible, say
+from .interrupting import interruptible
 from .options.work_options import (
     add_source_options,
     add_worker_options,

@@ -11,7 +11,7 @@ import pytest
 from artrec_ros.core.base.errors import SourceError
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.io.images.decoding import IMAGE_SUFFIXES
-from artrec_ros.io.sources.opening import SourceOptions, open_sources
+from artrec_ros.io.sources.opening import SourceOptions, open_sources, stamps_by_name
 
 STEP_NS = 10**8
 HEADER_NS = 5 * 10**9  # headers are stamped so much later than the recording
@@ -172,6 +172,7 @@ def test_names_beyond_all_stamps_are_names(tmp_path, pictures, first):
     save(tmp_path / "f", [f"{first}.png", "1700000000500000000.png"], pictures)
     frames, _ = read([tmp_path / "f"])
     assert [f.stamp_ns for f in frames] == [0, 33333333]
+    assert stamps_by_name(sorted((tmp_path / "f").iterdir())) == []
 
 
 def test_a_name_that_is_no_text_is_told_as_text(tmp_path, pictures):

@@ -29,6 +29,7 @@ def test_a_change_holds_at_once_and_for_the_image_that_it_came_with() -> None:
     calibrations = Calibrations()
     assert focal(calibrations, 1) is None and "no camera_info" in calibrations.problem
     calibrations.receive(info(1))
+    assert calibrations.problem == "", "it has come, though no image has asked for it yet"
     assert focal(calibrations, 1) == focal(calibrations, 7) == 500 and calibrations.problem == ""
     calibrations.receive(info(2, 700.0))
     assert focal(calibrations, 2) == focal(calibrations, 3) == 700

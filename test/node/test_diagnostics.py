@@ -38,8 +38,8 @@ def values(status: DiagnosticStatus) -> dict[str, str]:
 
 def test_each_trouble_has_a_text_of_its_own(diagnostics: Diagnostics) -> None:
     silent = [
-        report(diagnostics, 101, publishers=0)["input"],
-        report(diagnostics, 102)["input"],
+        report(diagnostics, 102.1, publishers=0)["input"],
+        report(diagnostics, 102.5)["input"],
         report(diagnostics, 103, incompatible="reliability differs")["input"],
     ]
     diagnostics.image_failed(104, "encoding 'x'")
@@ -83,6 +83,17 @@ def test_silence_is_told_after_its_time_only(diagnostics: Diagnostics) -> None:
     assert report(diagnostics, 101)["input"].level == OK
     assert report(diagnostics, 102.4)["input"].level == OK
     assert report(diagnostics, 102.6)["input"].level == WARN
+
+
+def test_silence_counts_from_the_start_and_from_each_activation(diagnostics: Diagnostics) -> None:
+    assert report(diagnostics, 101.5)["input"].level == OK
+    report(diagnostics, 110, active=False)
+    assert report(diagnostics, 111.5)["input"].level == OK
+    assert report(diagnostics, 112.5)["input"].message.endswith("send none")
+    diagnostics.image_failed(113, "encoding 'x'")
+    assert report(diagnostics, 116)["input"].message.endswith("send none any more; of those that came: encoding 'x'")
+    diagnostics.image_processed(117, frame(1.0, 1))
+    assert report(diagnostics, 120)["input"].message.endswith("send none any more")
 
 
 def test_an_old_mismatch_is_no_error_while_images_come(diagnostics: Diagnostics) -> None:

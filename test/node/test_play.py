@@ -130,6 +130,9 @@ def test_the_bags_time_and_stamps_are_kept(bag: Path) -> None:
         (["--remap", "image"], 1, "OLD:=NEW"),
         (["--wait-for", "silence", "--timeout", "0.5"], 1, "nobody publishes /silence"),
         (["--rate", "0"], 2, "'0' is no positive number"),
+        (["--start-offset", "1000", "--loop"], 1, "nothing to send: it lasts 0.40 s, --start-offset is 1000"),
+        (["--wait-for", "bad-name!"], 1, "--wait-for: 'bad-name!' is no topic"),
+        (["--remap", "/eye/labels:=bad-name!"], 1, "--remap: 'bad-name!' is no topic"),
     ],
 )
 def test_mistakes_are_told(bag: Path, arguments: list[str], code: int, said: str) -> None:

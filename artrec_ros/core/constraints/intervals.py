@@ -30,13 +30,6 @@ class Interval:
             return np.maximum(np.abs(wrap_angle(v - middle, self.period)) - self.width / 2, 0.0)
         return np.maximum(np.maximum(self.low - v, v - self.high), 0.0)
 
-    def widened(self, share: float) -> Interval:
-        """Longer by `share` of the width on each side, at most one full turn."""
-        margin = share * self.width
-        if self.period > 0:
-            margin = min(margin, max(0.0, (self.period - self.width) / 2))
-        return Interval(self.low - margin, self.high + margin, self.period)
-
     @classmethod
     def around(cls, values: ArrayLike) -> Interval:
         """The smallest interval that holds all values: the paper's box, one side of it."""

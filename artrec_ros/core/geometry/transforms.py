@@ -45,13 +45,19 @@ def rotation_from_rotvec(rotvec: ArrayLike) -> Array:
 
 
 def rotvec_from_rotation(R: Array) -> Array:
-    """(..., 3) rotation vectors of rotations (..., 3, 3); near half a turn, where their sense is not known, roughly."""
+    """(..., 3) rotation vectors of rotations (..., 3, 3); of half a turn, whose sense is not known, one of both."""
     axis = (
         np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1) / 2
     )
     sine = np.sqrt((axis**2).sum(axis=-1))
     angle = np.arctan2(sine, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
-    return np.asarray(axis * (angle / np.maximum(sine, 1e-9))[..., None], np.float64)
+    unit = axis / np.maximum(sine, 1e-9)[..., None]
+    half = (sine < 1e-6) & (angle > 1)  # the axis is what half a turn leaves in place
+    if half.any():
+        kept = (R[half] + np.eye(3)) / 2
+        column = kept[np.arange(len(kept)), :, np.argmax(np.diagonal(kept, axis1=1, axis2=2), axis=1)]
+        unit[half] = column / np.linalg.norm(column, axis=1, keepdims=True)
+    return np.asarray(unit * angle[..., None], np.float64)
 
 
 def skew(v: Array) -> Array:

@@ -136,7 +136,7 @@ class Motion:
 
     :param twist: (6,) of the object's origin, m/s, and about x, y, z, rad/s, along the axes of the frame
         in which the pose is.
-    :param joints: component name -> rate, rad/s (m/s for prismatic joints).
+    :param joints: joint's name -> rate, rad/s (m/s for prismatic joints).
     """
 
     twist: Array
@@ -148,7 +148,7 @@ class Filtered:
     """Where an object is by a filter over time.
 
     :param covariance: (6, 6) as `Detection.pose_covariance`. :param joints: as `Detection.joints`.
-    :param joint_deviations: component name -> standard deviation of its joint.
+    :param joint_deviations: joint's name -> its standard deviation.
     """
 
     pose: Pose
@@ -163,14 +163,14 @@ class Detection:
 
     :param frame_id: the frame in which `pose` is; empty: the camera's optical frame.
     :param pose_from: how `pose` is known.
-    :param joints: component name -> joint angle in radians (metres for prismatic joints).
+    :param joints: joint's name -> its angle in radians (metres for prismatic joints).
     :param margin: how much lighter the best choice of objects without this one is, as a share of what this one explains
         (1: nothing else explains it, 0: another choice is as good); None where that is not known.
     :param identity: None where the object has no identities.
     :param class_fit: None where the object has no classes of configurations.
     :param pose_covariance: (6, 6) of (x, y, z, rotation about x, y, z fixed axes), m^2 and rad^2, along the axes of the
         frame in which `pose` is; None without pose.
-    :param joint_deviations: component name -> standard deviation of its joint; empty: not known.
+    :param joint_deviations: joint's name -> its standard deviation; empty: not known.
     :param predicted: it is not seen in this frame but expected; it has no components.
     :param motion: None where it is not known: without pose, or seen for the first time.
     :param filtered: None where it is not asked for, or not known.

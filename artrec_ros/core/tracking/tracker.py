@@ -97,10 +97,14 @@ class Tracker:
         return self._told(result, row_of)
 
     def _advance(self, stamp_ns: int, size: tuple[int, int], frame_id: str) -> tuple[bool, float]:
-        """Let time pass up to a frame. Whether it is the first one, and the time since the one before."""
+        """Let time pass up to a frame. Whether it is the first one, and the time since the one before. A frame may
+        come out of order, or the clock was set back a little: such stamps stand still."""
+        last_ns = stamp_ns if self._stamp_ns is None else self._stamp_ns
         other_view = size != self._size or (frame_id and self._frame_id and frame_id != self._frame_id)
-        if other_view or (self._stamp_ns is not None and stamp_ns < self._stamp_ns):
+        if other_view or (last_ns - stamp_ns) * 1e-9 > self._config.max_gap_s:
             self.forget()
+        else:
+            stamp_ns = max(stamp_ns, last_ns)
         first = self._stamp_ns is None
         dt_s = seconds_since(self._stamp_ns, stamp_ns)
         self._numbers.pass_time(dt_s, self._config.max_gap_s)

@@ -104,11 +104,11 @@ def rejections_of(
                 reason, failure = reason_alone(search, int(seed), config)
             rows.append(_rejection(search.candidates, int(seed), reason, failure))
     rows = sorted(rows, key=lambda r: -r.score)[:_MAX_REJECTIONS]
-    missing = [r for g in solution.accepted for s in searches for r in _missing(g, s, used, config)]
+    missing = [r for g in solution.accepted for s in searches for r in _missing(g, s, used)]
     return (*rows, *missing[:_MAX_REJECTIONS])
 
 
-def _missing(group: Group, search: GroupSearch, used: set[int], config: RecognizerConfig) -> Iterator[Rejection]:
+def _missing(group: Group, search: GroupSearch, used: set[int]) -> Iterator[Rejection]:
     """Of each component that an object lacks, the candidate that came nearest to it, and what it fails."""
     if search.candidates is not group.candidates:
         return

@@ -30,6 +30,11 @@ def bar(work: Iterable[Any] | None = None, desc: str = "", **options: Any) -> An
     return made
 
 
+def say(line: str) -> None:
+    """A line for the user, beside a progress bar."""
+    tqdm.write(line, file=sys.stderr)
+
+
 class _Lines:
     """What a bar writes to: a line for each time that it would be drawn anew."""
 

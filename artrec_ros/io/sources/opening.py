@@ -18,10 +18,17 @@ from ..images.video import VIDEO_SUFFIXES, frames_of_video
 from .bag_source import BagSource
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
 
-__all__ = ["STAMP_DIGITS", "FolderSource", "Frame", "SourceOptions", "Sources", "holds_bag", "open_sources"]
+__all__ = ["FolderSource", "Frame", "SourceOptions", "Sources", "holds_bag", "open_sources", "stamps_by_name"]
 
-STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds,
+_STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds,
 _LAST_NS = (2**31 - 1) * 10**9  # up to the last one that builtin_interfaces/Time holds
+
+
+def stamps_by_name(files: Sequence[Path]) -> list[int]:
+    """Stamps (ns) of images whose names are such; none where one of them is not."""
+    stems = [p.stem for p in files]
+    stamps = [int(stem) for stem in stems if stem.isdecimal() and len(stem) >= _STAMP_DIGITS]
+    return stamps if len(stamps) == len(stems) and max(stamps, default=0) <= _LAST_NS else []
 
 
 class FolderSource(Source):
@@ -35,8 +42,7 @@ class FolderSource(Source):
         if not files:
             bags, images = ", ".join(BAG_SUFFIXES), ", ".join(IMAGE_SUFFIXES)
             raise SourceError(f"{folder}: neither a bag ({bags}) nor images ({images}){_instead(folder)}")
-        named = all(p.stem.isdecimal() and len(p.stem) >= STAMP_DIGITS and int(p.stem) <= _LAST_NS for p in files)
-        stamps = [int(p.stem) if named else round(i * 1e9 / options.rate_hz) for i, p in enumerate(files)]
+        stamps = stamps_by_name(files) or [round(i * 1e9 / options.rate_hz) for i in range(len(files))]
         start_ns, stop_ns = options.span_ns(stamps[0])
         self.files = [
             (t, p) for t, p in zip(stamps, files, strict=True) if start_ns <= t and (stop_ns is None or t < stop_ns)

@@ -11,8 +11,8 @@ from ...core.geometry.transforms import readonly
 from ..base.yaml_files import Value
 from ..learned.annotations import MACHINE, MADE_BY, AnnotatedObject, load_coco
 from ..learned.coco import read_json
-from ..sources.opening import STAMP_DIGITS
-from .records import FrameKey, Told, TrueObject, Truth, frame_by_image
+from ..sources.opening import stamps_by_name
+from .records import FrameKey, Told, TrueObject, Truth, keys_by_name
 
 
 def load_coco_truth(path: Path) -> Truth:
@@ -27,7 +27,7 @@ def load_coco_truth(path: Path) -> Truth:
     images = _images(read_json(path))
     if not images:
         raise SourceError(f"{path}: images: holds no image")
-    keys = dict(zip(images, frame_by_image(images, STAMP_DIGITS, path), strict=True))
+    keys = dict(zip(images, stamps_by_name(images) or keys_by_name(images, path), strict=True))
     frames: dict[FrameKey, tuple[TrueObject, ...]] = {key: () for key in keys.values()}
     for annotated in annotations.objects:
         if annotated.points:

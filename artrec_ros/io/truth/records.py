@@ -52,7 +52,7 @@ class TrueObject:
     :param pose: its frame in the camera's optical frame, where known.
     :param components: by the truth's names: 'COMPONENT', 'COMPONENT_SIDE' or 'COMPONENT@SIDE'.
     :param centre_px: (2,) the object's origin in the image, where known.
-    :param joints: component name -> joint angle in radians (metres for prismatic joints).
+    :param joints: joint's name -> its angle in radians (metres for prismatic joints).
     :param axes: 'COMPONENT/MARKER' -> (2, 2) tail and head of the marker's axis, pixels, of annotated images.
     """
 
@@ -119,10 +119,8 @@ def load_truth(path: Path) -> dict[int, tuple[TrueObject, ...]]:
     return truth
 
 
-def frame_by_image(names: Sequence[Path], stamp_digits: int, source: object) -> list[FrameKey]:
-    """Keys of image files: their stamps where every stem is one, else their names, which then must differ."""
-    if names and all(p.stem.isdecimal() and len(p.stem) >= stamp_digits for p in names):
-        return [int(p.stem) for p in names]
+def keys_by_name(names: Sequence[Path], source: object) -> list[FrameKey]:
+    """Keys of image files whose names are no stamps: the names, which must differ."""
     keys: list[FrameKey] = [p.name for p in names]
     if twice := sorted(str(k) for k in set(keys) if keys.count(k) > 1):
         raise SourceError(f"{source}: two images are called '{twice[0]}': frames cannot be told by name")

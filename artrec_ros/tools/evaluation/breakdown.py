@@ -52,17 +52,27 @@ def component_counts(evaluation: Evaluation) -> list[ComponentCounts]:
         rows.append(ComponentCounts(name, root, found, sum(1 for _ in evaluation.false([name])), len(outcomes) - found))
         hits = Counter(hit for o in outcomes for hit in o.hits)
         missed = Counter(component for o in outcomes if o.recognised for component in o.missed)
+        joints = _joints(evaluation, name)
         for component in sorted({c for c, _ in hits} | {*missed}):  # so that two runs list them alike
-            slides = component in evaluation.sliding.get(name, ())
-            error = _joint_error(outcomes, component, slides)
+            joint = joints.get(component, component)
+            slides = joint in evaluation.sliding.get(name, ())
+            error = _joint_error(outcomes, joint, slides)
             counts = hits[component, True], hits[component, False], missed[component]
             rows.append(ComponentCounts(name, component, *counts, error, slides))
     return rows
 
 
-def _joint_error(outcomes: Sequence[Outcome], component: str, slides: bool) -> Estimate:
-    """What 95 % of the errors of a component's joint are below: it may lie on its marker while its joint is wrong."""
-    errors = [o.joint_errors[component] for o in outcomes if component in o.joint_errors]
+def _joints(evaluation: Evaluation, name: str) -> dict[str, str]:
+    """What the joints that carry an object's components are called, as far as its file is known."""
+    model = evaluation.run.models.get(name)
+    if model is None:
+        return {}
+    return {c.name: joint for c, joint in zip(model.joint_components, model.joint_names, strict=True)}
+
+
+def _joint_error(outcomes: Sequence[Outcome], joint: str, slides: bool) -> Estimate:
+    """What 95 % of a joint's errors are below: its component may lie on its marker while it is wrong."""
+    errors = [o.joint_errors[joint] for o in outcomes if joint in o.joint_errors]
     inside = [1e3 * e if slides else float(np.degrees(turned_by(e))) for e in errors]
     return intervals.quantile(inside, 0.95)
 

@@ -101,7 +101,7 @@ class Material:
 
 
 def material_of(
-    setup: Setup, pieces: Sequence[Piece], seen: Mapping[int, Recognised], truths: Sequence[Truth], options: Options
+    pieces: Sequence[Piece], seen: Mapping[int, Recognised], truths: Sequence[Truth], options: Options
 ) -> Material:
     """The frames of which a truth speaks.
 

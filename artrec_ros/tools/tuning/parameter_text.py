@@ -114,10 +114,10 @@ def _edit(text: str, node: yaml.MappingNode, path: list[str], value: Any, spec: 
     if node.flow_style:
         end = node.end_mark.index - 1
         return _Edit(end, end, f", {'.'.join(path)}: {_shown(value)}")
-    return _added(text, node, path, value, spec)
+    return _added(node, path, value, spec)
 
 
-def _added(text: str, node: yaml.MappingNode, path: list[str], value: Any, spec: Spec) -> _Edit:
+def _added(node: yaml.MappingNode, path: list[str], value: Any, spec: Spec) -> _Edit:
     """A line, or some, below the first line of a block."""
     first = node.value[0][0].start_mark
     lines, indent = [], first.column

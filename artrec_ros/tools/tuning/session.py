@@ -74,7 +74,7 @@ class Session:
         if self._stopped:
             return False
         self._before = before
-        self._material = material_of(self.setup, self._pieces, before, truths, options)
+        self._material = material_of(self._pieces, before, truths, options)
         self.split = split(self._material.numbers, hold_out.share, hold_out.block, hold_out.seed)
         return True
 

@@ -27,11 +27,6 @@ def test_angles_modulo_a_period():
     assert interval.excess(0.3) == pytest.approx(0.1)
 
 
-def test_widening_stops_at_a_full_turn():
-    assert Interval(0.0, 6.0, 2 * np.pi).widened(1.0).width == pytest.approx(2 * np.pi)
-    assert Interval(1.0, 3.0).widened(0.25) == Interval(0.5, 3.5)
-
-
 @pytest.mark.parametrize("examples", [3, 10, 40])
 @pytest.mark.parametrize("margin", [0.0, 0.2])
 def test_expected_coverage_is_what_even_examples_show(examples, margin):

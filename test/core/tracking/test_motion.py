@@ -97,6 +97,10 @@ def test_rotation_vectors():
     for v, own in zip(vectors, R, strict=True):
         np.testing.assert_allclose(own, rotation_from_rotvec(v), atol=1e-12)
     np.testing.assert_allclose(rotvec_from_rotation(R), vectors, atol=1e-9)
+    halves = np.pi * np.array([[1.0, 0, 0], [0, -1.0, 0], [0.6, 0, 0.8], [-0.48, 0.64, 0.6]])
+    for found, half in zip(rotvec_from_rotation(rotation_from_rotvec(halves)), halves, strict=True):
+        assert min(np.abs(found - half).max(), np.abs(found + half).max()) < 1e-6
+    assert np.linalg.norm(rotvec_from_rotation(np.diag([1.0, -1.0, -1.0]))) == np.pi
 
 
 BODY_UNIT = np.array([[1.0, 1.0, 1.0, 2.0, 2.0, 2.0]])

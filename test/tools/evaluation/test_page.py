@@ -184,10 +184,26 @@ def test_components_come_in_one_order_whatever_was_found_first(seen):
         names=["thing"],
         outcomes=lambda _: [(None, outcome)],
         false=lambda _: [],
-        run=SimpleNamespace(objects={"thing": SimpleNamespace(required="base")}),
+        run=SimpleNamespace(objects={"thing": SimpleNamespace(required="base")}, models={}),
         sliding={},
     )
     assert [row.component for row in component_counts(evaluation)] == ["base", "arm", "tip"]
+
+
+def test_a_joint_with_a_name_of_its_own_is_its_components():
+    joints = {"joint_components": [SimpleNamespace(name="arm")], "joint_names": ["lift"]}
+    hit = SimpleNamespace(counted=True, recognised=True, hits=[("arm", True)], missed=[], joint_errors={"lift": 0.01})
+    evaluation = SimpleNamespace(
+        names=["thing"],
+        outcomes=lambda _: [(None, hit)] * 3,
+        false=lambda _: [],
+        run=SimpleNamespace(
+            objects={"thing": SimpleNamespace(required="base")}, models={"thing": SimpleNamespace(**joints)}
+        ),
+        sliding={"thing": frozenset({"lift"})},
+    )
+    arm = component_counts(evaluation)[1]
+    assert (arm.component, arm.slides, arm.joint_error.value) == ("arm", True, 10.0), "millimetres"
 
 
 def test_a_joint_that_is_wrong_on_its_own_marker_shows_at_its_component(tmp_path):

@@ -19,6 +19,7 @@ from ..io.parameters.unread import unread
 from ..io.sources.frames import once
 from ..io.sources.opening import SourceOptions, Sources, open_sources
 from .getting_ready import get_setup_ready
+from .inspecting.model_report import odd_units
 from .interrupting import interruptible
 from .options.work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
 from .replaying.folder import ReplayFolder, counted
@@ -79,6 +80,8 @@ def run(args: argparse.Namespace) -> int:
         calibrated = {part.calibrated for part in sources.parts}
         for line in unread(setup, calibrated):
             say(line)
+        for line in (line for t in setup.targets for line in odd_units(t.model)):
+            say(f"warning: {line}")
         for line in setup.lacks(all(part.starts_calibrated() for part in sources.parts)):
             say(f"warning: {line}")
         in_space = [t for t in setup.targets if way_of(t, setup.recognizer, calibrated=True) == SPACE]
@@ -96,6 +99,8 @@ def run(args: argparse.Namespace) -> int:
             order = dataclasses.replace(order, with_classes=args.labels)
             get_setup_ready(setup, calibrated)
             summary = _replay(args, order, sources, folder, pictures, recording, tell)
+    if 0 < summary.frames == summary.frames_without_objects:
+        say(f"nothing was found; what images lack is told by: artrec inspect {args.params_file[0]} {args.sources[0]}")
     done = "interrupted; the same command goes on; what was done so far is" if summary.interrupted else "results"
     return _tell(summary, args.output, done)
 

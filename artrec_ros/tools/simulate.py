@@ -10,13 +10,14 @@ from typing import Any
 from ..core.base.config import GREATEST_LABEL
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
-from ..io.base.bars import bar
+from ..io.base.bars import bar, say
 from ..io.objects.object_reader import load_object
 from ..io.parameters.parameter_file import load_parameters
 from ..simulation.config import SceneConfig, SensorConfig
 from ..simulation.motion import MotionConfig, simulate_motion
 from ..simulation.output import write_frames
 from ..simulation.simulator import simulate
+from .inspecting.model_report import buried, odd_units
 from .options.camera_options import add_camera, camera_of
 from .options.scene_options import add_options, given_options
 
@@ -59,6 +60,8 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Writes the frames and says where they are."""
     targets = _targets(args)
+    for line in (line for t in targets for line in (*odd_units(t.model), *buried(t.model))):
+        say(f"warning: {line}")
     scene = SceneConfig(**given_options(args, SceneConfig))
     sensor = dataclasses.replace(SensorConfig().scaled(args.noise), **given_options(args, SensorConfig))
     motion = given_options(args, MotionConfig)

@@ -180,7 +180,7 @@ def test_bad_sections_are_refused(folder: Path, text: str, parts: tuple[str, ...
         ({"tracking.steady_s": 0.0}, ("tracking.steady_s", "least value 0.001")),
         ({"objects": ["red dog"]}, ("objects[0]", "letters")),
         ({"red.lable": 3}, ("red.lable", "'red.label'")),
-        ({"blue.label": 3}, ("blue.label", "unknown")),
+        ({"blue.label": 3}, ("blue.label", "'blue' is not in objects (known: red)")),
         ({"recognizer.profil": "paper"}, ("recognizer.profil", "'recognizer.profile'")),
         ({"recognizer.profile": "papr"}, ("recognizer.profile", "'paper'")),
         ({"recognizer.time_budget_ms": "50"}, ("recognizer.time_budget_ms", "number")),

@@ -99,6 +99,12 @@ def test_a_good_object_gives_no_warning_near_by_and_some_far_off():
         ),
         ("width: 0.02, height: 0.10", "width: 20, height: 100", "arm/near is 102 m across, base/plate 0.1"),
         ("width: 0.02, height: 0.10", "width: 2, height: 15", "arm/near is 15.13 m across, base/plate 0.1"),
+        ("xyz: [0, -0.01, 0.06]", "xyz: [0, -10, 60]", "arm/near is off its component's frame by 60.83 m"),
+        (
+            "origin: {xyz: [0.05, 0, 0.04]}",
+            "origin: {xyz: [50, 0, 40]}",
+            "the joint of arm is off its parent's frame by 64",
+        ),
     ],
 )
 def test_wrong_units_are_told(old, new, said, tmp_path, capsys):

@@ -194,6 +194,17 @@ def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogni
     assert len(list((tmp_path / "out" / "frames").iterdir())) == 9
 
 
+def test_where_nothing_is_found_who_tells_why_is_named(tmp_path, params, recogniser, capsys):
+    images, out = tmp_path / "images", tmp_path / "out"
+    images.mkdir()
+    cv2.imwrite(str(images / "0.png"), np.zeros((4, 4), np.uint8))
+    command = ["replay", str(images), "--params-file", str(params), "-o", str(out), "--images", "none", "--no-video"]
+    assert main(command) == 0
+    assert (
+        f"nothing was found; what images lack is told by: artrec inspect {params} {images}" in capsys.readouterr().err
+    )
+
+
 def test_where_no_image_can_be_used_nothing_is_said_of_objects(tmp_path, params, recogniser, capsys):
     (tmp_path / "images").mkdir()
     for name in ("0.png", "1.png"):

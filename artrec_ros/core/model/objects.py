@@ -217,7 +217,7 @@ class ObjectModel:
             if c.joint is not None and c.joint.parent not in seen:
                 raise ConfigError(
                     f"object '{self.name}': component '{c.name}' hangs on '{c.joint.parent}', which is no "
-                    "component listed before it"
+                    f"component listed before it ({', '.join(n for n in names if n in seen) or 'none'})"
                 )
             seen.add(c.name)
         for name in (n for n in self.joint_names if self.joint_names.count(n) > 1):

@@ -185,6 +185,9 @@ def hint(key: str, specs: Mapping[str, Spec]) -> str:
         if not known:
             return ": image.classes lists no class"
         return f": '{group[6:]}' is not in image.classes of the last file that lists them{nearest(group[6:], known)}"
+    if group not in _RESERVED and name in {f.name for f in dataclasses.fields(ObjectConfig)}:
+        known = {n.removesuffix(".object_file") for n in specs if n.endswith(".object_file")}
+        return f": '{group}' is not in objects{nearest(group, known)}"
     beside = [name for name in specs if name.rpartition(".")[0] == group]
     return nearest(key, beside or specs)
 

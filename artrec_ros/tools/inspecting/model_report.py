@@ -12,13 +12,16 @@ from ...core.alignment.symmetry import ANY_ANGLE
 from ...core.design.ambiguity import Ambiguities, Likeness, MarkerLimits
 from ...core.design.placement import buried_markers
 from ...core.geometry.camera import Camera
+from ...core.geometry.transforms import Array
 from ...core.model.objects import ObjectModel
 
 Key = tuple[str, str]
 
-_LARGE_M, _MOST_TIMES = 20.0, 100.0  # markers of an object that are larger, or than another one by so much, are none
+# markers of an object that are larger, or than another one by so much, are none; nor are its other lengths
+_LARGE_M, _MOST_TIMES = 20.0, 100.0
 _LISTED = 6  # names on a line
 _FAR_SIZES = 3.0  # an axis may leave its marker, such as for a joint beside it
+_METRES = "lengths are metres: give millimetres divided by 1000"
 _MOST_TURN_RAD = 2 * math.pi + 0.1
 
 
@@ -109,21 +112,40 @@ def buried(model: ObjectModel) -> Iterator[str]:
 def odd_units(model: ObjectModel) -> Iterator[str]:
     """A line for each length or angle that is hardly one in metres or radians."""
     markers = [(f"{c.name}/{m.name}", m) for c in model.components for m in c.markers]
-    sizes = {name: float(np.linalg.norm(np.ptp(m.outline, axis=0))) for name, m in markers}
+    sizes = {name: _norm(np.ptp(m.outline, axis=0)) for name, m in markers}
     small, large = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
     if sizes[large] > _LARGE_M or sizes[large] > _MOST_TIMES * sizes[small]:
-        yield (
-            f"{large} is {sizes[large]:.4g} m across, {small} {sizes[small]:.4g} m; lengths are metres: "
-            "give millimetres divided by 1000"
-        )
+        yield f"{large} is {sizes[large]:.4g} m across, {small} {sizes[small]:.4g} m; {_METRES}"
+    for what, length in _lengths(model):
+        if length > _MOST_TIMES * sizes[large]:
+            yield f"{what} {length:.4g} m, and the largest marker is {sizes[large]:.4g} m across; {_METRES}"
     for name, m in markers:
-        off = max(float(np.linalg.norm(end - m.centroid)) for end in (m.tail, m.head))
+        off = max(_norm(end - m.centroid) for end in (m.tail, m.head))
         if off > _FAR_SIZES * sizes[name]:
             yield f"{name}: its axis ends {off:.4g} m away from an outline that is {sizes[name]:.4g} m across"
     for name, c in zip(model.joint_names, model.joint_components, strict=True):
         most = max(abs(c.joint.lower), abs(c.joint.upper)) if c.joint and c.joint.kind == "revolute" else 0.0
         if most > _MOST_TURN_RAD:
             yield f"joint {name}: a limit of {most:g} rad is more than a turn; limits are radians: 70 degrees are 1.22"
+
+
+def _lengths(model: ObjectModel) -> Iterator[tuple[str, float]]:
+    """What beside outlines is told in metres, as a message begins."""
+    for c in model.components:
+        for m in c.markers:
+            if m.T_component_marker is not None:
+                yield f"{c.name}/{m.name} is off its component's frame by", _norm(m.T_component_marker.position)
+        for box in c.bodies:
+            yield f"a body of {c.name} is off its frame by", _norm(box.T_component_box.position)
+            yield f"a body of {c.name} measures", _norm(box.size)
+        if c.joint is not None:
+            yield f"the joint of {c.name} is off its parent's frame by", _norm(c.joint.T_parent_joint.position)
+            if c.joint.kind == "prismatic":
+                yield f"the joint of {c.name} slides by", max(abs(c.joint.lower), abs(c.joint.upper))
+
+
+def _norm(vector: Array) -> float:
+    return float(np.linalg.norm(vector))
 
 
 def _own_turns(found: Ambiguities) -> Iterator[str]:

@@ -153,7 +153,9 @@ class ImageConfig:
         if len(self.background) % 3:
             raise ConfigError(f"image.background: {len(self.background)} numbers are no whole colours r,g,b,r,g,b,...")
         if self.kind != "labels" and not self.classes:
-            raise ConfigError(f"image.classes: none is given; kind '{self.kind}' needs one or more")
+            raise ConfigError(
+                f"image.classes: none is given; kind '{self.kind}' needs one or more: artrec learn-colours finds them"
+            )
         for name, cls in self.classes.items():
             validate(cls, f"image.{name}.")
             cls.check(self.kind, f"image.{name}.")

@@ -132,6 +132,8 @@ def _pixels(s: Sample) -> str:
         parts.append(f"labels {' '.join(map(str, s.labels))}")
     elif s.channels == 1:
         parts.append(f"{len(s.labels)} values: brightness rather than labels")
+    if len(s.images) < s.count:
+        parts.append(f"in {len(s.images)} images looked at")
     return ", ".join(parts)
 
 

@@ -19,7 +19,7 @@ from ..io.parameters.unread import unread
 from ..io.sources.frames import once
 from ..io.sources.opening import SourceOptions, Sources, open_sources
 from .getting_ready import get_setup_ready
-from .inspecting.model_report import odd_units
+from .inspecting.model_report import oddities
 from .interrupting import interruptible
 from .options.work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
 from .replaying.folder import ReplayFolder, counted
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
         calibrated = {part.calibrated for part in sources.parts}
         for line in unread(setup, calibrated):
             say(line)
-        for line in (line for t in setup.targets for line in odd_units(t.model)):
+        for line in (line for t in setup.targets for line in oddities(t)):
             say(f"warning: {line}")
         for line in setup.lacks(all(part.starts_calibrated() for part in sources.parts)):
             say(f"warning: {line}")

@@ -17,7 +17,7 @@ from ..simulation.config import SceneConfig, SensorConfig
 from ..simulation.motion import MotionConfig, simulate_motion
 from ..simulation.output import write_frames
 from ..simulation.simulator import simulate
-from .inspecting.model_report import buried, odd_units
+from .inspecting.model_report import oddities
 from .options.camera_options import add_camera, camera_of
 from .options.scene_options import add_options, given_options
 
@@ -60,7 +60,7 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Writes the frames and says where they are."""
     targets = _targets(args)
-    for line in (line for t in targets for line in (*odd_units(t.model), *buried(t.model))):
+    for line in (line for t in targets for line in oddities(t)):
         say(f"warning: {line}")
     scene = SceneConfig(**given_options(args, SceneConfig))
     sensor = dataclasses.replace(SensorConfig().scaled(args.noise), **given_options(args, SensorConfig))

@@ -29,6 +29,7 @@ def _refusal(call, *parts: str) -> str:
     [
         ("a: 1\nb: 2\na: 3\n", ("line 3", "'a'", "twice")),
         ("a: [1, 2\n", ("line",)),
+        ("a:\n\tb: 1\n", ("line 2", "a tab: YAML wants spaces")),
         ("a: &x 1\nb: *x\n", ("line 2", "aliases")),
         ("", ("empty",)),
         ("a: !!python/object:os.system 1\n", ("line 1",)),

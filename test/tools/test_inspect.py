@@ -51,6 +51,31 @@ def write_truth(path, label=2, first=STAMP):
     return path
 
 
+def test_of_a_folder_each_image_that_is_odd_is_named(tmp_path, capsys):
+    """Though only a few are looked at."""
+    folder = tmp_path / "images"
+    folder.mkdir()
+    for n in range(20):
+        cv2.imwrite(str(folder / f"{n:02}.png"), np.zeros((30 if n != 7 else 20, 40), np.uint8))
+    (folder / "08.png").write_bytes(b"")
+    (folder / "00.png").write_bytes(b"none")
+    _, printed, problems = inspect(capsys, folder)
+    assert "images, 20 files, 40x30, 1 channel, labels 0, in 4 images looked at" in printed
+    assert [p.partition(f"{folder}: ")[2] for p in problems] == [
+        "00.png: 4 bytes that are neither PNG, JPEG, WebP, BMP nor GIF (they start with '6e 6f 6e 65')",
+        "08.png: it is empty",
+        "1 of 20 images have 40x20 pixels, not 40x30: 07.png",
+    ]
+
+
+def test_markers_that_have_their_bodys_class_are_told(tmp_path, config, capsys):
+    path = config / "excavator.yaml"
+    assert inspect(capsys, path)[2] == []
+    path.write_text(path.read_text().replace("label: 2", "label: 6", 1))
+    problems = inspect(capsys, path)[2]
+    assert any("have the class of its body (6) and cannot be seen on it" in p for p in problems)
+
+
 def test_what_fits_gives_no_problem(tmp_path, config, capsys):
     bag = write_bag(tmp_path / "bag")
     truth = write_truth(tmp_path / "truth.jsonl")

@@ -92,6 +92,7 @@ def test_a_good_object_gives_no_warning_near_by_and_some_far_off():
     ("old", "new", "said"),
     [
         ("limits: [-1.2, 1.2]", "limits: [-70, 70]", "joint arm: a limit of 70 rad is more than a turn"),
+        ("limits: [-1.2, 1.2]", "limits: [-2, 5]", "joint arm: from limit to limit 7 rad is more than a turn"),
         (
             "axis: [[-0.04, 0.0], [0.05, 0.0]]",
             "axis: [[-0.04, 0.0], [5, 0.0]]",

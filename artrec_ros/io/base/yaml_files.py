@@ -244,6 +244,8 @@ def load_value(path: str | Path) -> Value:
         line, problem = f" line {mark.line + 1}:" if mark else "", str(error.problem or error.context)
         if _OF_LIBYAML in problem:
             problem = _TOO_DEEP
+        elif "cannot start any token" in problem and mark and "\t" in text.splitlines()[mark.line]:
+            problem = "a tab: YAML wants spaces"
         raise ConfigError(f"{path}:{line} {problem}") from None
     except (yaml.YAMLError, TypeError, RecursionError) as error:
         raise ConfigError(f"{path}: is no valid YAML: {str(error).splitlines()[0]}") from None

@@ -114,11 +114,20 @@ def decode_file(data: bytes) -> Image:
 
 def read_image(path: Path) -> Image:
     """The pixels of an image file: upright, else as `decode_compressed`. The error's text does not repeat the path."""
+    data = _bytes_of(path)
+    return _as_supported(decode_file(data), data)
+
+
+def size_of_image(path: Path) -> tuple[int, int]:
+    """Width and height of an image file as it lies there, not decoded. Errors as `read_image`."""
+    return size_of(_bytes_of(path))
+
+
+def _bytes_of(path: Path) -> bytes:
     try:
-        data = read_bytes(path)
+        return read_bytes(path)
     except ConfigError as error:
         raise ImageError(str(error).removeprefix(f"{path}: ")) from error
-    return _as_supported(decode_file(data), data)
 
 
 def _as_supported(image: Image, encoded: bytes) -> Image:

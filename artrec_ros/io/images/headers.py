@@ -95,6 +95,8 @@ def _size_reader(encoded: bytes) -> Callable[[bytes], tuple[int, int]]:
         return _bmp_size
     if encoded.startswith(b"GIF8"):
         return _gif_size
+    if not encoded:
+        raise ImageError("it is empty")
     raise ImageError(
         f"{len(encoded)} bytes that are neither PNG, JPEG, WebP, BMP nor GIF (they start with '{encoded[:8].hex(' ')}')"
     )

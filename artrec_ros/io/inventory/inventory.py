@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,7 @@ from ..base.bars import bar
 from ..base.kinds import COCO, CONSTRAINTS, OBJECT, kind_of
 from ..base.yaml_files import load_value, load_yaml
 from ..images.cameras import load_camera
-from ..images.decoding import IMAGE_SUFFIXES, read_image
+from ..images.decoding import IMAGE_SUFFIXES, read_image, size_of_image
 from ..images.folders import images_of, is_lossy, passed_over
 from ..learned.annotations import load_coco
 from ..learned.coco import read_json
@@ -43,6 +43,7 @@ from .contents import (
 from .own_reports import read_drawing, read_report, read_urdf
 
 _YAML = (".yaml", ".yml")
+_LISTED = 3  # files by name on a line
 _SAMPLES = 5  # images of a bag or folder that are looked at, evenly spread
 
 
@@ -154,9 +155,29 @@ def _read_images(path: Path) -> Sample:
             images.append(read_image(file))
         except ImageError as error:
             problems.append(f"{file.name}: {error}")
+    problems += _headers(files, {p.partition(": ")[0] for p in problems})
     others = passed_over(path) if path.is_dir() else ""
     lossy = any(map(is_lossy, files))
     return Sample(str(path), len(files), tuple(images), tuple(problems), passed_over=others, lossy=lossy)
+
+
+def _headers(files: Sequence[Path], told: Collection[str]) -> Iterator[str]:
+    """What the files' beginnings tell of images that cannot be read or are not as large as the others.
+
+    :param told: names of which that is known.
+    """
+    sizes: dict[tuple[int, int], list[str]] = {}
+    for file in bar(files, "reading", unit="file", delay=1, leave=False):
+        try:
+            sizes.setdefault(size_of_image(file), []).append(file.name)
+        except ImageError as error:
+            if file.name not in told:
+                yield f"{file.name}: {error}"
+    usual = max(sizes, key=lambda size: len(sizes[size]), default=None)
+    for size, names in sizes.items():
+        if usual is not None and size != usual:
+            others = f"{len(names)} of {len(files)} images have {size[0]}x{size[1]} pixels, not {usual[0]}x{usual[1]}"
+            yield f"{others}: {', '.join(names[:_LISTED])}{', ...' if len(names) > _LISTED else ''}"
 
 
 def _read_bag(path: Path) -> BagContent:

@@ -146,7 +146,10 @@ def _nothing_in_common(truth: Truth, run: Run, own: Sequence[FrameKey]) -> str:
         )
     known, results = np.sort(np.array(list(truth.frames), np.int64)), np.sort(np.array(own, np.int64))
     gap_s = np.abs(results[_neighbours(known, results)] - known).min() / 1e9
+    way_out = "--max-gap allows for some"
+    if results[0] == 0:
+        way_out = "images of a folder are numbered from 0: replay the bag, or evaluate by annotations of the folder"
     return (
         f"no stamp of the truth ({len(known)} frames from {known[0]}) is one of the results' ({len(results)} frames "
-        f"from {results[0]}); the nearest two are {gap_s:.6g} s apart; --max-gap allows for some"
+        f"from {results[0]}); the nearest two are {gap_s:.6g} s apart; {way_out}"
     )

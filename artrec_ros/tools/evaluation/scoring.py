@@ -176,7 +176,10 @@ def _notes(run: Run, truth: Truth, found: Mapping[FrameKey, int], choices: Mappi
     if Told.LABELLED in told:
         yield "the truth tells annotated markers alone: components that are found without an annotation are not judged"
     if missing := sum(key not in found for key in truth.frames):
-        yield f"{missing} of {len(truth.frames)} frames of the truth have no result; their objects count as missed"
+        yield (
+            f"{missing} of {len(truth.frames)} frames of the truth have no result; their objects count as missed, and "
+            "they among the frames without a false one"
+        )
     if repeated := repeated_frames(truth, run):
         yield f"{repeated} results have the stamp or name of a later one, which counts in their place"
     for name, count in strangers(truth, choices).items():

@@ -21,7 +21,7 @@ from ...io.inventory.inventory import image_stamps
 from ...io.learned.annotations import AnnotatedObject, Annotations
 from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
-from .model_report import buried, odd_units
+from .model_report import buried, odd_units, on_own_colour
 from .nothing_left import nothing_left
 
 T = TypeVar("T")
@@ -40,6 +40,9 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
         yield from (f"{path}: {p}" for p in sample.problems)
     for name, model in _models(items).items():
         yield from (f"{name}: {line}" for line in (*buried(model), *odd_units(model)))
+    for path, setup in _all(items, Setup):
+        for t in setup.targets:
+            yield from (f"{path}: {t.name}: {line}" for line in on_own_colour(t.model, t.label))
     for path, coco in _all(items, Annotations):
         yield from _annotations(path, coco, _models(items))
     for path, constraints in _all(items, ConstraintContent):

@@ -14,6 +14,7 @@ from ...core.design.placement import buried_markers
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array
 from ...core.model.objects import ObjectModel
+from ...core.model.target import Target
 
 Key = tuple[str, str]
 
@@ -90,10 +91,9 @@ def counted(number: int, noun: str) -> str:
 def advice(found: Ambiguities, camera: Camera, distance_m: float | None) -> list[str]:
     """One line for everything that will be ambiguous, hidden or too small: 'warning: ...', then 'note: ...'."""
     lines = [
-        *(f"warning: {line}" for line in (*buried(found.model), *odd_units(found.model))),
+        *(f"warning: {line}" for line in (*buried(found.model), *odd_units(found.model), *on_own_colour(found.model))),
         *_own_turns(found),
         *_same(found),
-        *_labels(found.model),
         *_range(found, camera, distance_m),
         *_structure(found.model),
     ]
@@ -124,9 +124,12 @@ def odd_units(model: ObjectModel) -> Iterator[str]:
         if off > _FAR_SIZES * sizes[name]:
             yield f"{name}: its axis ends {off:.4g} m away from an outline that is {sizes[name]:.4g} m across"
     for name, c in zip(model.joint_names, model.joint_components, strict=True):
-        most = max(abs(c.joint.lower), abs(c.joint.upper)) if c.joint and c.joint.kind == "revolute" else 0.0
-        if most > _MOST_TURN_RAD:
-            yield f"joint {name}: a limit of {most:g} rad is more than a turn; limits are radians: 70 degrees are 1.22"
+        if c.joint is None or c.joint.kind != "revolute":
+            continue
+        most, span = max(abs(c.joint.lower), abs(c.joint.upper)), c.joint.upper - c.joint.lower
+        if max(most, span) > _MOST_TURN_RAD:
+            what = f"a limit of {most:g} rad" if most > _MOST_TURN_RAD else f"from limit to limit {span:g} rad"
+            yield f"joint {name}: {what} is more than a turn; limits are radians: 70 degrees are 1.22"
 
 
 def _lengths(model: ObjectModel) -> Iterator[tuple[str, float]]:
@@ -190,11 +193,20 @@ def _groups(pairs: Sequence[Likeness]) -> list[list[Key]]:
     return groups
 
 
-def _labels(model: ObjectModel) -> Iterator[str]:
+def on_own_colour(model: ObjectModel, label: int = 0) -> Iterator[str]:
+    """A line for each component whose markers have its body's class.
+
+    :param label: of those without one of their own; 0: not known.
+    """
     for c in model.components:
-        if c.body_label is not None and c.body_label in (c.label, *c.classes.values()):
-            body = f"the class of its body ({c.body_label})"
-            yield f"warning: the markers of '{c.name}' have {body} and cannot be seen on it"
+        if c.body_label is not None and c.body_label in c.labels(label):
+            yield f"the markers of '{c.name}' have the class of its body ({c.body_label}) and cannot be seen on it"
+
+
+def oddities(target: Target) -> Iterator[str]:
+    """A line for what is hardly meant in the object file of something that is looked for or drawn."""
+    for lines in (odd_units(target.model), buried(target.model), on_own_colour(target.model, target.label)):
+        yield from (f"{target.name}: {line}" for line in lines)
 
 
 def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iterator[str]:

@@ -156,6 +156,11 @@ def check(args: argparse.Namespace) -> None:
             raise ConfigError(f"{source}: is no bag; name the folder of its label images with --label-images DIR")
     if not args.params_file and not args.classes:
         raise ConfigError("--classes: name the classes to learn, such as red=3, or give --params-file")
+    labels = [label for _, label in args.classes]
+    if not args.annotations and len(set(labels)) < len(labels):
+        twice = next(label for label in labels if labels.count(label) > 1)
+        names = " and ".join(name for name, label in args.classes if label == twice)
+        raise ConfigError(f"--classes: {names} have both label {twice}; label images do not tell them apart")
     if args.images and not args.annotations:
         raise ConfigError("--images goes with --annotations")
     if math.isfinite(args.around) and not (args.params_file and args.annotations):
@@ -223,7 +228,12 @@ def _checked(pairs: Iterable[tuple[Frame, Frame]]) -> Iterator[Pair]:
     for frame, label in pairs:
         if frame.image is None or label.image is None:
             continue
-        if frame.image.ndim != 3 or label.image.shape != frame.image.shape[:2]:
+        if frame.image.ndim != 3:
+            raise ConfigError(
+                f"{frame.name}: a colour image is wanted, and this one has one channel; colours are learned from a "
+                "camera's images beside their label images (--topic, --label-topic)"
+            )
+        if label.image.shape != frame.image.shape[:2]:
             raise ConfigError(
                 f"{frame.name}, {label.name}: a colour image and a label image of one size are wanted, not "
                 f"{frame.image.shape} and {label.image.shape}"

@@ -100,7 +100,8 @@ def run(args: argparse.Namespace) -> int:
             get_setup_ready(setup, calibrated)
             summary = _replay(args, order, sources, folder, pictures, recording, tell)
     if 0 < summary.frames == summary.frames_without_objects:
-        say(f"nothing was found; what images lack is told by: artrec inspect {args.params_file[0]} {args.sources[0]}")
+        why = f"artrec inspect {args.params_file[0]} {args.sources[0]}"
+        say(f"nothing was found: 'rejected' in {args.output / 'detections.jsonl'} may tell why, or {why}")
     done = "interrupted; the same command goes on; what was done so far is" if summary.interrupted else "results"
     return _tell(summary, args.output, done)
 

@@ -201,7 +201,8 @@ def test_where_nothing_is_found_who_tells_why_is_named(tmp_path, params, recogni
     command = ["replay", str(images), "--params-file", str(params), "-o", str(out), "--images", "none", "--no-video"]
     assert main(command) == 0
     assert (
-        f"nothing was found; what images lack is told by: artrec inspect {params} {images}" in capsys.readouterr().err
+        f"nothing was found: 'rejected' in {out / 'detections.jsonl'} may tell why, or artrec inspect {params}"
+        in capsys.readouterr().err
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array
 from ...core.model.objects import Marker
-from ..base.yaml_files import read_text
+from ..base.yaml_files import nearest, read_text
 from .marker_shapes import LooseMarker, marker_of, safe_name
 
 _PPI = 96.0  # CSS: user units to the inch; a drawing with a physical width is scaled to it
@@ -50,6 +50,10 @@ def svg_markers(path: Path, width_m: float | None = None) -> list[LooseMarker]:
         raise ConfigError(f"{path}: cannot be read as a drawing: {type(error).__name__}: {error}") from None
     shapes = list(_shapes(elements, drawing, ""))
     axes = {n.removesuffix(_AXIS): _points(elements, s, n, path)[0] for _, n, s in shapes if n.endswith(_AXIS)}
+    named = {n for _, n, s in shapes if not n.endswith(_AXIS) and _is_filled(s)}
+    for name in axes:
+        if name not in named:
+            raise ConfigError(f"{path}: the line '{name}{_AXIS}' is of no filled shape{nearest(name, sorted(named))}")
     markers = []
     for group, name, shape in shapes:
         if name.endswith(_AXIS) or not _is_filled(shape):

@@ -33,7 +33,7 @@ from ..base.shared_files import resolve_path
 from ..base.yaml_files import Value, nearest
 from .sections import SECTION, read_flat
 from .specs import EXPERT, Spec, all_specs, moved, specs_of
-from .targets import colourless, lacking, load_target, same_labels, with_absolute_paths
+from .targets import colourless, lacking, load_target, same_labels, unclassed, with_absolute_paths
 
 _ROS_OWN = ("use_sim_time", "start_type_description_service")  # every ROS node has these
 _ROS_OWN_PREFIX = "qos_overrides."
@@ -70,7 +70,11 @@ class Setup:
     def lacks(self, calibrated: bool = True) -> list[str]:
         """A line for each object that cannot be found with what the files tell, and for classes without a colour;
         `calibrated`: the images are."""
-        return [*colourless(self.image), *lacking(self.targets, self.recognizer, calibrated)]
+        return [
+            *colourless(self.image),
+            *unclassed(self.targets, self.image),
+            *lacking(self.targets, self.recognizer, calibrated),
+        ]
 
     def value(self, name: str) -> Any:
         """A parameter's value, also where it was not given; lists as such."""

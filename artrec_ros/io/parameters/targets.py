@@ -87,6 +87,17 @@ def colourless(image: ImageConfig) -> Iterator[str]:
         )
 
 
+def unclassed(targets: Sequence[Target], image: ImageConfig) -> Iterator[str]:
+    """A line for each class of markers that no class of colours makes: they will not be seen."""
+    if image.kind == "labels":
+        return
+    known = {label for _, label in image.named_labels}
+    for target in targets:
+        for label in sorted(target.labels - known):
+            of = [c.name for c in target.model.components if label in c.labels(target.label)]
+            yield f"{target.name}: image.classes has no class of label {label}: {', '.join(of)} will not be seen"
+
+
 def same_labels(a: ImageConfig, b: ImageConfig) -> bool:
     """Whether targets read with one are as if read with the other."""
     return a.kind == b.kind and dict(a.named_labels) == dict(b.named_labels)

@@ -136,6 +136,18 @@ def test_frames_without_result_count_as_missed_unless_only_common_ones_are_score
     assert metrics_of(folder)["all"]["recognition_rate"]["value"] == 1
 
 
+def test_names_of_the_truth_that_the_object_lacks_are_told(tmp_path, truth, capsys):
+    folder = write_run(tmp_path / "r", [record(10, found_thing(-0.2))])
+    text = truth.read_text()
+    truth.write_text(text.replace('"arm"', '"amr"'))
+    assert text != truth.read_text()
+    assert main(["evaluate", str(folder), "--truth", str(truth), "--no-page"]) == 0
+    assert "the truth's component 'amr' is none of 'thing'; did you mean 'arm'?" in capsys.readouterr().out
+    truth.write_text(text)
+    assert main(["evaluate", str(folder), "--truth", str(truth), "--no-page"]) == 0
+    assert "is none of 'thing'" not in capsys.readouterr().out
+
+
 def test_truth_of_another_recording_says_how_far_off_it_is(tmp_path, truth, capsys):
     folder = write_run(tmp_path / "r", [record(5 * 10**9 + 30)])
     assert main(["evaluate", str(folder), "--truth", str(truth)]) == 1
@@ -167,6 +179,12 @@ def test_wrong_options(truth, found, capsys, arguments, code, said):
     [
         ("nothing.jsonl", None, "there is no such file"),
         ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{}\n', "line 2 is no line of truth"),
+        (
+            "t.jsonl",
+            '{"stamp_ns": 1, "objects": [{"team": 1, "components": {}, "position": [0, 0, 1], '
+            '"rotation": [[2, 0, 0], [0, 2, 0], [0, 0, 2]]}]}',
+            "line 1 is no line of truth: 'rotation' is none",
+        ),
         ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{"stamp_ns": 1, "objects": []}\n', "the stamp 1 is there twice"),
         ("t.jsonl", "", "holds no frame"),
         ("t.csv", "x", "truth is read from a bag"),

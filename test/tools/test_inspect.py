@@ -16,6 +16,7 @@ from artrec_ros.tools.main import main
 
 CONFIG = Path(__file__).parents[2] / "config"
 STAMP = 1_700_000_000_000_000_000
+PATCH_ON_BODY = np.repeat(np.array([[2] * 20 + [6] * 20], np.uint8), 30, axis=0)  # (30, 40) the excavator's labels
 
 
 def inspect(capsys, *paths):
@@ -116,10 +117,10 @@ def test_calibration_that_is_missing_or_of_another_size_is_told(tmp_path, config
 def test_an_uncalibrated_camera_is_told_where_poses_are_wanted(tmp_path, config, capsys):
     with BagWriter(tmp_path / "bag") as bag:
         bag.write_camera("/camera/camera_info", STAMP, Camera(np.zeros((3, 3)), np.zeros(0), (40, 30)))
-        bag.write_image("/camera/image", STAMP, "cam", np.full((30, 40), 2, np.uint8))
+        bag.write_image("/camera/image", STAMP, "cam", PATCH_ON_BODY)
     code, _, problems = inspect(capsys, config / "excavator.yaml", tmp_path / "bag")
     assert code == 1 and "not calibrated" in problems[0]
-    cv2.imwrite(str(tmp_path / "0.png"), np.full((30, 40), 2, np.uint8))
+    cv2.imwrite(str(tmp_path / "0.png"), PATCH_ON_BODY)
     problems = inspect(capsys, config / "excavator.yaml", tmp_path / "0.png")[2]
     assert any("no calibration: name a calibration file beside it: no poses" in p for p in problems)
     assert inspect(capsys, tmp_path / "bag")[0] == 0  # nobody wants poses
@@ -151,7 +152,7 @@ def test_the_wrong_kind_of_images_is_told(tmp_path, config, capsys):
     with BagWriter(tmp_path / "two") as bag:
         for topic in ("/a/image", "/b/image"):
             bag.write_camera(f"{topic[:2]}/camera_info", STAMP, pinhole_camera((40, 30), 60))
-            bag.write_image(topic, STAMP, "cam", np.full((30, 40), 2, np.uint8))
+            bag.write_image(topic, STAMP, "cam", PATCH_ON_BODY)
     _, _, problems = inspect(capsys, config / "excavator.yaml", tmp_path / "two")
     assert len(problems) == 1 and "choose one with --topic" in problems[0]
 

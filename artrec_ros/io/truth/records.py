@@ -22,6 +22,8 @@ from ..base.json_lines import fault
 from ..base.kinds import TRUTH, mistaken
 from ..base.yaml_files import size_of_file
 
+_ROUNDED = 0.01  # by so much rows of a rotation may be off, as where it was written with few digits
+
 
 @dataclass(frozen=True)
 class TrueComponent:
@@ -132,11 +134,18 @@ def _object(o: dict[str, Any]) -> TrueObject:
         name: TrueComponent(float(c["full_px"]), float(c["visible_px"]), _point(c["centre"]))
         for name, c in o["components"].items()
     }
-    pose = Pose(np.array(o["rotation"], float), np.array(o["position"], float)) if "position" in o else None
+    pose = Pose(_rotation(o["rotation"]), np.array(o["position"], float)) if "position" in o else None
     joints = {str(name): float(q) for name, q in (o.get("joints") or {}).items()}
     name = None if o.get("object") is None else str(o["object"])
     label = int(o["team"]) if name is None or "team" in o else None
     return TrueObject(label, pose, components, _point(o.get("centre_px")), name, joints)
+
+
+def _rotation(value: Any) -> Array:
+    R = np.array(value, float)
+    if R.shape != (3, 3) or np.abs(R @ R.T - np.eye(3)).max() > _ROUNDED or np.linalg.det(R) < 0:
+        raise ValueError("'rotation' is none: three rows, perpendicular and of length 1, right-handed, are wanted")
+    return R
 
 
 def _point(value: Any) -> Array | None:

@@ -10,6 +10,7 @@ from ...core.base.errors import SourceError
 from ...core.geometry.camera import Camera
 from ...core.model.found import Detection
 from ...core.model.objects import ObjectModel
+from ...io.base.yaml_files import nearest
 from ...io.results.results import FrameRecord
 from ...io.truth.records import FrameKey, Told, TrueObject, Truth
 from .assignment import Choice, choose_objects, match_frames, repeated_frames, strangers
@@ -166,6 +167,17 @@ def _sliding(model: ObjectModel) -> frozenset[str]:
     return frozenset(name for name, c in joints if c.joint is not None and c.joint.kind == "prismatic")
 
 
+def _unknown(objects: Sequence[TrueObject], name: str, model: ObjectModel) -> Iterable[str]:
+    """What the truth tells of components and joints that the object does not have: slips of names, mostly."""
+    mine = [c.name for c in model.components]
+    parts = {part.partition("@")[0] for o in objects for part in o.components}
+    strange = [p for p in sorted(parts) if not any(p == c or p.startswith(f"{c}_") for c in mine)]
+    joints = sorted({joint for o in objects for joint in o.joints} - {*model.joint_names})
+    for what, names, known in (("component", strange, mine), ("joint", joints, model.joint_names)):
+        for other in names if known else ():
+            yield f"the truth's {what} '{other}' is none of '{name}'{nearest(other, known)}"
+
+
 def _notes(run: Run, truth: Truth, found: Mapping[FrameKey, int], choices: Mapping[str, Choice]) -> Iterable[str]:
     yield from run.notes
     if truth.left_out:
@@ -184,5 +196,8 @@ def _notes(run: Run, truth: Truth, found: Mapping[FrameKey, int], choices: Mappi
         yield f"{repeated} results have the stamp or name of a later one, which counts in their place"
     for name, count in strangers(truth, choices).items():
         yield f"{count} objects '{name}' of the truth were not looked for: not scored"
+    for name, choice in choices.items():
+        if name in run.models:
+            yield from _unknown(choice.of(list(truth.objects())), name, run.models[name])
     if truth.frame_id and run.frame_id and truth.frame_id != run.frame_id:
         yield f"the truth's poses are in frame '{truth.frame_id}', the results' in '{run.frame_id}': are they the same?"

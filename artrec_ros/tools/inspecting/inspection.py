@@ -223,11 +223,13 @@ def _expected(target: Target) -> dict[int, str]:
     expected: dict[int, str] = {}
     for c in target.model.components:
         if c.classes:
-            continue  # any of them will do
-        if c.label is None:
+            pass  # any of them will do
+        elif c.label is None:
             expected.setdefault(target.label, f"that of '{target.name}'")
         else:
             expected.setdefault(c.label, f"that of '{target.name}', component '{c.name}'")
+        for label in c.body_labels:
+            expected.setdefault(label, f"that of '{target.name}', the body of '{c.name}'")
     return expected
 
 

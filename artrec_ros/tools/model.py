@@ -173,7 +173,9 @@ def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
     if kind == "drawing":
         if args.width and len(args.width) != 1:
             raise ConfigError(f"--width: {len(args.width)} given; a drawing has one")
-        return object_of(name, svg_markers(first, args.width[0] if args.width else None)), ()
+        notes: list[str] = []
+        markers = svg_markers(first, args.width[0] if args.width else None, lambda line: notes.append(f"note: {line}"))
+        return object_of(name, markers), notes
     sizes = picture_sizes(len(sources), args.width, args.height, args.corners, args.rectangle)
     pictured = [
         image_marker(source, size.width_m, args.marker_label, size.height_m, size.rectangle)

@@ -48,7 +48,9 @@ def assert_same_corners(outline, corners, atol):
 
 
 def test_a_drawing_gives_its_filled_shapes_in_metres(drawing):
-    found = {(m.component, m.marker.name): m.marker for m in svg_markers(drawing(DRAWING))}
+    told: list[str] = []
+    found = {(m.component, m.marker.name): m.marker for m in svg_markers(drawing(DRAWING), None, told.append)}
+    assert told == ["hidden or without a fill, and so no markers: hidden"]
     assert list(found) == [("base", "side"), ("arm", "ribbon"), ("arm", "tip"), ("arm", "plate")]
     side = found["base", "side"]
     expected = centred(np.array([[10, 10], [70, 10], [80, 30], [10, 30]]) * [1e-3, -1e-3])
@@ -122,6 +124,7 @@ def test_a_drawings_size_can_be_given(drawing):
         (f'{HEAD} width="20mm"><path id="a" d="M 0 0 L 10 10 L 10 0 L 0 5 Z"/></svg>', "'a'.*crosses itself"),
         (f'{HEAD} width="20mm"><path id="a" d="M 0 0 h 9 v 9 z M 20 0 h 9 v 9 z"/></svg>', "'a' has several parts"),
         (DRAWING.replace("</g>\n  <g ", '<path id="side.axis" d="M 0 0 h 5 v 5"/></g><g '), "one straight line"),
+        (DRAWING.replace("side.axis", "sied.axis"), "'sied.axis' is of no filled shape; did you mean 'side'"),
     ],
 )
 def test_a_bad_drawing_is_refused(drawing, text, message):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -32,7 +32,9 @@ _SPECK = 1e-3  # share of a shape's area below which another part of it is none
 _ROUND = 0.01  # radii of a circle that was stretched by more than this share are those of an ellipse
 
 
-def svg_markers(path: Path, width_m: float | None = None) -> list[LooseMarker]:
+def svg_markers(
+    path: Path, width_m: float | None = None, told: Callable[[str], None] = lambda line: None
+) -> list[LooseMarker]:
     """The filled shapes of a drawing, in its order, copies (`use`) too; strokes and text are passed over.
 
     A shape is named by its label (Inkscape's) or id, its component by those of the group or layer that holds it, else
@@ -40,6 +42,7 @@ def svg_markers(path: Path, width_m: float | None = None) -> list[LooseMarker]:
     named NAME.axis is the axis of the shape NAME, from tail to head.
 
     :param width_m: width of the whole drawing; needed where the drawing does not tell it in mm, cm, in or pt.
+    :param told: called with a line on shapes with a name of their own that are passed over.
     :raises ConfigError: no svgelements, no SVG, no size, no filled shape, one with a hole or of several parts.
     """
     elements = _import()
@@ -54,6 +57,8 @@ def svg_markers(path: Path, width_m: float | None = None) -> list[LooseMarker]:
     for name in axes:
         if name not in named:
             raise ConfigError(f"{path}: the line '{name}{_AXIS}' is of no filled shape{nearest(name, sorted(named))}")
+    if bare := sorted({n for _, n, s in shapes if not n.endswith(_AXIS) and not _is_filled(s) and _name(s)}):
+        told(f"hidden or without a fill, and so no markers: {', '.join(bare)}")
     markers = []
     for group, name, shape in shapes:
         if name.endswith(_AXIS) or not _is_filled(shape):

@@ -50,9 +50,9 @@ def _common_outcomes(first: Evaluation, second: Evaluation) -> tuple[Iterable[tu
 
 
 def _rates(pairs: list[tuple[bool, bool]]) -> Change:
-    differences = np.array([int(b) - int(a) for a, b in pairs])
-    gained, lost = int((differences > 0).sum()), int((differences < 0).sum())
-    return Change(intervals.mean(differences), gained, lost, intervals.exact_sign_test(gained, lost))
+    gained, lost = sum(b and not a for a, b in pairs), sum(a and not b for a, b in pairs)
+    change = intervals.rate_difference(gained, lost, len(pairs))
+    return Change(change, gained, lost, intervals.exact_sign_test(gained, lost))
 
 
 def _means(pairs: list[tuple[int, int]]) -> Change:

@@ -13,6 +13,7 @@ from artrec_ros.tools.evaluation.intervals import (
     per_frame,
     quantile,
     rate,
+    rate_difference,
 )
 
 
@@ -30,6 +31,22 @@ def test_the_exact_interval_of_a_poisson_count():
     assert per_frame(0, 1).high == pytest.approx(3.689, abs=1e-3) and per_frame(0, 1).low == 0
     e = per_frame(10, 100)
     assert (e.value, e.low, e.high) == (0.1, pytest.approx(0.04795, abs=1e-5), pytest.approx(0.18390, abs=1e-5))
+
+
+def test_a_difference_of_rates_is_not_sure_where_nothing_changed():
+    e = rate_difference(0, 0, 16)
+    assert (e.value, e.n) == (0, 16) and e.high == -e.low == pytest.approx(0.109, abs=1e-3)
+    assert rate_difference(0, 0, 160).high < 0.02 and rate_difference(3, 0, 3).high == 1
+    assert rate_difference(0, 0, 0) == Estimate()
+
+
+def test_a_difference_of_rates_is_covered_as_often_as_it_says():
+    rng, covered = np.random.default_rng(7), 0
+    for _ in range(1000):  # of 40 cases each is found by the second alone with .15, by the first alone with .05
+        gained, lost, _ = rng.multinomial(40, [0.15, 0.05, 0.8])
+        e = rate_difference(gained, lost, 40)
+        covered += e.low <= 0.1 <= e.high
+    assert 930 <= covered <= 980
 
 
 def test_f1_is_the_harmonic_mean_and_its_interval_that_of_the_ratio_it_grows_with():

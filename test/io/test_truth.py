@@ -37,6 +37,15 @@ class TestPoses:
         assert first.told is Told.REQUIRED and first.label is None
         assert truth.frame_id == "optical" and np.array_equal(truth.camera.matrix, CAMERA.matrix)
 
+    def test_what_a_damaged_bag_lacks_is_told(self, tmp_path):
+        with BagWriter(tmp_path / "bag", "mcap") as bag:
+            for stamp in range(200):
+                bag.write_poses("/ground_truth/red/poses", stamp, "optical", POSES)
+        assert read_truth(tmp_path / "bag").problems == ()
+        (file,) = (tmp_path / "bag").glob("*.mcap")
+        file.write_bytes(file.read_bytes()[: int(0.6 * file.stat().st_size)])
+        assert any("truncated" in problem for problem in read_truth(tmp_path / "bag").problems)
+
     def test_topics_that_are_named_go_before_those_of_ground_truth(self, tmp_path):
         with BagWriter(tmp_path / "bag", "mcap") as bag:
             bag.write_poses("/ground_truth/red/poses", 20, "optical", POSES)

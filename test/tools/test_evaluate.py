@@ -148,6 +148,12 @@ def test_names_of_the_truth_that_the_object_lacks_are_told(tmp_path, truth, caps
     assert "is none of 'thing'" not in capsys.readouterr().out
 
 
+def test_results_without_truth_are_counted(tmp_path, truth, capsys):
+    folder = write_run(tmp_path / "r", [record(10, found_thing(-0.2)), record(15), record(17), record(20)])
+    assert main(["evaluate", str(folder), "--truth", str(truth), "--no-page"]) == 0
+    assert "2 of 4 results are of frames that the truth does not have: not judged" in capsys.readouterr().out
+
+
 def test_truth_of_another_recording_says_how_far_off_it_is(tmp_path, truth, capsys):
     folder = write_run(tmp_path / "r", [record(5 * 10**9 + 30)])
     assert main(["evaluate", str(folder), "--truth", str(truth)]) == 1

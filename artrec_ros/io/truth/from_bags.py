@@ -45,7 +45,8 @@ def load_pose_truth(path: Path, topics: Sequence[str] = ()) -> Truth:
         raise SourceError(f"{problems[0] if problems else path}: {', '.join(names)}: no message in it")
     if len(frame_ids) > 1:
         raise SourceError(f"{path}: the poses are in different frames: {', '.join(sorted(map(repr, frame_ids)))}")
-    return Truth(dict(sorted(frames.items())), f"{path} ({', '.join(names)})", camera, frame_ids.pop())
+    source, (frame_id,) = f"{path} ({', '.join(names)})", frame_ids
+    return Truth(dict(sorted(frames.items())), source, camera, frame_id, problems=tuple(problems))
 
 
 def object_name(topic: str) -> str:

@@ -79,6 +79,7 @@ class Truth:
     :param frames: by stamp, or by image file name, all in the same way. :param source: where they come from.
     :param camera: the calibration beside them, where there is one. :param frame_id: in which the poses are; '': unsaid.
     :param left_out: frames that are no truth, as the recogniser itself annotated them.
+    :param problems: what is wrong with the source, as where its end is missing.
     """
 
     frames: Mapping[FrameKey, tuple[TrueObject, ...]]
@@ -86,6 +87,7 @@ class Truth:
     camera: Camera | None = None
     frame_id: str = ""
     left_out: int = 0
+    problems: tuple[str, ...] = ()
 
     @property
     def by_name(self) -> bool:

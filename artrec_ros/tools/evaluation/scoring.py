@@ -180,6 +180,7 @@ def _unknown(objects: Sequence[TrueObject], name: str, model: ObjectModel) -> It
 
 def _notes(run: Run, truth: Truth, found: Mapping[FrameKey, int], choices: Mapping[str, Choice]) -> Iterable[str]:
     yield from run.notes
+    yield from truth.problems
     if truth.left_out:
         yield f"{truth.left_out} images whose annotations the recogniser made are left out: they are no truth"
     told = {o.told for o in truth.objects()}
@@ -192,6 +193,8 @@ def _notes(run: Run, truth: Truth, found: Mapping[FrameKey, int], choices: Mappi
             f"{missing} of {len(truth.frames)} frames of the truth have no result; their objects count as missed, and "
             "they among the frames without a false one"
         )
+    if unjudged := len(run.records) - len(set(found.values())) - repeated_frames(truth, run):
+        yield f"{unjudged} of {len(run.records)} results are of frames that the truth does not have: not judged"
     if repeated := repeated_frames(truth, run):
         yield f"{repeated} results have the stamp or name of a later one, which counts in their place"
     for name, count in strangers(truth, choices).items():

@@ -36,18 +36,19 @@ class MotionConfig:
 class _Path:
     """One object's motion: a sine on each axis of the floor, of its turn and of its joints.
 
-    :param rate: (3,) of x, y and turn, rad/s. :param phase: (3,) rad.
+    :param rate: (3,) of x, y and turn, rad/s. :param phase: (3,) rad. :param joint_range: see `SceneConfig`.
     """
 
     start: PlacedObject
     motion: MotionConfig
     rate: Array
     phase: Array
+    joint_range: float
 
     @classmethod
-    def random(cls, start: PlacedObject, motion: MotionConfig, rng: np.random.Generator) -> _Path:
+    def random(cls, start: PlacedObject, motion: MotionConfig, rng: np.random.Generator, joint_range: float) -> _Path:
         rate = 2 * motion.speed / motion.reach * rng.uniform(0.5, 1.0, 3)
-        return cls(start, motion, rate, rng.uniform(-np.pi, np.pi, 3))
+        return cls(start, motion, rate, rng.uniform(-np.pi, np.pi, 3), joint_range)
 
     def at(self, time_s: float) -> PlacedObject:
         """Where the object is; at time 0 where the scene put it."""
@@ -63,16 +64,21 @@ class _Path:
         for name, component in zip(model.joint_names, model.joint_components, strict=True):
             assert component.joint is not None  # that is what makes it one
             low, high = joint_span(component.joint)
-            middle, half = (low + high) / 2, max((high - low) / 2, 1e-9)
+            middle, half = (low + high) / 2, max(self.joint_range * (high - low) / 2, 1e-9)
             phase = np.arcsin(np.clip((self.start.joints[name] - middle) / half, -1, 1))
             swing = np.sin(2 * np.pi * self.motion.swing_hz * time_s + phase)
             joints[name] = float(middle + half * swing)
         return joints
 
 
-def moving_scenes(start: Scene, motion: MotionConfig, rng: np.random.Generator) -> Iterator[Scene]:
-    """The scene as time goes on, a frame's period apart, without end; the first is `start` itself."""
-    paths = [_Path.random(placed, motion, rng) for placed in start.objects]
+def moving_scenes(
+    start: Scene, motion: MotionConfig, rng: np.random.Generator, joint_range: float = 1.0
+) -> Iterator[Scene]:
+    """The scene as time goes on, a frame's period apart, without end; the first is `start` itself.
+
+    :param joint_range: share of each joint's limits that is used, as where the scene was made.
+    """
+    paths = [_Path.random(placed, motion, rng, joint_range) for placed in start.objects]
     number = 0
     while True:
         time_s = number * PERIOD_NS * 1e-9
@@ -97,6 +103,6 @@ def simulate_motion(
         require_places(target.model)
     renderer = Renderer(camera)
     rng = np.random.default_rng(seed)
-    scenes = moving_scenes(sample_scene(targets, camera, scene, rng), motion, rng)
+    scenes = moving_scenes(sample_scene(targets, camera, scene, rng), motion, rng, scene.joint_range)
     for index, made in zip(range(frames), scenes, strict=False):
         yield render_frame(index, renderer, made, sensor, rng)

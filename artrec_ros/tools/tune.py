@@ -103,7 +103,8 @@ def run(args: argparse.Namespace) -> int:
         session = Session(args.output, engine, order_of(setup, args.sources, sources, options), named, once(say))
         try:
             with interruptible(session.stop):
-                done = _tune(args, session, space, goal)
+                scoring = Options(max_gap_ns=round(args.max_gap * 1e9), camera=options.camera)
+                done = _tune(args, session, space, goal, scoring)
         except OSError as error:
             raise _unwritable(args.output, error) from error
     if not done:
@@ -111,14 +112,15 @@ def run(args: argparse.Namespace) -> int:
     return int(not done)
 
 
-def _tune(args: argparse.Namespace, session: Session, space: tuple[Dimension, ...], goal: Goal) -> bool:
+def _tune(
+    args: argparse.Namespace, session: Session, space: tuple[Dimension, ...], goal: Goal, scoring: Options
+) -> bool:
     """Whether it came to an end."""
     from .tuning.outcome import Outcome
     from .tuning.search import Search
     from .tuning.session import HoldOut
 
     truths = [read_truth(path) for path in args.truth]
-    scoring = Options(max_gap_ns=round(args.max_gap * 1e9))
     say("recognising all frames with the given parameters")
     if not session.begin(truths, scoring, HoldOut(args.held_out, args.block, args.seed)):
         return False

@@ -45,6 +45,13 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
             np.testing.assert_array_equal(after.points[name], place)
 
 
+def test_an_object_of_which_nothing_is_marked_is_kept(tmp_path: Path) -> None:
+    bare = AnnotatedObject(tmp_path / "0.png", "lamp", "", {})
+    save_coco(tmp_path / "a.json", {"lamp": KEYPOINTS}, [bare])
+    (back,) = load_coco([tmp_path / "a.json"]).objects
+    assert back.category == "lamp" and not back.points
+
+
 def test_images_of_the_machine_are_no_truth(tmp_path: Path) -> None:
     points = {name: np.array([10.0 * n, 5.0]) for n, name in enumerate(KEYPOINTS)}
     people = AnnotatedObject(tmp_path / "a.png", "kind", "", points)

@@ -61,6 +61,20 @@ def test_a_drawing_gives_its_filled_shapes_in_metres(drawing):
     assert found["arm", "plate"].area == pytest.approx(4e-4, rel=1e-3)  # both parts turn one way: it has no hole
 
 
+def test_axes_belong_to_the_shapes_of_their_group(drawing):
+    """Labels need not be unique."""
+    shape, axis = (
+        '<path inkscape:label="top" d="M {} 10 h 20 v 10 h -20 z"/>',
+        '<path inkscape:label="top.axis" d="{}"/>',
+    )
+    group = f'<g id="{{}}">{shape}{axis}</g>'
+    text = f'{HEAD} width="200mm" height="100mm" viewBox="0 0 200 100">' + group.format("left", 10, "M 12 15 L 28 15")
+    text += group.format("right", 110, "M 120 18 L 120 12") + "</svg>"
+    axes = {m.component: m.marker.head - m.marker.tail for m in svg_markers(drawing(text))}
+    np.testing.assert_allclose(axes["left"], [0.016, 0], atol=1e-5)
+    np.testing.assert_allclose(axes["right"], [0, 0.006], atol=1e-5)
+
+
 def test_layers_are_no_components_and_hidden_shapes_no_markers(drawing):
     text = DRAWING.replace('<g id="base">', '<g id="base" inkscape:groupmode="layer" inkscape:label="Layer 1">')
     text = text.replace('id="tip"', 'id="tip" style="display:none"').replace(

@@ -5,7 +5,8 @@ import pytest
 
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.kinematics import Kinematics
+from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.io.objects.object_writer import object_yaml, save_object
 
@@ -41,6 +42,27 @@ def same(a, b):
     if a is not None:
         np.testing.assert_allclose(a.position, b.position, atol=1e-5)
         np.testing.assert_allclose(a.rotation, b.rotation, atol=1e-6)
+
+
+def test_a_joint_without_end_stays_so(tmp_path):
+    """Though limits are written with few digits: as `continuous` joints of a URDF."""
+    square = Marker("m", SQUARE, np.zeros(2), np.array([0.1, 0]), None, Pose.identity())
+    wheel = Joint("base", Pose.identity(), np.array([0, 0, 1.0]), -np.pi, np.pi)
+    model = ObjectModel(
+        "cart", (Component("base", (square,), required=True), Component("wheel", (square,), joint=wheel))
+    )
+    save_object(tmp_path / "o.yaml", model)
+    assert Kinematics(model).endless.tolist() == Kinematics(load_object(tmp_path / "o.yaml")).endless.tolist() == [True]
+
+
+def test_names_of_shapes_that_are_taken_are_not_given_again(tmp_path):
+    def named(name, k):
+        return Marker(name, k * SQUARE, np.zeros(2), np.array([k * 0.1, 0]), None, Pose.identity())
+
+    first = Component("a", (named("b_x", 1), named("x", 2)), required=True)
+    save_object(tmp_path / "o.yaml", ObjectModel("o", (first, Component("b", (named("x", 3),)))))
+    areas = [m.area for c in load_object(tmp_path / "o.yaml").components for m in c.markers]
+    assert areas == pytest.approx([0.01, 0.04, 0.09])
 
 
 def test_different_shapes_of_one_name_are_kept_apart(tmp_path):

@@ -63,8 +63,7 @@ def _joints(model: ObjectModel, rows: Sequence[Mapping[str, float]], coverage: f
         joint = component.joint
         if len(values) < 2 or joint is None:
             continue
-        endless = joint.kind == "revolute" and joint.upper - joint.lower >= 2 * np.pi - 1e-6
-        span = Interval.around_angles(values) if endless else Interval.around(values)
+        span = Interval.around_angles(values) if joint.is_endless else Interval.around(values)
         bare[name] = JointRange(len(values), span, span)
         least[name] = LEAST_RANGE * (1.0 if joint.kind == "revolute" else joint.upper - joint.lower)
     if not bare:

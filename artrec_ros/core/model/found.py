@@ -204,6 +204,10 @@ class Detection:
         in the image plane it is that all of it is right."""
         return self.margin is None
 
+    def instance_of(self, component: str) -> Instance | None:
+        """What shows a component; None: it is not told."""
+        return next((c for c in self.components if c.component == component), None)
+
     @property
     def told_pose(self) -> Pose | None:
         """`pose`, or what the filter makes of it where that is asked for."""

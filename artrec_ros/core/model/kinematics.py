@@ -6,10 +6,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
 from .chain_kernels import Chain, forward
 from .objects import Component, ObjectModel
+
+
+def within_limits(q: Array, lower: Array, upper: Array, endless: NDArray[np.bool_]) -> Array:
+    """Joints (..., J) within limits (J,); those that turn without limit go round."""
+    begin = np.where(endless, lower, 0.0)
+    turned = begin + (q - begin) % (2 * np.pi)
+    return np.where(endless, turned, np.clip(q, lower, upper))
 
 
 @dataclass(frozen=True)
@@ -47,13 +55,13 @@ class Kinematics:
 
     def bound(self, q: Array) -> Array:
         """Joints (..., J) within their limits; one that turns without limit goes round."""
-        turned = self.lower + (q - self.lower) % (2 * np.pi)
-        return np.where(self.endless, turned, np.clip(q, self.lower, self.upper))
+        return within_limits(q, self.lower, self.upper, self.endless)
 
     def grid(self, j: int, step: float) -> Array:
-        """Values of joint `j` from limit to limit, at most `step` units apart."""
-        n = max(3, int(np.ceil((self.upper[j] - self.lower[j]) / (step * self.unit[j]))) + 1)
-        return np.linspace(self.lower[j], self.upper[j], n)
+        """Values of joint `j` from limit to limit, or all around, at most `step` units apart."""
+        span = min(self.upper[j] - self.lower[j], 2 * np.pi if self.endless[j] else np.inf)
+        n = max(3, int(np.ceil(span / (step * self.unit[j]))) + 1)
+        return np.linspace(self.lower[j], self.lower[j] + span, n)
 
     def grids(self, step: float) -> Array:
         """(J, n) such values of all joints; NaN fills up the rows of those with fewer."""
@@ -68,7 +76,7 @@ class Kinematics:
     @cached_property
     def endless(self) -> np.ndarray:
         """(J,) bool: joints that turn without limit."""
-        return np.asarray(self.revolute & (self.upper - self.lower >= 2 * np.pi - 1e-6))
+        return np.array([c.joint is not None and c.joint.is_endless for c in self.model.joint_components], bool)
 
     @property
     def n_joints(self) -> int:

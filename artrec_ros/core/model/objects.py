@@ -126,6 +126,11 @@ class Joint:
         object.__setattr__(self, "axis", readonly(self.axis))
 
     @property
+    def is_endless(self) -> bool:
+        """Whether it turns without limit: it has a whole turn, which files tell with few digits."""
+        return self.kind == "revolute" and self.upper - self.lower >= 2 * np.pi - 1e-4
+
+    @property
     def unit(self) -> str:
         """Of its value and limits."""
         return "m" if self.kind == "prismatic" else "rad"

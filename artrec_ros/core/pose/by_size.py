@@ -32,12 +32,12 @@ class SizePlacer:
         self._tilt_rad = float(np.radians(max(self._config.flat_tilt_deg, config.max_slant_deg)))
 
     def placed(self, detections: Sequence[Detection], frame: ImageFrame) -> tuple[Detection, ...]:
-        """The same detections; those without a pose get one by their size.
+        """The same detections; those without a pose get one by their size, where the required component is told.
 
         It is that of the object's frame where the object file tells the marker's pose in it, else of the frame of
         the marker that shows the required component.
         """
-        flat = [n for n, d in enumerate(detections) if d.pose is None]
+        flat = [n for n, d in enumerate(detections) if d.pose is None and self._shown(d)]
         if not flat:
             return tuple(detections)
         out = list(detections)
@@ -49,7 +49,7 @@ class SizePlacer:
     def _poses(self, detections: Sequence[Detection], frame: ImageFrame) -> tuple[list[Pose], Array]:
         """The pose of each and its covariance, (n, 6, 6)."""
         config = self._config
-        shown = [self._shown(d) for d in detections]
+        shown = [s for d in detections if (s := self._shown(d)) is not None]
         markers = [self._marker(d, s) for d, s in zip(detections, shown, strict=True)]
         scale = np.array([s.scale for s in shown])
         radius_px = np.array([m.radius for m in markers]) * scale  # an edge that errs errs the scale
@@ -67,9 +67,8 @@ class SizePlacer:
         covariances[:, [0, 1], [0, 1]] += ((place_px / scale) ** 2)[:, None]
         return poses, covariances
 
-    def _shown(self, detection: Detection) -> Instance:
-        required = self._targets[detection.object].model.required.name
-        return next(c for c in detection.components if c.component == required)
+    def _shown(self, detection: Detection) -> Instance | None:
+        return detection.instance_of(self._targets[detection.object].model.required.name)
 
     def _marker(self, detection: Detection, shown: Instance) -> Marker:
         return self._targets[detection.object].model.required.marker(shown.marker)

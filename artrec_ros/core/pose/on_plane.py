@@ -53,11 +53,12 @@ class PlanePlacer:
 
     def placed(self, detections: Sequence[Detection], frame: ImageFrame) -> tuple[Detection, ...]:
         """The same detections; those without a pose get that of their frame on the plane: of the object's where the
-        object file tells the markers' poses in it, else of the marker that shows the required component."""
+        object file tells the markers' poses in it, else of the marker that shows the required component; none where
+        that is not told."""
         plane = frame.scene.plane
         if plane is None:
             return tuple(detections)
-        return tuple(self._placed(d, self._by_markers(d), plane) if d.pose is None else d for d in detections)
+        return tuple(self._by_markers(d, plane) if d.pose is None else d for d in detections)
 
     def faced(self, detection: Detection, frame: ImageFrame) -> Detection:
         """A detection whose pose is that before a camera that it faces, on the plane; without a pose where there is
@@ -79,11 +80,12 @@ class PlanePlacer:
         noise = J @ detection.pose_covariance @ J.T
         return self._placed(flat, _Flat(pose.rotation, points, along, noise, to_marker[:2]), plane)
 
-    def _by_markers(self, detection: Detection) -> _Flat:
+    def _by_markers(self, detection: Detection, plane: FieldPlane) -> Detection:
         """By the marker that shows the required component, and those that lie firmly beside it in one plane."""
         model = self._targets[detection.object].model
         required = model.required
-        shown = next(c for c in detection.components if c.component == required.name)
+        if (shown := detection.instance_of(required.name)) is None:
+            return detection
         T_root = required.marker(shown.marker).T_component_marker or Pose.identity()
         rotation = _FACING @ T_root.rotation.T  # the marker's y is up, its z towards the camera
         points, along, noise_px = [], [], []
@@ -100,7 +102,8 @@ class PlanePlacer:
             place_px = np.hypot(self._contour.contour_noise_px, self._contour.model_noise * radius_px)
             noise_px.append((place_px, radius_px))
         pixels, metres = np.concatenate(points), np.concatenate(along)
-        return _Flat(rotation, pixels, metres, self._noise(points, np.array(noise_px)), metres.mean(axis=0))
+        flat = _Flat(rotation, pixels, metres, self._noise(points, np.array(noise_px)), metres.mean(axis=0))
+        return self._placed(detection, flat, plane)
 
     def _noise(self, points: Sequence[Array], noise_px: Array) -> Array:
         """(3, 3) of the middle and the direction of markers (n, 2) each. :param noise_px: (m, 2) of the place of each

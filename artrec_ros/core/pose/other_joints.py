@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.transforms import Array
+from ..geometry.transforms import Array, short_way
 from ..image.image_frame import ImageFrame
 from .climb_kernels import Value
 from .profile_kernels import profile
@@ -55,5 +55,6 @@ class OtherJoints:
         beside = np.pad(along, ((0, 0), (1, 1)), constant_values=-np.inf)
         peak = (along >= beside[:, :-2]) & (along > beside[:, 2:])
         without = np.where(np.isfinite(along), along, np.inf).min(axis=1, keepdims=True)
-        far = np.abs(self._grids - q[:, None]) > self._apart
+        away = short_way(self._grids - q[:, None], self._surface.kinematics.endless[:, None])
+        far = np.abs(away) > self._apart
         return np.asarray(peak & far & (along > (without + votes) / 2) & (along > without + self._least * votes))

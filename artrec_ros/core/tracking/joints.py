@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,21 +12,34 @@ from numpy.typing import NDArray
 from ..base.config import TrackingConfig
 from ..geometry.transforms import Array, short_way
 from ..model.found import Detection
-from ..model.kinematics import Kinematics
+from ..model.kinematics import Kinematics, within_limits
 from ..model.target import Target
 from .motion import MotionModel, MotionState, calmed
 
-Units = Mapping[tuple[str, str], tuple[float, bool]]
-"""Of a joint, by its object's and its component's name: what a step of it is measured in, and whether it turns without
-limit; a radian, and no, where it is not known."""
+
+class About(NamedTuple):
+    """Of a joint.
+
+    :ivar unit: what a step of it is measured in. :ivar lower, upper: its limits. :ivar endless: it turns without limit.
+    """
+
+    unit: float = 1.0
+    lower: float = -np.inf
+    upper: float = np.inf
+    endless: bool = False
+
+
+Units = Mapping[tuple[str, str], About]
+"""By an object's and its joint's name."""
 
 
 def units_of(targets: Sequence[Target]) -> Units:
-    units: dict[tuple[str, str], tuple[float, bool]] = {}
+    units: dict[tuple[str, str], About] = {}
     for target in targets:
         kin = Kinematics(target.model)
-        each = zip(target.model.joint_names, kin.unit.tolist(), kin.endless.tolist(), strict=True)
-        units |= {(target.name, name): (unit, endless) for name, unit, endless in each}
+        columns = (kin.unit.tolist(), kin.lower.tolist(), kin.upper.tolist(), kin.endless.tolist())
+        for name, *about in zip(target.model.joint_names, *columns, strict=True):
+            units[target.name, name] = About(*about)
     return units
 
 
@@ -33,23 +47,32 @@ def units_of(targets: Sequence[Target]) -> Units:
 class Joints:
     """N joints of T tracks.
 
-    :param keys: row of the track and component of each. :param state: (N) along one axis each. :param unit: (N,).
-    :param endless: (N,) whether it turns without limit. :param times: (N,) how often it was seen.
+    :param keys: row of the track and name of each. :param state: (N) along one axis each. :param times: (N,) how often
+        it was seen.
     """
 
     keys: tuple[tuple[int, str], ...]
     state: MotionState
-    unit: Array
-    endless: NDArray[np.bool_]
+    about: tuple[About, ...]
     times: NDArray[np.intp]
+
+    @property
+    def unit(self) -> Array:
+        """(N,)"""
+        return np.array([a.unit for a in self.about], float)
+
+    @property
+    def endless(self) -> NDArray[np.bool_]:
+        """(N,)"""
+        return np.array([a.endless for a in self.about], bool)
 
     @classmethod
     def none(cls) -> Joints:
         state = MotionState(np.zeros((0, 2, 1)), np.zeros((0, 2, 2, 1, 1)), np.zeros((0, 1)))
-        return cls((), state, np.zeros(0), np.zeros(0, bool), np.zeros(0, int))
+        return cls((), state, (), np.zeros(0, int))
 
     def after(self, dt_s: float, model: MotionModel) -> Joints:
-        return Joints(self.keys, self.state.after(dt_s, model), self.unit, self.endless, self.times)
+        return Joints(self.keys, self.state.after(dt_s, model), self.about, self.times)
 
     def of_rows(self, rows: Sequence[int]) -> Joints:
         """Those of these tracks, which get new rows in this order."""
@@ -59,7 +82,7 @@ class Joints:
             return self
         keys = tuple((place[self.keys[n][0]], self.keys[n][1]) for n in kept)
         index = np.array(kept, int)
-        return Joints(keys, self.state[index], self.unit[index], self.endless[index], self.times[index])
+        return Joints(keys, self.state[index], tuple(self.about[n] for n in kept), self.times[index])
 
     def seen(
         self, found: Mapping[int, Detection], dt_s: float, model: MotionModel, units: Units, config: TrackingConfig
@@ -70,16 +93,15 @@ class Joints:
         new = [(row, name) for row, d in found.items() for name in d.joints if (row, name) not in have]
         if not new:
             return known
-        about = [units.get((found[row].object, name), (1.0, False)) for row, name in new]
-        unit, endless = np.array([u for u, _ in about]), np.array([e for _, e in about], bool)
+        about = [units.get((found[row].object, name), About()) for row, name in new]
+        unit = np.array([a.unit for a in about])
         values, noise = _measured(new, found, unit, config)
         pace = (config.sightings.joint_rate / max(model.speed, 1e-9)) * unit[:, None]
         state = MotionState.first_seen(values[:, None], noise[:, None, None], pace, model)
         return Joints(
             (*known.keys, *new),
             MotionState.joined([known.state, state]),
-            np.append(known.unit, unit),
-            np.append(known.endless, endless),
+            (*known.about, *about),
             np.append(known.times, np.ones(len(new), int)),
         )
 
@@ -98,16 +120,19 @@ class Joints:
         state = calmed(state, dt_s, most, 1, model, c.sightings.calm)
         times = self.times.copy()
         times[rows] += 1
-        return Joints(self.keys, self.state.replaced(rows, state), self.unit, self.endless, times)
+        return Joints(self.keys, self.state.replaced(rows, state), self.about, times)
 
     def told(self) -> dict[int, list[tuple[str, float, float, float]]]:
-        """Of each track its joints: component, value, standard deviation, and rate, NaN where it was seen once."""
+        """Of each track its joints: name, value within its limits, standard deviation, and rate, NaN where it was seen
+        once."""
         out: dict[int, list[tuple[str, float, float, float]]] = {}
         rate = np.where(self.times > 1, self.state.mean[:, 1, 0], np.nan)
         deviation = np.sqrt(self.state.place_covariance[:, 0, 0])
-        columns = (self.state.place[:, 0].tolist(), deviation.tolist(), rate.tolist())
-        for (row, name), *values in zip(self.keys, *columns, strict=True):
-            out.setdefault(row, []).append((name, *values))
+        lower, upper = (np.array([getattr(a, end) for a in self.about], float) for end in ("lower", "upper"))
+        values = within_limits(self.state.place[:, 0], lower, upper, self.endless)
+        columns = (values.tolist(), deviation.tolist(), rate.tolist())
+        for (row, name), *each in zip(self.keys, *columns, strict=True):
+            out.setdefault(row, []).append((name, *each))
         return out
 
 

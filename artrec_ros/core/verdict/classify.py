@@ -136,9 +136,11 @@ class _ClassModel:
         }
 
     def scores(self, detection: Detection) -> list[ClassScore]:
-        """In space joints are compared, else pairs of markers as the image plane shows them."""
+        """Where joints are known they are compared, else pairs of markers as the image plane shows them: what was found
+        flat may have a pose by its size or on a plane, and has no joints by that."""
         classes = self._constraints.classes
-        if detection.pose is not None and any(c.joints for c in classes):
+        posed = detection.pose is not None and (detection.pose_from == "fit" or detection.joints)
+        if posed and any(c.joints for c in classes):
             return [self._by_joints(c, detection) for c in classes]
         return [self._by_pairs(c, detection) for c in classes]
 

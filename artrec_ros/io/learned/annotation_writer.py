@@ -55,6 +55,7 @@ def _marked(annotated: AnnotatedObject, keypoints: Sequence[str]) -> dict[str, A
         point = annotated.points.get(name)
         values += [0, 0, 0] if point is None else [round(float(point[0]), 2), round(float(point[1]), 2), 2]
     corners = annotated.box if annotated.box is not None else np.array([*annotated.points.values()]).reshape(-1, 2)
+    corners = corners if len(corners) else np.zeros((1, 2))  # nothing of it is marked yet
     low, high = corners.min(axis=0), corners.max(axis=0)
     box = [round(float(v), 2) for v in (*low, *(high - low))]
     row = {"keypoints": values, "num_keypoints": len(annotated.points), "bbox": box, "area": box[2] * box[3]}

@@ -129,7 +129,7 @@ def in_plane(detection: Detection, pose: Pose, model: ObjectModel) -> Callable[[
 
     :param pose: the detection's.
     """
-    shown = next((c for c in detection.components if c.component == model.required.name), None)
+    shown = detection.instance_of(model.required.name)
     if shown is None:
         return None
     marker = model.required.marker(shown.marker)

@@ -63,7 +63,8 @@ class _Labels:
         if not isinstance(value.raw, str):
             return value.integer(1, GREATEST_LABEL)
         if value.raw not in self._numbers and self._strict:
-            raise value.error(f"the class '{value.raw}' is not known{nearest(value.raw, self._numbers)}")
+            where = "classes have numbers in the object file's `classes` or the parameter file's image.classes"
+            raise value.error(f"the class '{value.raw}' is not known{nearest(value.raw, self._numbers)}; {where}")
         return self._numbers.get(value.raw)
 
 

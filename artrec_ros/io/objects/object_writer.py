@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -102,9 +103,16 @@ def _shapes(model: ObjectModel) -> dict[tuple[str, str], str]:
             points = np.vstack([m.outline, m.tail, m.head])
             key = np.round(points, _DECIMALS + 1).tobytes()
             if key not in names:
-                names[key] = m.name if m.name not in names.values() else f"{c.name}_{m.name}"
+                names[key] = next(n for n in _names_for(c.name, m.name) if n not in names.values())
             shapes[c.name, m.name] = names[key]
     return shapes
+
+
+def _names_for(component: str, marker: str) -> Iterator[str]:
+    """Of a shape: its own, with its component's, and with numbers after that."""
+    yield marker
+    yield f"{component}_{marker}"
+    yield from (f"{component}_{marker}_{n}" for n in count(2))
 
 
 def _shape(name: str, m: Marker) -> list[str]:

@@ -52,9 +52,9 @@ def svg_markers(
     except Exception as error:  # svgelements raises whatever odd attributes lead to
         raise ConfigError(f"{path}: cannot be read as a drawing: {type(error).__name__}: {error}") from None
     shapes = list(_shapes(elements, drawing, ""))
-    axes = {n.removesuffix(_AXIS): _points(elements, s, n, path)[0] for _, n, s in shapes if n.endswith(_AXIS)}
+    axes = {(g, n.removesuffix(_AXIS)): _points(elements, s, n, path)[0] for g, n, s in shapes if n.endswith(_AXIS)}
     named = {n for _, n, s in shapes if not n.endswith(_AXIS) and _is_filled(s)}
-    for name in axes:
+    for _, name in axes:
         if name not in named:
             raise ConfigError(f"{path}: the line '{name}{_AXIS}' is of no filled shape{nearest(name, sorted(named))}")
     if bare := sorted({n for _, n, s in shapes if not n.endswith(_AXIS) and not _is_filled(s) and _name(s)}):
@@ -67,7 +67,9 @@ def svg_markers(
         if len(outline) < 3 or _area(outline) == 0:
             continue
         radius = _radius(elements, shape)
-        markers.append(_marker(path, group, name, outline, axes.get(name), radius, scale))
+        # names need not be unique: a line in the shape's own group goes before one elsewhere
+        axis = axes.get((group, name), next((axes[g, n] for g, n in axes if n == name), None))
+        markers.append(_marker(path, group, name, outline, axis, radius, scale))
     if not markers:
         raise ConfigError(f"{path}: no filled shape; a marker is a path, rectangle, circle or polygon with a fill")
     return markers

@@ -115,6 +115,7 @@ def _nearest_frames(wanted: Sequence[FrameKey], own: Sequence[FrameKey], max_gap
     """For each stamp the nearest result within the gap; a result serves one stamp, the nearest to it."""
     known, results = np.array(wanted, np.int64), np.array(own, np.int64)
     order = np.argsort(results, kind="stable")
+    order = order[np.append(np.diff(results[order]) > 0, True)]  # of one stamp the last one counts
     neighbours = _neighbours(known, results[order])
     gaps = np.abs(results[order][neighbours] - known)
     found: dict[FrameKey, int] = {}

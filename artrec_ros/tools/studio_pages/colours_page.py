@@ -44,8 +44,8 @@ class ColoursPage:
             ui.button("Undo", on_click=guarded(self._undo)).props("flat dense data-name=undo")
             self._save = ui.button("Save colours", on_click=self._keep).props("data-name=save-colours")
             ui.label(
-                "Click a patch of the chosen class: what is of one colour with it is taken. Drag a box for background. "
-                "A click on a patch of the same class takes it away. The wheel zooms; keys 1 to 9 choose."
+                "Click a patch of the chosen class: what is of one colour with it is taken. Drag a box of what is "
+                "chosen. A click on a patch of the same class takes it away. The wheel zooms; keys 1 to 9 choose."
             ).classes("text-xs opacity-70")
         self._needs = ui.label().classes("text-sm text-orange").props("data-name=needs")
         with ui.row().classes("w-full no-wrap"):

@@ -199,7 +199,10 @@ class _Video:
             raise SourceError(f"{path}: there is no such file")
         if not self._video.isOpened():
             raise SourceError(f"{path}: cannot be read as a video by this OpenCV")
-        self.count = max(1, int(self._video.get(cv2.CAP_PROP_FRAME_COUNT)))
+        self.count = int(self._video.get(cv2.CAP_PROP_FRAME_COUNT))
+        if self.count <= 0:  # what browsers record does not tell it
+            self.count = max(1, sum(1 for _ in iter(self._video.grab, False)))
+            self._video = cv2.VideoCapture(str(path.absolute()))
 
     def __enter__(self) -> _Video:
         return self

@@ -6,7 +6,7 @@ from solids import chain, random_poses, sign, truck
 
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.kinematics import Kinematics
-from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 
 
 def composed(model, base, q):
@@ -121,3 +121,13 @@ def test_grids_run_from_limit_to_limit_in_steps_no_longer_than_asked():
         assert grid[0] == kin.lower[j] and grid[-1] == kin.upper[j] and len(grid) >= 3
         assert np.diff(grid).max() <= 0.1 * kin.unit[j] + 1e-12
     assert Kinematics(sign()).grids(0.1).shape == (0, 0)
+
+
+def test_a_joint_that_turns_more_than_once_is_looked_at_once_around():
+    """As drives with two turns: half of all values would be others' places again."""
+    square = np.array([[0, 0], [0.1, 0], [0.1, 0.1], [0, 0.1]])
+    marker = Marker("m", square, np.zeros(2), np.array([0.1, 0]), None, Pose.identity())
+    drive = Joint("a", Pose.identity(), np.array([0, 0, 1.0]), -2 * np.pi, 2 * np.pi)
+    parts = (Component("a", (marker,), required=True), Component("b", (marker,), joint=drive))
+    kin = Kinematics(ObjectModel("arm", parts))
+    assert kin.endless.tolist() == [True] and np.ptp(kin.grid(0, 0.2)) == pytest.approx(2 * np.pi)

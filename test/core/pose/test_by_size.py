@@ -1,11 +1,14 @@
 """Objects that were found flat, placed by their size: exact where they face the camera, honest where they do not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.base.config import PlaneConfig, RecognizerConfig, SceneConfig
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.scene import Scene
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -13,6 +16,7 @@ from artrec_ros.core.model.found import Detection, ImagePose, Instance
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.by_size import SizePlacer
+from artrec_ros.core.pose.on_plane import PlanePlacer
 
 LABEL, SIZE = 3, (640, 480)
 K = [[520.0, 0, 310.0], [0, 560.0, 250.0], [0, 0, 1]]
@@ -33,6 +37,17 @@ def target(T_component_marker=None):
 
 def frame(camera=PINHOLE, labels=None):
     return ImageFrame(LabelField(np.zeros(SIZE[::-1], np.uint8) if labels is None else labels), camera)
+
+
+def test_what_lacks_its_required_component_is_left_alone():
+    """As flat objects of which the rest alone is told."""
+    robot, plane = target(), PlaneConfig(image_points=(0, 0, 9, 0, 9, 9, 0, 9), field_points=(0, 1, 1, 1, 1, 0, 0, 0))
+    side = Instance("side", "patch", 0.9, 50, 50, 0, 100.0)
+    scene = Scene.of(SceneConfig(plane=plane))
+    for parts in ((), (side,)):
+        lacks = Detection("robot", 0, 0.9, ImagePose(50, 50, 0, 100), parts)
+        for placer in (SizePlacer([robot], RecognizerConfig()), PlanePlacer([robot], RecognizerConfig())):
+            assert placer.placed([lacks], replace(frame(), scene=scene)) == (lacks,)
 
 
 def seen(T_camera_marker, camera=PINHOLE, small=1.0, by_axis=True):

@@ -7,6 +7,9 @@ import pytest
 from test_tracking import COVARIANCE, PERIOD, START, flat, frame, posed
 
 from artrec_ros.core.base.config import TrackingConfig
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.tracker import Tracker
 
 SMOOTH = TrackingConfig(smooth=True)
@@ -57,6 +60,33 @@ def test_speeds_are_told_from_the_second_sighting_on(config):
     assert told[0][0].motion is None and told[1][0].motion is not None
     rates = np.mean([[*d.motion.twist[:3], d.motion.joints["arm"]] for d, _ in told[45:]], axis=0)
     np.testing.assert_allclose(rates, [0.2, 0, 0, 1.0], atol=0.1)
+
+
+def test_filtered_and_predicted_joints_stay_within_their_limits():
+    """One comes to its limit and stays, the other turns round and round."""
+    square = np.array([[0, 0], [0.1, 0], [0.1, 0.1], [0, 0.1]])
+    marker = Marker("m", square, np.zeros(2), np.array([0.1, 0]), None, Pose.identity())
+    joints = {"lid": (-1.0, 1.0), "wheel": (-np.pi, np.pi)}
+    parts = [
+        Component(n, (marker,), joint=Joint("base", Pose.identity(), np.array([0, 0, 1.0]), *ends))
+        for n, ends in joints.items()
+    ]
+    model = ObjectModel("thing", (Component("base", (marker,), required=True), *parts))
+    name = posed(0.0).object
+    tracker = Tracker(replace(SMOOTH, predict=0.5), [Target(name, model, 1)])
+    told = []
+    for k in range(40):
+        q = {"lid": min(-1 + 0.1 * k, 1.0), "wheel": (0.5 * k + np.pi) % (2 * np.pi) - np.pi}
+        d = replace(posed(0.0), score=0.99, joints=q, joint_deviations=dict.fromkeys(q, 0.02))
+        seen = frame(d) if k < 30 else frame()
+        told += [(k, other) for other in tracker.update(START + k * PERIOD, seen).detections]
+    assert any(d.predicted for _, d in told)
+    for k, d in told:
+        for n, (low, high) in joints.items():
+            assert low <= d.told_joints[n] <= high
+        if 10 < k < 30:
+            off = np.angle(np.exp(1j * (d.told_joints["wheel"] - d.joints["wheel"])))
+            assert abs(off) < 0.3
 
 
 def test_a_sudden_start_is_followed():

@@ -10,8 +10,9 @@ from settings import settings
 
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.core.constraints.classes import ConfigurationClass
+from artrec_ros.core.constraints.classes import ConfigurationClass, JointRange
 from artrec_ros.core.constraints.constraint_set import ConstraintSet
+from artrec_ros.core.constraints.intervals import Interval
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.learning.class_learning import learn_class
 from artrec_ros.core.learning.pair_learning import learn
@@ -158,6 +159,18 @@ def test_in_space_joints_are_compared():
     assert told(a=1.0, b=-1.0).name is None and "lies" in told(a=1.0, b=-1.0).reason
     assert told(a=1.0).name is None  # half of it is not seen
     assert told().name is None
+
+
+def test_what_was_found_flat_is_compared_by_pairs_whatever_gave_it_a_pose():
+    """Learned in space, too, classes have joints; a pose by size or on a plane brings none."""
+    ranges = {"swing": JointRange(30, Interval(-1, 1), Interval(-1, 1))}
+    classes = tuple(dataclasses.replace(c, joints=ranges) for c in CONSTRAINTS.classes)
+    both = dataclasses.replace(CONSTRAINTS, classes=classes)
+    classifier = Classifier([Target("it", crane(), 1, both)], RecognizerConfig())
+    found = detection(crane_placed(200, 100, 0.5, 100, SWINGS["shut"]))
+    for source in ("size", "plane"):
+        placed = dataclasses.replace(found, pose=Pose.from_xyz_rpy((0, 0, 1), (0, 0, 0)), pose_from=source)
+        assert classifier.fit(placed).name == "shut"
 
 
 @pytest.mark.parametrize("angle, name", [(1.0, "up"), (-1.0, "down"), (0.0, None)])

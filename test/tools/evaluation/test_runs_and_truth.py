@@ -43,6 +43,7 @@ class TestFrames:
         found = match_frames(truth_of(0, 100, 104, 300), run_of(2, 103, 290, 999), max_gap_ns=5)
         assert found == {0: 0, 104: 1}  # 100 is near 103 too, but 104 is nearer
         assert match_frames(truth_of(0, 100), run_of(7), max_gap_ns=7) == {0: 0}
+        assert match_frames(truth_of(0), run_of(2, 2), max_gap_ns=7) == {0: 1}, "of one stamp the last one counts"
 
     def test_nothing_in_common_says_how_many_and_how_far(self):
         with pytest.raises(

@@ -222,7 +222,7 @@ def _missed(o: TrueObject, found: set[str], root: str) -> set[str]:
         return c.full_px >= _EXPECTED_PX and c.visible_px >= _EXPECTED_SHARE * c.full_px
 
     expected = {name.split("@")[0] for name, c in o.components.items() if is_expected(c) and not shows(name, root)}
-    return {name for name in expected if not any(shows(name, component) for component in found)}
+    return expected - found
 
 
 def _offset(x: float, y: float, point: Array) -> float:

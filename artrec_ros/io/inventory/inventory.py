@@ -149,13 +149,13 @@ def _is_bag(path: Path) -> bool:
 def _read_images(path: Path) -> Sample:
     files = images_of(path) if path.is_dir() else [path]
     chosen = [files[i] for i in np.unique(np.linspace(0, len(files) - 1, _SAMPLES).astype(int))]
-    images, problems = [], []
+    images, unreadable = [], dict[str, str]()
     for file in chosen:
         try:
             images.append(read_image(file))
         except ImageError as error:
-            problems.append(f"{file.name}: {error}")
-    problems += _headers(files, {p.partition(": ")[0] for p in problems})
+            unreadable[file.name] = str(error)
+    problems = [*(f"{name}: {error}" for name, error in unreadable.items()), *_headers(files, unreadable)]
     others = passed_over(path) if path.is_dir() else ""
     lossy = any(map(is_lossy, files))
     return Sample(str(path), len(files), tuple(images), tuple(problems), passed_over=others, lossy=lossy)

@@ -117,7 +117,9 @@ class MarkerScene:
                 yield (component, marker), frames[component].apply(place.T_component_marker.apply(points))
             return
         to_plane = None if pose is None else in_plane(detection, pose, model)
-        for c in detection.components if pose is None or to_plane else ():
+        if pose is not None and to_plane is None:
+            return
+        for c in detection.components:
             if len(c.contour):
                 flat = np.column_stack([c.contour, np.zeros(len(c.contour))])
                 yield (c.component, c.marker), flat if to_plane is None else to_plane(c.contour)

@@ -62,6 +62,14 @@ def test_padding_at_the_rows_ends_is_skipped(encoding, pixels, last_row_padded):
     assert np.array_equal(image, BGR if pixels.ndim == 3 else pixels)
 
 
+@pytest.mark.parametrize("pad", [1, 2, 3])
+def test_rows_of_sixteen_bits_may_begin_at_any_byte(pad):
+    numbers = np.arange(35, dtype="<u2").reshape(5, 7)
+    rows = np.concatenate([numbers.view(np.uint8), np.zeros((5, pad), np.uint8)], axis=1)
+    image = decode_image("mono16", 5, 7, 14 + pad, False, rows.tobytes())
+    assert image.flags.aligned and np.array_equal(cv2.threshold(image, 99, 0, cv2.THRESH_TOZERO_INV)[1], numbers)
+
+
 def test_more_bytes_than_needed_are_ignored():
     assert np.array_equal(decode_image("mono8", 5, 7, 7, False, GREY.tobytes() + b"more"), GREY)
 

@@ -33,10 +33,12 @@ _GREYS: Colours = np.linspace(0, 1, _LIGHTS, dtype=np.float32)[:, None].repeat(3
 def colour_table(config: ImageConfig) -> tuple[NDArray[np.uint8], Codes]:
     """(65536,) code of every 16-bit colour (blue in the low 5 bits, green, red in the high 5), and what codes mean."""
     costs, held = _costs(config)
+    labels = [0, *costs]
     unknown = np.full((1, 1 << 16), config.max_deviation**2, np.float32)
-    first = np.argmin(np.concatenate([unknown * 0 + _MOST, np.stack(list(held.values()))]), axis=0)
+    row = np.array([0, *(labels.index(label, 1) for label, _ in held)])
+    first = row[np.argmin(np.concatenate([unknown * 0 + _MOST, np.stack([cost for _, cost in held])]), axis=0)]
     every = np.concatenate([unknown, np.stack(list(costs.values()))])
-    return coded(first, _weights(every), np.array([0, *costs], np.uint8))
+    return coded(first, _weights(every), np.array(labels, np.uint8))
 
 
 def _weights(cost: Colours) -> Colours:
@@ -64,7 +66,9 @@ def coded(first: NDArray[np.intp], weights: Colours, labels: NDArray[np.uint8]) 
     for steps in range(_FINEST, -1, -1):
         step = np.rint(share * steps).astype(int)
         other = np.where(step == steps, first, second)
-        key = (first * len(labels) + other) * (steps + 1) + step
+        # the background is unknown, too: as one they have a code for every label there may be
+        row = np.arange(len(labels)) * ((labels > 0) | (steps > 0))
+        key = (row[first] * len(labels) + row[other]) * (steps + 1) + step
         found, code = np.unique(np.append(key, steps), return_inverse=True)  # and what is unknown for sure
         if len(found) <= GREATEST_LABEL + 1:
             break
@@ -81,13 +85,13 @@ def coded(first: NDArray[np.intp], weights: Colours, labels: NDArray[np.uint8]) 
     return code[:-1].astype(np.uint8), Codes(label, meaning)
 
 
-def _costs(config: ImageConfig) -> tuple[dict[int, Colours], dict[int, Colours]]:
-    """By label (65536,) -2 log likelihood of every colour under it; and the same with inf where a colour deviates too
-    much from it, or is a grey."""
+def _costs(config: ImageConfig) -> tuple[dict[int, Colours], list[tuple[int, Colours]]]:
+    """By label (65536,) -2 log likelihood of every colour under it; and of each class, in their order, its label and
+    the same with inf where a colour deviates too much from it, or is a grey."""
     code = np.arange(1 << 16)
     bgr = np.stack([(code & 31) / 31, (code >> 5 & 63) / 63, (code >> 11) / 31], axis=-1).astype(np.float32)
     hsv = cv2.cvtColor(bgr[None], cv2.COLOR_BGR2HSV)[0]  # (65536, 3) degrees, 0..1, 0..1
-    every, known = dict[int, Colours](), dict[int, Colours]()
+    every, known = dict[int, Colours](), list[tuple[int, Colours]]()
     background = ClassConfig(label=0, rgb=config.background)
     for cls in (*config.classes.values(), *([background] if config.background else [])):
         if cls.rgb:
@@ -97,7 +101,7 @@ def _costs(config: ImageConfig) -> tuple[dict[int, Colours], dict[int, Colours]]
         else:
             cost = held = np.where(_in_class(hsv, cls), np.float32(_BY_RANGE), np.float32(np.inf))
         every[cls.label] = np.minimum(every.get(cls.label, np.float32(np.inf)), cost)
-        known[cls.label] = np.minimum(known.get(cls.label, np.float32(np.inf)), held)
+        known.append((cls.label, held))
     return every, known
 
 

@@ -188,7 +188,8 @@ class Describer:
         free = np.stack([v.claim.frame.field.at(inside[h]) != OWNED for h, v in enumerate(verdicts)])
         first = self._first_drawn[:-1]
         shown = surface.shown(frames, surface.markers, INSIDE_POINTS)
-        view = MarkersInView(pixels[:, first], X[:, first, 2], within, shown, free)
+        drawn = [self._outline(pixels, row) for row in range(len(first))]
+        view = MarkersInView(pixels[:, first], X[:, first, 2], drawn, within, shown, free)
         weight = view.seen[..., None]
         count = weight.sum(axis=2)
         centroid, tail, head = (pixels[:, first + i] for i in range(3))  # (H, M, 2)
@@ -211,9 +212,13 @@ class Describer:
         """The component that a patch shows. :param pixels: (n, 2) of all markers' points."""
         shown, row = self.finder.surface.patches[patch], self._row[patch]
         assert shown.marker is not None  # what shows a component is a marker
-        outline = pixels[self._first_drawn[row] + 3 : self._first_drawn[row + 1]]  # behind centroid, tail and head
         name = self.finder.target.model.components[shown.component].name
-        return Instance(name, shown.marker.name, score, x, y, theta, scale, outline.copy())
+        outline = self._outline(pixels, row).copy()
+        return Instance(name, shown.marker.name, score, x, y, theta, scale, outline)
+
+    def _outline(self, pixels: Array, row: int) -> Array:
+        """(..., m, 2) of the marker of a row, of all markers' points (..., n, 2): behind centroid, tail and head."""
+        return pixels[..., self._first_drawn[row] + 3 : self._first_drawn[row + 1], :]
 
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:

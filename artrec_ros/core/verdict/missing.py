@@ -31,12 +31,14 @@ class MarkersInView:
     """What of the M markers of H objects, by n points on each, could be seen.
 
     :param centre: (H, M, 2) their centroids, pixels. :param depth: (H, M) of these, metres.
+    :param outlines: (H, n, 2) of each marker, pixels.
     :param within: (H, M, n) in the image. :param open: (H, M, n) not hidden by the object itself, of markers that face
         the camera. :param free: (H, M, n) not owned by another object.
     """
 
     centre: Array
     depth: Array
+    outlines: Sequence[Array]
     within: NDArray[np.bool_]
     open: NDArray[np.bool_]
     free: NDArray[np.bool_]
@@ -52,6 +54,7 @@ class MissingParts:
 
     def __init__(self, finder: WholeObjectFinder) -> None:
         self._surface, self._least_px = finder.surface, finder.config.min_blob_px
+        self._thin_px = finder.config.votes.ring_width_px
         patches = [self._surface.patches[p] for p in self._surface.markers]
         self._normal = np.array([p.normal for p in patches])
         self._middle = np.array([p.drawn[0] for p in patches])
@@ -108,16 +111,25 @@ class MissingParts:
         frame: ImageFrame,
     ) -> Missing:
         mine = np.flatnonzero(self._of == component)
-        best = int(mine[np.argmin(states[mine])])
+        mine_in = np.array([self._state(states[m], view.outlines[m][h]) for m in mine])
+        best, state = int(mine[np.argmin(mine_in)]), int(mine_in.min())
         name, (x, y) = self._names[component], view.centre[h, best].tolist()
         if component in doubted:
             return Missing(name, "in doubt", x, y, score=doubted[component])
         by = ""
-        if states[best] == _HIDDEN:
+        if state == _HIDDEN:
             within = view.within[h, best]
             own, anothers = (int((within & ~by_whom[h, best]).sum()) for by_whom in (view.open, view.free))
             by = _ITSELF if own >= anothers else _hider(others, (x, y), frame)
-        return Missing(name, _STATES[states[best]], x, y, by)
+        return Missing(name, _STATES[state], x, y, by)
+
+    def _state(self, state: int, outline: Array) -> int:
+        """One marker's, by its outline (n, 2) in pixels: a sliver, be it long, may have no label of its own between the
+        seams along its two sides."""
+        if state != _NOT_SEEN:
+            return int(state)
+        drawn = outline.astype(np.float32)
+        return _TOO_SMALL if 2 * cv2.contourArea(drawn) < self._thin_px * cv2.arcLength(drawn, True) else _NOT_SEEN
 
 
 def _hider(others: Sequence[Verdict], at: tuple[float, float], frame: ImageFrame) -> str:

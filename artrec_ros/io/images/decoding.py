@@ -58,7 +58,8 @@ def decode_image(encoding: str, height: int, width: int, step: int, is_bigendian
     strides = (step, channels * depth, depth)
     image: Image = np.ndarray((height, width, channels), dtype, buffer=raw, strides=strides)
     if channels == 1:
-        return image[:, :, 0] if depth == 1 else image[:, :, 0].astype(np.uint16, copy=False)
+        # OpenCV takes no rows that begin within a number
+        return image[:, :, 0] if depth == 1 else np.require(image[:, :, 0].astype(np.uint16, copy=False), None, ["A"])
     return image if conversion is None else cv2.cvtColor(np.ascontiguousarray(image), conversion)
 
 

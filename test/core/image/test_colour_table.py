@@ -106,6 +106,25 @@ def blurred_square(sigma: float) -> tuple[np.ndarray, np.ndarray]:
     return cv2.imdecode(encoded, cv2.IMREAD_COLOR), truth
 
 
+def test_of_ranges_that_share_colours_the_first_listed_class_wins_be_its_label_anothers() -> None:
+    chosen = {"saturation": (0.4, 1.0)}
+    green, red = ClassConfig(label=1, hue=(100, 140), **chosen), ClassConfig(label=2, hue=(350, 20), **chosen)
+    wider = ClassConfig(label=1, hue=(340, 10), **chosen)
+    crimson = np.full((1, 1, 3), (40, 40, 220), np.uint8)
+    for classes, label in (({"a": green, "b": red, "c": wider}, 2), ({"a": green, "c": wider, "b": red}, 1)):
+        assert Segmenter(ImageConfig(kind="colour", classes=classes)).labels(crimson).item() == label
+
+
+def test_every_label_there_may_be_can_be_a_colour_before_a_background() -> None:
+    colours = cv2.cvtColor(
+        np.array([[(i * 0.7 % 180, 255 - i % 4 * 40, 255 - i % 9 * 20) for i in range(252)]], np.uint8),
+        cv2.COLOR_HSV2RGB,
+    )[0]
+    classes = {f"c{i}": ClassConfig(label=i + 1, rgb=tuple(map(int, rgb))) for i, rgb in enumerate(colours)}
+    table, meaning = colour_table(ImageConfig(kind="colour", classes=classes, background=(128, 128, 128)))
+    assert table.max() < 253 and set(meaning.label[table].tolist()) > set(range(1, 200))
+
+
 def test_sharpening_undoes_blends_that_look_like_a_third_class() -> None:
     image, truth = blurred_square(0.8)
     plain = SEGMENTER.labels(image)

@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from settings import DEFAULTS
-from solids import RED, cabinet, camera_of, pose, render, truck
+from solids import RED, RIGHT_SIDE, cabinet, camera_of, marker, pose, rectangle, render, truck
 
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -87,6 +88,16 @@ def test_pieces_of_a_pixel_are_too_small():
     model = truck()
     far = pose(0, 0, 9.0, 0.1, model=model)
     assert {m.state for m in missing_of(model, far, seen((model, far))).values()} == {"too small"}
+
+
+@pytest.mark.parametrize(("wide_m", "state"), [(0.003, "too small"), (0.006, "not seen")])
+def test_a_sliver_that_seams_leave_no_label_is_too_small(wide_m, state):
+    torso, fore, hind = truck().components
+    narrow = replace(fore, markers=(marker("outer", rectangle(wide_m, 0.12, (0, -0.08)), RIGHT_SIDE, (0, -0.0705, 0)),))
+    model = ObjectModel("truck", (torso, narrow, hind))
+    at = pose(0, 0, 0.8, 0.2, model=model)
+    frame = seen((replace(model, components=(torso, replace(narrow, markers=()), hind)), at))
+    assert missing_of(model, at, frame)["fore"].state == state
 
 
 def test_what_may_be_anothers_is_in_doubt(monkeypatch):

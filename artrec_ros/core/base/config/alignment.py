@@ -59,7 +59,7 @@ class AlignmentConfig(Room):
         "a point this near to the contour matches it",
         unit="px",
         low=0.5,
-        high=20,
+        high=15,
         paths=_PLANE,
         origin="as published",
     )
@@ -68,7 +68,7 @@ class AlignmentConfig(Room):
         "the tolerance of the smallest shapes",
         unit="px",
         low=0.3,
-        high=20,
+        high=15,
         paths=_PLANE,
         origin="a pixel and its neighbour",
     )

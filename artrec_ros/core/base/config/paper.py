@@ -16,7 +16,7 @@ class PaperConfig(Room):
         "half-width of the tolerance area",
         unit="px",
         low=0.5,
-        high=20,
+        high=15,
         paths=("paper",),
         origin="as published",
     )

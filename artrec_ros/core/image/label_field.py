@@ -16,7 +16,7 @@ from .codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from .seam_kernels import SILENT, UNTOLD, gaps_px
 
 _SUBPIXEL_BITS = 4
-_SEAM_PIXELS = 6000  # of a class that are looked at: its median is known to a hundredth of a pixel
+_SEAM_PIXELS = 6000  # of a class' border that are looked at: its median is known to a hundredth of a pixel
 _NO_CLASS = UNKNOWN, EMPTY, OWNED, OUTSIDE  # labels of none
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
@@ -65,7 +65,7 @@ class LabelField:
         """(H, W) 255 where a pixel is unknown for sure, and all others are that are no farther than a seam is wide."""
         known = cv2.LUT(self.codes, np.where(self.meaning.label == UNKNOWN, 0, 255).astype(np.uint8))
         self._fill_ignored(known, 255)
-        around = 2 * int(np.ceil(self._config.reach_px)) + 1
+        around = 2 * self._reach_px + 1
         near = cv2.dilate(known, np.ones((around, around), np.uint8))
         unknown = np.where(self.meaning.unknown, 255, 0).astype(np.uint8)
         return np.asarray(cv2.LUT(self.codes, unknown) & ~near)
@@ -174,14 +174,26 @@ class LabelField:
         means = np.zeros(256, np.uint8)
         means[list(self.on_bodies)] = UNTOLD
         means[[*_NO_CLASS, label]] = SILENT
-        (height, width), labels = self.codes.shape, self.padded_labels
-        mine = np.flatnonzero(labels.reshape(height + 2, width + 2)[1:-1, 1:-1] == label)
+        labels, looks = self.padded_labels, _around(self._reach_px)
+        mine = self._borders[labels[self._borders] == label]
         scale = max(len(mine) / _SEAM_PIXELS, 1.0)
         if len(mine) > _SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
             mine = mine[(np.arange(_SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
-        reach = int(np.ceil(self._config.reach_px))
-        gaps, looks = np.empty(len(mine)), _around(reach)
-        return gaps[: gaps_px(labels, width, height, reach, mine, label, means, *looks, gaps)], scale
+        gaps = np.empty(len(mine))
+        return gaps[: gaps_px(labels, self.codes.shape[1] + 2, mine, means, *looks, gaps)], scale
+
+    @cached_property
+    def _reach_px(self) -> int:
+        return int(np.ceil(self._config.reach_px))
+
+    @cached_property
+    def _borders(self) -> NDArray[np.int64]:
+        """Indices in `padded_labels` of the pixels next to which a label ends, with all in a seam's reach in the image."""
+        (height, width), around, edge = self.codes.shape, np.ones((3, 3), np.uint8), self._reach_px + 1
+        labels = self.padded_labels.reshape(height + 2, width + 2)
+        ends = cv2.compare(cv2.dilate(labels, around), cv2.erode(labels, around), cv2.CMP_NE)
+        ends[:edge], ends[-edge:], ends[:, :edge], ends[:, -edge:] = 0, 0, 0, 0
+        return np.flatnonzero(ends)
 
     @property
     def unowned(self) -> LabelField:
@@ -198,6 +210,6 @@ class LabelField:
             cv2.fillConvexPoly(codes, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
         rest.codes, rest.padded, rest._before = codes, bordered.ravel(), self.unowned
-        for made in ("labels", "padded_labels"):
+        for made in ("labels", "padded_labels", "_borders"):
             rest.__dict__.pop(made, None)
         return rest

@@ -13,7 +13,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from artrec_ros.core.base.errors import ImageError
-from artrec_ros.io.images.decoding import decode_compressed, decode_encoded, decode_file, decode_image, read_image
+from artrec_ros.io.images.decoding import (
+    decode_compressed,
+    decode_encoded,
+    decode_file,
+    decode_image,
+    read_image,
+    size_of_image,
+)
 from artrec_ros.io.images.headers import orientation_of
 
 RNG = np.random.default_rng(3)
@@ -236,6 +243,7 @@ def test_files_are_upright_as_opencv_reads_them_and_messages_as_they_lie(tmp_pat
         lies = cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED)
         assert np.array_equal(decode_compressed(suffix[1:], encoded), lies)
         assert np.array_equal(read_image(path), UPRIGHT[orientation](lies))
+        assert size_of_image(path) == read_image(path).shape[1::-1]
         if suffix == ".jpg":  # of others not every OpenCV reads them
             assert np.array_equal(read_image(path), cv2.imread(str(path)))
 

@@ -22,6 +22,7 @@ from .transforms import Array
 
 _LOOKS = 24  # along each side of the image: where the plane is looked at
 _MOST_SIDES = 4.0  # of the view, in the image's longer one
+_MOST_PX = 32_766  # of sides that OpenCV looks up
 _LEAST_PX = 2.0  # of its sides: a smaller one is none
 _EDGE_STEPS = 16  # of each side of a region: lenses bend them
 _STEP_PX = 8  # of places that are worked out one by one: a lens bends what is between by a hundredth of a pixel
@@ -54,7 +55,7 @@ class TopView:
         """
         plane, config = scene.plane, config or FacingConfig()
         pixels = _looked_at(scene, size)
-        if plane is None or not len(pixels):
+        if plane is None or not len(pixels) or max(size) > _MOST_PX:
             return None
         scales, tolerance = plane.scales(pixels), 1 + plane.config.scale_tolerance
         seen = (scales > config.horizon * scales.max()) & (scales * tolerance >= limits.least)
@@ -144,7 +145,8 @@ def _where(
 def _most_scale(extent: Array, size: tuple[int, int], area: float) -> float:
     """Of a view of so many metres (2,): one of so many times the image's area, and sides that are not much longer."""
     room = area * size[0] * size[1]
-    return min(math.sqrt(room / max(float(np.prod(extent)), 1e-12)), _MOST_SIDES * max(size) / float(extent.max() or 1))
+    side = min(_MOST_SIDES * max(size), _MOST_PX - 2)  # one more pixel ends it, after rounding up
+    return min(math.sqrt(room / max(float(np.prod(extent)), 1e-12)), side / float(extent.max() or 1))
 
 
 def _looked_at(scene: Scene, size: tuple[int, int]) -> Array:

@@ -19,6 +19,7 @@ from .contour_kernels import outlines
 
 _CROWD_ROWS = 8  # every so many-th is looked at
 _CROWDED = 0.05  # changes between neighbours in a row, as a share of its pixels: decides on the time alone
+_LEAST_AROUND = 8  # pixels of a hole that has something in it
 _FEW_IN_HOLES = 2_000  # pixels: of more pinholes OpenCV takes longer to tell what lies in which than to label all parts
 _COARSER = 1.5  # from one tolerance to the next that is tried
 
@@ -93,15 +94,20 @@ def _outer_chains(mask: NDArray[np.uint8], least_px: float) -> list[NDArray[np.i
     far as it has so many pixels: a red border around the scene hides no red robot."""
     chains = list(cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0])
     in_holes = sum(map(_pixels_enclosed, chains)) - cv2.countNonZero(mask)
-    if in_holes < least_px:
+    if in_holes < _LEAST_AROUND:
         return chains
     if in_holes < _FEW_IN_HOLES:
-        each, nesting = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-        return [chain for chain, (_, _, _, parent) in zip(each, nesting[0], strict=True) if parent < 0]
+        return _chains_of_all(mask)
     _, part, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     inner = stats[:, cv2.CC_STAT_AREA] >= least_px
     inner[[0, *(part[chain[0, 0, 1], chain[0, 0, 0]] for chain in chains)]] = False
-    return chains + _outer_chains(inner.view(np.uint8)[part], least_px) if inner.any() else chains
+    return chains + _chains_of_all(inner.view(np.uint8)[part]) if inner.any() else chains
+
+
+def _chains_of_all(mask: NDArray[np.uint8]) -> list[NDArray[np.int32]]:
+    """The external contours of all that is set in a mask, be it in others' holes."""
+    each, nesting = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    return [chain for chain, (_, _, _, parent) in zip(each, nesting[0], strict=True) if parent < 0]
 
 
 def _is_crowded(mask: NDArray[np.uint8]) -> bool:

@@ -188,7 +188,7 @@ class LabelField:
 
     @cached_property
     def _borders(self) -> NDArray[np.int64]:
-        """Indices in `padded_labels` of the pixels next to which a label ends, with all in a seam's reach in the image."""
+        """Indices in `padded_labels` of the pixels where a label ends, all in a seam's reach in the image."""
         (height, width), around, edge = self.codes.shape, np.ones((3, 3), np.uint8), self._reach_px + 1
         labels = self.padded_labels.reshape(height + 2, width + 2)
         ends = cv2.compare(cv2.dilate(labels, around), cv2.erode(labels, around), cv2.CMP_NE)

@@ -20,6 +20,7 @@ MAX_PIXELS = 64 * 2**20
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".bmp")
 _SHOWN = 60  # letters of a text of unknown length
+_TURNED = 5  # the first EXIF orientation whose rows are columns
 
 # encoding -> channels, bytes per channel, OpenCV conversion to BGR
 ENCODINGS: dict[str, tuple[int, int, int | None]] = {
@@ -106,8 +107,9 @@ def decode_file(data: bytes) -> Image:
     :raises ImageError: as `decode_encoded`.
     """
     image = _unchanged(data)
-    turned, mirrored = divmod(orientation_of(data) - 1, 4)
-    if turned:
+    orientation = orientation_of(data)
+    mirrored = (orientation - 1) % 4
+    if orientation >= _TURNED:
         image = image.swapaxes(0, 1)
     rows, columns = mirrored in (2, 3), mirrored in (1, 2)
     return np.ascontiguousarray(image[:: -1 if rows else 1, :: -1 if columns else 1])
@@ -120,8 +122,10 @@ def read_image(path: Path) -> Image:
 
 
 def size_of_image(path: Path) -> tuple[int, int]:
-    """Width and height of an image file as it lies there, not decoded. Errors as `read_image`."""
-    return size_of(_bytes_of(path))
+    """Width and height of an image file, upright, not decoded. Errors as `read_image`."""
+    data = _bytes_of(path)
+    width, height = size_of(data)
+    return (height, width) if orientation_of(data) >= _TURNED else (width, height)
 
 
 def _bytes_of(path: Path) -> bytes:

@@ -109,3 +109,12 @@ def test_a_plane_that_nears_its_horizon_makes_no_huge_view(slant: float) -> None
     made = view(slant)
     assert made is not None
     assert np.prod(made.size) < 2.2 * np.prod(fields.SIZE) and max(made.size) < 4.1 * max(fields.SIZE)
+
+
+def test_views_of_very_wide_images_have_no_longer_sides_than_can_be_looked_up() -> None:
+    camera = fields.camera()
+    scene = Scene.of(SceneConfig(plane=fields.plane(camera, 60.0)), camera)
+    made = TopView.of(scene, (20_000, fields.SIZE[1]), ANY)
+    assert made is not None and max(made.size) <= 32_766
+    assert made.codes(np.zeros((fields.SIZE[1], 20_000), np.uint8), 7).shape == made.columns.shape
+    assert TopView.of(scene, (32_767, fields.SIZE[1]), ANY) is None

@@ -57,6 +57,20 @@ def test_rings_in_rings_are_all_found_and_specks_in_holes_are_not():
     assert len(areas) == 4 and areas[-1] <= 400 < areas[-2]
 
 
+def test_what_lies_in_a_hole_is_found_however_narrow_the_gap_around_it_is():
+    labels = np.ones((140, 140), np.uint8)
+    labels[60:82, 60:82] = 0
+    labels[61:81, 61:81] = 1
+    assert [b.area_px for b in find_blobs(labels, {1}, settings(min_blob_px=300))] == [140 * 140, 400]
+
+
+def test_many_rings_in_rings_take_no_time_and_no_stack():
+    y, x = np.mgrid[:2400, :2400]
+    rings = (np.maximum(abs(x - 1200), abs(y - 1200)) % 2).astype(np.uint8)
+    blobs = find_blobs(rings, {1}, settings(max_blobs=5000))
+    assert len(blobs) == 600
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.2, 0.5, np.pi / 4, 1.2])
 @pytest.mark.parametrize("side", [20.0, 60.0])
 def test_subpixel_contour_removes_the_half_pixel(angle, side):

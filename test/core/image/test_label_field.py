@@ -142,6 +142,18 @@ def test_a_seams_gaps_are_those_to_the_nearest_pixel_of_another_known_class():
     np.testing.assert_allclose(np.sort(LabelField(labels)._gaps_px(RED)[0]), np.sort(expected))
 
 
+def test_a_seam_does_not_come_and_go_with_the_pixels_that_are_looked_at():
+    """A floor around patches, a third of which has but a seam around it: which pixels of the border are
+    looked at must not decide."""
+    labels = np.full((540, 960), 5, np.uint8)
+    for n, (x, y) in enumerate((x, y) for x in range(60, 900, 100) for y in range(60, 480, 100)):
+        gap = 10 if n % 3 else 2
+        labels[y - gap : y + 20 + gap, x - gap : x + 20 + gap] = UNKNOWN
+        labels[y : y + 20, x : x + 20] = RED
+    seams = {LabelField(labels[rows:, 2 * rows :]).seam_px(RED) for rows in range(16)}
+    assert len(seams) == 1
+
+
 @pytest.mark.uncompiled
 @pytest.mark.parametrize("size", [(1, 1), (8, 8), (9, 9), (9, 1)])
 def test_small_images_and_absent_classes_have_no_seam(size):

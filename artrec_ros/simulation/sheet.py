@@ -48,11 +48,13 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 @dataclass(frozen=True)
 class MarkerCell:
-    """A marker of the sheet: `names` of the components and markers that have this shape, `notes` below them."""
+    """A marker of the sheet: `names` of the components and markers that have this shape, `notes` below them, and its
+    size in metres."""
 
     marker: Marker
     label: int
     names: str
+    size_m: tuple[float, float]
     notes: str = ""
 
 
@@ -132,6 +134,7 @@ class _View:
         image = colour_image(rendering, SensorConfig().scaled(0), np.random.default_rng(0))
         shown = cv2.resize(rendering.index, (_CELL_PX, _CELL_PX), interpolation=cv2.INTER_NEAREST)
         image[shown < 0] = _PAPER
+        image[_edges(shown)] = _INK
         self._draw_frame(image, T)
         if named:
             self._draw_names(image, rendering)
@@ -160,6 +163,14 @@ class _View:
                 base += 1
             taken.append((left, left + width, base))
             _text(image, name, (left, base), (255, 255, 255), 0.34, _INK)
+
+
+def _edges(shown: NDArray[np.int16]) -> NDArray[np.bool_]:
+    """(H, W) where one surface ends, by the numbers of those that show."""
+    out = np.zeros(shown.shape, bool)
+    out[1:] |= shown[1:] != shown[:-1]
+    out[:, 1:] |= shown[:, 1:] != shown[:, :-1]
+    return out
 
 
 def _looking(direction: Array, centre: Array, far: float) -> Pose:
@@ -191,8 +202,8 @@ def _marker_cell(cell: MarkerCell) -> Picture:
     _arrow(image, tail, head, _INK, 1)
     origin = place(np.zeros(2))[0].astype(int)
     cv2.drawMarker(image, (int(origin[0]), int(origin[1])), _FAINT, cv2.MARKER_CROSS, 12, 1)
-    size = f"{1e3 * (high - low)[0]:.0f} x {1e3 * (high - low)[1]:.0f} mm"
-    _text(image, size, (8, _CELL_PX - 8), _INK, 0.4)
+    long, short = 1e3 * np.array(cell.size_m)
+    _text(image, f"{long:.0f} x {short:.0f} mm, class {cell.label}", (8, _CELL_PX - 8), _INK, 0.4)
     return _captioned(image, cell.names, cell.notes)
 
 

@@ -81,6 +81,6 @@ def component_surfaces(component: Component, label: int) -> list[Surface]:
         if marker.T_component_marker is None:
             continue
         corners = np.column_stack([marker.outline, np.zeros(len(marker.outline))])
-        shown, owner = label if component.label is None else component.label, (component.name, marker.name)
+        shown, owner = component.labels(label)[0], (component.name, marker.name)
         own.append(Surface(corners, np.array([0.0, 0.0, 1.0]), shown, owner).moved(marker.T_component_marker))
     return own

@@ -225,5 +225,5 @@ def sheet_of(found: Ambiguities, camera: Camera, label: int) -> NDArray[np.uint8
         component = found.model.component(row.keys[0][0])
         shown = component.labels(label)[0]
         notes = f"found to {row.found_m:.2f} m, told to {row.told_m:.2f} m"
-        cells.append(MarkerCell(component.marker(row.keys[0][1]), shown, row.names, notes))
+        cells.append(MarkerCell(component.marker(row.keys[0][1]), shown, row.names, row.size_m, notes))
     return model_sheet(Target(found.model.name, found.model, label), cells)

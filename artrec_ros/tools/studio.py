@@ -62,6 +62,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.source is None and args.topic is None:
         raise ConfigError("SOURCE is missing: name a folder, bag or video, or with --topic a live one")
+    _check_what_is_named(args)
     given = tuple(args.params_file)
     setup = load_setup(given, args.output)
     try:
@@ -87,6 +88,16 @@ def _stills(args: argparse.Namespace, setup: Setup, ros: Ros) -> Stills:
         return open_stills(args.source, options, args.frames, folder, say)
     live = ros.listen(args.topic, args.camera_info_topic, setup.image.rectified, args.keep)
     return live_stills(live, options, folder, say)
+
+
+def _check_what_is_named(args: argparse.Namespace) -> None:
+    """Before anything is written. A source whose frames an earlier sitting took may be gone."""
+    from .studio_state.stills import FRAMES
+
+    taken = any((args.output / FRAMES).glob("*.png"))
+    for path in (None if taken else args.source, args.results):
+        if path is not None and not path.exists():
+            raise ConfigError(f"{path}: no such file or folder")
 
 
 def _tell_what_is_there(args: argparse.Namespace) -> None:

@@ -322,7 +322,7 @@ def test_joints_on_the_sheet_have_units(monkeypatch):
 
 def test_a_sheet_of_markers_alone_has_no_object():
     pendulum = load_object(OBJECTS / "pendulum.yaml")
-    cells = [MarkerCell(m, 2, m.name) for c in pendulum.components for m in c.markers]
+    cells = [MarkerCell(m, 2, m.name, (0.1, 0.05)) for c in pendulum.components for m in c.markers]
     sheet = model_sheet(Target("pendulum", pendulum, 2), cells)
     assert sheet.shape[0] == 342 * math.ceil(len(cells) / 4)
 

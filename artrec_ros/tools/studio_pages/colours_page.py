@@ -26,7 +26,7 @@ class ColoursPage:
 
     def __init__(self, board: Board, marks: ColourMarks) -> None:
         self._board, self._session = board, board.session
-        self._marks = marks
+        self._marks, self._added = marks, list[str]()  # names of backgrounds that are not marked yet
         self._classes_of = _own(board.session.setup.image)
         self._stale = bool(self._marks.patches)
         self._build()
@@ -58,18 +58,24 @@ class ColoursPage:
         self._confusion = ui.html("", sanitize=False).props("data-name=confusion")
         self._report = ui.label().classes("mono").props("data-name=colour-report")
 
+    @property
+    def _names(self) -> list[str]:
+        """What can be chosen."""
+        return list(dict.fromkeys([*self._marks.names, *self._added]))
+
     def _shown_names(self) -> dict[str, str]:
-        return {name: f"{i} {name}" for i, name in enumerate(self._marks.names, start=1)}
+        return {name: f"{i} {name}" for i, name in enumerate(self._names, start=1)}
 
     def key(self, name: str) -> None:
         """A digit chooses a class."""
-        if name.isdecimal() and 1 <= int(name) <= len(self._marks.names):
-            self._name.set_value(self._marks.names[int(name) - 1])
+        if name.isdecimal() and 1 <= int(name) <= len(self._names):
+            self._name.set_value(self._names[int(name) - 1])
 
     def _add_name(self) -> None:
         name = str(self._other.value or "").strip()
         if name.isidentifier():
-            self._name.set_options({**self._shown_names(), name: name}, value=name)
+            self._added += [] if name in self._names else [name]
+            self._name.set_options(self._shown_names(), value=name)
             self._other.set_value("")
         else:
             ui.notify("a name has letters, digits and _", type="warning")

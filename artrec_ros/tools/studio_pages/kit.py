@@ -6,6 +6,7 @@ import asyncio
 import base64
 import functools
 import time
+import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -61,6 +62,7 @@ HEAD = """
     svg.appendChild(shape);
     inner.appendChild(svg);
     drawing = {inner, svg, shape, kind, x: e.clientX, y: e.clientY};
+    document.body.style.userSelect = 'none';
   }, true);
   document.addEventListener('mousemove', e => {
     if (!drawing) return;
@@ -74,7 +76,17 @@ HEAD = """
     const held = document.activeElement;
     if (held && held != document.body && !['INPUT', 'TEXTAREA', 'SELECT'].includes(held.tagName)) held.blur();
   });
-  document.addEventListener('mouseup', () => { if (drawing) { drawing.svg.remove(); drawing = null; } }, true);
+  document.addEventListener('mouseup', e => {
+    if (!drawing || e.button) return;
+    const image = drawing.inner.querySelector('img'), r = image.getBoundingClientRect();
+    drawing.svg.remove();
+    drawing = null;
+    document.body.style.userSelect = '';
+    if (e.target == image) return;  // what ends beside the picture ends at its border
+    const [x, y] = [[e.clientX, r.left, r.right], [e.clientY, r.top, r.bottom]].map(
+      ([v, low, high]) => Math.min(Math.max(v, low), high - 0.01));
+    image.dispatchEvent(new MouseEvent('mouseup', {clientX: x, clientY: y}));
+  }, true);
 })();
 </script>
 """
@@ -169,9 +181,17 @@ def css(bgr: Sequence[int]) -> str:
     return f"#{r:02x}{g:02x}{b:02x}"
 
 
+_complaints: weakref.WeakKeyDictionary[Any, Any] = weakref.WeakKeyDictionary()  # of each open page the last one
+
+
 def complain(error: Exception) -> None:
-    """An error as one line that stays until it is closed."""
-    ui.notify(one_line(error), type="negative", timeout=0, close_button="close", multi_line=True)
+    """An error as one line that stays until it is closed, or another one comes."""
+    page = ui.context.client
+    if page in _complaints:
+        _complaints[page].dismiss()
+    _complaints[page] = ui.notification(
+        one_line(error), type="negative", timeout=None, close_button="close", multi_line=True
+    )
 
 
 def guarded(handler: Callable[..., Any]) -> Callable[..., Any]:

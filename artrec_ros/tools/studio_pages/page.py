@@ -110,7 +110,8 @@ def _page(opened: Opened) -> None:
 
 async def _pressed(event: Any, board: Board, pages: dict[str, Any]) -> None:
     """Arrows, Home and End go through the frames; other keys are the tab's."""
-    if not event.action.keydown:
+    held = event.modifiers
+    if not event.action.keydown or held.ctrl or held.alt or held.meta:  # those are the browser's
         return
     answer = None
     if event.key.arrow_left or event.key.arrow_right:

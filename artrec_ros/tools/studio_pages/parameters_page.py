@@ -106,7 +106,8 @@ class ParametersPage:
         return self._number(spec, value, named)
 
     def _number(self, spec: Spec, value: float, named: str) -> Any:
-        number = ui.number(value=value, min=spec.low, max=spec.high).props(f"dense {named}").classes("w-24")
+        # without limits of its own, which would make another number of what was typed
+        number = ui.number(value=value).props(f"dense {named}").classes("w-24")
         for event in ("keydown.enter", "blur"):
             number.on(event, lambda _: self._take(spec, number.value))
         if spec.low is not None and spec.high is not None and spec.high - spec.low <= _WIDEST:
@@ -127,6 +128,8 @@ class ParametersPage:
         await self._take(spec, [spec.type(v) if spec.type is float and isinstance(v, int) else v for v in values])
 
     async def _take(self, spec: Spec, value: Any) -> None:
+        if value is None:  # of a field that was emptied
+            self._show_value(spec)
         if value is None or value == self._settings.value(spec.name):
             return
         if spec.type in (int, float) and not spec.is_list:

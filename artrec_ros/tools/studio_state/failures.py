@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...core.base.errors import ConfigError
+from ...io.results.results import DETECTIONS_FILE
 from ..evaluate import METRICS_FILE, evaluate
 from ..evaluation.failures import failed_frames
 from ..evaluation.gallery import Card, cards
@@ -36,6 +37,8 @@ class Shown:
 def truth_of(folder: Path) -> Path:
     """The truth that a replay was scored by. :raises ConfigError: it was not scored yet, or its truth is gone."""
     path = folder / METRICS_FILE
+    if not (folder / DETECTIONS_FILE).is_file():
+        raise ConfigError(f"{folder}: no folder of artrec replay: {DETECTIONS_FILE} is not there")
     try:
         told = Path(json.loads(path.read_text(encoding="utf-8"))["truth"])
     except (OSError, ValueError, KeyError, TypeError):

@@ -5,6 +5,7 @@ python benchmarks/large_images.py
 
 from __future__ import annotations
 
+import argparse
 import array
 import os
 import subprocess
@@ -68,7 +69,11 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 3:
-        publish(int(sys.argv[1]), int(sys.argv[2]))
-    else:
-        main()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "size", nargs="*", type=int, help="width and height: publish such images, as the run does itself"
+    )
+    size = parser.parse_args().size
+    if size and len(size) != 2:
+        parser.error("width and height, or nothing")
+    publish(*size) if size else main()

@@ -183,14 +183,16 @@ def main() -> int:
     parser.add_argument("--rate", type=float, default=30.0, help="Hz")
     parser.add_argument("--only", help="scenes whose names hold this text")
     args = parser.parse_args()
+    scenes = [s for s in SCENES if (args.data / s.source).exists() and (args.only or "") in s.name]
+    if not scenes:
+        parser.error(f"{args.data} holds none of these scenes: {'; '.join(s.name for s in SCENES)}")
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     os.environ.setdefault("ROS_DOMAIN_ID", str(101 + os.getpid() % 100))
     with tempfile.TemporaryDirectory() as logs:
         os.environ.setdefault("ROS_LOG_DIR", logs)
         print(HEADER)
-        for scene in SCENES:
-            if (args.data / scene.source).exists() and (args.only or "") in scene.name:
-                print(measure(scene, read_frames(scene, args.data), args), flush=True)
+        for scene in scenes:
+            print(measure(scene, read_frames(scene, args.data), args), flush=True)
     return 0
 
 

@@ -13,32 +13,37 @@ from launch import LaunchDescription
 
 SHARE = Path(__file__).absolute().parents[1]
 
+BOOLEAN = ("", "true", "false")
+AS_FILE = "; left out: as the parameter file says"
 ARGUMENTS = (
-    ("namespace", "", "namespace of the node and of all that it publishes"),
-    ("image", "image", "image topic; with image_transport compressed, /compressed is added"),
-    ("camera_info", "camera_info", "calibration topic"),
-    ("params_file", str(SHARE / "config" / "aibo.yaml"), "node parameters; relative paths in it start at its folder"),
-    ("image_transport", "raw", "raw or compressed"),
-    ("use_sim_time", "false", "take time from /clock"),
-    ("autostart", "true", "false: wait for a lifecycle manager"),
-    ("log_level", "info", "debug, info, warn, error or fatal"),
+    ("namespace", "", "namespace of the node and of all that it publishes", None),
+    ("image", "image", "image topic; with image_transport compressed, /compressed is added", None),
+    ("camera_info", "camera_info", "calibration topic", None),
+    (
+        "params_file",
+        str(SHARE / "config" / "aibo.yaml"),
+        "node parameters; relative paths in it start at its folder",
+        None,
+    ),
+    ("image_transport", "", "raw or compressed" + AS_FILE, ("", "raw", "compressed")),
+    ("use_sim_time", "", "true: take time from /clock" + AS_FILE, BOOLEAN),
+    ("autostart", "", "false: wait for a lifecycle manager" + AS_FILE, BOOLEAN),
+    ("log_level", "info", "how much is told", ("debug", "info", "warn", "error", "fatal")),
 )
 
 
 def make_node(context):
-    value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    value = {name: LaunchConfiguration(name).perform(context) for name, _, _, _ in ARGUMENTS}
     params_file = Path(value["params_file"]).expanduser().absolute()
-    own = {
-        "config_dir": str(params_file.parent),
-        "image_transport": value["image_transport"],
-        "use_sim_time": value["use_sim_time"].lower() == "true",
-        "autostart": value["autostart"].lower() == "true",
-    }
+    if not params_file.is_file():
+        raise FileNotFoundError(f"params_file:={value['params_file']}: there is no such file")
+    given = {name: value[name] for name in ("image_transport", "use_sim_time", "autostart") if value[name]}
+    own = {name: text == "true" if text in BOOLEAN else text for name, text in given.items()}
     node = Node(
         package="artrec_ros",
         executable="artrec_node",
         namespace=value["namespace"],
-        parameters=[str(params_file), own],
+        parameters=[str(params_file), *([own] if own else [])],
         remappings=[("image", value["image"]), ("camera_info", value["camera_info"])],
         arguments=["--ros-args", "--log-level", value["log_level"]],
         output="screen",
@@ -47,5 +52,8 @@ def make_node(context):
 
 
 def generate_launch_description():
-    declared = [DeclareLaunchArgument(name, default_value=d, description=text) for name, d, text in ARGUMENTS]
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, description=text, choices=choices)
+        for name, default, text, choices in ARGUMENTS
+    ]
     return LaunchDescription([*declared, OpaqueFunction(function=make_node)])

@@ -16,9 +16,9 @@ SHARE = Path(__file__).absolute().parents[1]
 CAMERAS = ("left", "right")
 SHARED = (
     ("params_file", str(SHARE / "config" / "aibo.yaml"), "node parameters of both"),
-    ("image_transport", "raw", "raw or compressed"),
-    ("use_sim_time", "false", "take time from /clock"),
-    ("autostart", "true", "false: wait for a lifecycle manager"),
+    ("image_transport", "", "raw or compressed; left out, as the next two: as the parameter file says"),
+    ("use_sim_time", "", "true: take time from /clock"),
+    ("autostart", "", "false: wait for a lifecycle manager"),
 )
 OWN = (
     ("namespace", "{camera}", "namespace of the {camera} camera's node"),

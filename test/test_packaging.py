@@ -157,21 +157,22 @@ def test_paths_are_absolute_relative_or_of_a_package(tmp_path: Path, monkeypatch
         share_directory("nowhere")
 
 
-def launch_file() -> tuple[list[tuple[str, str, str]], set[str]]:
-    """The launch file's arguments and the parameters that it sets itself, without running it."""
+def launch_file() -> tuple[list[tuple[str, ...]], set[str]]:
+    """The launch file's arguments and the parameters that it sets where they are given, without running it."""
     tree = ast.parse((ROOT / "launch" / "artrec.launch.py").read_text())
     assigned = {n.targets[0].id: n.value for n in ast.walk(tree) if isinstance(n, ast.Assign)}
     arguments = [tuple(ast.unparse(e) for e in row.elts) for row in assigned["ARGUMENTS"].elts]
-    return arguments, {ast.literal_eval(k) for k in assigned["own"].keys}
+    return arguments, set(ast.literal_eval(assigned["given"].generators[0].iter))
 
 
 def test_the_launch_file_knows_the_usual_arguments_and_the_nodes_parameters() -> None:
     arguments, own = launch_file()
     assert {"namespace", "image", "camera_info", "params_file", "image_transport"} <= {
-        ast.literal_eval(name) for name, _, _ in arguments
+        ast.literal_eval(name) for name, _, _, _ in arguments
     }
-    assert all(len(ast.literal_eval(description)) > 5 for _, _, description in arguments)
+    assert all(len(description) > 8 for _, _, description, _ in arguments)
     assert own <= {*NodeConfig.__dataclass_fields__, "use_sim_time"}
+    assert {default for name, default, _, _ in arguments if ast.literal_eval(name) in own} == {"''"}
 
 
 needs_launch = pytest.mark.skipif(
@@ -181,7 +182,7 @@ needs_launch = pytest.mark.skipif(
 
 def test_the_launch_files_agree_on_their_arguments() -> None:
     """Without launch: what the file for two cameras passes on, the one for one camera declares."""
-    names = {ast.literal_eval(name) for name, _, _ in launch_file()[0]}
+    names = {ast.literal_eval(row[0]) for row in launch_file()[0]}
     tree = ast.parse((ROOT / "launch" / "two_cameras.launch.py").read_text())
     assigned = {n.targets[0].id: n.value for n in tree.body if isinstance(n, ast.Assign)}
     passed = [ast.literal_eval(row.elts[0]) for table in ("SHARED", "OWN") for row in assigned[table].elts]
@@ -215,7 +216,7 @@ def test_two_cameras_have_a_node_each() -> None:
         else:
             action.execute(context)
     assert [values["namespace"] for values in included] == ["left", "right"]
-    assert all(values["image"] == "image" and values["autostart"] == "true" for values in included)
+    assert all(values["image"] == "image" and values["autostart"] == "" for values in included)
 
 
 def test_the_views_shipped_show_topics_that_there_are() -> None:

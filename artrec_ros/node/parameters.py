@@ -62,7 +62,8 @@ def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
     :raises ConfigError: a value, or a file that it names, is not valid.
     """
     overrides, files = read_overrides(node), parameter_files(argv)
-    source = ", ".join(str(f) for f in files) or "parameters"
+    single = [flag for flag in ("-p", "--param") if flag in argv]  # a value may be theirs
+    source = ", ".join([*map(str, files), *single]) or "parameters"
     warn = node.get_logger().warning
     for file in files:
         load_value(file)  # ROS' own reader takes the last of keys that are given twice, without a word

@@ -37,7 +37,7 @@ _RATES = ("recognition_rate", "right_rate", "precision")
 _ERRORS = ("position_error_median", "rotation_error_deg_median", "joint_error_deg_median")
 _PANEL_INCHES = (3.3, 2.4)
 _UNFOLDED = ("range", "azimuth")
-_MARGINS = {"left": 0.13, "right": 0.98, "top": 0.9, "bottom": 0.25}  # of the panel; a layout engine takes long
+_MARGINS = {"left": 0.13, "right": 0.96, "top": 0.9, "bottom": 0.25}  # of the panel; a layout engine takes long
 
 
 @dataclass(frozen=True)
@@ -142,11 +142,13 @@ def _draw_distribution(axes: Any, samples: Sequence[np.ndarray], name: str) -> N
         if not len(values):
             continue
         thin = np.unique(np.linspace(0, len(values) - 1, 300).astype(int))  # more cannot be seen
-        axes.step(values[thin], (thin + 1) / len(values), where="post", color=COLOURS[number % len(COLOURS)])
-    largest = max(float(np.quantile(v, 0.98)) for v in samples if len(v))
-    axes.set_xlim(0, 1.05 * largest or 1)
+        share = (thin + 1) / len(values)
+        axes.step([0, *values[thin]], [0, *share], where="post", color=COLOURS[number % len(COLOURS)])
+    most = 1.05 * max(float(np.quantile(v, 0.98)) for v in samples if len(v)) or 1.0
+    beyond = max(float(v[-1]) for v in samples if len(v))
+    axes.set_xlim(0, most)
     axes.set_ylim(-0.03, 1.03)
-    axes.set_xlabel(name)
+    axes.set_xlabel(f"{name} (up to {beyond:.3g})" if beyond > most else name)
     axes.set_title("share of that or less", fontsize=9)
 
 

@@ -312,9 +312,10 @@ class WholeObjectFinder:
         """Siblings of the best."""
         return self.required.flips(found.best(self._search.flip_keep, self._search).poses)
 
-    def fitted(self, frame: ImageFrame, poses: Poses) -> Poses:
-        """Fits to the contours of all markers that the labels support."""
-        return self._fitted(frame, poses, self.supported(self.judge(frame, poses, occlusion=True)))
+    def fitted(self, frame: ImageFrame, poses: Poses, used: np.ndarray | None = None) -> Poses:
+        """Fits to the contours of the markers used (H, M), or of all that the labels support."""
+        supported = self.supported(self.judge(frame, poses, occlusion=True)) if used is None else used
+        return self._fitted(frame, poses, supported)
 
     def _fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""

@@ -19,6 +19,7 @@ from ..model.surface import INSIDE_POINTS
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_bends import likelier_bends
+from ..pose.other_rests import likelier_rests
 from ..pose.other_turns import likelier_turns
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
@@ -117,6 +118,7 @@ class Describer:
         poses = finder.on_colours(frame, finder.settled(frame, _candidates(verdicts), used), used)
         if finder.facing:
             return _AtRest(poses, used, [None] * len(poses), np.zeros(poses.q.shape))
+        poses, used = likelier_rests(finder, hurried, poses, used)
         bent, more = likelier_bends(finder, hurried, poses)
         likelier, others = likelier_turns(finder, frame, bent)
         moved = np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))

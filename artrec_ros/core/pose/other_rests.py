@@ -1,0 +1,61 @@
+"""Where a told pose may rest otherwise: without what seems to end one of its markers.
+
+Something unknown that lies over part of a marker ends it as its own outline would. A fit to all contours that begins
+where such a marker looks whole comes to rest there, smaller, farther or turned, and the other markers give way. What
+these say without it leads to the other rest; votes and contours of all tell which of the two is right, as they do of
+mirrored turns.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.transforms import Array
+from ..image.image_frame import ImageFrame
+from .finder import WholeObjectFinder
+from .other_turns import evidence, weighed
+from .surface_model import PatchScores, Poses
+
+_LEAST_OTHERS = 2  # markers that tell where an object is without one
+
+
+def likelier_rests(
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]
+) -> tuple[Poses, NDArray[np.bool_]]:
+    """H poses at rest on what the image shows, elsewhere where that is clearly likelier, and the markers used of each.
+
+    :param used: (H, M) markers whose contours tell where they are.
+    """
+    row, marker = _partly_covered(finder, finder.judge(frame, poses, occlusion=True), used)
+    if not len(row) or frame.deadline.expired:
+        return poses, used
+    frame = frame.unhurried()
+    others = used[row]
+    others[np.arange(len(row)), marker] = False
+    started = finder.fitted(frame, poses[row], others)
+    rests, now_used = at_rest(finder, frame, started)
+    weights = finder.config.verdict.turn_odds if frame.image is None else finder.config.verdict.turn_odds_colour
+    likelier, _ = weighed(evidence(finder, frame, poses[row], rests).log_odds(weights), finder.config.verdict)
+    rows, used = np.arange(len(poses)), used.copy()
+    rows[row[likelier]], used[row[likelier]] = len(poses) + np.flatnonzero(likelier), now_used[likelier]
+    return Poses.concatenate([poses, rests])[rows], used
+
+
+def at_rest(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.bool_]]:
+    """Poses at rest on the contours, and on the colours, of the markers that labels support; and which (H, M)."""
+    used = finder.supported(finder.judge(frame, poses, occlusion=True))
+    return finder.on_colours(frame, finder.settled(frame, poses, used), used), used
+
+
+def _partly_covered(
+    finder: WholeObjectFinder, scores: PatchScores, used: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which pose's (N,) which marker (N,) bears least of its label, where that is more than a rim around it can lack."""
+    surface, m = finder.surface, finder.surface.markers
+    area_px: Array = scores.area_px[:, m]
+    around_px = surface.perimeter * np.sqrt(area_px / surface.compiled.area[m])
+    lacks_px = np.where(used, (1 - scores.agree[:, m]) * area_px - surface.votes.ring_px * around_px, 0.0)
+    marker = np.argmax(lacks_px, axis=1)
+    row = np.flatnonzero((lacks_px.max(axis=1) > 0) & (used.sum(axis=1) > _LEAST_OTHERS))
+    return row, marker[row]

@@ -8,13 +8,16 @@ mirrored turns.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
-from .other_turns import evidence, weighed
+from .other_turns import evidence, other_of, weighed
 from .surface_model import PatchScores, Poses
 
 _LEAST_OTHERS = 2  # markers that tell where an object is without one
@@ -22,24 +25,28 @@ _LEAST_OTHERS = 2  # markers that tell where an object is without one
 
 def likelier_rests(
     finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]
-) -> tuple[Poses, NDArray[np.bool_]]:
-    """H poses at rest on what the image shows, elsewhere where that is clearly likelier, and the markers used of each.
+) -> tuple[Poses, NDArray[np.bool_], Sequence[OtherTurn | None]]:
+    """H poses at rest on what the image shows, elsewhere where that is clearly likelier; the markers used of each; and
+    where it may be otherwise.
 
     :param used: (H, M) markers whose contours tell where they are.
     """
+    elsewhere: list[OtherTurn | None] = [None] * len(poses)
     row, marker = _partly_covered(finder, finder.judge(frame, poses, occlusion=True), used)
     if not len(row) or frame.deadline.expired:
-        return poses, used
-    frame = frame.unhurried()
-    others = used[row]
-    others[np.arange(len(row)), marker] = False
-    started = finder.fitted(frame, poses[row], others)
-    rests, now_used = at_rest(finder, frame, started)
-    weights = finder.config.verdict.turn_odds if frame.image is None else finder.config.verdict.turn_odds_colour
-    likelier, _ = weighed(evidence(finder, frame, poses[row], rests).log_odds(weights), finder.config.verdict)
+        return poses, used, elsewhere
+    frame, without = frame.unhurried(), used[row]
+    without[np.arange(len(row)), marker] = False
+    rests, used_there = at_rest(finder, frame, finder.fitted(frame, poses[row], without))
+    config, both = finder.config.verdict, Poses.concatenate([poses, rests])
+    weights = config.turn_odds if frame.image is None else config.turn_odds_colour
+    likelier, probabilities = weighed(evidence(finder, frame, poses[row], rests).log_odds(weights), config)
     rows, used = np.arange(len(poses)), used.copy()
-    rows[row[likelier]], used[row[likelier]] = len(poses) + np.flatnonzero(likelier), now_used[likelier]
-    return Poses.concatenate([poses, rests])[rows], used
+    rows[row[likelier]], used[row[likelier]] = len(poses) + np.flatnonzero(likelier), used_there[likelier]
+    for n, h in enumerate(row.tolist()):
+        other = h if likelier[n] else len(poses) + n
+        elsewhere[h] = other_of(finder, both, int(rows[h]), other, float(probabilities[n]))
+    return both[rows], used, elsewhere
 
 
 def at_rest(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.bool_]]:
@@ -51,7 +58,7 @@ def at_rest(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple
 def _partly_covered(
     finder: WholeObjectFinder, scores: PatchScores, used: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which pose's (N,) which marker (N,) bears least of its label, where that is more than a rim around it can lack."""
+    """Which pose's (N,) which marker (N,) lacks most of its label, where that is more than a rim around it can."""
     surface, m = finder.surface, finder.surface.markers
     area_px: Array = scores.area_px[:, m]
     around_px = surface.perimeter * np.sqrt(area_px / surface.compiled.area[m])

@@ -57,18 +57,23 @@ def likelier_turns(
     config, both = finder.config.verdict, Poses.concatenate([poses, mirrored])
     weights = config.turn_odds if frame.image is None else config.turn_odds_colour
     log_odds = evidence(finder, frame, poses[of], mirrored).log_odds(weights)
-    rows, joints = np.arange(len(poses)), finder.target.model.joint_names
-    endless = finder.surface.kinematics.endless
+    rows = np.arange(len(poses))
     turned, probabilities = weighed(log_odds, config)
     for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
         probability, row, other = float(probabilities[n]), int(of[n]), len(poses) + n
         if turned[n]:
             rows[row], other = other, row
-        told = both.q[rows[row]]
-        bent = dict(zip(joints, (told + short_way(both.q[other] - told, endless)).tolist(), strict=True))
-        turn = OtherTurn(Pose(both.R[other], both.t[other]), probability, bent)
-        others[row] = turn if probability > config.least_other_turn else None
+        others[row] = other_of(finder, both, int(rows[row]), other, probability)
     return both[rows], others
+
+
+def other_of(finder: WholeObjectFinder, poses: Poses, told: int, other: int, probability: float) -> OtherTurn | None:
+    """Of two of some poses the other one, beside the one that is told; None where it need not be known."""
+    if probability <= finder.config.verdict.least_other_turn:
+        return None
+    short = short_way(poses.q[other] - poses.q[told], finder.surface.kinematics.endless)
+    bent = dict(zip(finder.target.model.joint_names, (poses.q[told] + short).tolist(), strict=True))
+    return OtherTurn(Pose(poses.R[other], poses.t[other]), probability, bent)
 
 
 def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:

@@ -34,12 +34,14 @@ class _AtRest(NamedTuple):
     """H objects as they are told.
 
     :ivar used: (H, M) markers whose contours tell where each is. :ivar others: their other turns.
+    :ivar elsewhere: other poses at which their contours rest.
     :ivar bends: (H, J) by how much joints' variances are greater for other bends.
     """
 
     poses: Poses
     used: NDArray[np.bool_]
     others: Sequence[OtherTurn | None]
+    elsewhere: Sequence[OtherTurn | None]
     bends: Array
 
 
@@ -90,7 +92,7 @@ class Describer:
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         probable = part_probabilities(verdicts)
         told = self._told(probable)
-        poses, used, others, bends = self._at_rest(verdicts, frame)
+        poses, used, others, elsewhere, bends = self._at_rest(verdicts, frame)
         identities = self._identifier.identify(frame, poses, self._seen(verdicts, told))
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
@@ -109,6 +111,7 @@ class Describer:
             )
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
+        detections = [replace(_beside(d, e), other_turn=None) for d, e in zip(detections, elsewhere, strict=True)]
         return [_beside(d, other) for d, other in zip(detections, others, strict=True)]
 
     def _at_rest(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> _AtRest:
@@ -117,14 +120,15 @@ class Describer:
         used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
         poses = finder.on_colours(frame, finder.settled(frame, _candidates(verdicts), used), used)
         if finder.facing:
-            return _AtRest(poses, used, [None] * len(poses), np.zeros(poses.q.shape))
-        poses, used = likelier_rests(finder, hurried, poses, used)
+            none = [None] * len(poses)
+            return _AtRest(poses, used, none, none, np.zeros(poses.q.shape))
+        poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
         bent, more = likelier_bends(finder, hurried, poses)
         likelier, others = likelier_turns(finder, frame, bent)
         moved = np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
         if len(moved):
             used[moved] = finder.supported(finder.judge(frame, likelier[moved], occlusion=True))
-        return _AtRest(likelier, used, others, more)
+        return _AtRest(likelier, used, others, elsewhere, more)
 
     def _detection(
         self,
@@ -224,7 +228,7 @@ class Describer:
 
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:
-    """A detection in space, with the other turn that may be the true one: its joints are those that are told."""
+    """A detection in space, with another pose that may be the true one: its joints are those that are told."""
     if other is None or detection.pose is None or detection.pose_covariance is None:
         return detection
     other = replace(other, joints={name: q for name, q in other.joints.items() if name in detection.joints})

@@ -111,7 +111,7 @@ class MissingParts:
         frame: ImageFrame,
     ) -> Missing:
         mine = np.flatnonzero(self._of == component)
-        mine_in = np.array([self._state(states[m], view.outlines[m][h]) for m in mine])
+        mine_in = np.array([self._state(states[m], view.outlines[m][h]) for m in mine.tolist()])
         best, state = int(mine[np.argmin(mine_in)]), int(mine_in.min())
         name, (x, y) = self._names[component], view.centre[h, best].tolist()
         if component in doubted:

@@ -1,0 +1,63 @@
+"""What something unknown covers of a marker does not move an object of which others tell where it is."""
+
+import numpy as np
+import pytest
+from settings import DEFAULTS
+from solids import RED, camera_of, chain, pose, render, turn_between
+
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.other_rests import likelier_rests
+from artrec_ros.core.pose.surface_model import Poses
+
+CAMERA = camera_of((640, 480), 600.0)
+MODEL = chain()
+AT = pose(0, 0, 0.8, 0.3, 0.1, MODEL)
+
+
+def scene(covered: float):
+    """The finder, and a picture in which something unknown hides so much of the base's marker from its left."""
+    finder = WholeObjectFinder(Target(MODEL.name, MODEL, RED), DEFAULTS)
+    labels = render(CAMERA, [(MODEL, AT, RED)])
+    frames, surface = finder.surface.kinematics.forward(AT.R, AT.t, AT.q), finder.surface.compiled
+    outline = project(CAMERA, (frames.R[0, 0] @ surface.contour[0]).T + frames.t[0, 0])
+    (left, top), (right, bottom) = outline.min(axis=0).astype(int) - 3, outline.max(axis=0).astype(int) + 3
+    labels[top:bottom, left : left + int(covered * (right - left))] = 0
+    return finder, ImageFrame(LabelField(labels), CAMERA)
+
+
+def off(poses) -> tuple[float, float]:
+    """Of the place, as a share of the range, and of the turn, radians."""
+    return float(np.linalg.norm(poses.t[0] - AT.t[0]) / AT.t[0, 2]), float(turn_between(poses.R[0], AT.R[0]))
+
+
+def used_by(finder, frame, poses):
+    return finder.supported(finder.judge(frame, poses, occlusion=True))
+
+
+def test_a_marker_that_seems_to_end_is_told_by_the_others():
+    finder, frame = scene(0.45)
+    used = used_by(finder, frame, AT)
+    wrong = Poses(AT.R, AT.t * 1.03, AT.q)  # as if what is left of it were all of it
+    told, used_there, _ = likelier_rests(finder, frame, wrong, used)
+    assert off(told)[0] < 0.005 and off(told)[1] < 0.02
+    assert (used_there == used).all()
+
+
+@pytest.mark.parametrize("covered", [0.0, 0.3])
+def test_what_rests_where_it_is_stays(covered):
+    finder, frame = scene(covered)
+    told, _, (other,) = likelier_rests(finder, frame, AT, used_by(finder, frame, AT))
+    assert off(told)[0] < 0.005
+    assert other is None or np.linalg.norm(other.pose.position - AT.t[0]) < 0.01
+
+
+def test_without_others_nothing_tells():
+    finder, frame = scene(0.45)
+    used = used_by(finder, frame, AT) & (np.arange(5) < 2)
+    wrong = Poses(AT.R, AT.t * 1.03, AT.q)
+    told, same, others = likelier_rests(finder, frame, wrong, used)
+    assert off(told) == off(wrong) and same is used and others == [None]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,14 +17,16 @@ from .outcomes import Outcome
 from .runs import LookedFor
 from .scoring import Evaluation, ScoredFrame
 
-MISSED, NOT_RIGHT, FALSE = "missed", "not right", "false"
+MISSED, NOT_RIGHT, FAR_OFF, FALSE = "missed", "not right", "far off", "false"
 _NEAR = 1.0  # of an object, in its apparent sizes
+# a right one is far off that is farther off than these, a share of the range and an angle, and than so many medians
+_FAR, _FAR_RAD, _FAR_TIMES = 0.02, math.radians(10), 5.0
 
 
 @dataclass(frozen=True)
 class Failure:
-    """:param kind: MISSED, NOT_RIGHT or FALSE. :param name: the object's. :param place: (2,) pixels, where known.
-    :param radius_px: about how large it is there."""
+    """:param kind: MISSED, NOT_RIGHT, FAR_OFF or FALSE. :param name: the object's.
+    :param place: (2,) pixels, where known. :param radius_px: about how large it is there."""
 
     kind: str
     name: str
@@ -41,18 +45,47 @@ class FailedFrame:
 
 def failed_frames(evaluation: Evaluation) -> list[FailedFrame]:
     """The frames in which anything failed, in order."""
-    found = [FailedFrame(f, tuple(_failures(f, evaluation.run.objects))) for f in evaluation.frames]
+    far = _Far.of(evaluation)
+    found = [FailedFrame(f, tuple(_failures(f, evaluation.run.objects, far))) for f in evaluation.frames]
     return [f for f in found if f.failures]
 
 
-def _failures(frame: ScoredFrame, objects: Mapping[str, LookedFor]) -> Iterator[Failure]:
+class _Far(NamedTuple):
+    """From which errors on a right object is far off: of its place, as a share of the range, and of its turn."""
+
+    place: float
+    turn_rad: float
+
+    @classmethod
+    def of(cls, evaluation: Evaluation) -> _Far:
+        right = [o for _, o in evaluation.outcomes() if o.counted and o.right is not False]
+        places = [e for e in (o.position_error for o in right) if e is not None]
+        turns = [e for e in (o.rotation_error_rad for o in right) if e is not None]
+        times = [_FAR_TIMES * float(np.median(off)) if off else 0.0 for off in (places, turns)]
+        return cls(max(_FAR, times[0]), max(_FAR_RAD, times[1]))
+
+    def says(self, outcome: Outcome) -> str:
+        """How far off it is; empty: it is not far."""
+        place, turn = outcome.position_error, outcome.rotation_error_rad
+        if place is None or turn is None or (place <= self.place and turn <= self.turn_rad):
+            return ""
+        return f"its place is {place:.1%} of the range off, its turn {math.degrees(turn):.0f} degrees"
+
+
+def _failures(frame: ScoredFrame, objects: Mapping[str, LookedFor], far: _Far) -> Iterator[Failure]:
     for name, part in frame.by_name.items():
         root = objects[name].required
         for outcome in part.outcomes:
-            if not outcome.counted or outcome.right or (outcome.right is None and outcome.recognised):
+            if not outcome.counted:
                 continue
-            kind = NOT_RIGHT if outcome.recognised else MISSED
-            reason = _why_not_right(outcome, root) if outcome.recognised else _why_missed(outcome, name, root, frame)
+            if outcome.recognised and outcome.right is not False:
+                kind, reason = FAR_OFF, far.says(outcome)
+            elif outcome.recognised:
+                kind, reason = NOT_RIGHT, _why_not_right(outcome, root)
+            else:
+                kind, reason = MISSED, _why_missed(outcome, name, root, frame)
+            if not reason:
+                continue
             place = next(iter(places_of(outcome.truth, root)), None)
             yield Failure(kind, name, reason, place, extent_px(outcome.truth))
         for d in part.false:

@@ -18,6 +18,7 @@ from .completion import with_components, with_own_names
 from .metrics import Counts, judge_frame
 from .outcomes import FrameOutcome, Outcome
 from .runs import Run
+from .slips import slips
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,8 @@ def _evaluate(run: Run, truth: Truth, found: Mapping[FrameKey, int], options: Op
         }
         frames.append(ScoredFrame(key, found.get(key), record, by_name))
     sliding = {name: _sliding(run.models[name]) for name in choices if name in run.models}
-    return Evaluation(run, truth, tuple(frames), choices, tuple(_notes(run, truth, found, choices)), sliding)
+    scored = Evaluation(run, truth, tuple(frames), choices, tuple(_notes(run, truth, found, choices)), sliding)
+    return replace(scored, notes=(*scored.notes, *slips(list(scored.outcomes()), sliding)))
 
 
 def _judge(

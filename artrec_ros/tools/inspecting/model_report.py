@@ -119,6 +119,9 @@ def odd_units(model: ObjectModel) -> Iterator[str]:
     for what, length in _lengths(model):
         if length > _MOST_TIMES * sizes[large]:
             yield f"{what} {length:.4g} m, and the largest marker is {sizes[large]:.4g} m across; {_METRES}"
+    for name, off, size in _beside_bodies(model):
+        if off > _FAR_SIZES * size:
+            yield f"{name} is {off:.4g} m away from its component's bodies, which are {size:.4g} m across; {_METRES}"
     for name, m in markers:
         off = max(_norm(end - m.centroid) for end in (m.tail, m.head))
         if off > _FAR_SIZES * sizes[name]:
@@ -130,6 +133,18 @@ def odd_units(model: ObjectModel) -> Iterator[str]:
         if max(most, span) > _MOST_TURN_RAD:
             what = f"a limit of {most:g} rad" if most > _MOST_TURN_RAD else f"from limit to limit {span:g} rad"
             yield f"joint {name}: {what} is more than a turn; limits are radians: 70 degrees are 1.22"
+
+
+def _beside_bodies(model: ObjectModel) -> Iterator[tuple[str, float, float]]:
+    """Of each marker that has a place how far it is from the nearest of its component's bodies, and how large the
+    largest of these is."""
+    for c in model.components:
+        size = max((_norm(box.size) for box in c.bodies), default=0.0)
+        for m in c.markers if c.bodies else ():
+            if m.T_component_marker is not None:
+                middle = m.T_component_marker.apply(np.array([*m.centroid, 0.0]))
+                within = [np.abs(b.T_component_box.inverse().apply(middle)) - b.size / 2 for b in c.bodies]
+                yield f"{c.name}/{m.name}", min(_norm(np.maximum(off, 0.0)) for off in within), size
 
 
 def _lengths(model: ObjectModel) -> Iterator[tuple[str, float]]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import ImagePose, Instance, Rejection
 from artrec_ros.io.results.results import FrameRecord
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.evaluation.failures import failed_frames
 
-from .makers import found_thing, pixel, record, true_thing, write_run, write_truth
+from .makers import FACING, found_thing, pixel, record, true_thing, write_run, write_truth
 
 
 def failures(tmp_path, objects, *records):
@@ -74,3 +76,18 @@ def test_false_detections(tmp_path):
         ("false", "score 0.70: 6 px from an object 'thing'; another detection lies there, too"),
         ("false", "score 0.61: no object there"),
     ]
+
+
+@pytest.mark.parametrize(("m", "turn_deg", "said"), [(0.06, 2, "6.0% of the range off, its turn 2"), (0.001, 20, "20")])
+def test_what_is_right_but_far_off_is_shown(tmp_path, m, turn_deg, said):
+    turned = Pose(Pose.from_xyz_rpy([0, 0, 0], [0, 0, np.radians(turn_deg)]).rotation @ FACING, [0, 0, 1 + m])
+    (failure,) = failures(tmp_path, [true_thing()], record(1, found_thing(pose=turned)))
+    assert failure[0] == "far off" and said in failure[1]
+
+
+def test_what_all_are_is_not_far(tmp_path):
+    frames = {t: [true_thing()] for t in range(1, 9)}
+    off = Pose(FACING, [0, 0, 1.03])
+    run = write_run(tmp_path / "r", [record(t, found_thing(pose=off)) for t in frames])
+    ((result,), _) = evaluate([run], write_truth(tmp_path / "t.jsonl", frames))
+    assert failed_frames(result.evaluation) == []

@@ -1,0 +1,75 @@
+"""What a truth was hardly meant to say: angles in degrees, lengths in millimetres, a joint the other way round.
+
+Such slips leave every object found and all of its numbers wrong in the same way, which medians over all joints hide.
+A slip is told where what was found fits the truth far better once it is undone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ...core.geometry.transforms import Array
+from .outcomes import Outcome
+
+_LEAST = 3  # objects that tell
+_TIMES = 10.0  # as far off as once the slip is undone
+
+_MILLIMETRES = "in millimetres? Lengths of a truth are metres"
+_OF_JOINTS: tuple[tuple[Callable[[Array], Array], str], ...] = (
+    (np.negative, "with the other sign: does its axis point the other way there?"),
+    (np.radians, "in degrees? Angles of a truth are radians"),
+    (lambda q: -np.radians(q), "in degrees, and with the other sign? Angles of a truth are radians"),
+)
+_OF_SLIDES: tuple[tuple[Callable[[Array], Array], str], ...] = (
+    (np.negative, "with the other sign: does its axis point the other way there?"),
+    (lambda q: q / 1000, _MILLIMETRES),
+)
+
+
+def slips(outcomes: Sequence[tuple[str, Outcome]], sliding: Mapping[str, frozenset[str]]) -> Iterator[str]:
+    """A line for each. :param outcomes: object name and outcome. :param sliding: object name -> prismatic joints."""
+    for name in dict.fromkeys(name for name, _ in outcomes):
+        met = [o for n, o in outcomes if n == name and o.recognised]
+        yield from _of_poses(name, met)
+        for joint in dict.fromkeys(j for o in met for j in o.joint_errors):
+            pairs = [(o.detection.joints, o.truth.joints) for o in met if o.detection and joint in o.joint_errors]
+            told, true = np.array([(found[joint], known[joint]) for found, known in pairs]).T
+            slides = joint in sliding.get(name, ())
+            off = np.asarray if slides else _short
+            tried = [(off(told - undo(true)), words) for undo, words in (_OF_SLIDES if slides else _OF_JOINTS)]
+            for words in _fitting(off(told - true), tried):
+                yield f"the truth's joint '{joint}' of '{name}': {words}"
+
+
+def _of_poses(name: str, met: Sequence[Outcome]) -> Iterator[str]:
+    pairs = [(o.detection.pose, o.truth.pose) for o in met if o.position_error is not None and o.detection is not None]
+    both = [(told, true) for told, true in pairs if told is not None and true is not None]
+    if not both:
+        return
+    places = np.array([(told.position, true.position) for told, true in both])
+    turns = np.array([(told.rotation, true.rotation) for told, true in both])
+    off = np.linalg.norm(places[:, 0] - places[:, 1], axis=1)
+    for words in _fitting(off, [(np.linalg.norm(places[:, 0] - places[:, 1] / 1000, axis=1), _MILLIMETRES)]):
+        yield f"the truth's positions of '{name}': {words}"
+    turned = [_angles(turns[:, 0], turns[:, 1]), _angles(turns[:, 0], np.swapaxes(turns[:, 1], 1, 2))]
+    for words in _fitting(turned[0], [(turned[1], "transposed? They turn the object's axes into the camera's")]):
+        yield f"the truth's rotations of '{name}': {words}"
+
+
+def _fitting(off: Array, undone: Sequence[tuple[Array, str]]) -> Iterator[str]:
+    """What is said of the slip that explains errors (n,) best, if it does. :param undone: errors without it, words."""
+    best, words = min(((float(np.median(np.abs(d))), said) for d, said in undone), key=lambda one: one[0])
+    if len(off) >= _LEAST and float(np.median(np.abs(off))) > _TIMES * best:
+        yield words
+
+
+def _short(turned: Array) -> Array:
+    """Angles the short way around."""
+    return np.asarray(np.remainder(turned + np.pi, 2 * np.pi) - np.pi)
+
+
+def _angles(A: Array, B: Array) -> Array:
+    """(n,) between rotations (n, 3, 3), radians."""
+    return np.arccos(np.clip((np.einsum("nij,nij->n", A, B) - 1) / 2, -1.0, 1.0), dtype=np.float64)

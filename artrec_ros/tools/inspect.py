@@ -121,7 +121,8 @@ def _counts(counts: Any) -> str:
 
 def _camera(camera: Camera) -> str:
     lens = f"distortion of {camera.distortion.size} coefficients" if camera.distortion.any() else "no distortion"
-    return f"{camera.size[0]}x{camera.size[1]}, focal length {camera.matrix[0, 0]:.1f} px, {lens}"
+    (fx, _, cx), (_, fy, cy) = camera.matrix[:2].tolist()
+    return f"{camera.size[0]}x{camera.size[1]}, focal lengths {fx:.1f}, {fy:.1f} px, centre {cx:.1f}, {cy:.1f}, {lens}"
 
 
 def _pixels(s: Sample) -> str:

@@ -87,7 +87,8 @@ def run(args: argparse.Namespace) -> int:
         in_space = [t for t in setup.targets if way_of(t, setup.recognizer, calibrated=True) == SPACE]
         if True not in calibrated and not all(t.model.is_flat for t in in_space):  # flat ones are found without
             say(
-                "warning: images have no calibration, so no poses in space; --camera-info FILE gives one, be it a guess"
+                "warning: images have no calibration that is theirs, so no poses in space; --camera-info FILE gives "
+                "one, be it a guess"
             )
         plan = plan_of(setup, args.sources, _plan_options(args, options))
         with ReplayFolder(args.output, plan, setup.to_yaml(), args.overwrite) as folder:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.base.errors import ConfigError
 from ..io.base.bars import say
 from ..io.base.whole_files import held
+from ..io.base.yaml_files import like_it
 from .options.work_options import add_source_options, source_options
 
 if TYPE_CHECKING:  # the rest is imported when it is needed: Ctrl-C is answered from the first moment on
@@ -97,7 +98,7 @@ def _check_what_is_named(args: argparse.Namespace) -> None:
     taken = any((args.output / FRAMES).glob("*.png"))
     for path in (None if taken else args.source, args.results):
         if path is not None and not path.exists():
-            raise ConfigError(f"{path}: no such file or folder")
+            raise ConfigError(f"{path}: no such file or folder{like_it(path)}")
 
 
 def _tell_what_is_there(args: argparse.Namespace) -> None:

@@ -87,7 +87,7 @@ def test_what_fits_gives_no_problem(tmp_path, config, capsys):
     for expected in (
         "3 joints",
         "40x30, 1 channel, labels 0 2 6",
-        "focal length 34.6 px",
+        "focal lengths 34.6, 34.6 px",
         "in space, 24 learned",
         "2: 1",
     ):

@@ -24,7 +24,7 @@ from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.typesys import Stores, get_typestore
 
 from ...core.base.errors import ImageError, SourceError
-from ..base.yaml_files import size_of_file
+from ..base.yaml_files import like_it, size_of_file
 from .index import index_problem
 from .metadata import BAG_SUFFIXES, STORAGES, Metadata, is_storage, storage_suffix
 from .recovery import RawMessage, full_type, scan
@@ -255,7 +255,7 @@ def bag_files(path: Path, storage: str | None = None) -> list[Path]:
     :raises SourceError: no such path, no bag in it, or a file that metadata.yaml lists is missing.
     """
     if not path.exists():
-        raise SourceError(f"{path}: no such file or folder")
+        raise SourceError(f"{path}: no such file or folder{like_it(path)}")
     if path.is_dir():
         listed = [path / name for name in Metadata.of(path).files]
         if missing := [f for f in listed if not f.exists()]:

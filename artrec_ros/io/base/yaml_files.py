@@ -64,6 +64,7 @@ LFS_MAGIC = b"version https://git-lfs.github.com/spec/"
 LFS_POINTER = "is a pointer of Git LFS, which stands for the file itself: fetch that with 'git lfs pull'"
 
 _FEW = 12  # names that a message may list
+_NEAR_NAME = 0.75  # likeness of file names from which on one may be meant for the other
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -187,6 +188,17 @@ def is_finite(value: float) -> bool:
         return False
 
 
+def like_it(path: str | Path) -> str:
+    """The end of a message about a path that is not there: what has nearly that name beside it."""
+    path = Path(path)
+    try:
+        beside = [entry.name for entry in path.parent.iterdir()]
+    except (OSError, ValueError):
+        return ""
+    close = difflib.get_close_matches(path.name, beside, 1, cutoff=_NEAR_NAME)
+    return f"; did you mean '{path.with_name(close[0])}'?" if close else ""
+
+
 def size_of_file(path: str | Path, error: type[ArtrecError] = ConfigError) -> int:
     """Bytes of a regular file: others, such as pipes and devices, may never end.
 
@@ -195,7 +207,7 @@ def size_of_file(path: str | Path, error: type[ArtrecError] = ConfigError) -> in
     try:
         about = os.stat(path)
     except FileNotFoundError:
-        raise error(f"{path}: there is no such file") from None
+        raise error(f"{path}: there is no such file{like_it(path)}") from None
     except (OSError, ValueError) as reason:
         raise error(f"{path}: cannot be read: {getattr(reason, 'strerror', None) or reason}") from None
     if not stat.S_ISREG(about.st_mode):

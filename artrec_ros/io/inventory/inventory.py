@@ -15,10 +15,11 @@ from ..bags.reader import Bag, Topic
 from ..bags.topics import IMAGE_TYPES, camera_info_topic, camera_of, decode_message, stamp_of
 from ..base.bars import bar
 from ..base.kinds import COCO, CONSTRAINTS, OBJECT, kind_of
-from ..base.yaml_files import load_value, load_yaml
+from ..base.yaml_files import like_it, load_value, load_yaml
 from ..images.cameras import load_camera
 from ..images.decoding import IMAGE_SUFFIXES, read_image, size_of_image
 from ..images.folders import images_of, is_lossy, passed_over
+from ..images.video import VIDEO_SUFFIXES, frames_of_video
 from ..learned.annotations import load_coco
 from ..learned.coco import read_json
 from ..learned.constraints import FORMAT as CONSTRAINT_FORMAT
@@ -93,7 +94,7 @@ _OTHERS = ("metadata.yaml", JOURNAL_FILE)
 def _reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Content]]:
     """The kind of a path, and what reads it."""
     if not path.exists():
-        raise SourceError(f"{path}: there is no such file or folder")
+        raise SourceError(f"{path}: there is no such file or folder{like_it(path)}")
     if _is_bag(path):
         return "bag", _read_bag
     if path.is_dir():
@@ -114,7 +115,8 @@ def _reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Con
         return ("results", _read_results) if path.name == DETECTIONS_FILE else ("truth", _read_truth)
     if suffix in _YAML:
         return _yaml_reader(path, more)
-    raise SourceError(f"{path}: '{suffix or path.name}' is no kind of file that artrec reads")
+    way_out = f"; {frames_of_video(path)}" if suffix in VIDEO_SUFFIXES else ""
+    raise SourceError(f"{path}: '{suffix or path.name}' is no kind of file that artrec inspect reads{way_out}")
 
 
 def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Content]]:

@@ -84,12 +84,13 @@ class Annotations:
         """Per annotated object, the places of `model`'s markers; a marker needs both ends labelled."""
         markers = {f"{c.name}/{m.name}": (c.name, m) for c in model.components for m in c.markers}
         known = [f"{marker}.{end}" for marker in markers for end in _ENDS]
+        several = "; of several categories choose one with --category" if len(self.categories) > 1 else ""
         for category, names in self.categories.items():
             for name in names:
                 if name not in known:
                     raise ConfigError(
                         f"keypoint '{name}' of category '{category}' is no component/marker.tail or .head of object "
-                        f"'{model.name}'{nearest(name, known)}; categories are chosen with --category"
+                        f"'{model.name}'{nearest(name, known)}{several}"
                     )
         return [_example(o, markers) for o in self.objects]
 

@@ -113,9 +113,10 @@ def fitting(camera: Camera | None, image: Image, report: Report, whence: str, fr
     height, width = image.shape[:2]
     if camera is None or camera.size == (width, height):
         return camera and dataclasses.replace(camera, frame_id=frame_id or camera.frame_id)
+    exchanged = " (are its width and height exchanged?)" if camera.size == (height, width) else ""
     report(
         f"{whence}: calibrated for {camera.size[0]}x{camera.size[1]} pixels, but images have "
-        f"{width}x{height}: no metric poses"
+        f"{width}x{height}{exchanged}: no metric poses"
     )
     return None
 

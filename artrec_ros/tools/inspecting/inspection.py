@@ -15,6 +15,7 @@ from ...core.model.identities import identities_of
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...core.ways import SPACE, way_of
+from ...io.images.cameras import odd_calibration
 from ...io.images.folders import LOSSY
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
@@ -175,7 +176,10 @@ def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calib
     if samples and not fitting:
         shown = ", ".join(f"{s.name}: {s.channels or 'no readable'} channel(s)" for s in samples)
         kind = f"image.kind '{setup.image.kind}' of {path}"
-        yield f"{other}: no images of {wanted} channel(s), which {kind} needs ({shown})"
+        way_out = (
+            "" if wanted == 3 else "; of colour images image.kind is colour, and artrec learn-colours finds the classes"
+        )
+        yield f"{other}: no images of {wanted} channel(s), which {kind} needs ({shown}){way_out}"
     if len(fitting) > 1:
         names = ", ".join(s.name for s in fitting)
         yield f"{other}: {len(fitting)} topics fit image.kind '{setup.image.kind}': {names}; choose one with --topic"
@@ -234,6 +238,7 @@ def _expected(target: Target) -> dict[int, str]:
 
 
 def _calibration(path: Path, camera: Camera, items: Sequence[Item]) -> Iterator[str]:
+    yield from (f"{path}: {line}" for line in odd_calibration(camera))
     for other, samples in _samples(items):
         for s in samples:
             if s.size is not None and s.size != camera.size:

@@ -22,7 +22,7 @@ Key = tuple[str, str]
 _LARGE_M, _MOST_TIMES = 20.0, 100.0
 _LISTED = 6  # names on a line
 _FAR_SIZES = 3.0  # an axis may leave its marker, such as for a joint beside it
-_METRES = "lengths are metres: give millimetres divided by 1000"
+_METRES = "lengths are metres: 40 mm are 0.04"
 _MOST_TURN_RAD = 2 * math.pi + 0.1
 
 

@@ -78,16 +78,21 @@ def test_false_detections(tmp_path):
     ]
 
 
+def far_off(tmp_path, *poses):
+    """What is said of the frames whose things are found in these poses, among five that are found where they are."""
+    all_poses = dict(enumerate((*poses, *[Pose(FACING, [0, 0, 1])] * 5), start=1))
+    frames = {t: [true_thing()] for t in all_poses}
+    found = [record(t, found_thing(pose=pose)) for t, pose in all_poses.items()]
+    ((result,), _) = evaluate([write_run(tmp_path / "r", found)], write_truth(tmp_path / "t.jsonl", frames))
+    return [(f.kind, f.reason) for frame in failed_frames(result.evaluation) for f in frame.failures]
+
+
 @pytest.mark.parametrize(("m", "turn_deg", "said"), [(0.06, 2, "6.0% of the range off, its turn 2"), (0.001, 20, "20")])
 def test_what_is_right_but_far_off_is_shown(tmp_path, m, turn_deg, said):
     turned = Pose(Pose.from_xyz_rpy([0, 0, 0], [0, 0, np.radians(turn_deg)]).rotation @ FACING, [0, 0, 1 + m])
-    (failure,) = failures(tmp_path, [true_thing()], record(1, found_thing(pose=turned)))
-    assert failure[0] == "far off" and said in failure[1]
+    ((kind, reason),) = far_off(tmp_path, turned)
+    assert kind == "far off" and said in reason
 
 
 def test_what_all_are_is_not_far(tmp_path):
-    frames = {t: [true_thing()] for t in range(1, 9)}
-    off = Pose(FACING, [0, 0, 1.03])
-    run = write_run(tmp_path / "r", [record(t, found_thing(pose=off)) for t in frames])
-    ((result,), _) = evaluate([run], write_truth(tmp_path / "t.jsonl", frames))
-    assert failed_frames(result.evaluation) == []
+    assert far_off(tmp_path, *[Pose(FACING, [0, 0, 1.03])] * 9) == []

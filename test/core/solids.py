@@ -152,6 +152,18 @@ def render(
     return np.where(labels == 0, background, labels).astype(np.uint8)
 
 
+def covered(labels, camera: Camera, at: Poses, model: ObjectModel, share: float):
+    """The same picture with something unknown over so much of the first marker of the first component, which stands in
+    the object's frame, from its left."""
+    (first, *_), position = model.components[0].markers, at.t[0]
+    corners = first.T_component_marker.apply(np.column_stack([first.outline, np.zeros(len(first.outline))]))
+    pixels = project(camera, corners @ at.R[0].T + position)
+    (left, top), (right, bottom) = pixels.min(axis=0).astype(int) - 3, pixels.max(axis=0).astype(int) + 3
+    out = labels.copy()
+    out[max(top, 0) : bottom, max(left, 0) : left + int(share * (right - left))] = 0
+    return out
+
+
 def random_poses(rng: np.random.Generator, model: ObjectModel, n: int, depth=(0.8, 1.6)) -> Poses:
     """Any turn, in front of the camera, joints within their limits."""
     kin = Kinematics(model)

@@ -3,7 +3,23 @@ labels."""
 
 import numpy as np
 import pytest
-from solids import BLUE, BODY, CAB, FRONT, GATE, RED, camera_of, marker, pose, rectangle, render, turn_between
+from settings import settings
+from solids import (
+    BLUE,
+    BODY,
+    CAB,
+    FRONT,
+    GATE,
+    RED,
+    camera_of,
+    chain,
+    covered,
+    marker,
+    pose,
+    rectangle,
+    render,
+    turn_between,
+)
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig, TrackingConfig
 from artrec_ros.core.geometry.transforms import Pose
@@ -180,3 +196,14 @@ def test_it_is_followed_from_image_to_image():
         (one,) = result.detections
         assert np.linalg.norm(one.pose.position - at.t[0]) < 0.03 * at.t[0, 2]
         assert "front" not in {c.component for c in one.components}
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.6, 1), (0.97, 0)])
+def test_part_of_it_will_do_where_others_are_seen(share, told):
+    model, camera = chain(), camera_of((640, 480), 600.0)
+    at = pose(0, 0, 0.8, 0.3, 0.1, model)
+    labels = covered(render(camera, [(model, at, RED)]), camera, at, model, share)
+    config = settings(time_budget_ms=60000.0, supported_agree=0.75)  # what is left of it confirms nothing by itself
+    found = Recognizer([Target(model.name, model, RED)], config, Segmenter(ImageConfig())).recognize(labels, camera)
+    assert len(found.detections) == told
+    assert all(np.linalg.norm(d.pose.position - at.t[0]) < 0.02 * at.t[0, 2] for d in found.detections)

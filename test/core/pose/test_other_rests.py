@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import RED, camera_of, chain, pose, render, turn_between
+from solids import RED, camera_of, chain, covered, pose, render, turn_between
 
-from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
@@ -18,14 +17,10 @@ MODEL = chain()
 AT = pose(0, 0, 0.8, 0.3, 0.1, MODEL)
 
 
-def scene(covered: float):
-    """The finder, and a picture in which something unknown hides so much of the base's marker from its left."""
+def scene(share: float):
+    """The finder, and a picture in which something unknown hides so much of the base's marker."""
     finder = WholeObjectFinder(Target(MODEL.name, MODEL, RED), DEFAULTS)
-    labels = render(CAMERA, [(MODEL, AT, RED)])
-    frames, surface = finder.surface.kinematics.forward(AT.R, AT.t, AT.q), finder.surface.compiled
-    outline = project(CAMERA, (frames.R[0, 0] @ surface.contour[0]).T + frames.t[0, 0])
-    (left, top), (right, bottom) = outline.min(axis=0).astype(int) - 3, outline.max(axis=0).astype(int) + 3
-    labels[top:bottom, left : left + int(covered * (right - left))] = 0
+    labels = covered(render(CAMERA, [(MODEL, AT, RED)]), CAMERA, AT, MODEL, share)
     return finder, ImageFrame(LabelField(labels), CAMERA)
 
 
@@ -47,9 +42,9 @@ def test_a_marker_that_seems_to_end_is_told_by_the_others():
     assert (used_there == used).all()
 
 
-@pytest.mark.parametrize("covered", [0.0, 0.3])
-def test_what_rests_where_it_is_stays(covered):
-    finder, frame = scene(covered)
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_what_rests_where_it_is_stays(share):
+    finder, frame = scene(share)
     told, _, (other,) = likelier_rests(finder, frame, AT, used_by(finder, frame, AT))
     assert off(told)[0] < 0.005
     assert other is None or np.linalg.norm(other.pose.position - AT.t[0]) < 0.01

@@ -68,8 +68,8 @@ class RecognizerConfig:
     )
     required: str = param(
         "strict",
-        "strict: there is no object without its required component; visible: where that is turned away, hidden, out "
-        "of the image or without labels the others may suffice",
+        "strict: there is no object without its required component, of which part will do where others are seen; "
+        "visible: where that is turned away, hidden, out of the image or without labels the others may suffice",
         choices=("strict", "visible"),
         paths=("space", "facing"),
     )

@@ -49,6 +49,23 @@ class Tracks:
         fitted = np.array([d.pose_from == "fit" for d in self.last], bool)
         return np.asarray(self.posed & fitted)
 
+    def expected(self) -> Array:
+        """(T, 3) x, y and log scale where each is in the image by now: of what is not seen and has a pose before the
+        camera, from where it was seen last as that pose moves, which is known better than how what is seen of it does.
+        """
+        place = self.image.place.copy()
+        known = np.flatnonzero(self.in_camera & (self.age_s > 0) & (self.bodies.motion.place[:, 2] > 0)).tolist()
+        last = {row: d.pose.position for row in known if (d := self.last[row]).pose is not None}
+        if not last:
+            return place
+        rows, before = list(last), np.array(list(last.values()))
+        now = self.bodies.motion.place[rows, :3]
+        seen = np.array([(d.image.x, d.image.y, d.image.scale) for d in (self.last[row] for row in rows)])
+        focal_px = seen[:, 2:] * before[:, 2:]
+        place[rows, :2] = seen[:, :2] + focal_px * (now[:, :2] / now[:, 2:] - before[:, :2] / before[:, 2:])
+        place[rows, 2:] = np.log(focal_px / now[:, 2:])
+        return place
+
     def __len__(self) -> int:
         return len(self.names)
 

@@ -204,6 +204,19 @@ def test_what_is_hidden_is_told_where_it_is_expected_for_so_long():
     assert (np.diff(spread) > 0).all() and (np.diff([d.score for d in expected[:6]]) < 0).all()
 
 
+def test_in_the_image_a_prediction_goes_where_its_pose_does():
+    """What was seen of it last was what the border left, whose middle runs the other way."""
+    steps = [at(0.3 + 0.01 * k) for k in range(30)]
+    steps[-1] = replace(steps[-1], image=replace(steps[-1].image, x=steps[-2].image.x - 30))
+    config = with_values(TrackingConfig(), {"predict": 0.2})
+    detections = told([*[[at(0.0), step] for step in steps], *[[at(0.0)]] * 3], config)
+    expected = [next(d for d in found if d.predicted) for found in detections[30:]]
+    focal_px = steps[-1].image.scale * steps[-1].pose.position[2]
+    for d in expected:
+        moved = d.pose.position[0] / d.pose.position[2] - steps[-1].pose.position[0] / steps[-1].pose.position[2]
+        assert d.image.x == pytest.approx(steps[-1].image.x + focal_px * moved, abs=0.01) and moved > 0
+
+
 def test_what_is_predicted_is_itself_when_it_comes_back():
     steps = [[at(0.0), at(0.3 + 0.01 * k)] * (k not in (10, 11, 12)) or [at(0.0)] for k in range(20)]
     detections = told(steps, with_values(TrackingConfig(), {"predict": 1.0}))

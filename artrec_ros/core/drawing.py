@@ -97,6 +97,8 @@ def draw_result(
         canvas.name(detection, colours[detection.object])
     for n, (rejection, others) in enumerate(_told_rejections(result)):
         canvas.rejection(rejection, others, in_any_case=n == 0)
+    if result.waiting and not (result.detections or result.rejected):  # else nothing would say why
+        canvas.footer(f"nothing found; blobs that wait their turn: {result.waiting}")
     return canvas.picture
 
 

@@ -36,6 +36,12 @@ def test_small_images_are_enlarged_and_large_ones_are_not():
     assert draw_result(np.zeros((480, 640, 3), np.uint8), FrameResult((640, 480)), []).shape == (480, 640, 3)
 
 
+def test_where_blobs_wait_and_nothing_else_is_said_the_picture_says_so():
+    rows = np.flatnonzero(changed(FrameResult((200, 160), waiting=14)).any(axis=1))
+    assert len(rows) and rows.min() > 140
+    assert np.array_equal(changed(replace(found(), waiting=14)), changed(found()))
+
+
 @pytest.mark.parametrize("size", [(1, 4000), (4000, 1), (3, 700)])
 def test_long_images_are_not_enlarged_to_great_ones(size):
     assert draw_result(np.zeros(size, np.uint8), FrameResult(size[::-1]), []).shape[:2] == size

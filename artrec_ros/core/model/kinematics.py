@@ -44,8 +44,12 @@ class Kinematics:
         self.parent = [-1 if c.joint is None else index[c.joint.parent] for c in model.components]
         joints = [c.name for c in model.joint_components]
         self.joint_of = [joints.index(c.name) if c.name in joints else -1 for c in model.components]
-        self.lower = np.array([c.joint.lower for c in model.joint_components if c.joint], float)
-        self.upper = np.array([c.joint.upper for c in model.joint_components if c.joint], float)
+        lower = np.array([c.joint.lower for c in model.joint_components if c.joint], float)
+        upper = np.array([c.joint.upper for c in model.joint_components if c.joint], float)
+        # of several turns nobody can tell which it is: the one in the middle of what its limits are
+        middle = (lower + upper) / 2
+        self.lower = np.where(self.endless, np.maximum(lower, middle - np.pi), lower)
+        self.upper = np.where(self.endless, np.minimum(upper, middle + np.pi), upper)
         self.revolute = np.array([c.joint.kind == "revolute" for c in model.joint_components if c.joint], bool)
 
         # what a joint's step is measured in: a radian, or the size of what slides

@@ -131,3 +131,5 @@ def test_a_joint_that_turns_more_than_once_is_looked_at_once_around():
     parts = (Component("a", (marker,), required=True), Component("b", (marker,), joint=drive))
     kin = Kinematics(ObjectModel("arm", parts))
     assert kin.endless.tolist() == [True] and np.ptp(kin.grid(0, 0.2)) == pytest.approx(2 * np.pi)
+    turned = kin.bound(np.array([[-6.0], [-0.5], [3.0], [6.0]]))[:, 0]
+    np.testing.assert_allclose(turned, [2 * np.pi - 6, -0.5, 3.0, 6 - 2 * np.pi])  # the turn in the middle is told

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -83,6 +83,16 @@ class Joints:
         keys = tuple((place[self.keys[n][0]], self.keys[n][1]) for n in kept)
         index = np.array(kept, int)
         return Joints(keys, self.state[index], tuple(self.about[n] for n in kept), self.times[index])
+
+    def without(self, rows: Collection[int]) -> Joints:
+        """Those of other tracks."""
+        kept = [n for n, (row, _) in enumerate(self.keys) if row not in rows]
+        if len(kept) == len(self.keys):
+            return self
+        index = np.array(kept, int)
+        return Joints(
+            tuple(self.keys[n] for n in kept), self.state[index], tuple(self.about[n] for n in kept), self.times[index]
+        )
 
     def seen(
         self, found: Mapping[int, Detection], dt_s: float, model: MotionModel, units: Units, config: TrackingConfig

@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from ..base.config import TrackingConfig
-from ..geometry.transforms import Pose
+from ..geometry.transforms import Pose, rotvec_from_rotation
 from ..model.found import Detection, Filtered, ImagePose, Motion
 from .joints import Joints
 from .sightings import is_placed
 from .tracks import Tracks
+
+_HALF = 0.5
 
 
 class Teller:
@@ -52,12 +54,10 @@ class Teller:
         known = [
             (name, q, deviation) for name, q, deviation, _ in self._joints.get(row, ()) if name in detection.joints
         ]
-        return Filtered(
-            self._pose(row),
-            self._tracks.bodies.motion.place_covariance[row],
-            {name: q for name, q, _ in known},
-            {name: deviation for name, _, deviation in known},
-        )
+        joints = {name: q for name, q, _ in known}
+        deviations = {name: deviation for name, _, deviation in known}
+        told = Filtered(self._pose(row), self._tracks.bodies.motion.place_covariance[row], joints, deviations)
+        return told if not self._tracks.strange[row] else _as_likely(told, detection)
 
     def _pose(self, row: int) -> Pose:
         return Pose(self._tracks.bodies.turn[row], self._tracks.bodies.motion.place[row, :3])
@@ -93,4 +93,18 @@ class Teller:
             pose_from=last.pose_from,
             predicted=True,
         )  # fmt: skip
-        return detection if pose is None else replace(detection, motion=self._motion(row, detection))
+        known = pose is not None and self._times[row] > 1
+        return replace(detection, motion=self._motion(row, detection)) if known else detection
+
+
+def _as_likely(told: Filtered, detection: Detection) -> Filtered:
+    """What a filter says of an object that a frame shows elsewhere: either may be right."""
+    pose, joints = detection.pose, detection.joints
+    assert pose is not None  # else it would not be followed in space
+    turned = rotvec_from_rotation(pose.rotation @ told.pose.rotation.T)
+    off = np.concatenate([pose.position - told.pose.position, turned])
+    deviations = {
+        name: float(np.sqrt(deviation**2 + _HALF * (joints[name] - told.joints[name]) ** 2))
+        for name, deviation in told.joint_deviations.items()
+    }
+    return replace(told, covariance=told.covariance + _HALF * np.outer(off, off), joint_deviations=deviations)

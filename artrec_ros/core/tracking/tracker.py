@@ -10,6 +10,7 @@ one frame's doubt does not end what is known.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from ..base.stamps import seconds_since
 from ..geometry.transforms import Array
 from ..model.found import Detection, FrameResult
 from ..model.target import Target
+from .doubles import Places
 from .existence import Continuity, newcomers
 from .following import begun, followed
 from .joints import Joints, units_of
@@ -71,6 +73,13 @@ class Tracker:
         """
         if not self._config.enabled:
             return result
+        late_s = -seconds_since(self._stamp_ns, stamp_ns)
+        if 0 < late_s <= self._config.max_gap_s and not self._is_another_view(result.size, frame_id):
+            # named by what is known by now, of which it says nothing: it shows what was before
+            return deepcopy(self)._follow(stamp_ns, result, frame_id)
+        return self._follow(stamp_ns, result, frame_id)
+
+    def _follow(self, stamp_ns: int, result: FrameResult, frame_id: str) -> FrameResult:
         first, dt_s = self._advance(stamp_ns, result.size, frame_id)
         found = result.detections
         sightings = Sightings.of(found, self._sizes, self._config.sightings)
@@ -79,6 +88,7 @@ class Tracker:
         goes_on, other = self._goes_on(odds, strangers, dt_s)
         # in another scene what lies near is somebody else, too
         row_of = {n: row for n, row in row_of.items() if goes_on * odds[row] >= 1 - goes_on}
+        row_of |= self._leapt(found, sightings, row_of) if goes_on > 1 - goes_on else {}
         result, sightings = self._turned(result, row_of, sightings)
         found = result.detections
         self._tracks = followed(
@@ -93,15 +103,15 @@ class Tracker:
             begun([found[n] for n in new], sightings[new], scores, self._motion, self._config)
         )
         by_row = {row: found[n] for n, row in row_of.items()}
-        self._joints = self._joints.seen(by_row, dt_s, self._motion, self._units, self._config)
+        anew = {row for row in by_row if self._tracks.times[row] == 1}  # as a body does its joints begin anew
+        self._joints = self._joints.without(anew).seen(by_row, dt_s, self._motion, self._units, self._config)
         return self._told(result, row_of)
 
     def _advance(self, stamp_ns: int, size: tuple[int, int], frame_id: str) -> tuple[bool, float]:
         """Let time pass up to a frame. Whether it is the first one, and the time since the one before. A frame may
         come out of order, or the clock was set back a little: such stamps stand still."""
         last_ns = stamp_ns if self._stamp_ns is None else self._stamp_ns
-        other_view = size != self._size or (frame_id and self._frame_id and frame_id != self._frame_id)
-        if other_view or (last_ns - stamp_ns) * 1e-9 > self._config.max_gap_s:
+        if self._is_another_view(size, frame_id) or (last_ns - stamp_ns) * 1e-9 > self._config.max_gap_s:
             self.forget()
         else:
             stamp_ns = max(stamp_ns, last_ns)
@@ -114,6 +124,9 @@ class Tracker:
         self._keep((self._tracks.existence.probability >= gone) & (self._tracks.age_s <= self._config.max_gap_s))
         self._stamp_ns, self._size, self._frame_id = stamp_ns, size, frame_id or self._frame_id
         return first, dt_s
+
+    def _is_another_view(self, size: tuple[int, int], frame_id: str) -> bool:
+        return size != self._size or bool(frame_id and self._frame_id and frame_id != self._frame_id)
 
     def _keep(self, kept: Flags) -> None:
         if not kept.all():
@@ -136,6 +149,25 @@ class Tracker:
         row_of = _assign(cost)
         matched[list(row_of.values())] = [odds[n, row] for n, row in row_of.items()]
         return row_of, matched
+
+    def _leapt(self, found: Sequence[Detection], s: Sightings, row_of: Mapping[int, int]) -> dict[int, int]:
+        """Rows of tracks that nothing continues by those of other detections that lie in their places."""
+        new = [n for n in range(len(found)) if n not in row_of]
+        lost = [row for row in range(len(self._tracks)) if row not in row_of.values()]
+        if not new or not lost:
+            return {}
+        apart = Places.found([found[n].object for n in new], s[new]).apart(
+            Places.expected(self._tracks[lost], self._sizes)
+        )
+        return {new[n]: lost[k] for n, k in _assign(apart - 1).items()}
+
+    def _doubles(self, here: Sequence[int]) -> set[int]:
+        """Tracks in the places of those that are seen. :param here: rows of these."""
+        lost = [row for row in range(len(self._tracks)) if row not in here]
+        if not here or not lost:
+            return set()
+        places = [Places.expected(self._tracks[list(rows)], self._sizes) for rows in (lost, here)]
+        return {lost[k] for k in np.flatnonzero((places[0].apart(places[1]) < 1).any(axis=1)).tolist()}
 
     def _turned(
         self, result: FrameResult, row_of: Mapping[int, int], sightings: Sightings
@@ -186,7 +218,8 @@ class Tracker:
         here, whose = set(row_of.values()), list(zip(self._tracks.names, self._tracks.ids, strict=True))
         taken = {whose[row] for row in here if self._tracks.ids[row] is not None}
         # who was alone and has been lost has given the id away
-        away = [row for row in range(len(whose)) if row not in here | given_away and whose[row] not in taken]
+        gone = here | given_away | self._doubles(sorted(here))
+        away = [row for row in range(len(whose)) if row not in gone and whose[row] not in taken]
         expected = teller.expected(away)
         kept = np.zeros(len(whose), bool)
         kept[[*here, *away]] = True

@@ -152,3 +152,41 @@ def test_where_poses_come_in_another_frame_the_filter_begins_anew():
     (found,) = tracker.update(START + 10 * PERIOD, frame(replace(on_plane, pose=pose))).detections
     assert found.id == 0 and found.motion is None
     np.testing.assert_allclose(found.filtered.pose.position, (0.1, -0.2, 0), atol=1e-9)
+
+
+def test_a_late_frame_moves_nothing():
+    """It shows what was a while ago: taken for now, what goes forward would go back."""
+    steps = [replace(posed(0.02 * k), score=0.99, pose_covariance=np.eye(6) * 1e-6) for k in range(20)]
+    plain, late = Tracker(SMOOTH), Tracker(SMOOTH)
+    for k, step in enumerate(steps):
+        expected = plain.update(START + k * PERIOD, frame(step)).detections[0]
+        if k == 15:
+            before = late.update(START + 12 * PERIOD, frame(steps[12])).detections[0]
+            assert before.id == expected.id and before.pose is steps[12].pose
+        found = late.update(START + k * PERIOD, frame(step)).detections[0]
+        np.testing.assert_array_equal(found.filtered.pose.position, expected.filtered.pose.position)
+    assert found.motion.twist[0] == pytest.approx(0.6, abs=0.05)
+
+
+def test_of_what_was_seen_once_no_speed_is_predicted():
+    tracker = Tracker(replace(SMOOTH, predict=1.0))
+    tracker.update(START, frame(replace(posed(0.0), score=0.99)))
+    (expected,) = tracker.update(START + PERIOD, frame()).detections
+    assert expected.predicted and expected.motion is None
+
+
+def test_an_object_that_was_put_elsewhere_may_be_in_either_place_until_that_is_known():
+    tracker = Tracker(SMOOTH)
+    there = replace(
+        posed(0.0), score=0.99, pose_covariance=np.eye(6) * 1e-6, joints={"arm": 0.0}, joint_deviations={"arm": 0.01}
+    )
+    elsewhere = replace(there, pose=Pose(there.pose.rotation, np.array([0.0, 0.0, 1.3])), joints={"arm": 1.0})
+    for k in range(20):
+        tracker.update(START + k * PERIOD, frame(there))
+    told = [tracker.update(START + k * PERIOD, frame(elsewhere)).detections[0].filtered for k in range(20, 26)]
+    off = np.array([f.pose.position - elsewhere.pose.position for f in told])
+    deviations = np.sqrt([np.trace(f.covariance[:3, :3]) for f in told])
+    assert off[0, 2] == pytest.approx(-0.3, abs=0.01) and (np.linalg.norm(off, axis=1) < 2 * deviations).all()
+    joints = [(f.joints["arm"] - 1.0, f.joint_deviations["arm"]) for f in told]
+    assert all(abs(error) < 3 * deviation for error, deviation in joints)
+    assert abs(off[-1, 2]) < 0.01 and abs(joints[-1][0]) < 0.02

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import socket
 import sys
@@ -169,6 +170,28 @@ def test_each_mark_is_learned_from_while_the_page_goes_on(pictures: Pictures, pe
     person.page.wait_for_timeout(2500)
     assert person.text("learned") == told, "switched off"
     assert person.complaint() == before
+
+
+@in_browser
+def test_a_drag_ends_at_the_border_and_keys_of_the_browser_are_its_own(pictures: Pictures, person: Person) -> None:
+    made = pictures.folder / "made"
+    person.tab("examples")
+    person.key("Home")
+    marked = (made / "annotations.json").read_bytes()
+    person.key("Control+x")
+    person.page.wait_for_timeout(300)
+    assert (made / "annotations.json").read_bytes() == marked
+    person.tab("colours")
+    before = len(json.loads((made / "regions.json").read_text())["annotations"])
+    person.key("3")
+    person.drag("colours-picture", (280, 200), (335, 230))  # of 320 x 240
+    person.until(lambda: len(json.loads((made / "regions.json").read_text())["annotations"]) == before + 1)
+    for name in ("wall", "table"):
+        field = person.page.get_by_placeholder("other background")
+        field.fill(name)
+        field.press("Enter")
+    person.settle()
+    assert {"4 wall", "5 table"} <= {t.strip() for t in person.page.locator("[data-name=class] button").all_inner_texts()}
 
 
 @in_browser

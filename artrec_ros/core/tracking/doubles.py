@@ -1,0 +1,48 @@
+"""Which objects of one name would be in one place: there is room for one there.
+
+A detection that lies farther from its track than that can have come is another object to a filter. Where it lies on the
+place of one that nobody else has seen it is that one, which leapt; else one object would have two tracks, each of which
+hides the other, and take their names in turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry.transforms import Array
+from .sightings import Sightings
+from .tracks import Tracks
+
+_APART = 0.5  # of the required component's size: bodies that are narrow stand side by side at little more
+
+
+class Places(NamedTuple):
+    """Of N objects: names (N,), places before the camera (N, 3) metres, NaN where that is not known, and in the image
+    (N, 2) pixels; sizes (N,) of their required components in both, 0: not known."""
+
+    names: Sequence[str]
+    position: Array
+    pixels: Array
+    size_m: Array
+    size_px: Array
+
+    @classmethod
+    def found(cls, names: Sequence[str], s: Sightings) -> Places:
+        position = np.where(s.posed[:, None], s.position, np.nan)
+        return cls(names, position, s.place[:, :2], s.size_m, s.size_m * s.unit[:, 0])
+
+    @classmethod
+    def expected(cls, tracks: Tracks, sizes: Mapping[str, float]) -> Places:
+        place, size_m = tracks.expected(), np.array([sizes.get(name, 0.0) for name in tracks.names])
+        position = np.where(tracks.in_camera[:, None], tracks.bodies.motion.place[:, :3], np.nan)
+        return cls(tracks.names, position, place[:, :2], size_m, size_m * np.exp(place[:, 2]))
+
+    def apart(self, others: Places) -> Array:
+        """(N, M) how far each is from others of its name, 1 from where on both have room; infinite of another name."""
+        metres = np.linalg.norm(self.position[:, None] - others.position, axis=-1) / self.size_m[:, None].clip(1e-9)
+        pixels = np.linalg.norm(self.pixels[:, None] - others.pixels, axis=-1) / self.size_px[:, None].clip(1e-9)
+        same = np.array(self.names)[:, None] == np.array(others.names)
+        return np.where(same, np.where(np.isnan(metres), pixels, metres) / _APART, np.inf)

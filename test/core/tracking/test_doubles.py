@@ -1,0 +1,50 @@
+"""One object has one track: there is no room for two of a name in one place."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solids import truck
+from test_tracking import PERIOD, START, flat, frame, posed
+
+from artrec_ros.core.base.config import TrackingConfig, with_values
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.tracking.tracker import Tracker
+
+PREDICTS = with_values(TrackingConfig(), {"predict": 1.0})
+
+
+def told(frames, config=PREDICTS):
+    """The detections of each frame; the object is 20 cm long."""
+    tracker = Tracker(config, [Target("red", truck(), 3)])
+    return [tracker.update(START + k * PERIOD, frame(*found)).detections for k, found in enumerate(frames)]
+
+
+def sure(detection):
+    return replace(detection, score=0.99, pose_covariance=None if detection.pose is None else np.eye(6) * 1e-6)
+
+
+@pytest.mark.parametrize("leap", [0.05, 0.09])
+def test_what_leaps_within_its_own_size_is_itself(leap):
+    there, leapt = sure(posed(0.0, z=2.0)), sure(posed(leap, z=2.0))
+    detections = told([[there]] * 10 + [[leapt]] + [[there]] * 10)
+    assert {tuple((d.id, d.predicted) for d in found) for found in detections} == {((0, False),)}
+
+
+def test_beside_what_is_seen_nothing_is_predicted_that_has_no_room_there():
+    one, double = sure(posed(0.0, z=2.0)), sure(posed(0.06, z=2.0, turn=1.0))
+    detections = told([[one, double]] * 10 + [[one]] * 5)
+    assert [len(found) for found in detections[10:]] == [1] * 5 and not any(d.predicted for d in detections[10])
+
+
+def test_neighbours_stay_two():
+    left, right = sure(posed(0.0, z=2.0)), sure(posed(0.13, z=2.0))
+    detections = told([[left, right]] * 10 + [[left]] + [[left, right]] * 3)
+    assert [sorted(d.id for d in found) for found in detections] == [[0, 1]] * 14
+    assert [sum(d.predicted for d in found) for found in detections[9:12]] == [0, 1, 0]
+
+
+def test_in_the_image_it_is_the_same():
+    there, leapt = flat(200.0), flat(225.0)  # of 60 pixels
+    ids = [[d.id for d in found] for found in told([[there]] * 10 + [[leapt], [there]])]
+    assert ids == [[0]] * 12

@@ -23,7 +23,8 @@ from ..pose.other_rests import likelier_rests
 from ..pose.other_turns import likelier_turns
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
-from .acceptance import Verdict
+from .acceptance import Verdict, verdicts_of
+from .claims import claims_of
 from .identity import Identifier
 from .judge import Judge
 from .missing import MarkersInView, MissingParts
@@ -43,6 +44,24 @@ class _AtRest(NamedTuple):
     others: Sequence[OtherTurn | None]
     elsewhere: Sequence[OtherTurn | None]
     bends: Array
+
+    def of(self, rows: list[int]) -> _AtRest:
+        """Some of them."""
+        if len(rows) == len(self.poses):
+            return self
+        others, elsewhere = ([column[n] for n in rows] for column in (self.others, self.elsewhere))
+        return _AtRest(self.poses[rows], self.used[rows], others, elsewhere, self.bends[rows])
+
+
+class _Part(NamedTuple):
+    """A component that is seen: the patch that shows it, and the probability that it lies there."""
+
+    patch: int
+    probability: float
+
+
+_Parts = dict[int, _Part]  # by the component's index
+_NO_PART = _Part(-1, 0.0)
 
 
 class Describer:
@@ -74,13 +93,12 @@ class Describer:
         alone = judge.verdicts(self.finder, _candidates(mine), frame.unhurried())
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         poses = self._at_rest(mine, frame).poses
-        surplus = self._identifier.surplus(
-            frame, poses, self._seen(mine, self._told(part_probabilities(mine))), alone.probability
-        )
-        told, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
-        if len(told) == 1 and told != [0]:  # the first one's pixels are its own again
-            return [alone[told[0]]], [mine[i] for i in none_left]
-        return [mine[i] for i in told], [mine[i] for i in none_left]
+        told = self._told(self._parts(mine, poses, frame))
+        surplus = self._identifier.surplus(frame, poses, self._seen(mine, told), alone.probability)
+        kept, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
+        if len(kept) == 1 and kept != [0]:  # the first one's pixels are its own again
+            return [alone[kept[0]]], [mine[i] for i in none_left]
+        return [mine[i] for i in kept], [mine[i] for i in none_left]
 
     def describe(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict] = ()
@@ -90,9 +108,11 @@ class Describer:
             return []
         finder, surface = self.finder, self.finder.surface
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
-        probable = part_probabilities(verdicts)
-        told = self._told(probable)
-        poses, used, others, elsewhere, bends = self._at_rest(verdicts, frame)
+        rest = self._at_rest(verdicts, frame)
+        first = self._first_in_their_places(rest.poses)
+        verdicts, (poses, used, others, elsewhere, bends) = [verdicts[n] for n in first], rest.of(first)
+        parts_of = self._parts(verdicts, poses, frame)
+        told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
         identities = self._identifier.identify(frame, poses, self._seen(verdicts, told))
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
@@ -171,18 +191,49 @@ class Describer:
             joint_deviations=deviations,
         )
 
-    def _told(self, probable: Sequence[dict[int, float]]) -> list[dict[int, float]]:
-        """Of those that something shows the components that are told of each, and their probabilities."""
-        least, root = self.finder.config.min_component_probability, self.finder.root
-        return [{c: p for c, p in of.items() if c == root or p >= least} for of in probable]
+    def _first_in_their_places(self, poses: Poses) -> list[int]:
+        """Rows of those in whose places none before is: what an object leaves of its rim may come to rest on it."""
+        left, first = list(range(len(poses))), list[int]()
+        turn = self.finder.config.search.niche_rad
+        while left:
+            one, *left = left
+            first.append(one)
+            if left:
+                same = self.finder.required.is_in_place_of(poses[left], poses[one : one + 1], turn)
+                left = [n for n, there in zip(left, same.tolist(), strict=True) if not there]
+        return first
 
-    def _seen(self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]]) -> list[set[int]]:
+    def _parts(self, verdicts: Sequence[Verdict], poses: Poses, frame: ImageFrame) -> list[_Parts]:
+        """What shows each component, and how probably, as candidates were judged. Of what faces the camera judged at
+        rest, too, while there is time, where that lacks some: markers that look larger than they are make a candidate
+        that is too large, beside which lies what is at the end of a limb."""
+        out = [
+            {c: _Part(v.shown[c], p) for c, p in of.items()}
+            for v, of in zip(verdicts, part_probabilities(verdicts), strict=True)
+        ]
+        whole = len(self.finder.target.model.components)
+        lacking = [h for h, told in enumerate(self._told(out)) if len(told) < whole] if self.finder.facing else []
+        for h in lacking:
+            if frame.deadline.expired:
+                break
+            (again,) = verdicts_of(claims_of(self.finder, poses[h : h + 1], verdicts[h].claim.frame.unhurried()))
+            for c, p in part_probabilities([again])[0].items():
+                if c != self.finder.root and p > out[h].get(c, _NO_PART).probability:
+                    out[h][c] = _Part(again.shown[c], p)
+        return out
+
+    def _told(self, parts: Sequence[_Parts]) -> list[_Parts]:
+        """Of those that something shows the components that are told of each."""
+        least, root = self.finder.config.min_component_probability, self.finder.root
+        return [{c: part for c, part in of.items() if c == root or part.probability >= least} for of in parts]
+
+    def _seen(self, verdicts: Sequence[Verdict], told: Sequence[_Parts]) -> list[set[int]]:
         """Of those that are told the components without a required one that is not confirmed: of that no marker is."""
         root = self.finder.root
         return [{c for c in of if c != root or v.confirmed[root]} for v, of in zip(verdicts, told, strict=True)]
 
     def _instances(
-        self, verdicts: Sequence[Verdict], told: Sequence[dict[int, float]], frames: Frames, frame: ImageFrame
+        self, verdicts: Sequence[Verdict], told: Sequence[_Parts], frames: Frames, frame: ImageFrame
     ) -> tuple[list[tuple[Instance, ...]], MarkersInView]:
         """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre. And
         what of all markers could be seen."""
@@ -205,10 +256,9 @@ class Describer:
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
         scale = camera.focal_px / np.maximum(view.depth, 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
-        patches = [[(v.shown[c], p) for c, p in each.items()] for v, each in zip(verdicts, told, strict=True)]
         parts = [
-            tuple(self._instance(patch, p, pixels[h], *values[h][self._row[patch]]) for patch, p in patches[h])
-            for h in range(len(verdicts))
+            tuple(self._instance(patch, p, pixels[h], *values[h][self._row[patch]]) for patch, p in each.values())
+            for h, each in enumerate(told)
         ]
         return parts, view
 

@@ -191,7 +191,9 @@ def test_a_drag_ends_at_the_border_and_keys_of_the_browser_are_its_own(pictures:
         field.fill(name)
         field.press("Enter")
     person.settle()
-    assert {"4 wall", "5 table"} <= {t.strip() for t in person.page.locator("[data-name=class] button").all_inner_texts()}
+    assert {"4 wall", "5 table"} <= {
+        t.strip() for t in person.page.locator("[data-name=class] button").all_inner_texts()
+    }
 
 
 @in_browser

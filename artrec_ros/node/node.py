@@ -70,7 +70,7 @@ class RecognizerNode(LifecycleNode):
         self._inputs: Inputs | None = None
         self._problem = ""
         self._waited = False  # at the last report, for what was built and compiled
-        self._live = LiveParameters(self, initial_setup(self, arguments), self._use)
+        self._live = LiveParameters(self, initial_setup(self, arguments), self._use, self._images_there)
         self._diagnostics = Diagnostics(self.get_fully_qualified_name(), time.monotonic())
         of = topics.DIAGNOSTICS
         self._diagnostics_out = self.create_publisher(message_class(of.type), of.name, of.depth)
@@ -197,6 +197,10 @@ class RecognizerNode(LifecycleNode):
         self._diagnostics.image_processed(time.monotonic(), report)
         if self._calibrations.problem and not self._on_plane:
             self.get_logger().warning(f"metric poses are withheld: {self._uncalibrated}", throttle_duration_sec=10.0)
+
+    def _images_there(self) -> tuple[bool, ...]:
+        """Calibrated ones, or not, as far as is known."""
+        return (True, False) if self._calibrations.problem else (True,)
 
     @property
     def _uncalibrated(self) -> str:

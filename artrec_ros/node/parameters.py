@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -81,13 +81,20 @@ class LiveParameters:
     A batch of changes is taken whole or refused whole with the reason. `on_change` gets the set-up that a batch led to
     once it is taken. All that could speak against one is checked before, which takes milliseconds: objects are read
     from files only at the start, and what can be changed later has its range and its sense in core/config.
+    `calibrated` says which images there are, as far as that is known.
     """
 
-    def __init__(self, node: Node, setup: Setup, on_change: Callable[[Setup], None]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        setup: Setup,
+        on_change: Callable[[Setup], None],
+        calibrated: Callable[[], Collection[bool]] = lambda: (True, False),
+    ) -> None:
         objects, classes = setup.resolved["objects"], setup.resolved.get("image.classes", [])
         self._node, self._specs = node, all_specs(objects, classes)
         self._setup = setup
-        self._on_change = on_change
+        self._on_change, self._calibrated = on_change, calibrated
         self._checked: Setup | None = None
         self._refusal = ""  # of the batch whose names were looked at last
         for spec in self._specs.values():
@@ -147,10 +154,11 @@ class LiveParameters:
 
     def _take(self, parameters: list[Parameter]) -> None:
         if self._checked is not None:
-            told = unread(self._setup)
+            there = self._calibrated()
+            told = unread(self._setup, there)
             self._setup, self._checked = self._checked, None
             self._on_change(self._setup)
-            for line in unread(self._setup):
+            for line in unread(self._setup, there):
                 if line not in told:
                     self._node.get_logger().warning(line)
 

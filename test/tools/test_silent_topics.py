@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -83,6 +84,28 @@ def test_reasons(tmp_path):
     assert any(
         "profile 'paper'" in line for line in lines("aibo.yaml", True, tmp_path, "{recognizer: {profile: paper}}")
     )
+
+
+def test_joints_of_what_is_flat_need_no_calibration(tmp_path):
+    robot = {
+        "format": "artrec_object/1",
+        "name": "robot",
+        "markers": {"plate": {"rectangle": {"width": 0.1, "height": 0.06}}},
+        "components": {
+            "base": {"required": True, "markers": {"plate": {"pose": {"xyz": [0, 0, 0]}}}},
+            "arm": {
+                "markers": {"plate": {"pose": {"xyz": [0.1, 0, 0]}}},
+                "label": 4,
+                "joint": {"parent": "base", "axis": [0, 0, 1], "limits": [-1, 1]},
+            },
+        },
+    }
+    (tmp_path / "robot.yaml").write_text(json.dumps(robot))
+    (tmp_path / "p.yaml").write_text(
+        "/**: {ros__parameters: {objects: [robot], robot: {object_file: robot.yaml, label: 3}}}"
+    )
+    told = list(silent_topics(load_parameters(tmp_path / "p.yaml"), None))
+    assert told and not any("joint_states" in line for line in told)
 
 
 def test_tf_is_told(tmp_path):

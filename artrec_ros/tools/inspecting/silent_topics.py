@@ -60,7 +60,13 @@ def _joints(setup: Setup, calibrated: bool | None) -> Iterator[str]:
     ]
     if flat := [t for t in setup.targets if t not in rigid and t not in spatial]:
         yield _empty((topics.JOINTS,), flat, "joints are told of objects that are found as a whole, and they are not")
-    elif calibrated is None and (moving := [t for t in spatial if t not in rigid]):
+    elif calibrated is None and (
+        moving := [
+            t
+            for t in spatial
+            if t not in rigid and way_of(t, setup.recognizer, calibrated=False) not in (SPACE, FACING)
+        ]
+    ):
         yield _empty((topics.JOINTS,), moving, where=_UNCALIBRATED)
 
 

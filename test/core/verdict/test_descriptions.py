@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import RED, camera_of, frames_of, pose, render, sign, truck
+from solids import BLUE, CAB, RED, camera_of, frames_of, pose, rectangle, render, sign, truck
+from squares import Placing, hinge, patch, rendered
 
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import finder as whole_object
 from artrec_ros.core.pose.finder import WholeObjectFinder
@@ -18,6 +20,7 @@ from artrec_ros.core.verdict import descriptions
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.descriptions import Describer
+from artrec_ros.core.verdict.parts import part_probabilities
 
 CAMERA = camera_of()
 
@@ -136,3 +139,40 @@ def test_joints_deviate_by_no_more_than_who_knows_nothing(monkeypatch):
     monkeypatch.setattr(descriptions, "pose_covariances", lambda *args, **_: np.eye(8)[None] * 100.0)
     (told,) = describer.describe(verdicts, frame)
     assert told.joint_deviations == pytest.approx({"fore": 1.6 / 12**0.5, "hind": 1.6 / 12**0.5})
+
+
+def test_where_one_is_there_is_no_other():
+    """A candidate beside it comes to rest on it."""
+    model = truck()
+    at = pose(0, 0, 0.8, 0.2, model=model)
+    describer, verdicts, frame = scene(model, at, pose(0.002, 0, 0.81, 0.22, model=model))
+    (told,) = describer.describe(verdicts, frame)
+    assert np.allclose(told.pose.position, at.t[0], atol=0.01)
+
+
+PLATE, HAND = CAB * 0.6, rectangle(0.02, 0.02, (0.14, 0.0))
+
+
+class Reaching(Placing):
+    """A plate, and what is at the end of an arm that nobody sees."""
+
+    def patches(self):
+        return [(self.at(PLATE), RED), (self.at(HAND), BLUE)]
+
+
+def test_of_what_faces_the_camera_parts_are_seen_where_it_comes_to_rest():
+    """A candidate that is a little too large lies beside what is at the end of a long limb."""
+    hand = Component("hand", (patch("hand", HAND),), label=BLUE, joint=hinge("plate", (0, 0, 0), (0, 0, 1)))
+    model = ObjectModel("robot", (Component("plate", (patch("plate", PLATE),), required=True), hand))
+    finder = WholeObjectFinder(Target("robot", model, RED), DEFAULTS, facing=True)
+    at = Reaching(150, 120, 0.4, 500.0)
+    frame = ImageFrame(LabelField(rendered(at, size=(320, 240))), None).faced()
+    focal, c, s = frame.camera.focal_px, np.cos(at.turn), np.sin(at.turn)
+    ray = (np.array([at.x, at.y]) - frame.camera.matrix[:2, 2]) / focal
+    R = np.array([[c, -s, 0], [-s, -c, 0], [0, 0, -1.0]])
+    too_large = Poses(R[None], focal / (1.05 * at.scale) * np.array([[*ray, 1.0]]), np.zeros((1, 1)))
+    verdicts = list(verdicts_of(claims_of(finder, too_large, frame)))
+    (before,) = part_probabilities(verdicts)
+    assert before[1] < DEFAULTS.min_component_probability
+    (told,) = Describer(finder).describe(verdicts, frame)
+    assert [part.component for part in told.components] == ["plate", "hand"] and told.missing == ()

@@ -13,7 +13,7 @@ from launch import LaunchDescription
 
 SHARE = Path(__file__).absolute().parents[1]
 
-BOOLEAN = ("", "true", "false")
+BOOLEAN = ("", "true", "false", "True", "False")
 AS_FILE = "; left out: as the parameter file says"
 ARGUMENTS = (
     ("namespace", "", "namespace of the node and of all that it publishes", None),
@@ -38,7 +38,7 @@ def make_node(context):
     if not params_file.is_file():
         raise FileNotFoundError(f"params_file:={value['params_file']}: there is no such file")
     given = {name: value[name] for name in ("image_transport", "use_sim_time", "autostart") if value[name]}
-    own = {name: text == "true" if text in BOOLEAN else text for name, text in given.items()}
+    own = {name: text.lower() == "true" if text in BOOLEAN else text for name, text in given.items()}
     node = Node(
         package="artrec_ros",
         executable="artrec_node",

@@ -252,10 +252,11 @@ def _turns_to_camera(placed: PlacedObject) -> bool:
 def joint_span(joint: Joint) -> tuple[float, float]:
     """Least and greatest value that scenes give a joint: its limits; where it may turn round and round, one turn.
 
-    That turn begins at the lower limit, as the joints that are recognised do.
+    That is the turn in the middle, as of the joints that are recognised.
     """
     if joint.kind == "revolute" and joint.upper - joint.lower > 2 * np.pi:
-        return joint.lower, joint.lower + 2 * np.pi
+        middle = (joint.lower + joint.upper) / 2
+        return middle - np.pi, middle + np.pi
     return joint.lower, joint.upper
 
 

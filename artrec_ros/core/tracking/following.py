@@ -42,6 +42,7 @@ def begun(
         np.zeros(n, np.intp),
         s.placed.astype(np.intp),
         Turns.of(found, config.sightings),
+        np.zeros(n),
     )
 
 

@@ -66,6 +66,11 @@ class Joints:
         """(N,)"""
         return np.array([a.endless for a in self.about], bool)
 
+    @property
+    def endless_ones(self) -> frozenset[tuple[int, str]]:
+        """Those of `keys` that turn without end."""
+        return frozenset(key for key, about in zip(self.keys, self.about, strict=True) if about.endless)
+
     @classmethod
     def none(cls) -> Joints:
         state = MotionState(np.zeros((0, 2, 1)), np.zeros((0, 2, 2, 1, 1)), np.zeros((0, 1)))

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..base.config import TrackingConfig
-from ..geometry.transforms import Pose, rotvec_from_rotation
+from ..geometry.transforms import Pose, rotvec_from_rotation, short_way
 from ..model.found import Detection, Filtered, ImagePose, Motion
 from .joints import Joints
 from .sightings import is_placed
 from .tracks import Tracks
 
-_HALF = 0.5
+_HALF = 0.5  # probability that it is where it was
 
 
 class Teller:
@@ -30,7 +30,7 @@ class Teller:
     ) -> None:
         """:param scores: of the tracks; None: detections keep theirs."""
         self._tracks, self._config, self._size, self._scores = tracks, config, size, scores
-        self._joints = joints.told()
+        self._joints, self._endless = joints.told(), joints.endless_ones
         self._posed, self._times = tracks.posed.tolist(), tracks.times.tolist()
 
     def seen(self, detection: Detection, row: int) -> Detection:
@@ -57,7 +57,9 @@ class Teller:
         joints = {name: q for name, q, _ in known}
         deviations = {name: deviation for name, _, deviation in known}
         told = Filtered(self._pose(row), self._tracks.bodies.motion.place_covariance[row], joints, deviations)
-        return told if not self._tracks.strange[row] else _as_likely(told, detection)
+        if not self._tracks.strange[row]:
+            return told
+        return _as_likely(told, detection, {name for name in joints if (row, name) in self._endless})
 
     def _pose(self, row: int) -> Pose:
         return Pose(self._tracks.bodies.turn[row], self._tracks.bodies.motion.place[row, :3])
@@ -97,14 +99,15 @@ class Teller:
         return replace(detection, motion=self._motion(row, detection)) if known else detection
 
 
-def _as_likely(told: Filtered, detection: Detection) -> Filtered:
-    """What a filter says of an object that a frame shows elsewhere: either may be right."""
+def _as_likely(told: Filtered, detection: Detection, endless: Collection[str]) -> Filtered:
+    """What a filter says of an object that a frame shows elsewhere: either may be right. :param endless: joints that
+    turn without end."""
     pose, joints = detection.pose, detection.joints
     assert pose is not None  # else it would not be followed in space
     turned = rotvec_from_rotation(pose.rotation @ told.pose.rotation.T)
     off = np.concatenate([pose.position - told.pose.position, turned])
-    deviations = {
-        name: float(np.sqrt(deviation**2 + _HALF * (joints[name] - told.joints[name]) ** 2))
-        for name, deviation in told.joint_deviations.items()
-    }
+    deviations = {}
+    for name, deviation in told.joint_deviations.items():
+        bent = short_way(np.array(joints[name] - told.joints[name]), np.array(name in endless))
+        deviations[name] = float(np.sqrt(deviation**2 + _HALF * bent**2))
     return replace(told, covariance=told.covariance + _HALF * np.outer(off, off), joint_deviations=deviations)

@@ -32,6 +32,8 @@ from .telling import Teller
 from .tracks import Tracks
 
 _SAME = 0.5  # probability from which a newcomer is an object that is lost
+_MOST_LATE = 3  # frames in a row that come out of their order
+_YOUNG_S = 0.2  # what is older stays for its own sake
 _NAMED = 0.5  # probability from which an object that is not seen keeps its identity from others
 
 
@@ -46,6 +48,7 @@ class Tracker:
         self._numbers, self._units = Numbers(), units_of(targets)
         self._sizes = sizes_of(targets)
         self._size, self._frame_id = (0, 0), ""
+        self._late: list[int] = []  # stamps of frames that came out of their order just now
         self.configure(config, in_doubt)
         self.forget()
 
@@ -73,11 +76,24 @@ class Tracker:
         """
         if not self._config.enabled:
             return result
-        late_s = -seconds_since(self._stamp_ns, stamp_ns)
-        if 0 < late_s <= self._config.max_gap_s and not self._is_another_view(result.size, frame_id):
+        if self._is_late(stamp_ns, result.size, frame_id):
             # named by what is known by now, of which it says nothing: it shows what was before
-            return deepcopy(self)._follow(stamp_ns, result, frame_id)
+            by_now = deepcopy(self)
+            by_now._numbers = self._numbers  # so that nobody else gets a number that it gives
+            return by_now._follow(stamp_ns, result, frame_id)
         return self._follow(stamp_ns, result, frame_id)
+
+    def _is_late(self, stamp_ns: int, size: tuple[int, int], frame_id: str) -> bool:
+        """Whether a frame comes out of its order. Where one after the other does so the clock was set back."""
+        late_s = -seconds_since(self._stamp_ns, stamp_ns)
+        if not 0 < late_s <= self._config.max_gap_s or self._is_another_view(size, frame_id):
+            self._late = []
+            return False
+        self._late = [*(ns for ns in self._late if ns < stamp_ns), stamp_ns]
+        if len(self._late) <= _MOST_LATE:
+            return True
+        self._stamp_ns, self._late = self._late[-2], []
+        return False
 
     def _follow(self, stamp_ns: int, result: FrameResult, frame_id: str) -> FrameResult:
         first, dt_s = self._advance(stamp_ns, result.size, frame_id)
@@ -103,7 +119,8 @@ class Tracker:
             begun([found[n] for n in new], sightings[new], scores, self._motion, self._config)
         )
         by_row = {row: found[n] for n, row in row_of.items()}
-        anew = {row for row in by_row if self._tracks.times[row] == 1}  # as a body does its joints begin anew
+        # as a body does its joints begin anew
+        anew = {row for row in by_row if self._tracks.times[row] == 1 and not self._tracks.strange[row]}
         self._joints = self._joints.without(anew).seen(by_row, dt_s, self._motion, self._units, self._config)
         return self._told(result, row_of)
 
@@ -162,12 +179,15 @@ class Tracker:
         return {new[n]: lost[k] for n, k in _assign(apart - 1).items()}
 
     def _doubles(self, here: Sequence[int]) -> set[int]:
-        """Tracks in the places of those that are seen. :param here: rows of these."""
+        """Tracks in the places of those that are seen, where one of both is young: who have stood side by side for a
+        while are two, if narrow ones. :param here: rows of those that are seen."""
         lost = [row for row in range(len(self._tracks)) if row not in here]
         if not here or not lost:
             return set()
-        places = [Places.expected(self._tracks[list(rows)], self._sizes) for rows in (lost, here)]
-        return {lost[k] for k in np.flatnonzero((places[0].apart(places[1]) < 1).any(axis=1)).tolist()}
+        there, seen = (Places.expected(self._tracks[list(rows)], self._sizes) for rows in (lost, here))
+        young = self._tracks.lived_s < _YOUNG_S
+        double = (there.apart(seen) < 1) & (young[lost][:, None] | young[list(here)])
+        return {lost[k] for k in np.flatnonzero(double.any(axis=1)).tolist()}
 
     def _turned(
         self, result: FrameResult, row_of: Mapping[int, int], sightings: Sightings

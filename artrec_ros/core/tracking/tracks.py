@@ -27,6 +27,7 @@ class Tracks:
         others.
     :param age_s: (T,) since it was seen. :param strange: (T,) frames in a row that showed it elsewhere in space.
     :param times: (T,) how often it was seen where it was expected in space. :param turns: what frames say of turns.
+    :param lived_s: (T,) since it was seen first.
     """
 
     names: tuple[str, ...]
@@ -42,6 +43,7 @@ class Tracks:
     strange: Counts
     times: Counts
     turns: Turns
+    lived_s: Array
 
     @property
     def in_camera(self) -> Flags:
@@ -98,8 +100,9 @@ class Tracks:
         counts, existence = np.zeros(0, int), Existence.of(nothing)
         bodies, posed = Bodies(solid, turns), np.zeros(0, bool)
         return cls(
-            (), (), (), (), flat, nothing, bodies, posed, existence, nothing, counts, counts, Turns(nothing, nothing)
-        )
+            (), (), (), (), flat, nothing, bodies, posed, existence, nothing, counts, counts, Turns(nothing, nothing),
+            nothing,
+        )  # fmt: skip
 
     @property
     def are_told(self) -> Flags:
@@ -116,5 +119,6 @@ class Tracks:
             image=self.image.after(dt_s, model),
             bodies=self.bodies.after(dt_s, model) if self.posed.any() else self.bodies,
             age_s=self.age_s + dt_s,
+            lived_s=self.lived_s + dt_s,
             turns=self.turns.after(dt_s, config.sightings),
         )

@@ -15,6 +15,7 @@ from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
 from ..pose.surface_model import SpatialModel
@@ -26,6 +27,7 @@ from .evidence_kernels import Criteria, Curves, Found, Said, examine, probabilit
 # as evidence_kernels.py numbers them; then the same of what faces the camera in an image with colours
 _OF_LABELS = "alone", "deserted", "borne out", "unseen", "faded"
 CASES = (*_OF_LABELS, *(f"{case} in colour" for case in _OF_LABELS))
+_BORNE_OUT = [n for n, case in enumerate(CASES) if case.startswith("borne out")]
 
 
 class Evidence(NamedTuple):
@@ -92,6 +94,16 @@ class Verdicts:
     def __len__(self) -> int:
         return len(self.probability)
 
+    @cached_property
+    def required_shown(self) -> NDArray[np.bool_]:
+        """(H,) whether the required component is confirmed, or others are, and it shows too little to be so, as where
+        something unknown lies over part of it, but what it shows speaks for it."""
+        finder, root = self.claims.finder, self.claims.finder.root
+        patch = np.maximum(self.shown[:, root, None], 0)
+        agree = np.take_along_axis(self.claims.scores.agree, patch, axis=1)[:, 0]
+        speaks = (self.marker_votes[:, root] > 0) & (agree > finder.config.verdict.told_agree)
+        return np.asarray(self.confirmed[:, root].astype(bool) | (speaks & np.isin(self.case, _BORNE_OUT)))
+
     def __getitem__(self, row: int) -> Verdict:
         return Verdict(self, range(len(self))[row])
 
@@ -120,6 +132,11 @@ class Verdict:
     def confirmed(self) -> tuple[bool, ...]:
         """Per component whether its labels say clearly that it is there."""
         return tuple(self.among.confirmed[self.row].tolist())
+
+    @property
+    def required_shown(self) -> bool:
+        """Whether its required component is confirmed, or shows enough beside others that are."""
+        return bool(self.among.required_shown[self.row])
 
     @property
     def marker_votes(self) -> tuple[float, ...]:

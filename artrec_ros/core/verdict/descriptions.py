@@ -147,6 +147,7 @@ class Describer:
         likelier, others = likelier_turns(finder, frame, bent)
         moved = np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
         if len(moved):
+            elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
             used[moved] = finder.supported(finder.judge(frame, likelier[moved], occlusion=True))
         return _AtRest(likelier, used, others, elsewhere, more)
 
@@ -161,7 +162,7 @@ class Describer:
     ) -> Detection:
         target, kin = self.finder.target, self.finder.surface.kinematics
         root = next(p for p in parts if p.component == target.model.required.name)
-        if not verdict.confirmed[self.finder.root]:
+        if not verdict.required_shown:
             parts = tuple(p for p in parts if p is not root)
             if parts and self.finder.required.anchors(pose)[0, 2] <= LEAST_DEPTH_M:  # behind the camera it has no place
                 root = max(parts, key=lambda part: part.score)
@@ -230,7 +231,7 @@ class Describer:
     def _seen(self, verdicts: Sequence[Verdict], told: Sequence[_Parts]) -> list[set[int]]:
         """Of those that are told the components without a required one that is not confirmed: of that no marker is."""
         root = self.finder.root
-        return [{c for c in of if c != root or v.confirmed[root]} for v, of in zip(verdicts, told, strict=True)]
+        return [{c for c in of if c != root or v.required_shown} for v, of in zip(verdicts, told, strict=True)]
 
     def _instances(
         self, verdicts: Sequence[Verdict], told: Sequence[_Parts], frames: Frames, frame: ImageFrame

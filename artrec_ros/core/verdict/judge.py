@@ -19,7 +19,6 @@ from .claims import Seen, claims_of
 from .reach import Reach
 
 _LEAST = 1e-3  # who shows no identity comes last, but may be there
-_BORNE_OUT = [n for n, case in enumerate(CASES) if case.startswith("borne out")]
 _WITHOUT_REQUIRED = [n for n, case in enumerate(CASES) if case.startswith(("unseen", "faded"))]
 
 
@@ -86,11 +85,10 @@ class Judge:
         return np.asarray(enough & shown & held & _has_direction(verdicts))
 
     def _shows_required(self, verdicts: Verdicts, *, unseen: bool) -> NDArray[np.bool_]:
-        """(H,) whether the required component is confirmed, or cannot be seen where that is no matter."""
-        confirmed = np.asarray(verdicts.confirmed[:, verdicts.claims.finder.root], bool)
-        shown = confirmed | _is_partly_shown(verdicts)
+        """(H,) whether the required component is shown, or cannot be seen where that is no matter."""
+        shown = verdicts.required_shown
         if not unseen:
-            return np.asarray(shown)
+            return shown
         return np.asarray(shown | np.isin(verdicts.case, _WITHOUT_REQUIRED))
 
     def shows_required(self, verdict: Verdict) -> bool:
@@ -145,16 +143,6 @@ def _trust(verdicts: Verdicts) -> Array:
     claims = verdicts.claims
     shown = 1 - claims.contradicted / np.maximum(claims.votes, 1.0)
     return np.asarray(verdicts.probability * np.clip(shown, _LEAST, 1.0))
-
-
-def _is_partly_shown(verdicts: Verdicts) -> NDArray[np.bool_]:
-    """(H,) whether others are confirmed, and the required component shows too little to be so, as where something
-    unknown lies over part of it, but what it shows speaks for it."""
-    claims, config = verdicts.claims, verdicts.claims.finder.config.verdict
-    root = claims.finder.root
-    agree = np.take_along_axis(claims.scores.agree, np.maximum(verdicts.shown[:, root, None], 0), axis=1)[:, 0]
-    speaks = (verdicts.marker_votes[:, root] > 0) & (agree > config.told_agree)
-    return np.asarray(speaks & np.isin(verdicts.case, _BORNE_OUT))
 
 
 def _has_direction(verdicts: Verdicts) -> NDArray[np.bool_]:

@@ -31,7 +31,7 @@ class MarkersInView:
     """What of the M markers of H objects, by n points on each, could be seen.
 
     :param centre: (H, M, 2) their centroids, pixels. :param depth: (H, M) of these, metres.
-    :param outlines: (H, n, 2) of each marker, pixels.
+    :param outlines: of each of the M markers (H, n, 2), pixels.
     :param within: (H, M, n) in the image. :param open: (H, M, n) not hidden by the object itself, of markers that face
         the camera. :param free: (H, M, n) not owned by another object.
     """

@@ -192,7 +192,7 @@ def like_it(path: str | Path) -> str:
     """The end of a message about a path that is not there: what has nearly that name beside it."""
     path = Path(path)
     try:
-        beside = [entry.name for entry in path.parent.iterdir()]
+        beside = [entry.name for entry in path.parent.iterdir() if entry.name != path.name]
     except (OSError, ValueError):
         return ""
     close = difflib.get_close_matches(path.name, beside, 1, cutoff=_NEAR_NAME)

@@ -14,7 +14,8 @@ from ...core.geometry.transforms import Array
 from .outcomes import Outcome
 
 _LEAST = 3  # objects that tell
-_TIMES = 10.0  # as far off as once the slip is undone
+_TIMES = 10.0  # as far off as once the slip is undone,
+_LEAST_OFF = 0.03  # and as far at all, in radians or metres: what is near 0 is so in any unit
 
 _MILLIMETRES = "in millimetres? Lengths of a truth are metres"
 _OF_JOINTS: tuple[tuple[Callable[[Array], Array], str], ...] = (
@@ -61,7 +62,7 @@ def _of_poses(name: str, met: Sequence[Outcome]) -> Iterator[str]:
 def _fitting(off: Array, undone: Sequence[tuple[Array, str]]) -> Iterator[str]:
     """What is said of the slip that explains errors (n,) best, if it does. :param undone: errors without it, words."""
     best, words = min(((float(np.median(np.abs(d))), said) for d, said in undone), key=lambda one: one[0])
-    if len(off) >= _LEAST and float(np.median(np.abs(off))) > _TIMES * best:
+    if len(off) >= _LEAST and float(np.median(np.abs(off))) > max(_TIMES * best, _LEAST_OFF):
         yield words
 
 

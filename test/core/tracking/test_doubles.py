@@ -33,12 +33,13 @@ def test_what_leaps_within_its_own_size_is_itself(leap):
 
 def test_beside_what_is_seen_nothing_is_predicted_that_has_no_room_there():
     one, double = sure(posed(0.0, z=2.0)), sure(posed(0.06, z=2.0, turn=1.0))
-    detections = told([[one, double]] * 10 + [[one]] * 5)
-    assert [len(found) for found in detections[10:]] == [1] * 5 and not any(d.predicted for d in detections[10])
+    detections = told([[one]] * 10 + [[one, double]] * 2 + [[one]] * 5)
+    assert [len(found) for found in detections[12:]] == [1] * 5 and not any(d.predicted for d in detections[12])
 
 
-def test_neighbours_stay_two():
-    left, right = sure(posed(0.0, z=2.0)), sure(posed(0.13, z=2.0))
+@pytest.mark.parametrize("apart", [0.07, 0.13])
+def test_neighbours_stay_two(apart):
+    left, right = sure(posed(0.0, z=2.0)), sure(posed(apart, z=2.0))
     detections = told([[left, right]] * 10 + [[left]] + [[left, right]] * 3)
     assert [sorted(d.id for d in found) for found in detections] == [[0, 1]] * 14
     assert [sum(d.predicted for d in found) for found in detections[9:12]] == [0, 1, 0]

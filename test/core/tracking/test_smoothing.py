@@ -190,3 +190,24 @@ def test_an_object_that_was_put_elsewhere_may_be_in_either_place_until_that_is_k
     joints = [(f.joints["arm"] - 1.0, f.joint_deviations["arm"]) for f in told]
     assert all(abs(error) < 3 * deviation for error, deviation in joints)
     assert abs(off[-1, 2]) < 0.01 and abs(joints[-1][0]) < 0.02
+
+
+def test_a_clock_that_is_set_back_stops_nothing():
+    """One frame out of order, or two, are late; where all that come are, time goes on from there."""
+    tracker, found = Tracker(SMOOTH), []
+    for k in range(20):
+        tracker.update(START + k * PERIOD, frame(replace(posed(0.02 * k), score=0.99)))
+    for k in range(20, 40):
+        found += tracker.update(START + (k - 12) * PERIOD, frame(replace(posed(0.02 * k), score=0.99))).detections
+    assert {d.id for d in found} == {0} and not any(d.predicted for d in found)
+    assert found[-1].motion.twist[0] == pytest.approx(0.6, abs=0.1)
+
+
+def test_a_number_that_a_late_frame_gave_is_nobody_elses():
+    tracker = Tracker(TrackingConfig(), in_doubt=False)
+    both = [replace(posed(x), score=0.99) for x in (-0.5, 0.5)]
+    for k in range(10):
+        tracker.update(START + k * PERIOD, frame(*both))
+    late = tracker.update(START + 5 * PERIOD, frame(*both, replace(posed(0.0, y=0.4), score=0.99))).detections
+    after = tracker.update(START + 10 * PERIOD, frame(*both, replace(posed(0.0, y=-0.4), score=0.99))).detections
+    assert late[2].id == 2 and after[2].id == 3

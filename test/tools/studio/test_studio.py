@@ -186,14 +186,13 @@ def test_a_drag_ends_at_the_border_and_keys_of_the_browser_are_its_own(pictures:
     person.key("3")
     person.drag("colours-picture", (280, 200), (335, 230))  # of 320 x 240
     person.until(lambda: len(json.loads((made / "regions.json").read_text())["annotations"]) == before + 1)
-    for name in ("wall", "table"):
-        field = person.page.get_by_placeholder("other background")
+    buttons, field = person.page.locator("[data-name=class] button"), person.page.get_by_placeholder("other background")
+    for number, name in ((4, "wall"), (5, "table")):
         field.fill(name)
         field.press("Enter")
-    person.settle()
-    assert {"4 wall", "5 table"} <= {
-        t.strip() for t in person.page.locator("[data-name=class] button").all_inner_texts()
-    }
+        person.until(lambda shown=f"{number} {name}": shown in {t.strip() for t in buttons.all_inner_texts()})
+        person.until(lambda: field.input_value() == "")
+    assert "4 wall" in {text.strip() for text in buttons.all_inner_texts()}
 
 
 @in_browser

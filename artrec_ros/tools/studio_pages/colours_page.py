@@ -27,6 +27,7 @@ class ColoursPage:
     def __init__(self, board: Board, marks: ColourMarks) -> None:
         self._board, self._session = board, board.session
         self._marks, self._added = marks, list[str]()  # names of backgrounds that are not marked yet
+        self._came = list[str]()  # all names that were here
         self._classes_of = _own(board.session.setup.image)
         self._stale = bool(self._marks.patches)
         self._build()
@@ -60,8 +61,10 @@ class ColoursPage:
 
     @property
     def _names(self) -> list[str]:
-        """What can be chosen."""
-        return list(dict.fromkeys([*self._marks.names, *self._added]))
+        """What can be chosen: in the order in which it came, so that keys stay what they are."""
+        known = [*self._marks.names, *self._added]
+        self._came += [name for name in dict.fromkeys(known) if name not in self._came]
+        return [name for name in self._came if name in known]
 
     def _shown_names(self) -> dict[str, str]:
         return {name: f"{i} {name}" for i, name in enumerate(self._names, start=1)}

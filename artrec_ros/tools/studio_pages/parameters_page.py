@@ -132,7 +132,7 @@ class ParametersPage:
             self._show_value(spec)
         if value is None or value == self._settings.value(spec.name):
             return
-        if spec.type in (int, float) and not spec.is_list:
+        if spec.type in (int, float) and not spec.is_list and spec.type(value) == value:  # else it is refused as it is
             value = spec.type(value)
         try:
             self._settings.change(spec.name, value)

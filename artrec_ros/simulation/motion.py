@@ -13,7 +13,7 @@ from ..core.geometry.transforms import Array, Pose, rotation_from_rotvec
 from ..core.model.target import Target
 from .config import SceneConfig, SensorConfig
 from .render import Renderer
-from .scene import PlacedObject, Scene, joint_span, require_places, sample_scene
+from .scene import PlacedObject, Scene, require_places, sample_scene
 from .simulator import PERIOD_NS, SimulatedFrame, render_frame
 
 
@@ -63,7 +63,7 @@ class _Path:
         model = self.start.target.model
         for name, component in zip(model.joint_names, model.joint_components, strict=True):
             assert component.joint is not None  # that is what makes it one
-            low, high = joint_span(component.joint)
+            low, high = component.joint.span
             middle, half = (low + high) / 2, max(self.joint_range * (high - low) / 2, 1e-9)
             phase = np.arcsin(np.clip((self.start.joints[name] - middle) / half, -1, 1))
             swing = np.sin(2 * np.pi * self.motion.swing_hz * time_s + phase)

@@ -15,7 +15,7 @@ from ..core.base.errors import ConfigError
 from ..core.geometry.camera import Camera
 from ..core.geometry.transforms import Array, Pose, rotation_from_rotvec
 from ..core.model.kinematics import Kinematics
-from ..core.model.objects import Joint, ObjectModel
+from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
 from .config import SceneConfig
 from .identities import all_taken, alternative_labels, drawn, shown_as
@@ -249,24 +249,13 @@ def _turns_to_camera(placed: PlacedObject) -> bool:
     return any(s.facing > _FACING for s in placed.surfaces() if s.owner is not None and s.owner[0] == required)
 
 
-def joint_span(joint: Joint) -> tuple[float, float]:
-    """Least and greatest value that scenes give a joint: its limits; where it may turn round and round, one turn.
-
-    That is the turn in the middle, as of the joints that are recognised.
-    """
-    if joint.kind == "revolute" and joint.upper - joint.lower > 2 * np.pi:
-        middle = (joint.lower + joint.upper) / 2
-        return middle - np.pi, middle + np.pi
-    return joint.lower, joint.upper
-
-
 def joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
     """Joint values: `where` is -1 at the lower limit, 0 in the middle, 1 at the upper one; one for all or one each."""
     joints = [(n, c.joint) for n, c in zip(model.joint_names, model.joint_components, strict=True) if c.joint]
     shares = np.broadcast_to(np.asarray(where, float), len(joints))
     values = {}
     for (name, joint), share in zip(joints, shares, strict=True):
-        low, high = joint_span(joint)
+        low, high = joint.span
         values[name] = float((low + high) / 2 + share * (high - low) / 2)
     return values
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.io.base.yaml_files import like_it
-from artrec_ros.io.images.cameras import camera_from_info, load_camera, odd_calibration
+from artrec_ros.io.images.cameras import camera_from_info, load_camera
 
 K = [500.0, 0, 320, 0, 510, 240, 0, 0, 1]
 
@@ -159,22 +158,6 @@ def test_lenses_that_there_are_pass(focal_px, distortion):
 def test_a_region_beyond_the_image_is_refused(roi):
     with pytest.raises(ConfigError, match=r"region of interest, .* reaches beyond its image of 640x480"):
         camera_from_info(640, 480, K, [], "", roi=roi)
-
-
-@pytest.mark.parametrize(
-    ("focal", "centre", "said"),
-    [
-        ((600, 610), (322, 236), None),
-        ((600, 610), (236, 322), "exchanged"),
-        ((600, 610), (612, 610), "far off its middle"),
-        ((600, 610), (0, 0), "far off its middle"),
-        ((322, 236), (322, 236), "square"),
-    ],
-)
-def test_calibrations_that_are_hardly_meant_are_told(focal, centre, said):
-    matrix = np.array([[focal[0], 0, centre[0]], [0, focal[1], centre[1]], [0, 0, 1]], float)
-    lines = list(odd_calibration(Camera(matrix, np.zeros(0), (640, 480))))
-    assert lines == [] if said is None else len(lines) == 1 and said in lines[0]
 
 
 def test_a_name_that_is_nearly_there_is_proposed(tmp_path):

@@ -44,12 +44,8 @@ class Kinematics:
         self.parent = [-1 if c.joint is None else index[c.joint.parent] for c in model.components]
         joints = [c.name for c in model.joint_components]
         self.joint_of = [joints.index(c.name) if c.name in joints else -1 for c in model.components]
-        lower = np.array([c.joint.lower for c in model.joint_components if c.joint], float)
-        upper = np.array([c.joint.upper for c in model.joint_components if c.joint], float)
-        # of several turns nobody can tell which it is: the one in the middle of what its limits are
-        middle = (lower + upper) / 2
-        self.lower = np.where(self.endless, np.maximum(lower, middle - np.pi), lower)
-        self.upper = np.where(self.endless, np.minimum(upper, middle + np.pi), upper)
+        spans = np.array([c.joint.span for c in model.joint_components if c.joint], float).reshape(-1, 2)
+        self.lower, self.upper = (np.ascontiguousarray(end) for end in spans.T)
         self.revolute = np.array([c.joint.kind == "revolute" for c in model.joint_components if c.joint], bool)
 
         # what a joint's step is measured in: a radian, or the size of what slides
@@ -62,10 +58,9 @@ class Kinematics:
         return within_limits(q, self.lower, self.upper, self.endless)
 
     def grid(self, j: int, step: float) -> Array:
-        """Values of joint `j` from limit to limit, or all around, at most `step` units apart."""
-        span = min(self.upper[j] - self.lower[j], 2 * np.pi if self.endless[j] else np.inf)
-        n = max(3, int(np.ceil(span / (step * self.unit[j]))) + 1)
-        return np.linspace(self.lower[j], self.lower[j] + span, n)
+        """Values of joint `j` from limit to limit, at most `step` units apart."""
+        n = max(3, int(np.ceil((self.upper[j] - self.lower[j]) / (step * self.unit[j]))) + 1)
+        return np.linspace(self.lower[j], self.upper[j], n)
 
     def grids(self, step: float) -> Array:
         """(J, n) such values of all joints; NaN fills up the rows of those with fewer."""

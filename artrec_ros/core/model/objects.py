@@ -131,6 +131,15 @@ class Joint:
         return self.kind == "revolute" and self.upper - self.lower >= 2 * np.pi - 1e-4
 
     @property
+    def span(self) -> tuple[float, float]:
+        """Least and greatest value that is told: its limits; of several turns, which nobody can tell apart, the one in
+        their middle."""
+        if self.kind == "revolute" and self.upper - self.lower > 2 * np.pi:
+            middle = (self.lower + self.upper) / 2
+            return middle - np.pi, middle + np.pi
+        return self.lower, self.upper
+
+    @property
     def unit(self) -> str:
         """Of its value and limits."""
         return "m" if self.kind == "prismatic" else "rad"

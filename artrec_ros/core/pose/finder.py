@@ -335,6 +335,10 @@ class WholeObjectFinder:
         before, after = self.votes(frame, both, occlusion=True).reshape(2, -1)
         return both[np.arange(len(poses)) + len(poses) * (after > self._search.settled_votes * before)]
 
+    def at_rest(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
+        """Hypotheses at rest on the contours of the markers used (H, M), and on what the image's colours show."""
+        return self.on_colours(frame, self.settled(frame, poses, used), used)
+
     def on_colours(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
         return poses if frame.image is None else self._to_colours.fitted(frame, poses, used)

@@ -17,7 +17,7 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
-from .other_turns import evidence, other_of, weighed
+from .other_turns import other_of, turn_odds, weighed
 from .surface_model import PatchScores, Poses
 
 _LEAST_OTHERS = 2  # markers that tell where an object is without one
@@ -37,22 +37,17 @@ def likelier_rests(
         return poses, used, elsewhere
     frame, without = frame.unhurried(), used[row]
     without[np.arange(len(row)), marker] = False
-    rests, used_there = at_rest(finder, frame, finder.fitted(frame, poses[row], without))
-    config, both = finder.config.verdict, Poses.concatenate([poses, rests])
-    weights = config.turn_odds if frame.image is None else config.turn_odds_colour
-    likelier, probabilities = weighed(evidence(finder, frame, poses[row], rests).log_odds(weights), config)
+    started = finder.fitted(frame, poses[row], without)
+    used_there = finder.supported(finder.judge(frame, started, occlusion=True))
+    rests = finder.at_rest(frame, started, used_there)
+    both, log_odds = Poses.concatenate([poses, rests]), turn_odds(finder, frame, poses[row], rests)
+    likelier, probabilities = weighed(log_odds, finder.config.verdict)
     rows, used = np.arange(len(poses)), used.copy()
     rows[row[likelier]], used[row[likelier]] = len(poses) + np.flatnonzero(likelier), used_there[likelier]
     for n, h in enumerate(row.tolist()):
         other = h if likelier[n] else len(poses) + n
         elsewhere[h] = other_of(finder, both, int(rows[h]), other, float(probabilities[n]))
     return both[rows], used, elsewhere
-
-
-def at_rest(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.bool_]]:
-    """Poses at rest on the contours, and on the colours, of the markers that labels support; and which (H, M)."""
-    used = finder.supported(finder.judge(frame, poses, occlusion=True))
-    return finder.on_colours(frame, finder.settled(frame, poses, used), used), used
 
 
 def _partly_covered(

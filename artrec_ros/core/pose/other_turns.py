@@ -55,8 +55,7 @@ def likelier_turns(
     if frame.image is not None:
         mirrored = finder.on_colours(frame, mirrored, finder.supported(finder.judge(frame, mirrored, occlusion=True)))
     config, both = finder.config.verdict, Poses.concatenate([poses, mirrored])
-    weights = config.turn_odds if frame.image is None else config.turn_odds_colour
-    log_odds = evidence(finder, frame, poses[of], mirrored).log_odds(weights)
+    log_odds = turn_odds(finder, frame, poses[of], mirrored)
     rows = np.arange(len(poses))
     turned, probabilities = weighed(log_odds, config)
     for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
@@ -65,6 +64,13 @@ def likelier_turns(
             rows[row], other = other, row
         others[row] = other_of(finder, both, int(rows[row]), other, probability)
     return both[rows], others
+
+
+def turn_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
+    """(H,) log odds that another pose is the true one, for each of H poses at rest."""
+    config = finder.config.verdict
+    weights = config.turn_odds if frame.image is None else config.turn_odds_colour
+    return evidence(finder, frame, poses, others).log_odds(weights)
 
 
 def other_of(finder: WholeObjectFinder, poses: Poses, told: int, other: int, probability: float) -> OtherTurn | None:

@@ -36,7 +36,7 @@ class Places(NamedTuple):
 
     @classmethod
     def expected(cls, tracks: Tracks, sizes: Mapping[str, float]) -> Places:
-        place, size_m = tracks.expected(), np.array([sizes.get(name, 0.0) for name in tracks.names])
+        place, size_m = tracks.expected, np.array([sizes.get(name, 0.0) for name in tracks.names])
         position = np.where(tracks.in_camera[:, None], tracks.bodies.motion.place[:, :3], np.nan)
         return cls(tracks.names, position, place[:, :2], size_m, size_m * np.exp(place[:, 2]))
 

@@ -173,7 +173,7 @@ def _moved(image: MotionState, age_s: Array, rows: Counts, s: Sightings) -> Arra
 def _could_be_seen(tracks: Tracks, found: Sequence[Detection], s: Sightings, size: tuple[int, int]) -> Array:
     """(T,) share of them that would be seen, were they where they are expected: whose middle is in the image, and not
     behind what was found."""
-    middle = tracks.expected()[:, :2]
+    middle = tracks.expected[:, :2]
     hidden = ((middle < 0) | (middle > size)).any(axis=1)
     range_m = np.where(tracks.in_camera, np.linalg.norm(tracks.bodies.motion.place[:, :3], axis=1), np.inf)
     for n, d in enumerate(found):

@@ -81,23 +81,20 @@ class Joints:
 
     def of_rows(self, rows: Sequence[int]) -> Joints:
         """Those of these tracks, which get new rows in this order."""
-        place = {row: n for n, row in enumerate(rows)}
+        return self._renumbered({row: n for n, row in enumerate(rows)})
+
+    def without(self, rows: Collection[int]) -> Joints:
+        """Those of other tracks."""
+        return self._renumbered({row: row for row, _ in self.keys if row not in rows})
+
+    def _renumbered(self, place: Mapping[int, int]) -> Joints:
+        """Those of some tracks, by their rows the new ones."""
         kept = [n for n, (row, _) in enumerate(self.keys) if row in place]
         if len(kept) == len(self.keys) and all(place[row] == row for row, _ in self.keys):
             return self
         keys = tuple((place[self.keys[n][0]], self.keys[n][1]) for n in kept)
         index = np.array(kept, int)
         return Joints(keys, self.state[index], tuple(self.about[n] for n in kept), self.times[index])
-
-    def without(self, rows: Collection[int]) -> Joints:
-        """Those of other tracks."""
-        kept = [n for n, (row, _) in enumerate(self.keys) if row not in rows]
-        if len(kept) == len(self.keys):
-            return self
-        index = np.array(kept, int)
-        return Joints(
-            tuple(self.keys[n] for n in kept), self.state[index], tuple(self.about[n] for n in kept), self.times[index]
-        )
 
     def seen(
         self, found: Mapping[int, Detection], dt_s: float, model: MotionModel, units: Units, config: TrackingConfig

@@ -78,7 +78,7 @@ class Teller:
     def _predicted(self, row: int, score: float) -> Detection | None:
         """None: it would be out of view."""
         tracks, last = self._tracks, self._tracks.last[row]
-        x, y, scale = tracks.expected()[row].tolist()
+        x, y, scale = tracks.expected[row].tolist()
         pose = self._pose(row) if self._posed[row] and is_placed(last) else None
         behind = pose is not None and last.pose_from == "fit" and pose.position[2] <= 0
         if behind or not (0 <= x <= self._size[0] and 0 <= y <= self._size[1]):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,7 @@ class Tracks:
         fitted = np.array([d.pose_from == "fit" for d in self.last], bool)
         return np.asarray(self.posed & fitted)
 
+    @cached_property
     def expected(self) -> Array:
         """(T, 3) x, y and log scale where each is in the image by now: of what is not seen and has a pose before the
         camera, from where it was seen last as that pose moves, which is known better than how what is seen of it does.

@@ -138,7 +138,7 @@ class Describer:
         """Objects at rest on what the image shows, turned as is likelier, and bent while there is time."""
         finder, hurried, frame = self.finder, frame, frame.unhurried()
         used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
-        poses = finder.on_colours(frame, finder.settled(frame, _candidates(verdicts), used), used)
+        poses = finder.at_rest(frame, _candidates(verdicts), used)
         if finder.facing:
             none = [None] * len(poses)
             return _AtRest(poses, used, none, none, np.zeros(poses.q.shape))

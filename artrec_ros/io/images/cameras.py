@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +18,6 @@ from ..base.yaml_files import is_finite, load_value
 # distortion model -> the numbers of coefficients it may have; OpenCV orders them alike
 _MODELS = {"": (0, 4, 5, 8), "plumb_bob": (0, 4, 5), "rational_polynomial": (0, 5, 8)}
 _MOST_PX = 1e7  # a focal length or centre beyond it is damage: no lens has such
-_OFF_MIDDLE, _TIMES_NEARER = 0.08, 4.0  # share of the image's sides that its axis is off its middle, where cx and cy
-_FAR_OFF_MIDDLE = 0.4  # exchanged are so much nearer; and in any case
-_SQUARE = 1.1
 _VIEW_DEG = 0.5, 170.0  # of a whole image's width, by the focal length alone
 _CENTRAL, _MOST_BENT = 0.25, 0.5  # so near the centre, by the corners' distance, no lens bends by such a share
 
@@ -120,20 +117,6 @@ def _check_view(K: Array, D: Array, size: tuple[int, int]) -> None:
     if not (bent < _MOST_BENT).all():
         worst = D[np.abs(D).argmax()]
         raise ConfigError(f"the camera's calibration is implausible: no lens has a distortion coefficient of {worst:g}")
-
-
-def odd_calibration(camera: Camera) -> Iterator[str]:
-    """A line for each number that is hardly meant, though some lens may have it."""
-    (fx, _, cx), (_, fy, cy) = camera.matrix[:2].tolist()
-    middle = (np.array(camera.size) - 1) / 2
-    off, exchanged = (np.abs(np.array(c) - middle) / camera.size for c in ((cx, cy), (cy, cx)))
-    at = f"the optical axis meets a {camera.size[0]}x{camera.size[1]} image at {cx:.0f}, {cy:.0f}"
-    if (off > _FAR_OFF_MIDDLE).any():
-        yield f"{at}, far off its middle: are these cx and cy, and of this image?"
-    elif off.max() > _OFF_MIDDLE and off.max() > _TIMES_NEARER * exchanged.max():
-        yield f"{at}; are cx and cy, or width and height, exchanged?"
-    if max(fx, fy) > _SQUARE * min(fx, fy):
-        yield f"focal lengths of {fx:.0f} and {fy:.0f} px: pixels of most cameras are square"
 
 
 def load_camera(path: Path, frame_id: str = "", rectified: bool = False) -> Camera:

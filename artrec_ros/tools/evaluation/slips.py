@@ -7,10 +7,11 @@ A slip is told where what was found fits the truth far better once it is undone.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ...core.geometry.transforms import Array
+from ...core.geometry.transforms import Array, Pose, wrap_angle
 from .outcomes import Outcome
 
 _LEAST = 3  # objects that tell
@@ -18,6 +19,7 @@ _TIMES = 10.0  # as far off as once the slip is undone,
 _LEAST_OFF = 0.03  # and as far at all, in radians or metres: what is near 0 is so in any unit
 
 _MILLIMETRES = "in millimetres? Lengths of a truth are metres"
+_TRANSPOSED = "transposed? They turn the object's axes into the camera's"
 _OF_JOINTS: tuple[tuple[Callable[[Array], Array], str], ...] = (
     (np.negative, "with the other sign: does its axis point the other way there?"),
     (np.radians, "in degrees? Angles of a truth are radians"),
@@ -38,24 +40,26 @@ def slips(outcomes: Sequence[tuple[str, Outcome]], sliding: Mapping[str, frozens
             pairs = [(o.detection.joints, o.truth.joints) for o in met if o.detection and joint in o.joint_errors]
             told, true = np.array([(found[joint], known[joint]) for found, known in pairs]).T
             slides = joint in sliding.get(name, ())
-            off = np.asarray if slides else _short
+            off = np.asarray if slides else wrap_angle
             tried = [(off(told - undo(true)), words) for undo, words in (_OF_SLIDES if slides else _OF_JOINTS)]
             for words in _fitting(off(told - true), tried):
                 yield f"the truth's joint '{joint}' of '{name}': {words}"
 
 
 def _of_poses(name: str, met: Sequence[Outcome]) -> Iterator[str]:
-    pairs = [(o.detection.pose, o.truth.pose) for o in met if o.position_error is not None and o.detection is not None]
-    both = [(told, true) for told, true in pairs if told is not None and true is not None]
-    if not both:
+    posed = [(o, o.truth.pose) for o in met if o.position_error is not None and o.truth.pose is not None]
+    if not posed:
         return
-    places = np.array([(told.position, true.position) for told, true in both])
-    turns = np.array([(told.rotation, true.rotation) for told, true in both])
-    off = np.linalg.norm(places[:, 0] - places[:, 1], axis=1)
-    for words in _fitting(off, [(np.linalg.norm(places[:, 0] - places[:, 1] / 1000, axis=1), _MILLIMETRES)]):
+
+    def errors(error: str, undo: Callable[[Pose], Pose] = lambda pose: pose) -> Array:
+        undone = (replace(o, truth=replace(o.truth, pose=undo(pose))) for o, pose in posed)
+        return np.array([getattr(o, error) for o in undone], float)
+
+    metres = errors("position_error_m", lambda pose: Pose(pose.rotation, pose.position / 1000))
+    for words in _fitting(errors("position_error_m"), [(metres, _MILLIMETRES)]):
         yield f"the truth's positions of '{name}': {words}"
-    turned = [_angles(turns[:, 0], turns[:, 1]), _angles(turns[:, 0], np.swapaxes(turns[:, 1], 1, 2))]
-    for words in _fitting(turned[0], [(turned[1], "transposed? They turn the object's axes into the camera's")]):
+    turned = errors("rotation_error_rad", lambda pose: Pose(pose.rotation.T, pose.position))
+    for words in _fitting(errors("rotation_error_rad"), [(turned, _TRANSPOSED)]):
         yield f"the truth's rotations of '{name}': {words}"
 
 
@@ -64,13 +68,3 @@ def _fitting(off: Array, undone: Sequence[tuple[Array, str]]) -> Iterator[str]:
     best, words = min(((float(np.median(np.abs(d))), said) for d, said in undone), key=lambda one: one[0])
     if len(off) >= _LEAST and float(np.median(np.abs(off))) > max(_TIMES * best, _LEAST_OFF):
         yield words
-
-
-def _short(turned: Array) -> Array:
-    """Angles the short way around."""
-    return np.asarray(np.remainder(turned + np.pi, 2 * np.pi) - np.pi)
-
-
-def _angles(A: Array, B: Array) -> Array:
-    """(n,) between rotations (n, 3, 3), radians."""
-    return np.arccos(np.clip((np.einsum("nij,nij->n", A, B) - 1) / 2, -1.0, 1.0), dtype=np.float64)

@@ -15,13 +15,13 @@ from ...core.model.identities import identities_of
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...core.ways import SPACE, way_of
-from ...io.images.cameras import odd_calibration
 from ...io.images.folders import LOSSY
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
 from ...io.learned.annotations import AnnotatedObject, Annotations
 from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
+from .camera_report import odd_calibration
 from .model_report import buried, odd_units, on_own_colour
 from .nothing_left import nothing_left
 

@@ -14,7 +14,7 @@ from ...core.geometry.transforms import Array
 from ...core.model.target import Target
 from ...io.learned.annotations import AnnotatedObject, instance_from_axis
 from ...io.learned.marked_objects import outline_px
-from ...simulation.scene import joint_span, joints_at
+from ...simulation.scene import joints_at
 from ...simulation.sheet import object_picture
 from ...simulation.simulator import pinhole_camera
 from ..model import print_pages, sheet_of
@@ -28,7 +28,7 @@ def joint_ranges(target: Target) -> dict[str, tuple[float, float]]:
     """Joint -> its least and greatest position, radians or metres."""
     model = target.model
     joints = zip(model.joint_names, model.joint_components, strict=True)
-    spans = ((name, joint_span(c.joint)) for name, c in joints if c.joint is not None)
+    spans = ((name, c.joint.span) for name, c in joints if c.joint is not None)
     return {name: (float(low), float(high)) for name, (low, high) in spans}
 
 

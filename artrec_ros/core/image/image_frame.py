@@ -66,9 +66,9 @@ class ImageFrame:
         K, d = np.array(camera.matrix), np.array(camera.rational)
         return LabelView(self.field.padded, *self.size, K, d, camera.bent, camera.fold)
 
-    def without(self, solids: Sequence[NDArray[np.float32]]) -> ImageFrame:
-        """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody."""
-        return replace(self, field=self.field.without(solids)) if solids else self
+    def without(self, solids: Sequence[NDArray[np.float32]], *, nearer: bool = False) -> ImageFrame:
+        """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody: see `LabelField`."""
+        return replace(self, field=self.field.without(solids, nearer=nearer)) if solids else self
 
     @cached_property
     def unowned(self) -> ImageFrame:

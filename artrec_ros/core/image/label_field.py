@@ -52,6 +52,7 @@ class LabelField:
         self._seams: dict[int, float] = {}
         self._near: dict[int, tuple[Array, int, float]] = {}
         self._before: LabelField | None = None
+        self.hides = False  # whether those who own pixels lie before what is looked for
         self._seams_of: dict[tuple[tuple[tuple[int, ...], ...], bool], Array] = {}
 
     @cached_property
@@ -200,8 +201,11 @@ class LabelField:
         """The same image before anybody owned some of its pixels."""
         return self._before or self
 
-    def without(self, solids: Sequence[NDArray[np.float32]]) -> LabelField:
-        """The same image with the pixels in convex hulls of points (n, 2) owned by somebody."""
+    def without(self, solids: Sequence[NDArray[np.float32]], *, nearer: bool = False) -> LabelField:
+        """The same image with the pixels in convex hulls of points (n, 2) owned by somebody.
+
+        :param nearer: who lies before what is looked for: where it ends, that does not.
+        """
         height, width = self.codes.shape
         bordered, far = self.padded.reshape(height + 2, width + 2).copy(), 4 * max(height, width)
         codes = bordered[1:-1, 1:-1]
@@ -210,6 +214,7 @@ class LabelField:
             cv2.fillConvexPoly(codes, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
         rest.codes, rest.padded, rest._before = codes, bordered.ravel(), self.unowned
+        rest.hides = nearer
         for made in ("labels", "padded_labels", "_borders"):
             rest.__dict__.pop(made, None)
         return rest

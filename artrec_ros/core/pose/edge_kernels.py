@@ -24,7 +24,7 @@ class EdgeTerms(NamedTuple):
     seam_px: Any  # (M,) half the seam of each marker's class
     on_unknown: bool  # unknown pixels beyond a marker may be a body of the object, which ends it, and no seam
     kind: Any  # (M, 256) int32, of each label for each marker
-    outside: int
+    no_end: int  # codes from here on end no marker: they begin where the image ends, or what lies before the marker
     beyond: float  # as likely as this beyond reach, there is no edge
     border_px: float  # nor is there one so near to the image's border
 
@@ -146,6 +146,6 @@ def find_edges(k: int, e: EdgeTerms, step: int, view: LabelView, room: EdgeRoom)
         if silent[i] and not seam[i]:
             edge += e.seam_px[k]
         u, v, out = room.outline[0, i], room.outline[1, i], edge + e.border_px
-        if view.padded[padded_pixel(u + out * room.outline[2, i], v + out * room.outline[3, i], view)] == e.outside:
-            continue  # not the marker ends there but the image
+        if view.padded[padded_pixel(u + out * room.outline[2, i], v + out * room.outline[3, i], view)] >= e.no_end:
+            continue  # not the marker ends there but what is seen of it
         room.edge[i], room.weight[i] = edge, 1.0 / (1.0 + variance)

@@ -25,7 +25,8 @@ def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]
     inside, seam, outside = (math.exp(2 * vote) for vote in (config.edge_vote, config.seam_vote, -config.edge_vote))
     limits = float(config.edge_beyond), float(config.border_px)
     of_markers = seams, model.model.is_on_unknown, kinds
-    return EdgeTerms(np.array(reach_px), inside, seam, outside, priors, *of_markers, OUTSIDE, *limits)
+    no_end = OWNED if field.hides else OUTSIDE
+    return EdgeTerms(np.array(reach_px), inside, seam, outside, priors, *of_markers, no_end, *limits)
 
 
 @cache

@@ -19,6 +19,7 @@ from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import PatchScores, Poses, SpatialModel
 
+_ALL_AROUND = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4], np.float32)
 MOST_KNOWN = 4.0  # scales from one to 55: who knows no more of them knows nothing
 
 
@@ -148,3 +149,8 @@ def silhouette(surface: SpatialModel, camera: Camera, poses: Poses) -> list[NDAr
     of theirs cover it."""
     corners = corners_of(surface, camera, poses)[0].astype(np.float32)
     return [corners[first:last] for first, last in pairwise(surface.hulls.starts)]
+
+
+def widened(hull: NDArray[np.float32], by_px: float) -> NDArray[np.float32]:
+    """Points whose convex hull is wider than that of some (n, 2), by so much all around."""
+    return np.concatenate([hull + by_px * way for way in _ALL_AROUND]) if by_px else hull

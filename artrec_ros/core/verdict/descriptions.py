@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
@@ -16,41 +15,16 @@ from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn, Rejection
 from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
-from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
-from ..pose.other_bends import likelier_bends
-from ..pose.other_rests import likelier_rests
-from ..pose.other_turns import likelier_turns
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
+from .at_rest import at_rest, candidates
 from .claims import claims_of
 from .identity import Identifier
 from .judge import Judge
 from .missing import MarkersInView, MissingParts
 from .parts import part_probabilities
-
-
-class _AtRest(NamedTuple):
-    """H objects as they are told.
-
-    :ivar used: (H, M) markers whose contours tell where each is. :ivar others: their other turns.
-    :ivar elsewhere: other poses at which their contours rest.
-    :ivar bends: (H, J) by how much joints' variances are greater for other bends.
-    """
-
-    poses: Poses
-    used: NDArray[np.bool_]
-    others: Sequence[OtherTurn | None]
-    elsewhere: Sequence[OtherTurn | None]
-    bends: Array
-
-    def of(self, rows: list[int]) -> _AtRest:
-        """Some of them."""
-        if len(rows) == len(self.poses):
-            return self
-        others, elsewhere = ([column[n] for n in rows] for column in (self.others, self.elsewhere))
-        return _AtRest(self.poses[rows], self.used[rows], others, elsewhere, self.bends[rows])
 
 
 class _Part(NamedTuple):
@@ -90,9 +64,9 @@ class Describer:
         if not self._identifier.may_be_surplus(len(mine)):
             return mine, []
         # by all pixels: what one leaves is easily like another, though both can't be there
-        alone = judge.verdicts(self.finder, _candidates(mine), frame.unhurried())
+        alone = judge.verdicts(self.finder, candidates(mine), frame.unhurried())
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
-        poses = self._at_rest(mine, frame).poses
+        poses = at_rest(self.finder, mine, verdicts, frame).poses
         told = self._told(self._parts(mine, poses, frame))
         surplus = self._identifier.surplus(frame, poses, self._seen(mine, told), alone.probability)
         kept, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
@@ -108,20 +82,16 @@ class Describer:
             return []
         finder, surface = self.finder, self.finder.surface
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
-        rest = self._at_rest(verdicts, frame)
+        rest = at_rest(finder, verdicts, among, frame)
         first = self._first_in_their_places(rest.poses)
-        verdicts, (poses, used, others, elsewhere, bends) = [verdicts[n] for n in first], rest.of(first)
+        verdicts, rest = [verdicts[n] for n in first], rest.of(first)
+        poses = rest.poses
         parts_of = self._parts(verdicts, poses, frame)
         told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
         identities = self._identifier.identify(frame, poses, self._seen(verdicts, told))
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
-        covariances: list[Array | None] = [None] * len(poses)
-        if asked:
-            sure = pose_covariances(surface, frame, poses, used, finder.config, facing=finder.facing)
-            joints = np.arange(6, sure.shape[1])
-            sure[:, joints, joints] += bends
-            covariances = list(sure)
+        covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
         parts, view = self._instances(verdicts, told, frames, frame)
         missing = self._missing.of(verdicts, self._seen(verdicts, told), probable, view, frames, frame, among)
@@ -131,25 +101,8 @@ class Describer:
             )
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
-        detections = [replace(_beside(d, e), other_turn=None) for d, e in zip(detections, elsewhere, strict=True)]
-        return [_beside(d, other) for d, other in zip(detections, others, strict=True)]
-
-    def _at_rest(self, verdicts: Sequence[Verdict], frame: ImageFrame) -> _AtRest:
-        """Objects at rest on what the image shows, turned as is likelier, and bent while there is time."""
-        finder, hurried, frame = self.finder, frame, frame.unhurried()
-        used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
-        poses = finder.at_rest(frame, _candidates(verdicts), used)
-        if finder.facing:
-            none = [None] * len(poses)
-            return _AtRest(poses, used, none, none, np.zeros(poses.q.shape))
-        poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
-        bent, more = likelier_bends(finder, hurried, poses)
-        likelier, others = likelier_turns(finder, frame, bent)
-        moved = np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
-        if len(moved):
-            elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
-            used[moved] = finder.supported(finder.judge(frame, likelier[moved], occlusion=True))
-        return _AtRest(likelier, used, others, elsewhere, more)
+        detections = [replace(_beside(d, e), other_turn=None) for d, e in zip(detections, rest.elsewhere, strict=True)]
+        return [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
 
     def _detection(
         self,
@@ -284,11 +237,6 @@ def _beside(detection: Detection, other: OtherTurn | None) -> Detection:
         return detection
     other = replace(other, joints={name: q for name, q in other.joints.items() if name in detection.joints})
     return detection.beside(other, other.probability)
-
-
-def _candidates(verdicts: Sequence[Verdict]) -> Poses:
-    """H poses as they were judged."""
-    return Poses.concatenate([v.claim.poses for v in verdicts])
 
 
 def rejection_of(

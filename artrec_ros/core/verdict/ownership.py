@@ -16,12 +16,11 @@ from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, Verdicts
-from .claims import Seen, corners_of
+from .claims import Seen, corners_of, widened
 from .judge import Judge
 
 _ROUNDED_PX = 1.0  # a pixel that is looked up, and one that an owner's silhouette fills, are rounded
 _AT_ONCE = 64  # claims between two looks at the clock
-_ALL_AROUND = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4], np.float32)
 
 
 def share_out(
@@ -176,7 +175,7 @@ class _Field:
         """Convex hulls of these points (n, 2) cover some hypotheses, each for itself."""
         g = np.searchsorted(self._first, rows, side="right") - 1
         return [
-            _widened(hull, float(self._swollen_px[row]))
+            widened(hull, float(self._swollen_px[row]))
             for i, row in zip(g, rows, strict=True)
             for hull in self._groups[i].hulls(row - self._first[i])
         ]
@@ -218,11 +217,6 @@ class _Group:
         """As `silhouette` has them."""
         corners = self.corners[row].astype(np.float32)
         return [corners[first:last] for first, last in pairwise(self.finder.surface.hulls.starts)]
-
-
-def _widened(hull: NDArray[np.float32], by_px: float) -> NDArray[np.float32]:
-    """Points whose convex hull is wider than that of some (n, 2), by so much all around."""
-    return np.concatenate([hull + by_px * way for way in _ALL_AROUND]) if by_px else hull
 
 
 def _best_of_each_place(verdicts: list[Verdict], camera: Camera) -> list[Verdict]:

@@ -128,3 +128,15 @@ def test_unknown_pixels_amid_a_marker_are_none_of_its_body():
     alone, _ = edges(half_plane(30), [(29, 20)], (1, 0), target=on_a_body())
     found, _ = edges(labels, [(29, 20)], (1, 0), target=on_a_body())
     assert found[0] == pytest.approx(alone[0], abs=0.2)
+
+
+@pytest.mark.parametrize("nearer", [False, True])
+def test_what_lies_before_a_marker_does_not_end_it(nearer):
+    """The border of another object's pixels is an edge only where that may lie behind."""
+    model = SpatialModel(sign(), RED, DEFAULTS.votes)
+    hull = np.array([(31, -5), (70, -5), (70, 45), (31, 45)], np.float32)
+    frame = ImageFrame(LabelField(half_plane(30)), CAMERA).without([hull], nearer=nearer)
+    room = edge_room(2, 5, 6)
+    room.outline[:] = np.array([(30.0, 29.0), (20.0, 21.0), (1.0, 1.0), (0.0, 0.0)])
+    find_edges(0, edge_terms(model, frame.field, (5,), DEFAULTS.fit), 0, frame.view, room)
+    assert (room.weight > 0).all() != nearer

@@ -16,7 +16,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import finder as whole_object
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
-from artrec_ros.core.verdict import descriptions
+from artrec_ros.core.verdict import at_rest as resting
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.descriptions import Describer
@@ -136,7 +136,7 @@ def test_a_fit_that_loses_its_votes_is_not_taken(monkeypatch):
 def test_joints_deviate_by_no_more_than_who_knows_nothing(monkeypatch):
     model = MODELS["truck"]
     describer, verdicts, frame = scene(model, pose(0.02, 0, 0.8, 0.2, model=model))
-    monkeypatch.setattr(descriptions, "pose_covariances", lambda *args, **_: np.eye(8)[None] * 100.0)
+    monkeypatch.setattr(resting, "pose_covariances", lambda *args, **_: np.eye(8)[None] * 100.0)
     (told,) = describer.describe(verdicts, frame)
     assert told.joint_deviations == pytest.approx({"fore": 1.6 / 12**0.5, "hind": 1.6 / 12**0.5})
 

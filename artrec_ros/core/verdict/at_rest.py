@@ -1,0 +1,111 @@
+"""Accepted objects brought to rest as they are told: on the contours that the image shows of each, turned and bent as
+is likeliest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.transforms import Array
+from ..image.image_frame import ImageFrame
+from ..model.found import OtherTurn
+from ..pose.covariance import pose_covariances
+from ..pose.finder import WholeObjectFinder
+from ..pose.other_bends import likelier_bends
+from ..pose.other_rests import likelier_rests
+from ..pose.other_turns import likelier_turns
+from ..pose.surface_model import Poses
+from .acceptance import Verdict
+from .nearer import behind_others
+
+
+class AtRest(NamedTuple):
+    """H objects as they are told.
+
+    :ivar frames: what of the image each is looked for in: without what nearer ones hide. :ivar used: (H, M) markers
+        whose contours tell where each is.
+    :ivar others: their other turns. :ivar elsewhere: other poses at which their contours rest.
+    :ivar bends: (H, J) by how much joints' variances are greater for other bends.
+    """
+
+    frames: Sequence[ImageFrame]
+    poses: Poses
+    used: NDArray[np.bool_]
+    others: Sequence[OtherTurn | None]
+    elsewhere: Sequence[OtherTurn | None]
+    bends: Array
+
+    def of(self, rows: list[int]) -> AtRest:
+        """Some of them."""
+        others, elsewhere = ([column[n] for n in rows] for column in (self.others, self.elsewhere))
+        return AtRest(
+            [self.frames[n] for n in rows], self.poses[rows], self.used[rows], others, elsewhere, self.bends[rows]
+        )
+
+    def covariances(self, finder: WholeObjectFinder) -> Array:
+        """(H, 6+J, 6+J) as of `pose_covariances`, and of joints that may be bent otherwise."""
+        made, config, facing = (
+            np.zeros((len(self.poses), *[6 + self.poses.q.shape[1]] * 2)),
+            finder.config,
+            finder.facing,
+        )
+        for rows, frame in _by_frame(self.frames):
+            at = frame, self.poses[rows], self.used[rows]
+            made[rows] = pose_covariances(finder.surface, *at, config, facing=facing)
+        joints = np.arange(6, made.shape[1])
+        made[:, joints, joints] += self.bends
+        return made
+
+
+def at_rest(
+    finder: WholeObjectFinder, verdicts: Sequence[Verdict], among: Sequence[Verdict], frame: ImageFrame
+) -> AtRest:
+    """One target's objects at rest, those in space turned as is likelier, and bent while there is time.
+
+    :param among: all objects of the frame, other targets' too.
+    """
+    frames = [frame] * len(verdicts) if finder.facing else behind_others(verdicts, among, frame)
+    groups = list(_by_frame(frames))
+    parts = [_at_rest_in(look, finder, [verdicts[n] for n in rows]) for rows, look in groups]
+    if len(parts) == 1:
+        return parts[0]
+    poses, used, others, elsewhere, bends = zip(*[part[1:] for part in parts], strict=True)
+    told = list(chain(*others)), list(chain(*elsewhere))
+    order = np.argsort(list(chain(*(rows for rows, _ in groups)))).tolist()
+    looks = [look for rows, look in groups for _ in rows]
+    return AtRest(looks, Poses.concatenate(poses), np.concatenate(used), *told, np.concatenate(bends)).of(order)
+
+
+def candidates(verdicts: Sequence[Verdict]) -> Poses:
+    """Where objects were found."""
+    return Poses.concatenate([v.claim.poses for v in verdicts])
+
+
+def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence[Verdict]) -> AtRest:
+    hurried, frame = frame, frame.unhurried()
+    frames = [hurried] * len(verdicts)
+    used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
+    poses = finder.at_rest(frame, candidates(verdicts), used)
+    if finder.facing:
+        none = [None] * len(poses)
+        return AtRest(frames, poses, used, none, none, np.zeros(poses.q.shape))
+    poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
+    bent, more = likelier_bends(finder, hurried, poses)
+    likelier, others = likelier_turns(finder, frame, bent)
+    moved = np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
+    if len(moved):
+        elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
+        used[moved] = finder.supported(finder.judge(frame, likelier[moved], occlusion=True))
+    return AtRest(frames, likelier, used, others, elsewhere, more)
+
+
+def _by_frame(frames: Sequence[ImageFrame]) -> Iterator[tuple[list[int], ImageFrame]]:
+    """Rows of those that are looked at in one frame, and the frame."""
+    rows = dict[int, list[int]]()
+    for row, frame in enumerate(frames):
+        rows.setdefault(id(frame), []).append(row)
+    return ((mine, frames[mine[0]]) for mine in rows.values())

@@ -135,7 +135,7 @@ def test_two_that_touch_are_told_apart_though_they_are_one_blob(turns):
     ahead = np.array([np.cos(turns[0]), -np.sin(turns[0])]) * 0.0752 * first.scale
     second = Placing(*(np.array([60.3, 60.4]) + ahead), turns[1], 330.0, "vr")
     result = recognizer(robot(), min_scale=250.0, max_scale=430.0).recognize(rendered(first, second))
-    assert_found(result, first, second, place=0.7, turn=2.5, scale=0.04)
+    assert_found(result, first, second, place=1.3, turn=2.5, scale=0.04)
     assert sorted(d.name for d in result.detections) == ["robot_gr", "robot_vr"]
 
 

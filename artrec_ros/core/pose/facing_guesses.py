@@ -21,6 +21,7 @@ from .view_bank import ViewBank
 from .views import FACING, view_bank
 
 _AT_ONCE = 16  # blobs between two looks at the clock
+_MOST_MERGED = 16  # components that are looked for in one blob
 
 
 class Guesses(NamedTuple):
@@ -94,20 +95,22 @@ class FacingGuesser:
         config, blob_px = self._config.facing, np.array([b.area_px for b in blobs])
         ratio, more = self._config.guesses.most_area_ratio, self._config.guesses.most_area_more_px
         lowest, highest = within.T
-        area = config.least_area_share**size * blob_px
+        one_px = np.minimum(blob_px, marker.area * highest**2)  # else others are merged with it, be they clutter
+        area = config.least_area_share**size * one_px
         most = np.minimum(np.sqrt((area if size else ratio * area + more) / marker.area), highest)
         least = np.minimum(np.sqrt(config.least_area_share * area / marker.area), most)  # a larger one: several merged
         least = np.maximum(least, lowest)
         keep = np.ceil(blob_px / (marker.area * np.maximum(least, 1e-9) ** 2)).astype(np.int64)
+        spread = np.maximum(area, blob_px / _MOST_MERGED)  # at its size a lattice is of about so many points
         return Grid(
             frame.field.padded_labels,
             np.array([b.label for b in blobs]),
             np.array([np.concatenate([b.pixels.min(axis=0), b.pixels.max(axis=0)]) for b in blobs], np.int64),
-            np.maximum(np.ceil(np.sqrt(area / config.grid_points)), 1).astype(np.int64),  # a lattice of about so many
+            np.maximum(np.ceil(np.sqrt(spread / config.grid_points)), 1).astype(np.int64),
             np.ascontiguousarray(np.stack([least, np.maximum(most, least)], axis=1)),
             float(config.scale_ratio),
             self._turns,
-            np.clip(keep, 1, 16),
+            np.clip(keep, 1, _MOST_MERGED),
             0.5,
         )
 

@@ -9,6 +9,7 @@ from ..base.config import RecognizerConfig
 from ..geometry.projection import project
 from ..geometry.range_limits import scale_limits
 from ..geometry.transforms import Array
+from ..image.codes import OUTSIDE
 from ..image.image_frame import ImageFrame
 from ..image.segmentation import as_light
 from .region_kernels import Regions, even_out_each
@@ -41,11 +42,12 @@ class RegionFit:
         self._moved = np.ascontiguousarray(kin.moves[self._on].T[self._order])  # (J, n)
 
     def fitted(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]) -> Poses:
-        """Poses moved, turned, scaled and bent in the image plane.
+        """Poses moved, turned, scaled and bent in the image plane; what the border cuts stays.
 
         :param used: (H, M) markers that the labels support: joints that move none of these stay.
         """
         config, (regions, at) = self._config, self._figures(frame, poses)  # in light, which lenses blend
+        origin = at.copy()
         scale = frame.camera.focal_px / poses.t[:, 2]
         reach = self._reach(regions, scale)
         kin, component = self._surface.kinematics, self._surface.component[self._surface.markers]
@@ -74,14 +76,22 @@ class RegionFit:
         place = (at[:, :2] - frame.camera.matrix[:2, 2]) * (z / frame.camera.focal_px)[:, None]
         q = poses.q.copy()
         q[:, self._order] += at[:, 4:]
-        return Poses(roll @ poses.R, np.column_stack([place, z]), kin.bound(q))
+        fitted = Poses(roll @ poses.R, np.column_stack([place, z]), kin.bound(q))
+        both, rows = Poses.concatenate([poses, fitted]), np.arange(len(poses))
+        return both[rows + len(poses) * self._is_shown(frame, regions, origin)]
 
     def evenness(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H,) the share of the variance of the colours on and around each hypothesis that is between its regions; 0
         where a part of it lies outside of the image."""
         (regions, at), uneven = self._figures(frame, poses), np.empty(len(poses))
         even_out_each(frame.colours, regions, at, at, 0, at, at, uneven)
-        return 1.0 - uneven
+        return np.where(self._is_shown(frame, regions, at), 1.0 - uneven, 0.0)
+
+    @staticmethod
+    def _is_shown(frame: ImageFrame, regions: Regions, at: Array) -> NDArray[np.bool_]:
+        """(H,) whether the image shows all of each: a view from above has no colours of what that does not show."""
+        pixels = np.stack([regions.x, regions.y], axis=-1) + at[:, None, :2]
+        return np.asarray((frame.field.at(pixels) != OUTSIDE).all(axis=1))
 
     def _reach(self, regions: Regions, scale: Array) -> Array:
         """(H, 4 + J) how far similarities and joints may go. :param scale: (H,) pixels per metre."""

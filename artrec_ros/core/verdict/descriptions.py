@@ -10,7 +10,7 @@ import numpy as np
 
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
-from ..image.codes import OWNED
+from ..image.codes import OUTSIDE, OWNED
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn, Rejection
 from ..model.kinematics import Frames
@@ -191,11 +191,11 @@ class Describer:
     ) -> tuple[list[tuple[Instance, ...]], MarkersInView]:
         """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre. And
         what of all markers could be seen."""
-        surface, camera, (width, height) = self.finder.surface, frame.camera, frame.size
+        surface, camera = self.finder.surface, frame.camera
         X = surface.place(frames, self._points, self._on)
         pixels = project(camera, X)
         inside = pixels[:, : self._first_drawn[0]].reshape(len(pixels), *self._inside, 2)
-        within = np.asarray(((inside > -0.5) & (inside < (width - 0.5, height - 0.5))).all(axis=-1), bool)
+        within = frame.field.at(inside) != OUTSIDE  # a view from above is larger than what the image shows of it
         free = np.stack([v.claim.frame.field.at(inside[h]) != OWNED for h, v in enumerate(verdicts)])
         first = self._first_drawn[:-1]
         shown = surface.shown(frames, surface.markers, INSIDE_POINTS)

@@ -82,7 +82,7 @@ class Judge:
         enough = self.may_stand(verdicts) & (verdicts.probability >= self.min_probability)
         shown = self._shows_required(verdicts, unseen=True) & (confirmed.sum(axis=1) >= wanted)
         held = self.reach.holds(claims.depth_m, claims.scale) & np.array([m is None for m in claims.misplaced], bool)
-        return np.asarray(enough & shown & held & _has_direction(verdicts))
+        return np.asarray(enough & shown & held & _has_direction(verdicts) & _is_free(verdicts))
 
     def _shows_required(self, verdicts: Verdicts, *, unseen: bool) -> NDArray[np.bool_]:
         """(H,) whether the required component is shown, or cannot be seen where that is no matter."""
@@ -119,6 +119,8 @@ class Judge:
         """Why a claim is no object, as far as that is known at once; None where it is one."""
         if verdict.claim.votes < self.min_votes:
             return f"{verdict.claim.votes:.0f} votes of the labels, {self.min_votes:.0f} are wanted"
+        if not _is_free(verdict.among)[verdict.row]:
+            return "almost all of it lies where others are found"
         if not self.shows_required(verdict):
             required, lack = verdict.claim.finder.surface.model.required.name, verdict.without_required
             return f"where it would be, its required component {required} {lack or 'is not confirmed'}"
@@ -155,3 +157,13 @@ def _has_direction(verdicts: Verdicts) -> NDArray[np.bool_]:
     others = np.delete(np.asarray(verdicts.confirmed, bool), finder.root, axis=1).any(axis=1)
     around = surface.markers[surface.component[surface.markers] != finder.root]
     return np.asarray(others | (claims.scores.votes[:, around].sum(axis=1) > 0))
+
+
+def _is_free(verdicts: Verdicts) -> NDArray[np.bool_]:
+    """(H,) whether enough of what faces the camera is nobody else's: what others leave of their rims is no object."""
+    claims = verdicts.claims
+    finder, m = claims.finder, claims.finder.surface.markers
+    if not finder.facing:
+        return np.ones(len(claims), bool)
+    free_px, full_px = (px[:, m].sum(axis=1) for px in (claims.scores.area_px, claims.seen.full_px))
+    return np.asarray(free_px >= finder.config.facing.least_free * full_px)

@@ -8,6 +8,7 @@ import pytest
 from settings import DEFAULTS, settings
 from squares import ARM, SIZE, TEAM, Placing, gate, hinge, patch, rendered, robot
 
+from artrec_ros.core.image.codes import OUTSIDE
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, ObjectModel
@@ -161,3 +162,15 @@ def test_however_many_and_however_jointed_they_are_the_same_code_fits_them():
             poses = Poses(*(np.repeat(v, n, axis=0) for v in (there.R, there.t, np.array([q], float).reshape(1, -1))))
             regions, _ = finder.regions._figures(frame, poses)
             assert all(np.asarray(part).flags.c_contiguous for part in regions)
+
+
+def test_what_a_view_from_above_does_not_show_has_no_colours():
+    """Beyond the image's border it is black: an object that this cuts stays, and has no evenness."""
+    frame = frame_of(rendered(AT))
+    codes, image, border = frame.field.codes.copy(), frame.image.copy(), int(AT.x) + 4
+    codes[:, border:], image[:, border:] = OUTSIDE, 0
+    poses = poses_of(frame, shifted(x=0.9, turn=0.06))
+    cut = ImageFrame(LabelField(codes), image=image).faced()
+    np.testing.assert_array_equal(fitted_in(cut, poses).t, poses.t)
+    assert FINDER.regions.evenness(cut, poses).tolist() == [0.0]
+    assert (fitted_in(frame, poses).t != poses.t).any()

@@ -9,6 +9,7 @@ from solids import BLUE, CAB, RED, camera_of, frames_of, pose, rectangle, render
 from squares import Placing, hinge, patch, rendered
 
 from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.image.codes import OUTSIDE
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, ObjectModel
@@ -176,3 +177,16 @@ def test_of_what_faces_the_camera_parts_are_seen_where_it_comes_to_rest():
     assert before[1] < DEFAULTS.min_component_probability
     (told,) = Describer(finder).describe(verdicts, frame)
     assert [part.component for part in told.components] == ["plate", "hand"] and told.missing == ()
+
+
+def test_what_a_view_from_above_does_not_show_is_out_of_view():
+    """Its codes say so, however large it is."""
+    at = pose(0, 0, 0.8, 0.2, model=MODELS["truck"])
+    describer, _, frame = scene(MODELS["truck"], at)
+    (whole,) = describer.describe(list(verdicts_of(claims_of(describer.finder, at, frame))), frame)
+    fore = next(part for part in whole.components if part.component == "fore")
+    codes = frame.field.codes.copy()
+    codes[:, int(fore.contour[:, 0].min()) - 2 :] = OUTSIDE
+    cut = ImageFrame(LabelField(codes), CAMERA)
+    (told,) = describer.describe(list(verdicts_of(claims_of(describer.finder, at, cut))), cut)
+    assert {lack.component: lack.state for lack in told.missing}["fore"] == "out of view"

@@ -88,6 +88,18 @@ def test_a_line_that_is_no_frame_is_named_and_what_is_before_it_kept(tmp_path, l
         assert [n for n, _ in journal.frames()] == [0, 1, 7] and not journal.lost
 
 
+def test_a_frame_with_wrong_values_is_recognised_again(tmp_path):
+    with Journal(tmp_path / "j") as journal:
+        for i in range(3):
+            journal.append(i, frame(i))
+    lines = (tmp_path / "j").read_text().splitlines()
+    lines[1] = lines[1].replace('"score": 0.30000000000000004', '"score": "x"', 1)
+    (tmp_path / "j").write_text("\n".join(lines) + "\n")
+    with Journal(tmp_path / "j") as journal:
+        assert [n for n, _ in journal.frames()] == [0]
+        assert "line 2 is no frame: result.detections[0].score: must be a finite number, not 'x'" in journal.lost
+
+
 def test_a_full_disk_leaves_whole_lines(tmp_path, monkeypatch):
     """The second piece of a line finds no room."""
     real = os.pwrite

@@ -184,12 +184,12 @@ def test_wrong_options(truth, found, capsys, arguments, code, said):
     ("name", "content", "said"),
     [
         ("nothing.jsonl", None, "there is no such file"),
-        ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{}\n', "line 2 is no line of truth"),
+        ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{}\n', "line 2: objects: this key is missing"),
         (
             "t.jsonl",
             '{"stamp_ns": 1, "objects": [{"team": 1, "components": {}, "position": [0, 0, 1], '
             '"rotation": [[2, 0, 0], [0, 2, 0], [0, 0, 2]]}]}',
-            "line 1 is no line of truth: 'rotation' is none",
+            "line 1: objects[0].rotation: is none",
         ),
         ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{"stamp_ns": 1, "objects": []}\n', "the stamp 1 is there twice"),
         ("t.jsonl", "", "holds no frame"),

@@ -95,15 +95,11 @@ class Value:
         return ConfigError(f"{place}: {message}")
 
     def _child(self, key: str, raw: Any) -> Value:
-        shown = key if key.isprintable() else repr(key)  # an error is one line
-        return Value(self.file, f"{self.key}.{shown}" if self.key else shown, raw)
+        printable = key if key.isprintable() else repr(key)  # an error is one line
+        return Value(self.file, f"{self.key}.{printable}" if self.key else printable, raw)
 
     def _wrong(self, wanted: str) -> ConfigError:
-        try:
-            got = "nothing" if self.raw is None else repr(self.raw)
-        except ValueError:  # Python writes no more digits than it reads
-            got = "a number of thousands of digits"
-        return self.error(f"must be {wanted}, not {got if len(got) <= 60 else got[:57] + '...'}")
+        return self.error(f"must be {wanted}, not {shown(self.raw)}")
 
     def entries(self) -> dict[str, Value]:
         """A mapping whose keys are names of the user's choice."""
@@ -180,6 +176,15 @@ class Value:
         return np.array([item.vector(2, most) for item in items])
 
 
+def shown(raw: Any) -> str:
+    """A wrong value as a message shows it."""
+    try:
+        got = "nothing" if raw is None else repr(raw)
+    except ValueError:  # Python writes no more digits than it reads
+        got = "a number of thousands of digits"
+    return got if len(got) <= 60 else f"{got[:57]}..."
+
+
 def is_finite(value: float) -> bool:
     """Whether a number is finite, and no integer beyond all of type float."""
     try:
@@ -234,7 +239,7 @@ def read_bytes(path: str | Path, most_bytes: int = MOST_BYTES) -> bytes:
 def read_text(path: str | Path, most_bytes: int = MOST_BYTES) -> str:
     """A text file's content; `ConfigError` as of `read_bytes`, and where it is no text."""
     try:
-        return read_bytes(path, most_bytes).decode("utf-8")
+        return read_bytes(path, most_bytes).decode("utf-8-sig")  # some editors put a byte order mark before it
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: is no text file (UTF-8)") from None
 

@@ -32,7 +32,8 @@ from ...core.model.found import (
     OtherTurn,
     Rejection,
 )
-from ..base.json_lines import fault
+from ..base.json_lines import parsed_line
+from ..base.typed import typed
 from ..base.whole_files import LineFile
 from .results import FrameRecord
 
@@ -101,15 +102,18 @@ class Journal:
         off, and `lost` says why."""
         for place, line in enumerate(self._file.lines(), 1):
             try:
-                yield _parsed(line)
+                number, frame = _parsed(line)
+                done = number, typed(frame, Recognised)
             except (KeyError, ValueError, TypeError) as error:
+                why = str(error) if isinstance(error, ValueError) else "what it holds is of another kind"
                 self._file.cut(place - 1)
-                self.lost = f"{self._path}: line {place} is no frame: {fault(error)}; what follows is recognised again"
+                self.lost = f"{self._path}: line {place} is no frame: {why}; what follows is recognised again"
                 break
+            yield done
 
 
 def _parsed(line: str) -> tuple[int, Recognised]:
-    number, content = json.loads(line)
+    number, content = parsed_line(line)
     frame = _unpacked(content)
     if not isinstance(number, int) or not isinstance(frame, Recognised):
         raise ValueError("neither a number nor a frame")

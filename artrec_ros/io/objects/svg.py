@@ -95,14 +95,13 @@ def _scale(path: Path, width_m: float | None) -> float:
     if not root.tag.endswith("svg"):
         raise ConfigError(f"{path}: is no SVG: its root is '{root.tag}'")
     width = root.get("width", "")
-    if width_m is None:
-        if not _PHYSICAL.fullmatch(width):
-            raise ConfigError(f"{path}: its width '{width}' has no unit; draw in mm, or give --width in metres")
-        return _METRES
-    shown = _import().Length(width or "100%").value(ppi=_PPI, relative_length=_viewbox_width(root, path))
-    if not (is_finite(float(shown)) and shown > 0):
+    if width_m is None and not _PHYSICAL.fullmatch(width):
+        raise ConfigError(f"{path}: its width '{width}' has no unit; draw in mm, or give --width in metres")
+    whole = _viewbox_width(root, path) if not width or width.endswith("%") else None
+    shown = float(_import().Length(width or "100%").value(ppi=_PPI, relative_length=whole))
+    if not (is_finite(shown) and shown > 0):
         raise ConfigError(f"{path}: its width '{width}' is none; write one such as 200mm, or none beside a viewBox")
-    return width_m / float(shown)
+    return _METRES if width_m is None else width_m / shown
 
 
 def _viewbox_width(root: ElementTree.Element, path: Path) -> float:

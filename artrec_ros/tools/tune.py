@@ -121,10 +121,10 @@ def _tune(
     from .tuning.session import HoldOut
 
     truths = [read_truth(path) for path in args.truth]
+    search = Search(args.output, space, goal, args.seed)
     say("recognising all frames with the given parameters")
     if not session.begin(truths, scoring, HoldOut(args.held_out, args.block, args.seed)):
         return False
-    search = Search(args.output, space, goal, args.seed)
     if not search.begin(session.setup.resolved, measures(session.before(session.split.tuned_on))):
         say(f"the given parameters lie outside {args.search}: they are no trial")
     with bar(total=args.trials, initial=len(search.tried), unit="trial") as shown:

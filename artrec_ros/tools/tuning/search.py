@@ -61,9 +61,10 @@ class Search:
         self._distributions = distributions(space)
         try:
             self._study = self._opened(f"sqlite:///{(folder / STUDY_FILE).absolute()}")
-            self.tried  # noqa: B018: all of it can be read
+            list(self._tried())  # what cannot be read is found now
         except _UNREADABLE as error:
-            reason = str(error.__cause__ or getattr(error, "orig", None) or error).partition("\n")[0]
+            cause = error.__cause__ or error
+            reason = str(getattr(cause, "orig", None) or cause).partition("\n")[0]
             way_out = "put a copy of it back, or begin anew with --overwrite"
             raise SourceError(f"{folder / STUDY_FILE}: cannot be used: {reason}; {way_out}") from error
 

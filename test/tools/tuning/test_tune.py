@@ -172,6 +172,18 @@ def test_a_full_disk_is_told_and_what_was_tried_stays(world, tmp_path):
     assert len(trials_of(out)) >= 3
 
 
+def test_a_damaged_search_is_told_with_the_way_out_before_the_work(world, tuned, tmp_path, capsys):
+    out = tmp_path / "out"
+    shutil.copytree(tuned, out)
+    (out / "before.jsonl").unlink()
+    (out / "study.db").write_bytes((tuned / "study.db").read_bytes()[:9000])
+    capsys.readouterr()
+    assert main(command(world, out)) == 1
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert f"artrec: {out / 'study.db'}: cannot be used: database disk image is malformed" in said
+    assert "begin anew with --overwrite" in said and not (out / "before.jsonl").exists()
+
+
 def test_a_truth_that_matches_no_frame_is_told(world, tmp_path, capsys):
     line = {"stamp_ns": 7, "objects": []}
     (tmp_path / "truth.jsonl").write_text(json.dumps(line) + "\n")

@@ -329,6 +329,19 @@ def test_a_finished_replay_is_not_done_again(tmp_path, params, recogniser, capsy
     assert again.splitlines()[:-1] == first.splitlines()[:-1] and "--overwrite" in again
 
 
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [("{", "line 1: is no valid JSON"), ('{"looked_for": {}, "frames_with_error": 0}', "sources: this key is missing")],
+)
+def test_a_damaged_summary_is_told_with_the_way_out(tmp_path, params, recogniser, capsys, content, said):
+    source, out = bag(tmp_path / "bag", [1]), tmp_path / "out"
+    assert run(params, source, out) == 0
+    (out / "summary.json").write_text(content)
+    assert run(params, source, out) == 1
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert line.startswith(f"artrec: {out / 'summary.json'}: {said}") and line.endswith("; --overwrite replays again")
+
+
 @pytest.mark.parametrize("changed", ["source", "parameters", "object file"])
 def test_a_replay_of_something_else_is_not_gone_on_with(tmp_path, params, recogniser, capsys, changed):
     source, out = tmp_path / "images", tmp_path / "out"

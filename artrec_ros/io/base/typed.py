@@ -192,8 +192,8 @@ def _record(kind: Any) -> _Reader:
         given = vars(raw) if make is not dict and isinstance(raw, kind) else raw
         if not isinstance(given, Mapping):
             raise _wanted("a mapping {key: value}", raw)
-        for key in sorted(needed - given.keys()):
-            raise UnfitError("this key is missing", key)
+        if missing := [key for key in readers if key in needed and key not in given]:
+            raise UnfitError("this key is missing", missing[0])
         content = {key: _entry(key, given[key], reader) for key, reader in readers.items() if key in given}
         return raw if given is not raw else make(**content)
 

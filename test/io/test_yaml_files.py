@@ -39,6 +39,8 @@ def _refusal(call, *parts: str) -> str:
         ("a: !!int ''\n", ("a value in it is none of its kind",)),
         ("a: !!timestamp foo\n", ("a value in it is none of its kind",)),
         ("a: " + "9" * 5000, ("a value in it is none of its kind, or too long",)),
+        ("b: 2\na: 1:30\n", ("line 2", "'1:30' is no number to ROS; write 90, or put it in quotes")),
+        ("a: [1_000.0]\n", ("line 1", "'1_000.0' is no number to ROS; write 1000.0")),
         ("a: 1 # " + "x" * 2**20, ("bytes, more than",)),
         ("version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 3\n", ("git lfs pull",)),
     ],

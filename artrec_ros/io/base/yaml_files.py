@@ -54,6 +54,19 @@ def _check_events(text: str) -> None:
 _FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$|^[-+]\.\d+$")
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
 
+
+def _number(loader: Any, node: Any) -> Any:
+    """A number in a form that ROS takes for one, too: YAML 1.1 has others, such as 1:30, which is 90 there."""
+    number = loader.construct_yaml_float(node) if node.tag.endswith("float") else loader.construct_yaml_int(node)
+    if set(node.value) & set(":_"):
+        problem = f"'{node.value}' is no number to ROS; write {number}, or put it in quotes if it is text"
+        raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+    return number
+
+
+for _kind in ("int", "float"):
+    _Loader.add_constructor(f"tag:yaml.org,2002:{_kind}", _number)
+
 MOST_BYTES = 2**28
 """Of any file that is read as a whole: a larger one is taken for something else."""
 _MOST_YAML_BYTES = 2**20  # a second of reading; what this package writes has some ten thousand

@@ -13,7 +13,7 @@ import cv2
 from ..core.base.errors import SourceError
 from ..core.model.target import Target
 from ..io.bags.writer import BagWriter
-from ..io.base.whole_files import held
+from ..io.base.whole_files import held, make_folder
 from ..io.images.cameras import camera_yaml
 from ..io.messages.detection_messages import Message, header
 from .records import CocoBuilder, truth_record
@@ -71,7 +71,7 @@ def _write(
 def _begun(folder: Path) -> Iterator[None]:
     """The folder with a mark that stays where a run does not come to its end."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         with held(folder):
             mark = folder / UNFINISHED
             if mark.exists():

@@ -97,12 +97,13 @@ _SLOW_WORK = (
 )
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("change", [_SLOW_IMPORT, _SLOW_WORK], ids=["importing", "working"])
-def test_ctrl_c_is_one_line_and_130_at_any_time(change: str) -> None:
+def test_ctrl_c_and_sigterm_are_one_line_and_130_at_any_time(change: str, number: int) -> None:
     command = [sys.executable, "-c", _PROGRAM.format(change), "inspect", "."]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdout.readline() == "ready\n"
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _, told = process.communicate(timeout=60)
     assert told == "artrec: interrupted\n" and process.returncode == INTERRUPTED
 
@@ -116,6 +117,35 @@ def test_little_is_imported_before_ctrl_c_is_answered() -> None:
 def test_a_call_from_another_program_leaves_its_signals_alone() -> None:
     before = signal.getsignal(signal.SIGINT)
     assert main(["--help"]) == 0 and signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["replay", "images", "--params-file", "p.yaml", "-o", ""],
+        ["evaluate", "r", "--truth", "t.jsonl", "-o", ""],
+        ["inspect", ""],
+        ["train", "--object", "", "--from-joints", "-o", "c.yaml"],
+    ],
+)
+def test_an_empty_name_is_no_folder(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(command) == 2
+    assert "the name is empty, as of a variable that is not set; '.' is this folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["train", "learn-colours"])
+def test_an_output_that_cannot_be_written_is_told_before_the_work(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What would be worked on is not there, which would be told first otherwise."""
+    (tmp_path / "file").touch()
+    arguments = {
+        "train": ["--object", str(tmp_path / "none.yaml"), "--from-joints"],
+        "learn-colours": [str(tmp_path / "none"), "--classes", "red=2"],
+    }
+    assert main([command, *arguments[command], "-o", str(tmp_path / "file/out.yaml")]) == 1
+    said = f"artrec: {tmp_path}/file/out.yaml: cannot be written: {tmp_path}/file is no folder\n"
+    assert capsys.readouterr().err == said
 
 
 def test_a_missing_piece_breaks_only_its_command(

@@ -256,7 +256,7 @@ def test_no_usable_frame_at_all_is_a_failure(tmp_path, params, recogniser, capsy
 def test_an_interrupted_replay_leaves_what_it_has(tmp_path, params, recogniser, capsys, number):
     recogniser.at_frame[3] = lambda: os.kill(os.getpid(), number)
     before = signal.getsignal(signal.SIGTERM)
-    assert run(params, bag(tmp_path / "bag", [1] * 6), tmp_path / "out") == 1
+    assert run(params, bag(tmp_path / "bag", [1] * 6), tmp_path / "out") == 130
     assert len(list(read_results(tmp_path / "out" / "detections.jsonl"))) == 3  # the frame at hand is finished
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["interrupted"] is True
     assert "interrupted" in capsys.readouterr().out
@@ -369,7 +369,7 @@ def test_an_interrupted_replay_goes_on_where_it_was(tmp_path, params, recogniser
     seen = recogniser.seen
     for stop in (2, 17, 3):
         recogniser.at_frame[recogniser.seen + stop] = lambda: os.kill(os.getpid(), signal.SIGINT)
-        assert run(params, source, tmp_path / "out", *options) == 1
+        assert run(params, source, tmp_path / "out", *options) == 130
     assert run(params, source, tmp_path / "out", *options) == 0
     assert recogniser.seen == 2 * seen
     assert same_files(tmp_path / "whole", tmp_path / "out")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.base.errors import ArtrecError, SourceError
-from ...io.base.whole_files import LineFile, held, write_whole
+from ...io.base.whole_files import LineFile, held, make_folder, write_whole
 from ...io.results.journal import JOURNAL_FILE, Journal, Recognised
 from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
 from ...io.results.summary_file import read_summary
@@ -37,7 +37,7 @@ class ReplayFolder:
         self.path, self._several = path, len(plan["sources"]) > 1
         self._stack = ExitStack()
         try:
-            (path / FRAMES_FOLDER).mkdir(parents=True, exist_ok=True)
+            make_folder(path / FRAMES_FOLDER)
             self.check = self._stack.enter_context(held(path))
             if overwrite:
                 clear(path)

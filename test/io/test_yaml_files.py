@@ -32,6 +32,7 @@ def _refusal(call, *parts: str) -> str:
         ("a:\n\tb: 1\n", ("line 2", "a tab: YAML wants spaces")),
         ("a: &x 1\nb: *x\n", ("line 2", "aliases")),
         ("", ("empty",)),
+        ("a: 1\n---\nb: 2\n", ("line 2", "a second document begins; one file holds one: leave out '---'")),
         ("a: !!python/object:os.system 1\n", ("line 1",)),
         ("[" * 500_000, ("line 1", "nested more than 100 deep")),
         ("\n".join(" " * i + "a:" for i in range(1200)), ("nested more than 100 deep",)),

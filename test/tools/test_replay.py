@@ -477,7 +477,7 @@ def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
     assert len(built) == 3
 
 
-def test_a_calibration_for_another_size_warns_as_a_missing_one_does(tmp_path, params, recogniser, capsys):
+def test_a_calibration_for_another_size_warns_as_a_missing_one_does(tmp_path, params, recogniser, capsys, monkeypatch):
     section = {"objects": ["dog"], "dog": {"object_file": str(CONFIG / "objects" / "quadruped.yaml"), "label": 3}}
     (tmp_path / "dog.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": section}}))
     matrix = np.array([[40.0, 0, 24], [0, 40, 16], [0, 0, 1]])
@@ -486,8 +486,12 @@ def test_a_calibration_for_another_size_warns_as_a_missing_one_does(tmp_path, pa
     source, says = tmp_path / "images", "dog: will not be found: it has no constraint_file, and it is not flat"
     source.mkdir()
     cv2.imwrite(str(source / "0.png"), np.full((24, 32), 1, np.uint8))
+    monkeypatch.chdir(tmp_path)  # it is told once, however the folder is called where it is read
     for name, times in (("other", 1), ("own", 0)):
-        assert run(tmp_path / "dog.yaml", source, tmp_path / name, "--camera-info", str(tmp_path / f"{name}.yaml")) == 0
+        assert (
+            run(tmp_path / "dog.yaml", Path("images"), tmp_path / name, "--camera-info", str(tmp_path / f"{name}.yaml"))
+            == 0
+        )
         said = capsys.readouterr().err
         assert said.count(says) == times and said.count("calibrated for 48x32 pixels") == times
 

@@ -276,6 +276,8 @@ def load_value(path: str | Path) -> Value:
             problem = _TOO_DEEP
         elif "cannot start any token" in problem and mark and "\t" in text.splitlines()[mark.line]:
             problem = "a tab: YAML wants spaces"
+        elif "another document" in problem:
+            problem = "a second document begins; one file holds one: leave out '---' and what follows, or put it apart"
         raise ConfigError(f"{path}:{line} {problem}") from None
     except (yaml.YAMLError, TypeError, RecursionError) as error:
         raise ConfigError(f"{path}: is no valid YAML: {str(error).splitlines()[0]}") from None

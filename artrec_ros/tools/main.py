@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
@@ -44,6 +45,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _main(list(argv))
     for number in _ENDING:
         signal.signal(number, _leave)
+    if isinstance(sys.stdout, io.TextIOWrapper):  # what the terminal has no letters for is no reason to fail
+        sys.stdout.reconfigure(errors="backslashreplace")
     from .own_lines import own_lines_only
 
     arguments = sys.argv[1:]

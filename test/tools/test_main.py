@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -131,6 +132,20 @@ def test_a_call_from_another_program_leaves_its_signals_alone() -> None:
 def test_an_empty_name_is_no_folder(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(command) == 2
     assert "the name is empty, as of a variable that is not set; '.' is this folder" in capsys.readouterr().err
+
+
+def test_a_name_that_is_no_text_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", "x\udcfe"]) == 2
+    said = capsys.readouterr().err
+    assert "/x\\udcfe is no text in utf-8; rename it, or set its locale" in said
+
+
+def test_what_the_terminal_has_no_letters_for_is_printed_all_the_same(tmp_path: Path) -> None:
+    (tmp_path / "größe.txt").touch()
+    command = [sys.executable, "-m", "artrec_ros.tools.main", "inspect", str(tmp_path / "größe.txt")]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, check=False)
+    assert done.returncode == 1 and "gr\\xf6\\xdfe.txt" in done.stdout and "internal error" not in done.stderr
 
 
 @pytest.mark.parametrize("command", ["train", "learn-colours"])

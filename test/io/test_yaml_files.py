@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.base import yaml_files
+from artrec_ros.io.base import yaml_loader
 from artrec_ros.io.base.yaml_files import Value, load_value, load_yaml, nearest
 
 
@@ -156,7 +156,7 @@ def test_nearest_is_near_by_what_names_do_not_share() -> None:
 
 def test_a_file_is_parsed_once_however_often_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     parsed, load = [], yaml.load
-    monkeypatch.setattr(yaml_files.yaml, "load", lambda text, loader: parsed.append(text) or load(text, loader))
+    monkeypatch.setattr(yaml_loader.yaml, "load", lambda text, loader: parsed.append(text) or load(text, loader))
     path = tmp_path / "a.yaml"
     for text in ("once: 1\n", "once: 1\n", "once: 2\n"):
         path.write_text(text)

@@ -11,7 +11,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..core.base.errors import ArtrecError
+from ..core.base.errors import ArtrecError, ConfigError
 from ..core.geometry.camera import Camera
 from ..core.geometry.range_limits import range_limits
 from ..io.base.shared_files import SCHEME
@@ -64,8 +64,10 @@ def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
     :raises ConfigError: a value, or a file that it names, is not valid.
     """
     overrides, files = read_overrides(node), parameter_files(argv)
+    if "objects" not in overrides and not files:
+        raise ConfigError("no object to look for is named: give a parameter file (--ros-args --params-file FILE.yaml)")
     single = [flag for flag in ("-p", "--param") if flag in argv]  # a value may be theirs
-    source = ", ".join([*map(str, files), *single]) or "parameters"
+    source = ", ".join([*map(str, files), *single]) or NO_FILE
     warn = node.get_logger().warning
     for file in files:
         load_value(file)  # ROS' own reader takes the last of keys that are given twice, without a word

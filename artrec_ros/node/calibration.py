@@ -46,6 +46,12 @@ class Calibrations:
         self.problem = "" if isinstance(camera, Camera) else camera
         return camera if isinstance(camera, Camera) else None
 
+    @property
+    def camera(self) -> Camera | None:
+        """The last valid one that an image asked for."""
+        ready = self._ready
+        return ready[1] if ready is not None and isinstance(ready[1], Camera) else None
+
     def _choose(self, image_stamp_ns: int) -> CameraInfo | None:
         with self._lock:
             received = list(self._received)

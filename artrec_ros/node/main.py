@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..core.base.errors import ArtrecError
+from ..core.base.errors import ArtrecError, ConfigError
 from .stopping import Stop
 
 if TYPE_CHECKING:
@@ -40,13 +40,12 @@ def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: St
         import rclpy
         from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
         from rclpy.signals import SignalHandlerOptions, install_signal_handlers
-        from rclpy.utilities import remove_ros_args
     except ImportError as error:
         print(f"artrec_node: {MISSING.format(error)}", file=sys.stderr)
         return 1
     try:
-        own = remove_ros_args(["artrec_node", *arguments])[1:]
-    except RuntimeError as error:
+        own = _not_ros(arguments)
+    except (ArtrecError, RuntimeError) as error:
         print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
         return 2
     _refuse_others(own)
@@ -85,6 +84,22 @@ def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: St
     finally:
         stop.end()
     return 0
+
+
+def _not_ros(arguments: list[str]) -> list[str]:
+    """Arguments that are not ROS' own. :raises ArtrecError, RuntimeError: its own are none, or name no file."""
+    from rclpy.impl.implementation_singleton import rclpy_implementation
+    from rclpy.utilities import remove_ros_args
+
+    from ..io.base.yaml_files import size_of_file
+    from .parameters import parameter_files
+
+    for file in parameter_files(arguments):
+        size_of_file(file)  # ROS speaks of its parser's source
+    try:
+        return list(remove_ros_args(["artrec_node", *arguments])[1:])
+    except rclpy_implementation.UnknownROSArgsError as error:
+        raise ConfigError(f"--ros-args: ROS knows no {error}; it knows -r, -p, --params-file, --log-level") from None
 
 
 def _refuse_others(arguments: list[str]) -> None:

@@ -70,7 +70,9 @@ class RecognizerNode(LifecycleNode):
         self._inputs: Inputs | None = None
         self._problem = ""
         self._waited = False  # at the last report, for what was built and compiled
-        self._live = LiveParameters(self, initial_setup(self, arguments), self._use, self._images_there)
+        self._live = LiveParameters(
+            self, initial_setup(self, arguments), self._use, self._images_there, lambda: self._calibrations.camera
+        )
         self._diagnostics = Diagnostics(self.get_fully_qualified_name(), time.monotonic())
         of = topics.DIAGNOSTICS
         self._diagnostics_out = self.create_publisher(message_class(of.type), of.name, of.depth)

@@ -11,10 +11,12 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..core.base.errors import ArtrecError
+from ..core.base.errors import ArtrecError, ConfigError
+from ..core.geometry.camera import Camera
+from ..core.geometry.range_limits import range_limits
 from ..io.base.shared_files import SCHEME
 from ..io.base.yaml_files import load_value
-from ..io.parameters.parameter_file import Setup, hint, setup_from_flat
+from ..io.parameters.parameter_file import NO_FILE, Setup, hint, setup_from_flat
 from ..io.parameters.sections import check_sections
 from ..io.parameters.specs import Spec, all_specs, moved
 from ..io.parameters.unread import unread
@@ -62,8 +64,10 @@ def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
     :raises ConfigError: a value, or a file that it names, is not valid.
     """
     overrides, files = read_overrides(node), parameter_files(argv)
+    if "objects" not in overrides and not files:
+        raise ConfigError("no object to look for is named: give a parameter file (--ros-args --params-file FILE.yaml)")
     single = [flag for flag in ("-p", "--param") if flag in argv]  # a value may be theirs
-    source = ", ".join([*map(str, files), *single]) or "parameters"
+    source = ", ".join([*map(str, files), *single]) or NO_FILE
     warn = node.get_logger().warning
     for file in files:
         load_value(file)  # ROS' own reader takes the last of keys that are given twice, without a word
@@ -81,7 +85,7 @@ class LiveParameters:
     A batch of changes is taken whole or refused whole with the reason. `on_change` gets the set-up that a batch led to
     once it is taken. All that could speak against one is checked before, which takes milliseconds: objects are read
     from files only at the start, and what can be changed later has its range and its sense in core/config.
-    `calibrated` says which images there are, as far as that is known.
+    `calibrated` says which images there are, `camera` which one took the last, as far as that is known.
     """
 
     def __init__(
@@ -90,11 +94,12 @@ class LiveParameters:
         setup: Setup,
         on_change: Callable[[Setup], None],
         calibrated: Callable[[], Collection[bool]] = lambda: (True, False),
+        camera: Callable[[], Camera | None] = lambda: None,
     ) -> None:
         objects, classes = setup.resolved["objects"], setup.resolved.get("image.classes", [])
         self._node, self._specs = node, all_specs(objects, classes)
         self._setup = setup
-        self._on_change, self._calibrated = on_change, calibrated
+        self._on_change, self._calibrated, self._camera = on_change, calibrated, camera
         self._checked: Setup | None = None
         self._refusal = ""  # of the batch whose names were looked at last
         for spec in self._specs.values():
@@ -147,9 +152,12 @@ class LiveParameters:
         if deleted:
             return SetParametersResult(successful=False, reason=f"{deleted[0]}: cannot be deleted, only changed")
         try:
-            self._checked = self._setup.changed(ours)
+            changed = self._setup.changed(ours)
+            if (camera := self._camera()) is not None and changed.recognizer != self._setup.recognizer:
+                range_limits(changed.recognizer, camera)
         except ArtrecError as error:
-            return SetParametersResult(successful=False, reason=str(error))
+            return SetParametersResult(successful=False, reason=str(error).removeprefix(f"{NO_FILE}: "))
+        self._checked = changed
         return SetParametersResult(successful=True)
 
     def _take(self, parameters: list[Parameter]) -> None:

@@ -8,13 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-import cv2
-
 from ..core.base.errors import SourceError
 from ..core.model.target import Target
 from ..io.bags.writer import BagWriter
-from ..io.base.whole_files import held
+from ..io.base.whole_files import held, make_folder
 from ..io.images.cameras import camera_yaml
+from ..io.images.writing import save_picture
 from ..io.messages.detection_messages import Message, header
 from .records import CocoBuilder, truth_record
 from .sensor import palette
@@ -58,8 +57,8 @@ def _write(
             _write_messages(bag, frame, targets, colour)
             truth.write(json.dumps(truth_record(frame)) + "\n")
             name = f"{frame.index:04d}.png"
-            cv2.imwrite(str(folder / "images" / name), frame.labels)
-            cv2.imwrite(str(folder / "preview" / name), frame.colour if colour else palette()[frame.labels])
+            save_picture(folder / "images" / name, frame.labels)
+            save_picture(folder / "preview" / name, frame.colour if colour else palette()[frame.labels])
             coco.add(frame, f"images/{name}")
             camera = frame.camera
     if camera is not None:
@@ -71,7 +70,7 @@ def _write(
 def _begun(folder: Path) -> Iterator[None]:
     """The folder with a mark that stays where a run does not come to its end."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         with held(folder):
             mark = folder / UNFINISHED
             if mark.exists():

@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from ..io.base.whole_files import make_folder
 from ..io.images.cameras import load_camera
 from ..io.truth.reading import read_truth
 from .evaluation import table
@@ -17,6 +18,7 @@ from .evaluation.output import write_json, write_whole
 from .evaluation.result import FORMAT, Result, changes_to_dict, results_of
 from .evaluation.runs import load_runs
 from .evaluation.scoring import Options, evaluate_runs
+from .options.paths import path
 
 METRICS_FILE, PAGE_FILE = "metrics.json", "report.html"
 COMPARISON_FILE, COMPARISON_PAGE_FILE = "comparison.json", "comparison.html"
@@ -33,16 +35,16 @@ the first one or --output. The pages need: pip install artrec_ros[report]
 
 def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser("evaluate", help="score replays against truth", description=__doc__, epilog=_EPILOG)
-    p.add_argument("results", metavar="DIR", nargs="+", type=Path, help="folders that `artrec replay` wrote")
-    p.add_argument("--truth", required=True, type=Path, metavar="PATH", help="truth.jsonl, a bag, or a COCO file")
+    p.add_argument("results", metavar="DIR", nargs="+", type=path, help="folders that `artrec replay` wrote")
+    p.add_argument("--truth", required=True, type=path, metavar="PATH", help="truth.jsonl, a bag, or a COCO file")
     p.add_argument("--truth-topic", action="append", default=[], metavar="TOPIC",
                    help="of a bag: its PoseArray topics (default: those under /ground_truth/, or all)")  # fmt: skip
     p.add_argument("--names", type=_names, metavar="NAME=TRUTH,...",
                    help="the truth's name or label of each object; only these are scored")  # fmt: skip
-    p.add_argument("--camera-info", type=Path, metavar="FILE", help="calibration file, for poses without one")
+    p.add_argument("--camera-info", type=path, metavar="FILE", help="calibration file, for poses without one")
     p.add_argument("--max-gap", type=_seconds, default=0.0, metavar="S", help="how far stamps may differ (0 s)")
     p.add_argument("--common", action="store_true", help="score only frames for which every DIR has a result")
-    p.add_argument("-o", "--output", type=Path, metavar="DIR", help="where page and comparison go (default: first DIR)")
+    p.add_argument("-o", "--output", type=path, metavar="DIR", help="where page and comparison go (default: first DIR)")
     p.add_argument("--pictures", type=_count, default=60, metavar="N", help="overlays on the page, of each DIR (60)")
     p.add_argument("--no-page", action="store_true", help="write no page")
     p.set_defaults(run=run)
@@ -53,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     options = Options(args.names, round(args.max_gap * 1e9), args.common, camera)
     results, changes = evaluate(args.results, args.truth, args.truth_topic, options)
     output = args.output or args.results[0]
-    output.mkdir(parents=True, exist_ok=True)
+    make_folder(output)
     written = [_write_metrics(r) for r in results]
     if changes:
         content = {"format": FORMAT, "runs": [r.to_dict() for r in results]}

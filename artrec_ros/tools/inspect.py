@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from ..core.constraints.constraint_set import ConstraintSet
@@ -32,6 +31,7 @@ from .inspecting.inspection import calibrated_images, problems
 from .inspecting.model_report import counted, summary
 from .inspecting.scene_report import draw_scene, scene_lines
 from .inspecting.silent_topics import silent_topics
+from .options.paths import path
 
 _OTHER_TOPICS = 12  # topics of a bag that are listed beside images and calibrations
 
@@ -45,10 +45,10 @@ def add_parser(subparsers: Any) -> None:
         "it says whether they fit together: labels, names, topics, calibration, constraints, stamps. One line for "
         "every problem; exit code 1 where there is one.",
     )
-    p.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="files and folders; of a folder, what is in it")
+    p.add_argument("paths", nargs="+", type=path, metavar="PATH", help="files and folders; of a folder, what is in it")
     p.add_argument(
         "--scene",
-        type=Path,
+        type=path,
         metavar="PICTURE",
         help="draw the parameters' scene.region and scene.plane over an image: PICTURE.png",
     )

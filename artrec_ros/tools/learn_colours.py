@@ -22,6 +22,7 @@ from ..core.learning.colour_learning import (
     learn_colours,
 )
 from ..io.base.bars import bar
+from ..io.base.whole_files import check_place
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
 from ..io.learned.marked_objects import load_marked_objects, marked_scales
@@ -30,6 +31,7 @@ from ..io.sources.opening import Frame, SourceOptions, holds_bag, open_sources
 from .colour_report import report, scale_line
 from .colour_samples import Samples, Told, samples_of_labels, samples_of_regions
 from .colour_setup import ColourSetup, load_colour_setup
+from .options.paths import path
 
 _DRAWS = partial(bar, desc="choosing", unit="draw", leave=False)
 _SHARPEN_PX = 1
@@ -43,20 +45,20 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "objects' files tell outlines and classes. What is of no class is background. --params-file tells classes' "
         "names and labels of all.",
     )  # fmt: skip
-    p.add_argument("sources", metavar="SOURCE", nargs="*", type=Path, help="bag or folder of colour images")
+    p.add_argument("sources", metavar="SOURCE", nargs="*", type=path, help="bag or folder of colour images")
     p.add_argument("--topic", help="topic of the colour images (else the only one with three channels)")
     p.add_argument("--label-topic", help="topic of the label images (else the only one with one channel)")
-    p.add_argument("--label-images", type=Path, metavar="DIR", help="label images named as the colour images, PNG")
+    p.add_argument("--label-images", type=path, metavar="DIR", help="label images named as the colour images, PNG")
     p.add_argument(
-        "--annotations", type=Path, nargs="+", default=[], metavar="COCO.json",
+        "--annotations", type=path, nargs="+", default=[], metavar="COCO.json",
         help="boxes or polygons, whose category is the class; with --params-file, keypoints COMPONENT/MARKER.tail and "
         ".head, whose category is the object",
     )  # fmt: skip
     p.add_argument(
-        "--params-file", type=Path, action="append", metavar="NODE.yaml",
+        "--params-file", type=path, action="append", metavar="NODE.yaml",
         help="the objects that are seen, and their classes; may be given again: later ones go before",
     )  # fmt: skip
-    p.add_argument("--images", type=Path, metavar="DIR", help="where annotated images lie (default: beside each file)")
+    p.add_argument("--images", type=path, metavar="DIR", help="where annotated images lie (default: beside each file)")
     p.add_argument(
         "--around", type=float, default=math.inf, metavar="PX",
         help="with --annotations and --params-file: learn as background only what is so near to an annotated marker; "
@@ -67,12 +69,13 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="the classes to learn (with --params-file: those that it has no name for)",
     )  # fmt: skip
     p.add_argument("--every", type=int, default=1, metavar="N", help="use every Nth image (default: all)")
-    p.add_argument("-o", "--output", required=True, type=Path, metavar="COLOURS.yaml", help="file to write")
+    p.add_argument("-o", "--output", required=True, type=path, metavar="COLOURS.yaml", help="file to write")
 
 
 def run(args: argparse.Namespace) -> int:
     """Learns, writes the colours, prints how well they tell the classes apart."""
     check(args)
+    check_place(args.output)
     setup = _setup(args)
     labels = dict(args.classes) if setup is None else _told_labels(args, setup)
     samples, told = _samples(args, labels, setup)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
@@ -13,6 +14,7 @@ if TYPE_CHECKING:  # more is imported when it is needed: Ctrl-C is answered from
     import argparse
 
 DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
+_ENDING = (signal.SIGINT, signal.SIGTERM)  # Ctrl-C, and what service managers and `kill` send
 
 # command -> what `artrec --help` says; its module artrec_ros.tools.COMMAND is imported when it is called for
 COMMANDS = {
@@ -34,14 +36,17 @@ NEEDING_ROS = {"play": "artrec_ros.node.play"}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs a command. Returns 0: done, 1: the work failed, 2: wrong usage, 130: interrupted.
+    """Runs a command. Returns 0: done, 1: the work failed, 2: wrong usage, 130: interrupted, by Ctrl-C or SIGTERM.
 
-    :param argv: the words behind `artrec`; None: this is the program itself, which then answers to Ctrl-C in its own
+    :param argv: the words behind `artrec`; None: this is the program itself, which then answers to these in its own
         way, also while it still imports and while it ends, and whose stderr is for its own lines alone.
     """
     if argv is not None:
         return _main(list(argv))
-    signal.signal(signal.SIGINT, _leave)
+    for number in _ENDING:
+        signal.signal(number, _leave)
+    if isinstance(sys.stdout, io.TextIOWrapper):  # what the terminal has no letters for is no reason to fail
+        sys.stdout.reconfigure(errors="backslashreplace")
     from .own_lines import own_lines_only
 
     arguments = sys.argv[1:]
@@ -51,22 +56,24 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _leave(*_: object) -> None:
-    """Ctrl-C while nothing is at work: nothing to clean up either."""
+    """Ctrl-C or SIGTERM while nothing is at work: nothing to clean up either."""
     os.write(sys.stderr.fileno(), b"artrec: interrupted\n")
     os._exit(INTERRUPTED)
 
 
 @contextmanager
 def _at_work() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt: there is something to clean up."""
+    """Ctrl-C and SIGTERM raise KeyboardInterrupt: there is something to clean up."""
     if signal.getsignal(signal.SIGINT) is not _leave:
         yield
         return
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in _ENDING:
+        signal.signal(number, signal.default_int_handler)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, _leave)
+        for number in _ENDING:
+            signal.signal(number, _leave)
 
 
 def _main(arguments: list[str]) -> int:

@@ -32,6 +32,7 @@ from ..io.objects.urdf_model import object_from_urdf
 from ..simulation.sheet import MarkerCell, model_sheet
 from .inspecting.model_report import advice, focal_px, shape_rows, summary, table
 from .options.camera_options import add_camera, camera_of
+from .options.paths import path
 from .options.picture_sizes import picture_sizes
 from .training.marked_lengths import lines, measured_by
 
@@ -50,8 +51,8 @@ def add_parser(subparsers: Any) -> None:
         "taken straight from in front, or straightened by a rectangle of known size around the marker, such as a sheet "
         "of paper), or a URDF (.urdf) with --markers.",
     )
-    p.add_argument("sources", nargs="+", type=Path, metavar="SOURCE", help="object file, drawing, pictures or URDF")
-    p.add_argument("-o", "--output", type=Path, metavar="OBJECT.yaml", help="object file to write")
+    p.add_argument("sources", nargs="+", type=path, metavar="SOURCE", help="object file, drawing, pictures or URDF")
+    p.add_argument("-o", "--output", type=path, metavar="OBJECT.yaml", help="object file to write")
     p.add_argument("--overwrite", action="store_true", help="replace OBJECT.yaml if it is there already")
     p.add_argument("--name", help="name of the object (default: the file's, the robot's)")
     p.add_argument(
@@ -72,18 +73,18 @@ def add_parser(subparsers: Any) -> None:
     )
     p.add_argument("--marker-label", type=int, metavar="N", help="label images: class of the marker")
     p.add_argument(
-        "--markers", type=Path, metavar="OBJECT.yaml",
+        "--markers", type=path, metavar="OBJECT.yaml",
         help="URDF: an object file whose components are named after links, each marker with its pose on the link",
     )  # fmt: skip
     p.add_argument("--body-label", type=int, metavar="N", help="URDF: class of the bodies' pixels, where they have one")
     p.add_argument(
-        "--marks", type=Path, nargs="+", action="extend", default=[], metavar="COCO.json",
+        "--marks", type=path, nargs="+", action="extend", default=[], metavar="COCO.json",
         help="object file: measure its lengths anew by images in which the ends of its markers' axes are marked (as "
         "for artrec train), straight from above where it is flat, else with --camera-info; -o writes it",
     )  # fmt: skip
-    p.add_argument("--sheet", type=Path, metavar="FILE.png", help="draw the markers, and the object from all sides")
+    p.add_argument("--sheet", type=path, metavar="FILE.png", help="draw the markers, and the object from all sides")
     p.add_argument(
-        "--print", type=Path, metavar="PAGE.pdf", dest="printed",
+        "--print", type=path, metavar="PAGE.pdf", dest="printed",
         help="the markers at true scale, with crop marks and a ruler to check the printer by",
     )  # fmt: skip
     p.add_argument("--paper", choices=("A4", "A3", "letter"), default="A4", help="size of these pages (default: A4)")

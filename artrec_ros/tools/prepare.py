@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from pathlib import Path
 from typing import Any
 
 from ..core.base import kernel_cache
@@ -14,6 +13,7 @@ from ..core.warm_up import get_ready
 from ..core.warm_up_pieces import PLANE, SPACE
 from ..io.parameters.parameter_file import load_parameters
 from .getting_ready import progress
+from .options.paths import path
 
 
 def add_parser(subparsers: Any) -> None:
@@ -25,7 +25,7 @@ def add_parser(subparsers: Any) -> None:
         "for it, else it lies beside the package or, where that cannot be written, under ~/.cache.",
     )
     p.add_argument(
-        "--params-file", type=Path, action="append", default=[],
+        "--params-file", type=path, action="append", default=[],
         help="only what this file's objects need in images of a calibrated camera (default: everything)",
     )  # fmt: skip
     p.set_defaults(run=run)

@@ -16,6 +16,7 @@ from matplotlib.patches import Polygon
 from ..core.base.errors import ConfigError
 from ..core.geometry.transforms import Array
 from ..core.model.objects import Marker, ObjectModel
+from ..io.base.whole_files import make_folder
 from ..simulation.sensor import palette
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "letter": (215.9, 279.4)}  # mm
@@ -107,8 +108,8 @@ def print_pages(path: Path, model: ObjectModel, label: int, paper: str = "A4") -
     :raises ConfigError: a marker is larger than the paper, or the file cannot be written.
     """
     pages = pages_of(items_of(model, label), paper)
+    make_folder(path.parent)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         with mpl.rc_context({"pdf.fonttype": 42, "pdf.compression": 0}), PdfPages(path) as pdf:
             for number, page in enumerate(pages, start=1):
                 pdf.savefig(_figure(page, paper, f"{model.name}, page {number} of {len(pages)}"))

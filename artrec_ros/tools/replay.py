@@ -21,6 +21,8 @@ from ..io.sources.opening import SourceOptions, Sources, open_sources
 from .getting_ready import get_setup_ready
 from .inspecting.model_report import oddities
 from .interrupting import interruptible
+from .main import INTERRUPTED
+from .options.paths import path
 from .options.work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
 from .replaying.folder import ReplayFolder, counted
 from .replaying.joining import Join
@@ -45,12 +47,12 @@ def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser(
         "replay", help="recognise objects in bags or folders of images", description=__doc__, epilog=_EPILOG
     )
-    p.add_argument("sources", metavar="SOURCE", nargs="+", type=Path, help="bag (rosbag2, ROS 1) or folder of images")
+    p.add_argument("sources", metavar="SOURCE", nargs="+", type=path, help="bag (rosbag2, ROS 1) or folder of images")
     p.add_argument(
-        "--params-file", required=True, type=Path, action="append",
+        "--params-file", required=True, type=path, action="append",
         help="the node's ROS parameter file; may be given again: later ones go before",
     )  # fmt: skip
-    p.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="where the results go")
+    p.add_argument("-o", "--output", required=True, type=path, metavar="DIR", help="where the results go")
     p.add_argument("--overwrite", action="store_true", help="replace results that are in DIR already")
     add_source_options(p)
     add_worker_options(p)
@@ -70,7 +72,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Exit code 0: done; 1: interrupted, or no frame could be used."""
+    """Exit code 0: done; 1: no frame could be used; 130: interrupted."""
     setup = load_parameters(*args.params_file)
     options = source_options(args, setup)
     pictures = PictureOptions(args.images, not args.no_video, args.output_bag)
@@ -176,7 +178,7 @@ def _tell(summary: Summary, folder: Path, what: str) -> int:
     if nothing and not (summary.interrupted and not summary.frames):  # else the user knows why there is none
         say(f"artrec: {f'none of {summary.frames} frames could be used' if summary.frames else 'there was no frame'}")
     print(f"{'why is told' if summary.unusable_only else what} in {folder}")
-    return int(summary.interrupted or nothing)
+    return INTERRUPTED if summary.interrupted else int(nothing)
 
 
 def _recording_path(text: str) -> Path:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from pathlib import Path
 from typing import Any
 
 from ..core.base.config import GREATEST_LABEL
@@ -19,6 +18,7 @@ from ..simulation.output import write_frames
 from ..simulation.simulator import simulate
 from .inspecting.model_report import oddities
 from .options.camera_options import add_camera, camera_of
+from .options.paths import path
 from .options.scene_options import add_options, given_options
 
 _FIRST_LABEL = 2  # 1 is the floor's by default
@@ -33,13 +33,13 @@ def add_parser(subparsers: Any) -> None:
         "annotations.json (COCO keypoints), and preview/. The object files must say where each marker sits (pose). The "
         "bag bears the true poses and joints, too. The same seed and options give the same bytes.",
     )
-    parser.add_argument("object_files", nargs="*", type=Path, metavar="OBJECT.yaml", help="objects to show")
+    parser.add_argument("object_files", nargs="*", type=path, metavar="OBJECT.yaml", help="objects to show")
     parser.add_argument(
-        "--params-file", type=Path, action="append",
+        "--params-file", type=path, action="append",
         help="show the objects of this parameter file, with its labels; may be given again: later ones go before",
     )  # fmt: skip
     parser.add_argument("--label", type=int, nargs="+", help=f"class labels of the object files ({_FIRST_LABEL}, ...)")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="a new folder")
+    parser.add_argument("-o", "--output", type=path, required=True, metavar="DIR", help="a new folder")
     parser.add_argument("-s", "--storage", choices=("mcap", "sqlite3"), default="mcap", help="kind of bag (mcap)")
     parser.add_argument("--frames", type=int, default=100, help="number of frames (100)")
     parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same frames (0)")

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.base.errors import ConfigError
 from ..io.base.bars import say
-from ..io.base.whole_files import held
+from ..io.base.whole_files import held, make_folder
 from ..io.base.yaml_files import like_it
+from .options.paths import path
 from .options.work_options import add_source_options, source_options
 
 if TYPE_CHECKING:  # the rest is imported when it is needed: Ctrl-C is answered from the first moment on
@@ -30,21 +31,21 @@ another one, `ssh -L 8080:127.0.0.1:8080 THIS_MACHINE` brings it there.
 def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser("studio", help="look, mark and tune in the browser", description=__doc__, epilog=_EPILOG)
     p.add_argument(
-        "source", metavar="SOURCE", type=Path, nargs="?",
+        "source", metavar="SOURCE", type=path, nargs="?",
         help="folder of images, bag, or video file; left out: the live topic that --topic names",
     )  # fmt: skip
     p.add_argument(
-        "--params-file", required=True, type=Path, action="append", metavar="NODE.yaml",
+        "--params-file", required=True, type=path, action="append", metavar="NODE.yaml",
         help="the objects to look for; colours and constraints may yet be missing. May be given again",
     )  # fmt: skip
     p.add_argument(
-        "-o", "--output", type=Path, default=Path("studio"), metavar="DIR",
+        "-o", "--output", type=path, default=Path("studio"), metavar="DIR",
         help="where all is written that is made; what lies there is gone on with (default: studio)",
     )  # fmt: skip
     p.add_argument(
-        "--annotations", type=Path, nargs="+", default=[], metavar="COCO.json", help="examples marked before"
+        "--annotations", type=path, nargs="+", default=[], metavar="COCO.json", help="examples marked before"
     )
-    p.add_argument("--results", type=Path, metavar="DIR", help="folder of artrec replay, to see where it failed")
+    p.add_argument("--results", type=path, metavar="DIR", help="folder of artrec replay, to see where it failed")
     p.add_argument("--frames", type=_count, default=200, metavar="N", help="of a bag or video N frames at most (200)")
     p.add_argument("--keep", type=_count, default=60, metavar="N", help="of a live topic the last N images (60)")
     add_source_options(p)
@@ -66,10 +67,7 @@ def run(args: argparse.Namespace) -> int:
     _check_what_is_named(args)
     given = tuple(args.params_file)
     setup = load_setup(given, args.output)
-    try:
-        args.output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f"{args.output}: cannot be written: {error.strerror}") from None
+    make_folder(args.output)
     _tell_what_is_there(args)
     with held(args.output), contextlib.closing(Ros()) as ros:
         session = Session(_stills(args, setup, ros), args.output, given, setup)
@@ -96,9 +94,9 @@ def _check_what_is_named(args: argparse.Namespace) -> None:
     from .studio_state.stills import FRAMES
 
     taken = any((args.output / FRAMES).glob("*.png"))
-    for path in (None if taken else args.source, args.results):
-        if path is not None and not path.exists():
-            raise ConfigError(f"{path}: no such file or folder{like_it(path)}")
+    for named in (None if taken else args.source, args.results):
+        if named is not None and not named.exists():
+            raise ConfigError(f"{named}: no such file or folder{like_it(named)}")
 
 
 def _tell_what_is_there(args: argparse.Namespace) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from ..core.base.errors import ConfigError
 from ..core.constraints.classes import ConfigurationClass
@@ -14,10 +13,12 @@ from ..core.geometry.camera import Camera
 from ..core.learning.class_learning import learn_class
 from ..core.learning.pair_learning import Example, learn
 from ..core.model.objects import ObjectModel
+from ..io.base.whole_files import check_place
 from ..io.images.cameras import load_camera
 from ..io.learned.annotations import Annotations, load_coco
 from ..io.learned.constraints import save_constraints
 from ..io.objects.object_reader import load_object
+from .options.paths import path
 from .training.annotated_joints import JointFitter
 from .training.marked_lengths import hint
 from .training.measured import load_setup, measure_axes, way_out
@@ -29,10 +30,10 @@ _LEAST_EXAMPLES = 2
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser("train", help="learn an object's constraints", description=__doc__)
-    parser.add_argument("--object", required=True, type=Path, metavar="OBJECT.yaml", help="what the object is")
+    parser.add_argument("--object", required=True, type=path, metavar="OBJECT.yaml", help="what the object is")
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument(
-        "--annotations", type=Path, nargs="+", action="extend", metavar="COCO.json",
+        "--annotations", type=path, nargs="+", action="extend", metavar="COCO.json",
         help="COCO keypoints named COMPONENT/MARKER.tail and COMPONENT/MARKER.head",
     )  # fmt: skip
     source.add_argument(
@@ -44,7 +45,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="annotations to use (default: all). Two or more become classes of configurations, each with constraints "
         "of its own, that recognised objects are told apart by",
     )  # fmt: skip
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="CONSTRAINTS.yaml", help="file to write")
+    parser.add_argument("-o", "--output", required=True, type=path, metavar="CONSTRAINTS.yaml", help="file to write")
     parser.add_argument(
         "--coverage", type=float, default=0.95, metavar="SHARE",
         help="share of new examples that each pair's box, and each class's region, shall hold: 0 (the bare box) to "
@@ -56,13 +57,13 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "obliquely to be found by their shape (default %(default)s: 60 degrees)",
     )  # fmt: skip
     parser.add_argument(
-        "--params-file", type=Path, action="append", metavar="NODE.yaml",
+        "--params-file", type=path, action="append", metavar="NODE.yaml",
         help="run the recogniser over the annotated images as this parameter file says, and learn how annotated axes "
         "differ from fitted outlines; may be given again: later ones go before",
     )  # fmt: skip
-    parser.add_argument("--images", type=Path, metavar="DIR", help="where the images lie (default: beside each file)")
+    parser.add_argument("--images", type=path, metavar="DIR", help="where the images lie (default: beside each file)")
     parser.add_argument(
-        "--camera-info", type=Path, metavar="FILE",
+        "--camera-info", type=path, metavar="FILE",
         help="calibration of the annotated images; without it the focal length is found from the examples, where "
         "classes of an object in space need it",
     )  # fmt: skip
@@ -75,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError(f"--coverage: {args.coverage} is not within 0 .. 0.999")
     if not args.max_scale_ratio >= 1:
         raise ConfigError(f"--max-scale-ratio: {args.max_scale_ratio} is below 1")
+    check_place(args.output)
     model = load_object(args.object)
     if args.from_joints:
         return run_from_joints(args, model)

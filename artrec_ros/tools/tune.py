@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.base.errors import ArtrecError, ConfigError, SourceError
 from ..io.base.bars import bar, say
-from ..io.base.whole_files import held
+from ..io.base.whole_files import held, make_folder
 from ..io.parameters.parameter_file import Setup, load_parameters
 from ..io.sources.frames import once
 from ..io.sources.opening import open_sources
@@ -19,6 +19,8 @@ from ..io.truth.reading import read_truth
 from .evaluation.scoring import Options
 from .getting_ready import get_setup_ready
 from .interrupting import interruptible
+from .main import DONE, INTERRUPTED
+from .options.paths import path
 from .options.work_options import (
     add_source_options,
     add_worker_options,
@@ -54,19 +56,19 @@ def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser(
         "tune", help="search parameters on frames with truth", description=__doc__, epilog=_EPILOG
     )
-    p.add_argument("sources", metavar="SOURCE", nargs="+", type=Path, help="bag (rosbag2, ROS 1) or folder of images")
+    p.add_argument("sources", metavar="SOURCE", nargs="+", type=path, help="bag (rosbag2, ROS 1) or folder of images")
     p.add_argument(
-        "--params-file", required=True, type=Path, action="append",
+        "--params-file", required=True, type=path, action="append",
         help="where to begin: the node's ROS parameter file; may be given again: later ones go before",
     )  # fmt: skip
     p.add_argument(
-        "--search", required=True, type=Path, metavar="SPACE.yaml", help="what may change, within which limits"
+        "--search", required=True, type=path, metavar="SPACE.yaml", help="what may change, within which limits"
     )
     p.add_argument(
-        "--truth", required=True, type=Path, metavar="PATH", action="append",
+        "--truth", required=True, type=path, metavar="PATH", action="append",
         help="truth.jsonl, a bag, or a COCO file: one for all sources, or one for each, in their order",
     )  # fmt: skip
-    p.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="where the results go")
+    p.add_argument("-o", "--output", required=True, type=path, metavar="DIR", help="where the results go")
     p.add_argument("--overwrite", action="store_true", help="begin anew, whatever search DIR holds")
     p.add_argument("--objective", choices=FIGURES, default="f1", metavar="FIGURE",
                    help=f"what to improve (f1): {', '.join(FIGURES)}")  # fmt: skip
@@ -86,7 +88,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Exit code 0: done; 1: interrupted."""
+    """Exit code 0: done; 130: interrupted."""
     setup = load_parameters(*args.params_file)
     space = load_space(args.search, setup)
     goal = goal_of(args.objective, args.limit)
@@ -109,7 +111,7 @@ def run(args: argparse.Namespace) -> int:
             raise _unwritable(args.output, error) from error
     if not done:
         print(f"interrupted; the same command goes on; what was tried so far is in {args.output}")
-    return int(not done)
+    return DONE if done else INTERRUPTED
 
 
 def _tune(
@@ -121,10 +123,10 @@ def _tune(
     from .tuning.session import HoldOut
 
     truths = [read_truth(path) for path in args.truth]
+    search = Search(args.output, space, goal, args.seed)
     say("recognising all frames with the given parameters")
     if not session.begin(truths, scoring, HoldOut(args.held_out, args.block, args.seed)):
         return False
-    search = Search(args.output, space, goal, args.seed)
     if not search.begin(session.setup.resolved, measures(session.before(session.split.tuned_on))):
         say(f"the given parameters lie outside {args.search}: they are no trial")
     with bar(total=args.trials, initial=len(search.tried), unit="trial") as shown:
@@ -169,7 +171,7 @@ def _begin_folder(args: argparse.Namespace, setup: Setup, stack: ExitStack) -> N
     folder: Path = args.output
     plan = plan_of(setup, args.sources, _plan_options(args))
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         stack.enter_context(held(folder))
         if args.overwrite:
             for name in (BEFORE_FILE, STUDY_FILE, PARAMETERS_FILE, REPORT_FILE, PLAN_FILE):

@@ -196,6 +196,28 @@ def test_counts_of_metadata_are_held_against_what_was_read(tmp_path, ros2, pictu
     assert problem == f"{folder}: '/image': 2 messages were read, but metadata.yaml tells of 3: 1 is lost"
 
 
+@pytest.mark.parametrize("content", ["", ": [", "5", "rosbag2_bagfile_information: {version: 9}", "a: b"])
+def test_metadata_that_tells_nothing_is_told_and_all_is_read(tmp_path, ros2, pictures, write_rosbag2, content):
+    folder = write_rosbag2(tmp_path / "bag", script(ros2, pictures(3)))
+    (folder / "metadata.yaml").write_text(content)
+    with Bag(folder) as bag:
+        assert len(images(bag)) == 3
+        (problem,) = bag.problems
+    assert problem.startswith(f"{folder}: metadata.yaml tells nothing: it is empty or damaged")
+
+
+@pytest.mark.parametrize("change", ["data = 'text'", "timestamp = 'abc'", "timestamp = -5"])
+def test_rows_that_are_no_messages_are_left_out_and_told(tmp_path, ros2, pictures, write_rosbag2, change):
+    pixels = pictures(4)
+    file = write_rosbag2(tmp_path / "bag", script(ros2, pixels), "sqlite3") / "bag.db3"
+    with sqlite3.connect(file) as database:
+        database.execute(f"UPDATE messages SET {change} WHERE id = 2")
+    with Bag(file) as bag:
+        assert np.array_equal(images(bag), [pixels[0], pixels[2], pixels[3]])
+        assert bag.problems == [f"{file}: damaged database: 1 of its rows is no message"]
+        assert bag.start_ns > 0 and bag.end_ns - bag.start_ns < 10**12
+
+
 def test_a_file_that_metadata_does_not_list_is_told(tmp_path, ros2, pictures, write_rosbag2):
     folder = write_rosbag2(tmp_path / "bag", script(ros2, pictures(3)))
     shutil.copy(folder / "bag.mcap", folder / "bag_1.mcap")

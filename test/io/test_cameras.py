@@ -142,6 +142,21 @@ def test_both_axes_must_be_plausible():
 
 
 @pytest.mark.parametrize(
+    ("matrix", "said"),
+    [
+        ([600, 0, 320, 0, 7000, 240, 0, 0, 1], r"focal lengths of 600 and 7e\+03 px"),
+        ([600, 0, 1e6, 0, 600, 240, 0, 0, 1], r"the optical axis meets an image of 640x480 pixels at 1e\+06, 240"),
+        ([600, 0, 320, 0, 600, 240, 0, 0, 0], "a last row of 0, 0, 0; 0, 0, 1 belongs there"),
+    ],
+)
+def test_what_no_camera_has_is_no_calibration(matrix, said):
+    """With such a one nothing would be found any more, not even in the image plane."""
+    with pytest.raises(ConfigError, match=f"implausible.*{said}"):
+        camera_from_info(640, 480, matrix, [], "plumb_bob")
+    camera_from_info(640, 480, [600, 0, -100, 0, 4000, 900, 0, 0, 1], [], "plumb_bob")  # a part of a larger image
+
+
+@pytest.mark.parametrize(
     ("focal_px", "distortion"),
     [
         (160, [-0.3, 0.08, 1e-3, -1e-3, -0.01]),  # 127 degrees of view

@@ -88,6 +88,31 @@ def test_a_line_that_is_no_frame_is_named_and_what_is_before_it_kept(tmp_path, l
         assert [n for n, _ in journal.frames()] == [0, 1, 7] and not journal.lost
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            '"score": 0.30000000000000004',
+            '"score": "x"',
+            "result.detections[0].score: must be a finite number, not 'x'",
+        ),
+        ('"position": {"array": [', '"position": {"array": [null, 1, 2], "x": [', "it holds numbers that are none"),
+        ('"shape": [3, 3]', '"shape": [4, 3]', "something in it is missing or of another kind"),
+    ],
+)
+def test_a_frame_with_wrong_values_is_recognised_again(tmp_path, old, new, said):
+    with Journal(tmp_path / "j") as journal:
+        for i in range(3):
+            journal.append(i, frame(i))
+    lines = (tmp_path / "j").read_text().splitlines()
+    assert old in lines[1]
+    lines[1] = lines[1].replace(old, new, 1)
+    (tmp_path / "j").write_text("\n".join(lines) + "\n")
+    with Journal(tmp_path / "j") as journal:
+        assert [n for n, _ in journal.frames()] == [0]
+        assert f"line 2 is no frame: {said}" in journal.lost
+
+
 def test_a_full_disk_leaves_whole_lines(tmp_path, monkeypatch):
     """The second piece of a line finds no room."""
     real = os.pwrite

@@ -135,6 +135,11 @@ def test_a_drawings_size_can_be_given(drawing):
         ("<svg", "no valid SVG"),
         ("<html/>", "root is 'html'"),
         (f'{HEAD} width="20mm"/>', "no filled shape"),
+        (
+            DRAWING.replace("www.w3.org/2000/svg", "www.w3.org/1999/svg"),
+            'root must be <svg xmlns="http://www.w3.org/2000',
+        ),
+        (DRAWING.replace('width="200mm"', 'width="0mm"'), r"d\.svg: its width '0mm' is none; write one such as 200mm"),
         (f'{HEAD} width="20mm"><path id="a" d="M 0 0 L 10 10 L 10 0 L 0 5 Z"/></svg>', "'a'.*crosses itself"),
         (f'{HEAD} width="20mm"><path id="a" d="M 0 0 h 9 v 9 z M 20 0 h 9 v 9 z"/></svg>', "'a' has several parts"),
         (DRAWING.replace("</g>\n  <g ", '<path id="side.axis" d="M 0 0 h 5 v 5"/></g><g '), "one straight line"),
@@ -144,6 +149,12 @@ def test_a_drawings_size_can_be_given(drawing):
 def test_a_bad_drawing_is_refused(drawing, text, message):
     with pytest.raises(ConfigError, match=message):
         svg_markers(drawing(text))
+
+
+@pytest.mark.parametrize("width", ["x", "0", "-5mm", "1e999"])
+def test_a_drawings_width_that_is_none_is_refused_where_a_size_is_given_too(drawing, width):
+    with pytest.raises(ConfigError, match=f"its width '{width}' is none"):
+        svg_markers(drawing(DRAWING.replace('width="200mm"', f'width="{width}"')), 0.4)
 
 
 def photo(background=(200, 210, 205), colour=(40, 30, 200), noise=4):

@@ -152,6 +152,12 @@ def test_a_file_of_other_nodes_is_told(folder: Path, name: str, matches: int) ->
         ("a: {b: {c: 1}}\n", ("no parameters found",)),
         ("ros__parameters: {objects: [red]}\n", ("node's name", "/**")),
         ("/**: {ros__parameters: {}}\n", ("objects", "missing")),
+        ("/**: {ros__parameters: {objects: []}}\n", ("objects: the list is empty; it lists the objects to look for",)),
+        (
+            "/**: {ros__parameters: {scene: {region: [0, 0, 10.5]}}}",
+            ("yaml: scene.region: ROS reads no", "write 0.0"),
+        ),
+        ("/**: {ros__parameters: {objects: [red, 2]}}", ("node.yaml: objects: ROS reads no list of items of several",)),
         ("/**: {ros__parameters: {red: {label: 3}, red.label: 4}}\n", ("red.label", "twice")),
         ("artrec_a: {ros__parameters: {}}\nartrec_b: {ros__parameters: {}}\n", ("artrec_a, artrec_b", "keep one")),
     ],
@@ -167,7 +173,7 @@ def test_bad_sections_are_refused(folder: Path, text: str, parts: tuple[str, ...
 @pytest.mark.parametrize(
     ("change", "parts"),
     [
-        ({"objects": []}, ("objects", "missing")),
+        ({"objects": []}, ("objects", "empty")),
         ({"objects": "red"}, ("objects", "list")),
         ({"objects": ["red", "red"]}, ("objects[1]", "twice")),
         ({"objects": ["image"]}, ("objects[0]", "choose another")),

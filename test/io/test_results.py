@@ -129,8 +129,10 @@ def test_a_broken_line_is_named(tmp_path):
     ("line", "said"),
     [
         ('{"stamp_ns": 8, "fra', "no valid JSON at column 17: Unterminated string"),
-        ('{"frame": "a", "objects": []}', "the key 'stamp_ns' is missing"),
-        ('{"stamp_ns": 8, "frame": "a", "objects": [{"object": "red", "score": NaN}]}', "NaN is no number"),
+        ('{"frame": "a", "objects": []}', "stamp_ns: this key is missing"),
+        ("[" * 100_000, "it is nested too deeply"),
+        ("[]", "must be a mapping {key: value}, not []"),
+        ('{"stamp_ns": 1%s, "frame": "a", "objects": []}' % ("0" * 5000), "a number in it is too long"),
     ],
 )
 def test_what_is_wrong_with_a_line_is_told_in_words(tmp_path, line, said):
@@ -138,7 +140,7 @@ def test_what_is_wrong_with_a_line_is_told_in_words(tmp_path, line, said):
     path.write_text(line + "\n")
     with pytest.raises(SourceError) as caught:
         list(read_results(path))
-    assert f"d.jsonl: line 1 is no result of a replay: {said}" in str(caught.value)
+    assert f"d.jsonl: line 1: {said}" in str(caught.value)
 
 
 @pytest.mark.parametrize("fit", [ClassFit("wave", 0.93, "rest", 0.05), ClassFit(None, 0.8, "rest", 0.1, "too far")])
@@ -177,6 +179,42 @@ def test_results_that_are_no_text_are_told(tmp_path):
     (tmp_path / "detections.jsonl").write_bytes(b'{"stamp_ns": 1\xff}\n')
     with pytest.raises(SourceError, match="no text file"):
         list(read_results(tmp_path / "detections.jsonl"))
+
+
+@pytest.mark.parametrize(
+    ("keys", "value", "said"),
+    [
+        (["stamp_ns"], 1.5, "stamp_ns: must be a whole number, not 1.5"),
+        (["objects"], {}, "objects: must be a list, not {}"),
+        (["timing_ms", "total"], "x", "timing_ms.total: must be a finite number, not 'x'"),
+        (["rejected", 0], "x", "rejected[0]: must be a mapping {key: value}, not 'x'"),
+        (["rejected", 0, "x"], float("nan"), "rejected[0].x: must be a finite number, not nan"),
+        (["objects", 0, "object"], True, "objects[0].object: must be text, not True"),
+        (["objects", 0, "score"], None, "objects[0].score: must be a finite number, not nothing"),
+        (["objects", 0, "score"], 5, "objects[0].score: must be at least 0 and at most 1, not 5"),
+        (["objects", 0, "components", 0, "x"], "x", "objects[0].components[0].x: must be a finite number, not 'x'"),
+        (["objects", 0, "image", "theta"], [], "objects[0].image.theta: must be a finite number, not []"),
+        (["objects", 0, "pose", "position"], [0, 0], "objects[0].pose.position: must be a list of 3, not [0, 0]"),
+        (["objects", 0, "pose_from"], "magic", "objects[0].pose_from: must be one of 'fit', 'size', 'plane'"),
+    ],
+)
+def test_wrong_values_of_results_are_told_by_their_keys(tmp_path, keys, value, said):
+    line = json.loads(FrameRecord.of(7, "/cam", RESULT, "optical").to_json())
+    place = line
+    for key in keys[:-1]:
+        place = place[key]
+    place[keys[-1]] = value
+    path = tmp_path / "detections.jsonl"
+    path.write_text(json.dumps(line) + "\n")
+    with pytest.raises(SourceError) as caught:
+        list(read_results(path))
+    assert str(caught.value).startswith(f"{path}: line 1: {said}")
+
+
+def test_a_byte_order_mark_before_results_is_passed_over(tmp_path):
+    line = FrameRecord.of(7, "/cam", RESULT, "optical").to_json()
+    (tmp_path / "d.jsonl").write_text(line + "\n", encoding="utf-8-sig")
+    assert [r.to_json() for r in read_results(tmp_path / "d.jsonl")] == [line]
 
 
 def test_an_orientation_without_length_is_refused(tmp_path):

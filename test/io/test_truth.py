@@ -11,6 +11,7 @@ from artrec_ros.core.base.errors import ArtrecError, SourceError
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.inventory.inventory import take_stock
 from artrec_ros.io.truth.from_bags import object_name
 from artrec_ros.io.truth.reading import read_truth
 from artrec_ros.io.truth.records import Told
@@ -140,6 +141,69 @@ def test_truth_of_the_image_plane_has_no_poses_and_objects_go_by_name_or_label(t
     (tmp_path / "t.jsonl").write_text(json.dumps({"stamp_ns": 5, "objects": [{"components": {}}]}))
     with pytest.raises(SourceError, match="line 1.*team"):
         read_truth(tmp_path / "t.jsonl")
+
+
+def wrong_truth(*change):
+    """A line of truth in which the value at some keys is another one."""
+    part = {"full_px": 50, "visible_px": 40, "centre": [3, 4]}
+    o = {"object": "lamp", "team": 2, "position": [0, 0, 1], "rotation": np.eye(3).tolist(), "joints": {"arm": 0.5}}
+    line = {"stamp_ns": 5, "objects": [{**o, "components": {"x": part}, "centre_px": [1, 2]}]}
+    *keys, last, value = change
+    place = line
+    for key in keys:
+        place = place[key]
+    place[last] = value
+    return json.dumps(line)
+
+
+NAN, FINITE = float("nan"), "must be a finite number, not"
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("[]", "must be a mapping {key: value}, not []"),
+        ("5", "must be a mapping {key: value}, not 5"),
+        (wrong_truth("stamp_ns", NAN), "stamp_ns: must be a whole number, not nan"),
+        (wrong_truth("stamp_ns", 1.5), "stamp_ns: must be a whole number, not 1.5"),
+        (wrong_truth("stamp_ns", 10**30), "stamp_ns: must be at least"),
+        (wrong_truth("objects", {}), "objects: must be a list, not {}"),
+        (wrong_truth("objects", None), "objects: must be a list, not nothing"),
+        (wrong_truth("objects", 0, "position", [NAN, 0, 1]), f"objects[0].position[0]: {FINITE} nan"),
+        (wrong_truth("objects", 0, "position", "abc"), "objects[0].position: must be a list of 3, not 'abc'"),
+        (wrong_truth("objects", 0, "rotation", [[1e308] * 3] * 3), f"objects[0].rotation[0][0]: {FINITE} 1e+308"),
+        (
+            wrong_truth("objects", 0, "components", None),
+            "objects[0].components: must be a mapping {key: value}, not no",
+        ),
+        (
+            wrong_truth("objects", 0, "components", "x", "visible_px", -1),
+            "objects[0].components.x.visible_px: must be a",
+        ),
+        (
+            wrong_truth("objects", 0, "components", "x", "centre", 0, NAN),
+            f"objects[0].components.x.centre[0]: {FINITE}",
+        ),
+        (wrong_truth("objects", 0, "joints", "arm", NAN), f"objects[0].joints.arm: {FINITE} nan"),
+        (wrong_truth("objects", 0, "joints", 1.5), "objects[0].joints: must be a mapping"),
+        (wrong_truth("objects", 0, "object", True), "objects[0].object: must be text, not True"),
+    ],
+)
+def test_wrong_values_of_truth_are_told_by_their_keys(tmp_path, line, said):
+    path = tmp_path / "truth.jsonl"
+    path.write_text(json.dumps({"stamp_ns": 1, "objects": []}) + f"\n{line}\n")
+    with pytest.raises(SourceError) as caught:
+        read_truth(path)
+    assert str(caught.value).startswith(f"{path}: line 2: {said}")
+    assert f"line 2: {said}" in (take_stock([path])[0].error or "")  # inspect says the same
+
+
+def test_a_byte_order_mark_before_truth_is_passed_over(tmp_path):
+    (tmp_path / "t.jsonl").write_text(json.dumps({"stamp_ns": 1, "objects": []}), encoding="utf-8-sig")
+    assert list(read_truth(tmp_path / "t.jsonl").frames) == [1]
+    content = coco(tmp_path, ["a.png"]).read_text()
+    (tmp_path / "coco.json").write_text(content, encoding="utf-8-sig")
+    assert list(read_truth(tmp_path / "coco.json").frames) == ["a.png"]
 
 
 def test_what_is_no_truth(tmp_path):

@@ -16,7 +16,7 @@ from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
-from artrec_ros.io.base.whole_files import save_file
+from artrec_ros.io.base.whole_files import check_place, make_folder, save_file
 from artrec_ros.io.images.writing import save_picture
 from artrec_ros.io.learned.colours import save_colours
 from artrec_ros.io.learned.constraints import save_constraints
@@ -85,6 +85,24 @@ def test_a_link_to_itself_is_told(tmp_path: Path) -> None:
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     with pytest.raises(ConfigError, match="loop: cannot be written: "):
         save_file(tmp_path / "loop", "text")
+
+
+@pytest.mark.parametrize("write", [check_place, make_folder, lambda path: save_file(path, "x")])
+def test_a_file_in_a_folders_place_is_named(tmp_path: Path, write: Callable[[Path], None]) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(ConfigError, match=f"file/a/b: cannot be written: {tmp_path}/file is no folder"):
+        write(tmp_path / "file/a/b")
+
+
+def test_looking_whether_a_file_can_be_written_changes_none(tmp_path: Path) -> None:
+    (tmp_path / "there").write_text("mine")
+    for name in ("there", "new", "folder/new"):
+        check_place(tmp_path / name)
+    check_place("/dev/stdout")
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["folder", "there"]
+    assert (tmp_path / "there").read_text() == "mine"
+    with pytest.raises(ConfigError, match="folder: cannot be written: Is a directory"):
+        check_place(tmp_path / "folder")
 
 
 def test_what_is_no_file_is_written_as_it_is() -> None:

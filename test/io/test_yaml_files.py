@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.io.base import yaml_files
+from artrec_ros.io.base import yaml_loader
 from artrec_ros.io.base.yaml_files import Value, load_value, load_yaml, nearest
 
 
@@ -32,6 +32,7 @@ def _refusal(call, *parts: str) -> str:
         ("a:\n\tb: 1\n", ("line 2", "a tab: YAML wants spaces")),
         ("a: &x 1\nb: *x\n", ("line 2", "aliases")),
         ("", ("empty",)),
+        ("a: 1\n---\nb: 2\n", ("line 2", "a second document begins; one file holds one: leave out '---'")),
         ("a: !!python/object:os.system 1\n", ("line 1",)),
         ("[" * 500_000, ("line 1", "nested more than 100 deep")),
         ("\n".join(" " * i + "a:" for i in range(1200)), ("nested more than 100 deep",)),
@@ -39,6 +40,8 @@ def _refusal(call, *parts: str) -> str:
         ("a: !!int ''\n", ("a value in it is none of its kind",)),
         ("a: !!timestamp foo\n", ("a value in it is none of its kind",)),
         ("a: " + "9" * 5000, ("a value in it is none of its kind, or too long",)),
+        ("b: 2\na: 1:30\n", ("line 2", "'1:30' is no number to ROS; write 90, or put it in quotes")),
+        ("a: [1_000.0]\n", ("line 1", "'1_000.0' is no number to ROS; write 1000.0")),
         ("a: 1 # " + "x" * 2**20, ("bytes, more than",)),
         ("version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 3\n", ("git lfs pull",)),
     ],
@@ -153,7 +156,7 @@ def test_nearest_is_near_by_what_names_do_not_share() -> None:
 
 def test_a_file_is_parsed_once_however_often_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     parsed, load = [], yaml.load
-    monkeypatch.setattr(yaml_files.yaml, "load", lambda text, loader: parsed.append(text) or load(text, loader))
+    monkeypatch.setattr(yaml_loader.yaml, "load", lambda text, loader: parsed.append(text) or load(text, loader))
     path = tmp_path / "a.yaml"
     for text in ("once: 1\n", "once: 1\n", "once: 2\n"):
         path.write_text(text)

@@ -54,7 +54,8 @@ def test_signals_stop_it_cleanly(
     [
         (["-p", "toy.object_file:=nowhere.yaml"], 1, "nowhere.yaml"),
         (["-p", "recognizer.min_match:=7.0"], 1, "recognizer.min_match"),
-        (["--params-file", "nowhere.yaml"], 2, "nowhere.yaml"),
+        (["--params-file", "nowhere.yaml"], 2, "nowhere.yaml: there is no such file"),
+        (["--bogus"], 2, "--ros-args: ROS knows no ['--bogus']; it knows -r, -p, --params-file"),
     ],
 )
 def test_bad_parameters_are_one_line(
@@ -64,6 +65,14 @@ def test_bad_parameters_are_one_line(
         assert process.wait() == code
         assert reason in process.output
         assert len(process.output.splitlines()) == 1, process.output
+
+
+def test_without_parameters_the_way_to_give_them_is_told(tmp_path: Path) -> None:
+    with NodeProcess(log=tmp_path / "log") as process:
+        assert process.wait() == 1
+        assert process.output.startswith(
+            "artrec_node: no object to look for is named: give a parameter file (--ros-args --params"
+        )
 
 
 @pytest.mark.parametrize(

@@ -197,6 +197,15 @@ def test_a_plane_and_a_region_given_while_it_runs_are_used(peer: Peer, setup: Se
     assert peer.diagnose("recognition", "object(s) in", sending=label_image(picture))
 
 
+def test_a_change_that_leaves_no_distance_is_refused_where_the_camera_is_known(peer: Peer, picture: np.ndarray) -> None:
+    peer.send_camera(toy.CAMERA.matrix)
+    peer.answer("toy/poses", peer.send(label_image(picture)))
+    refused = peer.set_parameters(recognizer__min_scale=1e308, recognizer__min_range_m=3.0)
+    assert not refused.successful and "min_scale 1e+308 and max_scale 0 leave no distance" in refused.reason
+    assert peer.get_parameter("recognizer.min_scale") < 1e308
+    assert peer.set_parameters(image__kind="").reason.startswith("image.kind: must be text")
+
+
 def test_out_of_range_read_only_and_unknown_changes_are_refused(peer: Peer) -> None:
     assert not peer.set_parameters(recognizer__min_match=1.5).successful
     assert "read" in peer.set_parameters(toy__label=3).reason

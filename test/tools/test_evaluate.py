@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evaluation.makers import CAMERA, found_thing, pixel, pose_at, record, true_thing, write_run, write_truth
+from evaluation.makers import CAMERA, SUMMARY, found_thing, pixel, pose_at, record, true_thing, write_run, write_truth
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
@@ -184,12 +184,12 @@ def test_wrong_options(truth, found, capsys, arguments, code, said):
     ("name", "content", "said"),
     [
         ("nothing.jsonl", None, "there is no such file"),
-        ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{}\n', "line 2 is no line of truth"),
+        ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{}\n', "line 2: objects: this key is missing"),
         (
             "t.jsonl",
             '{"stamp_ns": 1, "objects": [{"team": 1, "components": {}, "position": [0, 0, 1], '
             '"rotation": [[2, 0, 0], [0, 2, 0], [0, 0, 2]]}]}',
-            "line 1 is no line of truth: 'rotation' is none",
+            "line 1: objects[0].rotation: is none",
         ),
         ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{"stamp_ns": 1, "objects": []}\n', "the stamp 1 is there twice"),
         ("t.jsonl", "", "holds no frame"),
@@ -263,7 +263,7 @@ def test_figures_equal_the_independent_scorers(tmp_path, name):
 
 def two_teams(folder: Path, frames: dict[int, list[Detection]]) -> Path:
     folder.mkdir()
-    (folder / "summary.json").write_text(json.dumps({"looked_for": TWO}))
+    (folder / "summary.json").write_text(json.dumps(SUMMARY | {"looked_for": TWO}))
     lines = [FrameRecord.of(t, "/c", FrameResult((208, 160), tuple(d))).to_json() + "\n" for t, d in frames.items()]
     (folder / "detections.jsonl").write_text("".join(lines))
     return folder
@@ -298,7 +298,7 @@ def test_each_name_and_all_together(tmp_path):
         tmp_path / "r", [record(10, found_thing(object="red")), record(20), record(30, found_thing(object="blue"))]
     )
     summary = {n: {"label": label, "required": "base"} for n, label in (("red", 3), ("blue", 2))}
-    (folder / "summary.json").write_text(json.dumps({"looked_for": summary}))
+    (folder / "summary.json").write_text(json.dumps(SUMMARY | {"looked_for": summary}))
     ((result,), _) = evaluate([folder], truth)
     assert result.figures["red"]["recognition_rate"].value == 0.5 and result.figures["blue"]["f1"].value == 1
     assert result.overall["recognition_rate"].value == pytest.approx(2 / 3)

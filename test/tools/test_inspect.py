@@ -312,7 +312,7 @@ def test_folders_are_looked_into(tmp_path, capsys):
         ("a.yaml", "object: x\ncoverage: 1\npairs: []", "must begin with 'format: artrec_constraints/1'"),
         ("a.yaml", "objects: [red]", "no parameters found; they stand under '/**:' and 'ros__parameters:'"),
         ("a.json", "{", "no valid JSON"),
-        ("a.jsonl", "{}", "line 1 is no line of truth: the key 'stamp_ns' is missing"),
+        ("a.jsonl", "{}", "line 1: stamp_ns: this key is missing"),
         ("a.mcap", "no bag", "nothing could be read"),
         ("a.png", "no picture", "neither PNG, JPEG, WebP, BMP nor GIF"),
     ],
@@ -361,7 +361,10 @@ def test_reports_of_artrec_are_told(tmp_path, config, capsys):
         for part in expected:
             assert part in printed
     (tmp_path / "summary.json").write_text('{"looked_for": {}, "frames_with_error": 1}')
-    assert "is the summary of a replay, but damaged" in inspect(capsys, tmp_path / "summary.json")[2][0]
+    assert (
+        "is the summary of a replay, but damaged: sources: this key is missing"
+        in inspect(capsys, tmp_path / "summary.json")[2][0]
+    )
     code, printed, _ = inspect(capsys, tmp_path / "a")  # the folder, with all that lies in it
     assert all(what in printed for what, *_ in told.values())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -97,12 +98,13 @@ _SLOW_WORK = (
 )
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("change", [_SLOW_IMPORT, _SLOW_WORK], ids=["importing", "working"])
-def test_ctrl_c_is_one_line_and_130_at_any_time(change: str) -> None:
+def test_ctrl_c_and_sigterm_are_one_line_and_130_at_any_time(change: str, number: int) -> None:
     command = [sys.executable, "-c", _PROGRAM.format(change), "inspect", "."]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdout.readline() == "ready\n"
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _, told = process.communicate(timeout=60)
     assert told == "artrec: interrupted\n" and process.returncode == INTERRUPTED
 
@@ -116,6 +118,49 @@ def test_little_is_imported_before_ctrl_c_is_answered() -> None:
 def test_a_call_from_another_program_leaves_its_signals_alone() -> None:
     before = signal.getsignal(signal.SIGINT)
     assert main(["--help"]) == 0 and signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["replay", "images", "--params-file", "p.yaml", "-o", ""],
+        ["evaluate", "r", "--truth", "t.jsonl", "-o", ""],
+        ["inspect", ""],
+        ["train", "--object", "", "--from-joints", "-o", "c.yaml"],
+    ],
+)
+def test_an_empty_name_is_no_folder(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(command) == 2
+    assert "the name is empty, as of a variable that is not set; '.' is this folder" in capsys.readouterr().err
+
+
+def test_a_name_that_is_no_text_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", "x\udcfe"]) == 2
+    said = capsys.readouterr().err
+    assert "/x\\udcfe is no text in utf-8; rename it, or set its locale" in said
+
+
+def test_what_the_terminal_has_no_letters_for_is_printed_all_the_same(tmp_path: Path) -> None:
+    (tmp_path / "größe.txt").touch()
+    command = [sys.executable, "-m", "artrec_ros.tools.main", "inspect", str(tmp_path / "größe.txt")]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, check=False)
+    assert done.returncode == 1 and "gr\\xf6\\xdfe.txt" in done.stdout and "internal error" not in done.stderr
+
+
+@pytest.mark.parametrize("command", ["train", "learn-colours"])
+def test_an_output_that_cannot_be_written_is_told_before_the_work(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What would be worked on is not there, which would be told first otherwise."""
+    (tmp_path / "file").touch()
+    arguments = {
+        "train": ["--object", str(tmp_path / "none.yaml"), "--from-joints"],
+        "learn-colours": [str(tmp_path / "none"), "--classes", "red=2"],
+    }
+    assert main([command, *arguments[command], "-o", str(tmp_path / "file/out.yaml")]) == 1
+    said = f"artrec: {tmp_path}/file/out.yaml: cannot be written: {tmp_path}/file is no folder\n"
+    assert capsys.readouterr().err == said
 
 
 def test_a_missing_piece_breaks_only_its_command(

@@ -256,7 +256,7 @@ def test_no_usable_frame_at_all_is_a_failure(tmp_path, params, recogniser, capsy
 def test_an_interrupted_replay_leaves_what_it_has(tmp_path, params, recogniser, capsys, number):
     recogniser.at_frame[3] = lambda: os.kill(os.getpid(), number)
     before = signal.getsignal(signal.SIGTERM)
-    assert run(params, bag(tmp_path / "bag", [1] * 6), tmp_path / "out") == 1
+    assert run(params, bag(tmp_path / "bag", [1] * 6), tmp_path / "out") == 130
     assert len(list(read_results(tmp_path / "out" / "detections.jsonl"))) == 3  # the frame at hand is finished
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["interrupted"] is True
     assert "interrupted" in capsys.readouterr().out
@@ -329,6 +329,19 @@ def test_a_finished_replay_is_not_done_again(tmp_path, params, recogniser, capsy
     assert again.splitlines()[:-1] == first.splitlines()[:-1] and "--overwrite" in again
 
 
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [("{", "line 1: is no valid JSON"), ('{"looked_for": {}, "frames_with_error": 0}', "sources: this key is missing")],
+)
+def test_a_damaged_summary_is_told_with_the_way_out(tmp_path, params, recogniser, capsys, content, said):
+    source, out = bag(tmp_path / "bag", [1]), tmp_path / "out"
+    assert run(params, source, out) == 0
+    (out / "summary.json").write_text(content)
+    assert run(params, source, out) == 1
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert line.startswith(f"artrec: {out / 'summary.json'}: {said}") and line.endswith("; --overwrite replays again")
+
+
 @pytest.mark.parametrize("changed", ["source", "parameters", "object file"])
 def test_a_replay_of_something_else_is_not_gone_on_with(tmp_path, params, recogniser, capsys, changed):
     source, out = tmp_path / "images", tmp_path / "out"
@@ -356,7 +369,7 @@ def test_an_interrupted_replay_goes_on_where_it_was(tmp_path, params, recogniser
     seen = recogniser.seen
     for stop in (2, 17, 3):
         recogniser.at_frame[recogniser.seen + stop] = lambda: os.kill(os.getpid(), signal.SIGINT)
-        assert run(params, source, tmp_path / "out", *options) == 1
+        assert run(params, source, tmp_path / "out", *options) == 130
     assert run(params, source, tmp_path / "out", *options) == 0
     assert recogniser.seen == 2 * seen
     assert same_files(tmp_path / "whole", tmp_path / "out")
@@ -464,7 +477,7 @@ def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
     assert len(built) == 3
 
 
-def test_a_calibration_for_another_size_warns_as_a_missing_one_does(tmp_path, params, recogniser, capsys):
+def test_a_calibration_for_another_size_warns_as_a_missing_one_does(tmp_path, params, recogniser, capsys, monkeypatch):
     section = {"objects": ["dog"], "dog": {"object_file": str(CONFIG / "objects" / "quadruped.yaml"), "label": 3}}
     (tmp_path / "dog.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": section}}))
     matrix = np.array([[40.0, 0, 24], [0, 40, 16], [0, 0, 1]])
@@ -473,8 +486,12 @@ def test_a_calibration_for_another_size_warns_as_a_missing_one_does(tmp_path, pa
     source, says = tmp_path / "images", "dog: will not be found: it has no constraint_file, and it is not flat"
     source.mkdir()
     cv2.imwrite(str(source / "0.png"), np.full((24, 32), 1, np.uint8))
+    monkeypatch.chdir(tmp_path)  # it is told once, however the folder is called where it is read
     for name, times in (("other", 1), ("own", 0)):
-        assert run(tmp_path / "dog.yaml", source, tmp_path / name, "--camera-info", str(tmp_path / f"{name}.yaml")) == 0
+        assert (
+            run(tmp_path / "dog.yaml", Path("images"), tmp_path / name, "--camera-info", str(tmp_path / f"{name}.yaml"))
+            == 0
+        )
         said = capsys.readouterr().err
         assert said.count(says) == times and said.count("calibrated for 48x32 pixels") == times
 

@@ -14,22 +14,27 @@ BAG_SUFFIXES = (".bag", *STORAGES.values())
 
 @dataclass(frozen=True)
 class Metadata:
-    """:param files: names of the storage files. :param counts: messages by topic. Both empty: there is none."""
+    """:param files: names of the storage files. :param counts: messages by topic. Both empty: there is none.
+    :param problem: why it says nothing though it is there, a line for the user."""
 
     files: tuple[str, ...] = ()
     counts: Mapping[str, int] = field(default_factory=dict)
+    problem: str = ""
 
     @classmethod
     def of(cls, path: Path) -> Metadata:
-        """Of a bag's folder; nothing where metadata.yaml is missing or unreadable, as after a crash of the recorder."""
+        """Of a bag's folder; nothing where metadata.yaml is missing, as after a crash of the recorder, or damaged."""
+        file = path / "metadata.yaml"
+        if not file.is_file():
+            return cls()
         try:
-            content = yaml.safe_load((path / "metadata.yaml").read_text(encoding="utf-8"))
+            content = yaml.safe_load(file.read_text(encoding="utf-8"))
             about = content["rosbag2_bagfile_information"]
             files = tuple(Path(name).name for name in about["relative_file_paths"])  # older versions list whole paths
             topics = about["topics_with_message_count"] or ()
             counts = {str(t["topic_metadata"]["name"]): int(t["message_count"]) for t in topics}
         except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError):
-            return cls()
+            return cls(problem="metadata.yaml tells nothing: it is empty or damaged (ros2 bag reindex writes it anew)")
         return cls(files, counts)
 
     def gaps(self, folder: Path, topics: Collection[str]) -> Iterator[str]:

@@ -188,9 +188,10 @@ class Bag:
             if (a.start_ns, a.end_ns, a.topics) == (b.start_ns, b.end_ns, b.topics) and a.topics
         ]
         indexed = {} if damaged else {name: topic.count for name, topic in self.topics.items()}
+        about = [self._metadata.problem] if self._metadata.problem else []
         gaps = self._metadata.gaps(self.path, self.topics)
         miscounts = self._tally.problems(self._metadata.counts, indexed)
-        return [*damaged, *copies, *(f"{self.path}: {line}" for line in chain(gaps, miscounts))]
+        return [*damaged, *copies, *(f"{self.path}: {line}" for line in chain(about, gaps, miscounts))]
 
     def messages(
         self, names: Collection[str], start_ns: int | None = None, stop_ns: int | None = None

@@ -20,6 +20,7 @@ import lz4.frame  # type: ignore[import-untyped]
 
 from ...core.base.errors import SourceError
 from ..base.yaml_files import LFS_MAGIC, LFS_POINTER
+from .sqlite3_layout import cut_off
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -188,10 +189,16 @@ def _scan_sqlite3(path: Path) -> Iterator[RawMessage]:
         connection.execute("PRAGMA writable_schema=ON")
         named = connection.execute("SELECT id, name, type FROM topics")
         topics = {i: (name, full_type(t)) for i, name, t in named if isinstance(name, str) and isinstance(t, str)}
+        skipped = 0
         for topic, log_ns, data in connection.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id"):
-            if topic not in topics or not isinstance(log_ns, int) or not isinstance(data, bytes):
+            if topic in topics and isinstance(log_ns, int) and log_ns >= 0 and isinstance(data, bytes):
+                yield RawMessage(*topics[topic], log_ns, data)
+            elif cut_off(path):
                 raise SourceError("damaged database: one of its rows is no message")  # nor are those behind it to trust
-            yield RawMessage(*topics[topic], log_ns, data)
+            else:
+                skipped += 1
+        if skipped:
+            raise SourceError(f"damaged database: {skipped} of its rows {'is' if skipped == 1 else 'are'} no message")
     except sqlite3.Error as error:
         raise SourceError(f"damaged database: {error}") from error
     finally:

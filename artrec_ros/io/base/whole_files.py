@@ -38,7 +38,7 @@ def save_file(path: str | Path, content: bytes | str) -> None:
     :raises ConfigError: it cannot be written; what could be replaced is as it was.
     """
     path = Path(path)
-    try:
+    with _told(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.is_file() or not path.exists():
             try:
@@ -47,8 +47,42 @@ def save_file(path: str | Path, content: bytes | str) -> None:
                 if error.errno not in _IN_PLACE or not path.exists():
                     raise
         path.write_bytes(_bytes(content))  # such as /dev/stdout, beside which nothing can be written
+
+
+def check_place(path: str | Path) -> None:
+    """Whether `save_file` can write there, before the work whose outcome it is; folders are made.
+
+    :raises ConfigError: it cannot.
+    """
+    path = Path(path)
+    with _told(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_file():
+            os.close(os.open(path, os.O_WRONLY))
+        elif path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        elif not path.exists():
+            part = path.resolve().with_name(path.name + ".part")
+            part.touch()
+            part.unlink()
+
+
+def make_folder(path: Path) -> None:
+    """A folder by the name that a user gave. :raises ConfigError: it cannot be made."""
+    with _told(path):
+        path.mkdir(parents=True, exist_ok=True)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """:raises ConfigError: an OSError came up, of what cannot be written."""
+    try:
+        yield
     except OSError as error:
-        raise ConfigError(f"{path}: cannot be written: {error.strerror}") from None
+        blocking = next((p for p in (path, *path.parents) if os.path.lexists(p) and not p.is_dir()), path)
+        in_the_way = isinstance(error, (FileExistsError, NotADirectoryError))
+        reason = f"{blocking} is no folder" if in_the_way else error.strerror
+        raise ConfigError(f"{path}: cannot be written: {reason}") from None
     except RuntimeError:  # Python's word for it
         raise ConfigError(f"{path}: cannot be written: its link leads back to itself") from None
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import difflib
 import math
 import os
-import re
 import stat
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -19,46 +17,11 @@ import yaml
 from ...core.base.errors import ArtrecError, ConfigError
 from ...core.geometry.transforms import Array
 from .kinds import kind_by_format, mistaken
-
-_SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML was built with it
-
-
-class _Loader(_SafeLoader):
-    """YAML as ROS reads it: no repeated keys; 1e-3 is a number."""
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
-        seen: set[str] = set()
-        for key, _ in node.value:
-            name = str(key.value)
-            if name in seen:
-                problem = f"the key '{name}' is given twice; keep one"
-                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
-            seen.add(name)
-        return super().construct_mapping(node, deep)
-
-
-def _check_events(text: str) -> None:
-    """Refuses aliases, which ROS does not read, and nesting that would overrun the C loader's stack."""
-    depth = 0
-    for event in yaml.parse(text, _SafeLoader):
-        mark: Any = event.start_mark
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if isinstance(event, yaml.AliasEvent):
-            problem = "aliases are not read; write the value out"
-            raise yaml.constructor.ConstructorError(None, None, problem, mark)
-        if depth > _DEEPEST:
-            raise yaml.constructor.ConstructorError(None, None, _TOO_DEEP, mark)
-
-
-# YAML 1.2 and ROS: no dot is needed before the exponent, no digit before the dot, be there a sign or not
-_FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$|^[-+]\.\d+$")
-_Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
+from .yaml_loader import OF_LIBYAML, TOO_DEEP, parsed_yaml
 
 MOST_BYTES = 2**28
 """Of any file that is read as a whole: a larger one is taken for something else."""
 _MOST_YAML_BYTES = 2**20  # a second of reading; what this package writes has some ten thousand
-_DEEPEST = 100
-_TOO_DEEP, _OF_LIBYAML = f"is nested more than {_DEEPEST} deep", "maximum nesting depth"  # newer ones count, too
 _MOST_POINTS = 5000  # of an outline
 LFS_MAGIC = b"version https://git-lfs.github.com/spec/"
 LFS_POINTER = "is a pointer of Git LFS, which stands for the file itself: fetch that with 'git lfs pull'"
@@ -95,15 +58,11 @@ class Value:
         return ConfigError(f"{place}: {message}")
 
     def _child(self, key: str, raw: Any) -> Value:
-        shown = key if key.isprintable() else repr(key)  # an error is one line
-        return Value(self.file, f"{self.key}.{shown}" if self.key else shown, raw)
+        printable = key if key.isprintable() else repr(key)  # an error is one line
+        return Value(self.file, f"{self.key}.{printable}" if self.key else printable, raw)
 
     def _wrong(self, wanted: str) -> ConfigError:
-        try:
-            got = "nothing" if self.raw is None else repr(self.raw)
-        except ValueError:  # Python writes no more digits than it reads
-            got = "a number of thousands of digits"
-        return self.error(f"must be {wanted}, not {got if len(got) <= 60 else got[:57] + '...'}")
+        return self.error(f"must be {wanted}, not {shown(self.raw)}")
 
     def entries(self) -> dict[str, Value]:
         """A mapping whose keys are names of the user's choice."""
@@ -180,6 +139,15 @@ class Value:
         return np.array([item.vector(2, most) for item in items])
 
 
+def shown(raw: Any) -> str:
+    """A wrong value as a message shows it."""
+    try:
+        got = "nothing" if raw is None else repr(raw)
+    except ValueError:  # Python writes no more digits than it reads
+        got = "a number of thousands of digits"
+    return got if len(got) <= 60 else f"{got[:57]}..."
+
+
 def is_finite(value: float) -> bool:
     """Whether a number is finite, and no integer beyond all of type float."""
     try:
@@ -234,30 +202,25 @@ def read_bytes(path: str | Path, most_bytes: int = MOST_BYTES) -> bytes:
 def read_text(path: str | Path, most_bytes: int = MOST_BYTES) -> str:
     """A text file's content; `ConfigError` as of `read_bytes`, and where it is no text."""
     try:
-        return read_bytes(path, most_bytes).decode("utf-8")
+        return read_bytes(path, most_bytes).decode("utf-8-sig")  # some editors put a byte order mark before it
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: is no text file (UTF-8)") from None
-
-
-@lru_cache(maxsize=8)  # one command reads a file for this and for that: a fifth of a second, of many pairs
-def _parsed(text: str) -> Any:
-    """The content, which nobody changes."""
-    _check_events(text)
-    return yaml.load(text, _Loader)
 
 
 def load_value(path: str | Path) -> Value:
     """A YAML file of any content as a `Value`."""
     text = read_text(path, _MOST_YAML_BYTES)
     try:
-        raw = _parsed(text)
+        raw = parsed_yaml(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, problem = f" line {mark.line + 1}:" if mark else "", str(error.problem or error.context)
-        if _OF_LIBYAML in problem:
-            problem = _TOO_DEEP
+        if OF_LIBYAML in problem:
+            problem = TOO_DEEP
         elif "cannot start any token" in problem and mark and "\t" in text.splitlines()[mark.line]:
             problem = "a tab: YAML wants spaces"
+        elif "another document" in problem:
+            problem = "a second document begins; one file holds one: leave out '---' and what follows, or put it apart"
         raise ConfigError(f"{path}:{line} {problem}") from None
     except (yaml.YAMLError, TypeError, RecursionError) as error:
         raise ConfigError(f"{path}: is no valid YAML: {str(error).splitlines()[0]}") from None

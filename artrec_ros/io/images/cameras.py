@@ -19,6 +19,7 @@ from ..base.yaml_files import is_finite, load_value
 _MODELS = {"": (0, 4, 5, 8), "plumb_bob": (0, 4, 5), "rational_polynomial": (0, 5, 8)}
 _MOST_PX = 1e7  # a focal length or centre beyond it is damage: no lens has such
 _VIEW_DEG = 0.5, 170.0  # of a whole image's width, by the focal length alone
+_MOST_UNLIKE = 10.0  # of two focal lengths, one by the other
 _CENTRAL, _MOST_BENT = 0.25, 0.5  # so near the centre, by the corners' distance, no lens bends by such a share
 
 
@@ -95,6 +96,11 @@ def _check_matrix(K: Array, what: str) -> None:
         raise ConfigError(f"the camera is not calibrated ({what} without focal length)")
     if max(K[0, 0], K[1, 1], *np.abs(K[:2, 2])) > _MOST_PX or min(K[0, 0], K[1, 1]) < 1 / _MOST_PX:
         raise ConfigError(f"the camera's calibration is implausible ({what} beyond {_MOST_PX:g} px)")
+    if K[2].tolist() != [0, 0, 1]:
+        row = ", ".join(f"{v:g}" for v in K[2])
+        raise ConfigError(
+            f"the camera's calibration is implausible ({what} with a last row of {row}; 0, 0, 1 belongs there)"
+        )
 
 
 def _check_view(K: Array, D: Array, size: tuple[int, int]) -> None:
@@ -108,6 +114,14 @@ def _check_view(K: Array, D: Array, size: tuple[int, int]) -> None:
                 f"the camera's calibration is implausible: a focal length of {K[axis, axis]:.3g} px and a {name} of "
                 f"{size[axis]} px make {view_deg:.3g} degrees of view; {cause}"
             )
+    fx, fy = K[0, 0], K[1, 1]
+    if max(fx, fy) > _MOST_UNLIKE * min(fx, fy):
+        raise ConfigError(f"the camera's calibration is implausible: focal lengths of {fx:.3g} and {fy:.3g} px")
+    if (np.abs(K[:2, 2] / size - 0.5) > 1.5).any():  # more than a whole image off it
+        raise ConfigError(
+            f"the camera's calibration is implausible: the optical axis meets an image of {size[0]}x{size[1]} pixels "
+            f"at {K[0, 2]:.3g}, {K[1, 2]:.3g}; are these cx and cy, and of this image?"
+        )
     k1, k2, p1, p2, k3, k4, k5, k6 = np.pad(D, (0, 8 - D.size))
     r = np.linspace(0, _CENTRAL * np.hypot(*edges), 50)
     r2 = r * r

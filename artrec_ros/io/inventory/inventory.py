@@ -14,6 +14,7 @@ from ..bags.metadata import BAG_SUFFIXES, is_storage
 from ..bags.reader import Bag, Topic
 from ..bags.topics import IMAGE_TYPES, camera_info_topic, camera_of, decode_message, stamp_of
 from ..base.bars import bar
+from ..base.json_files import read_json
 from ..base.kinds import COCO, CONSTRAINTS, OBJECT, kind_of
 from ..base.yaml_files import like_it, load_value, load_yaml
 from ..images.cameras import load_camera
@@ -21,7 +22,6 @@ from ..images.decoding import IMAGE_SUFFIXES, read_image, size_of_image
 from ..images.folders import images_of, is_lossy, passed_over
 from ..images.video import VIDEO_SUFFIXES, frames_of_video
 from ..learned.annotations import load_coco
-from ..learned.coco import read_json
 from ..learned.constraints import FORMAT as CONSTRAINT_FORMAT
 from ..objects.object_reader import FORMAT as OBJECT_FORMAT
 from ..objects.object_reader import load_object

@@ -8,8 +8,10 @@ from typing import Any
 
 from ...core.base.errors import ConfigError
 from ..base.kinds import COMPARISON, METRICS, PLAN, SUMMARY, TUNING, kind_of
+from ..base.typed import UnfitError, typed
 from ..base.yaml_files import Value
 from ..objects.urdf import read_robot
+from ..results.summary_file import SummaryContent
 from .contents import Report
 
 _FIGURES = ("recognition_rate", "right_rate", "precision", "false_per_frame", "latency_ms_median")
@@ -23,8 +25,10 @@ def read_report(value: Value) -> Report:
         raise value.error(what)
     try:
         return Report(kind, tuple(_LINES[kind](value.raw)))
-    except (KeyError, TypeError, AttributeError, ValueError, IndexError) as error:
-        raise value.error(f"is {kind}, but damaged: {error!r}") from None
+    except UnfitError as error:
+        raise value.error(f"is {kind}, but damaged: {error}") from None
+    except (KeyError, TypeError, AttributeError, ValueError, IndexError):
+        raise value.error(f"is {kind}, but damaged: something in it is missing or of another kind") from None
 
 
 def read_drawing(path: Path) -> Report:
@@ -58,11 +62,12 @@ def read_urdf(path: Path) -> Report:
     )
 
 
-def _summary(c: Mapping[str, Any]) -> Iterator[str]:
+def _summary(raw: Any) -> Iterator[str]:
+    c = typed(raw, SummaryContent)
     found = ", ".join(f"{name}: {count}" for name, count in c["objects"].items()) or "none"
     yield f"sources: {', '.join(map(str, c['sources']))}"
     yield f"{c['frames']} frames, {c['frames_with_error']} of them unusable; objects found: {found}"
-    if c["total_ms"]:
+    if c["total_ms"] is not None:
         yield f"ms per frame: median {c['total_ms']['median']:.1f}, longest {c['total_ms']['max']:.1f}"
     if c["interrupted"]:
         yield "interrupted: the same command goes on"

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from ...core.base.errors import ConfigError
+from ..base.json_files import read_json
 from ..base.kinds import COCO, mistaken
-from ..base.yaml_files import Value, load_value, read_text
-
-_MOST_BYTES = 2**30  # COCO itself has a quarter of that
+from ..base.yaml_files import Value
 
 
 def read_coco(path: Path) -> dict[str, Value]:
@@ -24,32 +21,6 @@ def read_coco(path: Path) -> dict[str, Value]:
         if key not in top:
             raise ConfigError(f"{path}: {key}: this key is missing; a COCO file is wanted")
     return top
-
-
-def read_json(path: Path) -> Value:
-    """A JSON file as a `Value`."""
-    text = read_text(path, _MOST_BYTES)
-    try:
-        return Value(path, "", json.loads(text, object_pairs_hook=_unique))
-    except json.JSONDecodeError as error:
-        if path.suffix.lower() in (".yaml", ".yml") and (problem := mistaken(load_value(path).raw, COCO)):
-            raise ConfigError(f"{path}: {problem}") from None
-        raise ConfigError(f"{path}: line {error.lineno}: is no valid JSON: {error.msg}") from None
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
-    except RecursionError:
-        raise ConfigError(f"{path}: is no COCO file: it is nested too deeply") from None
-    except ValueError:  # Python reads no number of thousands of digits
-        raise ConfigError(f"{path}: is no COCO file: a number in it is too long") from None
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    entries = dict(pairs)
-    if len(entries) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ConfigError(f"the key '{twice}' is given twice in one object; keep one")
-    return entries
 
 
 def coco_entry(value: Value, key: str) -> Value:

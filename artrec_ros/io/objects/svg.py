@@ -14,9 +14,10 @@ import numpy as np
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array
 from ...core.model.objects import Marker
-from ..base.yaml_files import nearest, read_text
+from ..base.yaml_files import is_finite, nearest, read_text
 from .marker_shapes import LooseMarker, marker_of, safe_name
 
+_NAMESPACE = "http://www.w3.org/2000/svg"
 _PPI = 96.0  # CSS: user units to the inch; a drawing with a physical width is scaled to it
 _METRES = 0.0254 / _PPI
 _CURVE_STEPS = 48
@@ -51,6 +52,8 @@ def svg_markers(
         drawing = elements.SVG.parse(str(path), reify=True, ppi=_PPI)
     except Exception as error:  # svgelements raises whatever odd attributes lead to
         raise ConfigError(f"{path}: cannot be read as a drawing: {type(error).__name__}: {error}") from None
+    if not isinstance(drawing, elements.SVG):
+        raise ConfigError(f'{path}: its root must be <svg xmlns="{_NAMESPACE}" ...>; write that namespace there')
     shapes = list(_shapes(elements, drawing, ""))
     axes = {(g, n.removesuffix(_AXIS)): _points(elements, s, n, path)[0] for g, n, s in shapes if n.endswith(_AXIS)}
     named = {n for _, n, s in shapes if not n.endswith(_AXIS) and _is_filled(s)}
@@ -92,12 +95,13 @@ def _scale(path: Path, width_m: float | None) -> float:
     if not root.tag.endswith("svg"):
         raise ConfigError(f"{path}: is no SVG: its root is '{root.tag}'")
     width = root.get("width", "")
-    if width_m is None:
-        if not _PHYSICAL.fullmatch(width):
-            raise ConfigError(f"{path}: its width '{width}' has no unit; draw in mm, or give --width in metres")
-        return _METRES
-    shown = _import().Length(width or "100%").value(ppi=_PPI, relative_length=_viewbox_width(root, path))
-    return width_m / float(shown)
+    if width_m is None and not _PHYSICAL.fullmatch(width):
+        raise ConfigError(f"{path}: its width '{width}' has no unit; draw in mm, or give --width in metres")
+    whole = _viewbox_width(root, path) if not width or width.endswith("%") else None
+    shown = float(_import().Length(width or "100%").value(ppi=_PPI, relative_length=whole))
+    if not (is_finite(shown) and shown > 0):
+        raise ConfigError(f"{path}: its width '{width}' is none; write one such as 200mm, or none beside a viewBox")
+    return _METRES if width_m is None else width_m / shown
 
 
 def _viewbox_width(root: ElementTree.Element, path: Path) -> float:

@@ -41,6 +41,10 @@ _RESERVED = ("objects", "image", "recognizer", "scene", "tracking", "expert", "q
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
+NO_FILE = "parameters"
+"""What errors name in place of a file where values come from none."""
+
+
 @dataclass(frozen=True)
 class Setup:
     """All that a recogniser is made of.
@@ -109,7 +113,7 @@ def load_parameters(path: str | Path, *more: str | Path) -> Setup:
 def setup_from_flat(
     flat: Mapping[str, Any],
     base_dir: Path,
-    source: str | Path = "parameters",
+    source: str | Path = NO_FILE,
     *,
     warn: Callable[[str], None] | None = None,
     previous: Setup | None = None,
@@ -125,7 +129,8 @@ def setup_from_flat(
     values = _values(flat, source)
     objects = _read_names(values, "objects", _RESERVED)
     if not objects:
-        raise ConfigError(f"{source}: objects: this key is missing; it lists the objects to look for, such as [red]")
+        what = "the list is empty" if "objects" in values else "this key is missing"
+        raise ConfigError(f"{source}: objects: {what}; it lists the objects to look for, such as [red]")
     classes = _read_names(values, "image.classes", [f.name for f in dataclasses.fields(ImageConfig)])
     specs = all_specs(objects, classes)
     values = _known(values, specs, warn)
@@ -144,7 +149,7 @@ def setup_from_flat(
     return Setup(targets, configs, image, recognizer, tracking, node, resolved)
 
 
-def image_from_flat(flat: Mapping[str, Any], source: str | Path = "parameters") -> ImageConfig:
+def image_from_flat(flat: Mapping[str, Any], source: str | Path = NO_FILE) -> ImageConfig:
     """What values of the section `image` say, of files that name no objects. As `setup_from_flat`."""
     values = _values(flat, source)
     classes = _read_names(values, "image.classes", [f.name for f in dataclasses.fields(ImageConfig)])

@@ -68,5 +68,19 @@ def _flatten(section: Value) -> dict[str, Value]:
         for full, value in (_flatten(child) if isinstance(child.raw, dict) else {child.key: child}).items():
             if full in flat:
                 raise value.error(f"is given twice, once of them as '{key}'; keep one")
+            _check_kinds(value)
             flat[full] = value
     return flat
+
+
+def _check_kinds(value: Value) -> None:
+    """Whether the node would read a list, too: all of ROS' have items of one kind.
+
+    :raises ConfigError: it would not start.
+    """
+    kinds = {type(item) for item in value.raw} if isinstance(value.raw, list) else set()
+    if kinds == {int, float}:
+        whole = next(item for item in value.raw if isinstance(item, int))
+        raise value.error(f"ROS reads no list in which some numbers have a point and some have none; write {whole}.0")
+    if len(kinds) > 1:
+        raise value.error("ROS reads no list of items of several kinds; quotes make text of an item")

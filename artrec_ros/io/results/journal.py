@@ -32,7 +32,8 @@ from ...core.model.found import (
     OtherTurn,
     Rejection,
 )
-from ..base.json_lines import fault
+from ..base.json_lines import parsed_line
+from ..base.typed import typed
 from ..base.whole_files import LineFile
 from .results import FrameRecord
 
@@ -101,16 +102,32 @@ class Journal:
         off, and `lost` says why."""
         for place, line in enumerate(self._file.lines(), 1):
             try:
-                yield _parsed(line)
-            except (KeyError, ValueError, TypeError) as error:
+                number, frame = _parsed(line)
+                done = number, _told(frame)
+            except ValueError as error:
                 self._file.cut(place - 1)
-                self.lost = f"{self._path}: line {place} is no frame: {fault(error)}; what follows is recognised again"
+                self.lost = f"{self._path}: line {place} is no frame: {error}; what follows is recognised again"
                 break
+            yield done
+
+
+def _told(frame: Recognised) -> Recognised:
+    """A frame whose values are of their kinds. :raises ValueError: they are not, or no line of results holds them."""
+    typed(frame, Recognised)
+    try:
+        frame.record().to_json()
+    except (ValueError, TypeError):
+        raise ValueError("it holds numbers that are none") from None
+    return frame
 
 
 def _parsed(line: str) -> tuple[int, Recognised]:
-    number, content = json.loads(line)
-    frame = _unpacked(content)
+    """:raises ValueError: it is no frame, as a user can be told."""
+    content = parsed_line(line)
+    try:
+        number, frame = content[0], _unpacked(content[1])
+    except (LookupError, TypeError, ValueError, AttributeError):
+        raise ValueError("something in it is missing or of another kind") from None
     if not isinstance(number, int) or not isinstance(frame, Recognised):
         raise ValueError("neither a number nor a frame")
     return number, frame

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...core.base.errors import SourceError
 from ...core.geometry.transforms import Pose, rotation_from_quaternion
 from ...core.model.found import (
     ClassFit,
-    ConstraintFailure,
     Detection,
     Filtered,
     FrameResult,
@@ -26,8 +24,9 @@ from ...core.model.found import (
     OtherTurn,
     Rejection,
 )
-from ..base.json_lines import fault, strict_json
-from ..base.yaml_files import size_of_file
+from ..base.json_lines import at_line, lines_of, parsed_line
+from ..base.typed import UnfitError, typed
+from .line_format import FilteredPlace, FoundObject, Line, OtherPlace, Place
 
 DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 
@@ -85,42 +84,35 @@ class FrameRecord:
 
     @classmethod
     def from_json(cls, line: str) -> FrameRecord:
-        """:raises KeyError, ValueError, TypeError: if it is no line of a result."""
-        c = strict_json(line)
-        poses = [o["pose"] for o in c["objects"] if o["pose"] and o.get("pose_from") != "plane"]
+        """:raises ValueError: it is no line of a result; the key, and what would be."""
+        c = typed(parsed_line(line), Line)
+        detections = [_built(o, f"objects[{i}]") for i, o in enumerate(c["objects"])]
+        poses = [o["pose"] for o in c["objects"] if o["pose"] is not None and o.get("pose_from") != "plane"]
         frame_id = poses[0]["frame_id"] if poses else ""
         return cls(
-            stamp_ns=int(c["stamp_ns"]),
-            frame=str(c["frame"]),
-            size=(int(c["size"][0]), int(c["size"][1])) if c.get("size") else None,
-            detections=tuple(_detection_from_dict(o, frame_id) for o in c["objects"]),
-            rejected=tuple(_rejection_from_dict(r) for r in c.get("rejected", [])),
-            timing_ms=dict(c.get("timing_ms", {})),
-            ended_by=tuple(str(limit) for limit in c.get("ended_by", [])),
+            stamp_ns=c["stamp_ns"],
+            frame=c["frame"],
+            size=c.get("size"),
+            detections=tuple(replace(d, frame_id="") if d.frame_id == frame_id else d for d in detections),
+            rejected=c.get("rejected", ()),
+            timing_ms=c.get("timing_ms", {}),
+            ended_by=c.get("ended_by", ()),
             frame_id=frame_id,
             error=c.get("error"),
             source=c.get("source"),
-            waiting=int(c.get("waiting", 0)),
+            waiting=c.get("waiting", 0),
         )
 
 
 def read_results(path: Path) -> Iterator[FrameRecord]:
     """The frames of a detections.jsonl, in order.
 
-    :raises SourceError: naming file and line that cannot be read.
+    :raises SourceError: naming file, line and key that cannot be read.
     """
-    size_of_file(path, SourceError)
-    try:
-        with path.open(encoding="utf-8") as stream:
-            for number, line in enumerate(stream, 1):
-                try:
-                    yield FrameRecord.from_json(line)
-                except (KeyError, ValueError, TypeError) as error:
-                    raise SourceError(f"{path}: line {number} is no result of a replay: {fault(error)}") from error
-    except UnicodeDecodeError as error:
-        raise SourceError(f"{path}: is no text file (UTF-8)") from error
-    except OSError as error:
-        raise SourceError(f"{path}: cannot be read: {error.strerror}") from error
+    for number, line in enumerate(lines_of(path), 1):
+        with at_line(path, number):
+            record = FrameRecord.from_json(line)
+        yield record
 
 
 def _f(value: Any, digits: int) -> float:
@@ -199,11 +191,6 @@ def _rejection_to_dict(r: Rejection) -> dict[str, Any]:
     return content
 
 
-def _rejection_from_dict(r: dict[str, Any]) -> Rejection:
-    failed = r.get("failed")
-    return Rejection(**{**r, "failed": ConstraintFailure(**failed) if failed else None})
-
-
 def _class_to_dict(c: ClassFit) -> dict[str, Any]:
     content: dict[str, Any] = {"name": c.name, "confidence": _f(c.confidence, 4), "runner_up": c.runner_up}
     content["runner_up_confidence"] = _f(c.runner_up_confidence, 4)
@@ -214,37 +201,37 @@ def _place_to_dict(p: ImagePose | Instance) -> dict[str, float]:
     return {"x": _f(p.x, 3), "y": _f(p.y, 3), "theta": _f(p.theta, 6), "scale": _f(p.scale, 4)}
 
 
-def _pose_from_dict(p: dict[str, Any]) -> Pose:
+def _pose(p: Place, place: str) -> Pose:
+    """:param place: its key in the line."""
     if not np.linalg.norm(p["orientation"]) > 0:
-        raise ValueError(f"orientation {p['orientation']} has no length")
+        raise UnfitError(f"{list(p['orientation'])} has no length", f"{place}.orientation")
     return Pose(rotation_from_quaternion(p["orientation"]), np.array(p["position"]))
 
 
-def _detection_from_dict(o: dict[str, Any], frame_id: str) -> Detection:
-    """:param frame_id: need not be told again."""
-    pose = o["pose"] and _pose_from_dict(o["pose"])
-    own_frame = o["pose"]["frame_id"] if pose else ""
+def _built(o: FoundObject, place: str) -> Detection:
+    """:param place: its key in the line."""
+    pose, filtered, other, fit = o["pose"], o.get("filtered"), o.get("other_turn"), o.get("class")
     return Detection(
         object=o["object"],
         id=o["id"],
         score=o["score"],
-        image=ImagePose(**o["image"]),
+        image=o["image"],
         components=tuple(
             Instance(c["name"], c["marker"], c["score"], c["x"], c["y"], c["theta"], c["scale"])
             for c in o["components"]
         ),
-        pose=pose or None,
-        joints=dict(o["joints"]),
-        joint_deviations=dict(o.get("joint_deviations", {})),
-        class_fit=ClassFit(**o["class"]) if o.get("class") else None,
+        pose=_pose(pose, f"{place}.pose") if pose else None,
+        joints=o["joints"],
+        joint_deviations=o.get("joint_deviations", {}),
+        class_fit=fit,
         margin=o.get("margin"),
-        identity=_identity_from_dict(o),
-        frame_id="" if own_frame == frame_id else own_frame,
+        identity=_identity(o, place),
+        frame_id=pose["frame_id"] if pose else "",
         pose_from=o.get("pose_from", "fit"),
         predicted=o.get("predicted", False),
-        motion=_motion_from_dict(o.get("filtered", {})),
-        filtered=_filtered_from_dict(o["filtered"]) if o.get("filtered") else None,
-        other_turn=_other_turn_from_dict(o["other_turn"]) if o.get("other_turn") else None,
+        motion=_motion(filtered) if filtered else None,
+        filtered=_filtered(filtered, f"{place}.filtered") if filtered else None,
+        other_turn=_other_turn(other, f"{place}.other_turn") if other else None,
         missing=tuple(
             Missing(m["name"], m["state"], m["x"], m["y"], m.get("by", ""), m.get("score", 0.0))
             for m in o.get("missing", ())
@@ -252,20 +239,25 @@ def _detection_from_dict(o: dict[str, Any], frame_id: str) -> Detection:
     )
 
 
-def _other_turn_from_dict(o: dict[str, Any]) -> OtherTurn:
-    return OtherTurn(_pose_from_dict(o), o["probability"], o.get("joints", {}))
+def _other_turn(o: OtherPlace, place: str) -> OtherTurn:
+    return OtherTurn(_pose(o, place), o["probability"], o.get("joints", {}))
 
 
-def _filtered_from_dict(f: dict[str, Any]) -> Filtered:
-    covariance = np.array(f["covariance"], float).reshape(6, 6)
-    return Filtered(_pose_from_dict(f), covariance, dict(f["joints"]), dict(f["joint_deviations"]))
+def _filtered(f: FilteredPlace, place: str) -> Filtered:
+    if len(f["covariance"]) != 36:
+        raise UnfitError("must be a list of 36", f"{place}.covariance")
+    covariance = np.array(f["covariance"]).reshape(6, 6)
+    return Filtered(_pose(f, place), covariance, f["joints"], f["joint_deviations"])
 
 
-def _motion_from_dict(f: dict[str, Any]) -> Motion | None:
-    return Motion(np.array(f["twist"], float).reshape(6), dict(f["joint_rates"])) if "twist" in f else None
+def _motion(f: FilteredPlace) -> Motion | None:
+    return Motion(np.array(f["twist"]), f.get("joint_rates", {})) if "twist" in f else None
 
 
-def _identity_from_dict(o: dict[str, Any]) -> IdentityFit | None:
+def _identity(o: FoundObject, place: str) -> IdentityFit | None:
     if "identity_probability" not in o:
         return None
-    return IdentityFit(o["identity"], o["identity_probability"], o["identity_runner_up"], o["identity_unique"])
+    if "identity" not in o:
+        raise UnfitError("this key is missing", f"{place}.identity")
+    told = o["identity"], o["identity_probability"]
+    return IdentityFit(*told, o.get("identity_runner_up"), o.get("identity_unique", False))

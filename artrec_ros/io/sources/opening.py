@@ -73,7 +73,7 @@ class FolderSource(Source):
             except ImageError as error:
                 yield Frame(stamp_ns, _printable(path.name), error=_printable(str(error)))
                 continue
-            camera = fitting(self._camera, image, self._report, f"{path.parent}, --camera-info")
+            camera = fitting(self._camera, image, self._report, "--camera-info")
             yield Frame(stamp_ns, _printable(path.name), image, camera)
 
 

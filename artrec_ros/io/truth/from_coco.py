@@ -8,9 +8,9 @@ import numpy as np
 
 from ...core.base.errors import SourceError
 from ...core.geometry.transforms import readonly
+from ..base.json_files import read_json
 from ..base.yaml_files import Value
 from ..learned.annotations import MACHINE, MADE_BY, AnnotatedObject, load_coco
-from ..learned.coco import read_json
 from ..sources.opening import stamps_by_name
 from .records import FrameKey, Told, TrueObject, Truth, keys_by_name
 

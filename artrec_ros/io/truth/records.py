@@ -6,21 +6,51 @@ the file speaks of, and only those are judged.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
 from ...core.base.errors import SourceError
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array, Pose, readonly
-from ..base.json_lines import fault
+from ..base.json_lines import at_line, lines_of, parsed_line
 from ..base.kinds import TRUTH, mistaken
-from ..base.yaml_files import size_of_file
+from ..base.typed import Amount, Stamp, UnfitError, typed
+
+_Point = tuple[float, float]
+_Triple = tuple[float, float, float]
+_Rotation = tuple[_Triple, _Triple, _Triple]
+
+
+class _Component(TypedDict):
+    full_px: Amount
+    visible_px: Amount
+    centre: _Point | None
+
+
+class _WholeObject(TypedDict):
+    components: dict[str, _Component]
+
+
+class _Object(_WholeObject, total=False):
+    object: str | None
+    team: int
+    position: _Triple
+    rotation: _Rotation
+    joints: dict[str, float] | None
+    centre_px: _Point | None
+
+
+class _Frame(TypedDict):
+    """A line of truth.jsonl."""
+
+    stamp_ns: Stamp
+    objects: tuple[_Object, ...]
+
 
 _ROUNDED = 0.01  # by so much rows of a rotation may be off, as where it was written with few digits
 
@@ -100,24 +130,18 @@ class Truth:
 
 
 def load_truth(path: Path) -> dict[int, tuple[TrueObject, ...]]:
-    """The objects of each frame of a truth.jsonl, by the frame's stamp. :raises SourceError: naming file and line."""
+    """The objects of each frame of a truth.jsonl, by the frame's stamp. :raises SourceError: naming file, line, key."""
     truth: dict[int, tuple[TrueObject, ...]] = {}
-    size_of_file(path, SourceError)
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise SourceError(f"{path}: cannot be read: {error}") from error
-    for number, line in enumerate(lines, 1):
-        try:
-            record = json.loads(line)
-            if problem := mistaken(record, TRUTH):
+    for number, line in enumerate(lines_of(path), 1):
+        with at_line(path, number):
+            content = parsed_line(line)
+            if problem := mistaken(content, TRUTH):
                 raise SourceError(f"{path}: {problem}")
-            stamp_ns, objects = int(record["stamp_ns"]), tuple(_object(o) for o in record["objects"])
-        except (KeyError, TypeError, ValueError) as error:
-            raise SourceError(f"{path}: line {number} is no line of truth: {fault(error)}") from error
-        if stamp_ns in truth:
-            raise SourceError(f"{path}: line {number}: the stamp {stamp_ns} is there twice")
-        truth[stamp_ns] = objects
+            frame = typed(content, _Frame)
+            stamp_ns = frame["stamp_ns"]
+            if stamp_ns in truth:
+                raise UnfitError(f"the stamp {stamp_ns} is there twice", "stamp_ns")
+            truth[stamp_ns] = tuple(_object(o, f"objects[{i}]") for i, o in enumerate(frame["objects"]))
     if not truth:
         raise SourceError(f"{path}: holds no frame")
     return truth
@@ -131,24 +155,26 @@ def keys_by_name(names: Sequence[Path], source: object) -> list[FrameKey]:
     return keys
 
 
-def _object(o: dict[str, Any]) -> TrueObject:
+def _object(o: _Object, place: str) -> TrueObject:
+    """:param place: its key in the line."""
     components = {
-        name: TrueComponent(float(c["full_px"]), float(c["visible_px"]), _point(c["centre"]))
-        for name, c in o["components"].items()
+        name: TrueComponent(c["full_px"], c["visible_px"], _point(c["centre"])) for name, c in o["components"].items()
     }
-    pose = Pose(_rotation(o["rotation"]), np.array(o["position"], float)) if "position" in o else None
-    joints = {str(name): float(q) for name, q in (o.get("joints") or {}).items()}
-    name = None if o.get("object") is None else str(o["object"])
-    label = int(o["team"]) if name is None or "team" in o else None
-    return TrueObject(label, pose, components, _point(o.get("centre_px")), name, joints)
+    name = o.get("object")
+    needed = [*(["team"] if name is None else []), *(["rotation"] if "position" in o else [])]
+    if missing := [key for key in needed if key not in o]:
+        raise UnfitError("this key is missing", f"{place}.{missing[0]}")
+    pose = Pose(_rotation(o["rotation"], f"{place}.rotation"), np.array(o["position"])) if "position" in o else None
+    joints = o.get("joints") or {}
+    return TrueObject(o.get("team"), pose, components, _point(o.get("centre_px")), name, joints)
 
 
-def _rotation(value: Any) -> Array:
-    R = np.array(value, float)
-    if R.shape != (3, 3) or np.abs(R @ R.T - np.eye(3)).max() > _ROUNDED or np.linalg.det(R) < 0:
-        raise ValueError("'rotation' is none: three rows, perpendicular and of length 1, right-handed, are wanted")
+def _rotation(rows: _Rotation, key: str) -> Array:
+    R = np.array(rows)
+    if np.abs(R @ R.T - np.eye(3)).max() > _ROUNDED or np.linalg.det(R) < 0:
+        raise UnfitError("is none: three rows, perpendicular and of length 1, right-handed, are wanted", key)
     return R
 
 
-def _point(value: Any) -> Array | None:
-    return None if value is None else readonly(value).reshape(2)
+def _point(value: _Point | None) -> Array | None:
+    return None if value is None else readonly(value)

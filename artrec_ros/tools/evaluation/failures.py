@@ -11,10 +11,10 @@ import numpy as np
 
 from ...core.geometry.transforms import Array
 from ...core.model.found import Detection, Instance
+from ...io.results.summary_file import LookedFor
 from ...io.truth.records import TrueObject
 from .metrics import extent_px, is_on, places_of
 from .outcomes import Outcome
-from .runs import LookedFor
 from .scoring import Evaluation, ScoredFrame
 
 MISSED, NOT_RIGHT, FAR_OFF, FALSE = "missed", "not right", "far off", "false"

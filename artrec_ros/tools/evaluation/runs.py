@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,17 +14,10 @@ from ...io.base.shared_files import resolve_path
 from ...io.objects.object_reader import load_object
 from ...io.parameters.sections import read_flat
 from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
+from ...io.results.summary_file import LookedFor, read_summary
 from ..replaying.names import FRAMES_FOLDER, overlay_name
 
 PARAMETERS_FILE = "parameters.yaml"
-
-
-@dataclass(frozen=True)
-class LookedFor:
-    """An object that a replay looked for: its class label and the name of its required component."""
-
-    label: int
-    required: str
 
 
 @dataclass(frozen=True)
@@ -131,17 +123,9 @@ def _read_summary(
     path: Path, flat: Mapping[str, Any], models: Mapping[str, ObjectModel]
 ) -> tuple[dict[str, Any], dict[str, LookedFor]]:
     """The summary and the objects; parameters tell them without a summary, as of a replay that was killed."""
-    try:
-        summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        looked_for = summary["looked_for"].items()
-        return summary, {name: LookedFor(int(o["label"]), str(o["required"])) for name, o in looked_for}
-    except FileNotFoundError as error:
-        if not models or set(models) != set(flat["objects"]):
-            raise SourceError(
-                f"{path}: cannot be read ({error.strerror}); is this a folder of `artrec replay`?"
-            ) from error
-        return {}, {n: LookedFor(int(flat[f"{n}.label"]), m.required.name) for n, m in models.items()}
-    except OSError as error:
-        raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise SourceError(f"{path}: no summary of a replay: {error!r}") from error
+    if path.exists():
+        summary = read_summary(path)
+        return {**summary}, summary["looked_for"]
+    if not models or set(models) != set(flat["objects"]):
+        raise SourceError(f"{path}: there is no such file; is this a folder of `artrec replay`?")
+    return {}, {n: LookedFor(int(flat[f"{n}.label"]), m.required.name) for n, m in models.items()}

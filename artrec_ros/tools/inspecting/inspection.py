@@ -88,6 +88,8 @@ def _bag_alone(path: Path, bag: BagContent) -> Iterator[str]:
         if s.camera is not None and s.size is not None and s.camera.size != s.size:
             (w, h), (cw, ch) = s.size, s.camera.size
             yield f"{path}: {s.name}: images have {w}x{h} pixels, but the calibration beside them is for {cw}x{ch}"
+        elif s.camera is not None:
+            yield from (f"{path}: {s.name}: {line}" for line in odd_calibration(s.camera))
 
 
 def _annotations(path: Path, coco: Annotations, models: Mapping[str, ObjectModel]) -> Iterator[str]:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from ...core.base.errors import ConfigError
 from ...core.geometry.camera import Camera
 from ...io.images.cameras import load_camera
 from ...simulation.simulator import pinhole_camera
+from .paths import path
 
 
 def add_camera(parser: Any, size: tuple[int, int] = (320, 240), view_angle_deg: float = 60.0) -> None:
     """The options --camera-info, --image-size and --view-angle, with these defaults."""
     group = parser.add_argument_group("camera")
-    group.add_argument("--camera-info", type=Path, metavar="FILE.yaml", help="a ROS calibration file; or else:")
+    group.add_argument("--camera-info", type=path, metavar="FILE.yaml", help="a ROS calibration file; or else:")
     group.add_argument(
         "--image-size", type=int, nargs=2, default=size, metavar=("W", "H"), help="pixels ({} {})".format(*size)
     )

@@ -18,6 +18,7 @@ from ...io.sources.opening import SourceOptions, Sources
 from ..replaying.engines import Engine, InlineEngine
 from ..replaying.processes import ProcessEngine
 from ..replaying.work import Order
+from .paths import path
 
 _MOST_SECONDS, _RATES_HZ = 1e9, (1e-3, 1e6)  # what stamps in nanoseconds can hold
 _MOST_PER_CORE = 16  # workers
@@ -27,7 +28,7 @@ def add_source_options(p: argparse.ArgumentParser) -> None:
     """Which images of a source are read, and how."""
     p.add_argument("--topic", help="image topic (else the only one, or the only one that fits image.kind)")
     p.add_argument("--camera-info-topic", help="calibration topic (else camera_info beside the image topic)")
-    p.add_argument("--camera-info", type=Path, metavar="FILE", help="calibration file, instead of a topic")
+    p.add_argument("--camera-info", type=path, metavar="FILE", help="calibration file, instead of a topic")
     p.add_argument("--start-offset", type=seconds, default=0.0, metavar="S", help="skip S seconds of each source")
     p.add_argument("--playback-duration", type=seconds, metavar="S", help="read S seconds of each source")
     p.add_argument("-s", "--storage", choices=sorted(STORAGES), help="read only bag files of this kind")

@@ -10,10 +10,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from ...core.base.errors import SourceError
-from ...io.base.whole_files import LineFile, held, write_whole
+from ...core.base.errors import ArtrecError, SourceError
+from ...io.base.whole_files import LineFile, held, make_folder, write_whole
 from ...io.results.journal import JOURNAL_FILE, Journal, Recognised
 from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
+from ...io.results.summary_file import read_summary
 from .names import FRAMES_FOLDER
 from .pictures import UNFINISHED, VIDEO_FILE
 from .plan import PLAN_FILE, check_plan, write_plan
@@ -36,7 +37,7 @@ class ReplayFolder:
         self.path, self._several = path, len(plan["sources"]) > 1
         self._stack = ExitStack()
         try:
-            (path / FRAMES_FOLDER).mkdir(parents=True, exist_ok=True)
+            make_folder(path / FRAMES_FOLDER)
             self.check = self._stack.enter_context(held(path))
             if overwrite:
                 clear(path)
@@ -88,11 +89,13 @@ class ReplayFolder:
             (self.path / JOURNAL_FILE).unlink()
 
     def summary(self) -> Summary:
-        """Of a finished replay."""
-        content = json.loads((self.path / SUMMARY_FILE).read_text(encoding="utf-8"))
-        summary = Summary(problems=content["problems"])
-        for record in read_results(self.path / DETECTIONS_FILE):
-            summary.add(record)
+        """Of a finished replay. :raises ArtrecError: it cannot be read; naming the way out."""
+        try:
+            summary = Summary(problems=list(read_summary(self.path / SUMMARY_FILE)["problems"]))
+            for record in read_results(self.path / DETECTIONS_FILE):
+                summary.add(record)
+        except ArtrecError as error:
+            raise SourceError(f"{error}; --overwrite replays again") from error
         return summary
 
 

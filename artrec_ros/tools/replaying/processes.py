@@ -27,10 +27,10 @@ _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NU
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Ctrl-C reaches all processes of a terminal, but it is the parent that decides: it is blocked in workers that are
-    started here. The parent learns of it at the end."""
-    resource_tracker.ensure_running()  # started with the first worker, it would unblock the signal for it
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    """Ctrl-C reaches all processes of a terminal, SIGTERM those of a service, but it is the parent that decides: they
+    are blocked in workers that are started here. The parent learns of them at the end."""
+    resource_tracker.ensure_running()  # started with the first worker, it would unblock the signals for it
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:
         yield
     finally:

@@ -12,11 +12,12 @@ from ...core.model.found import FrameResult
 from ...io.parameters.parameter_file import Setup
 from ...io.parameters.specs import Spec, all_specs
 from ...io.results.journal import Recognised
+from ...io.results.summary_file import LookedFor
 from ...io.truth.from_coco import load_coco_truth
 from ..evaluate import lines
 from ..evaluation.comparison import compare
 from ..evaluation.result import results_of
-from ..evaluation.runs import LookedFor, Run
+from ..evaluation.runs import Run
 from ..evaluation.scoring import Options, evaluate_runs
 from .examples import ANNOTATIONS_FILE
 from .session import Session

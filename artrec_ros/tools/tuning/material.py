@@ -12,10 +12,11 @@ import numpy as np
 from ...core.base.errors import SourceError
 from ...io.parameters.parameter_file import Setup
 from ...io.results.journal import Recognised
+from ...io.results.summary_file import LookedFor
 from ...io.sources.frames import Part, Source
 from ...io.truth.records import FrameKey, TrueObject, Truth
 from ..evaluation.assignment import match_frames
-from ..evaluation.runs import LookedFor, Run
+from ..evaluation.runs import Run
 from ..evaluation.scoring import Evaluation, Options, evaluate_runs
 from ..replaying.engines import Engine, Job
 from ..replaying.work import Order, work

@@ -12,17 +12,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...core.base.errors import ArtrecError, ConfigError
+from ...core.base.errors import ArtrecError, ConfigError, SourceError
 from .goal import Goal
 from .space import Dimension, distributions, suggested_of, values_of
 
 try:
     import optuna
+    from sqlalchemy.exc import SQLAlchemyError
 except ImportError as error:
     raise ArtrecError(f"artrec tune: {error}; pip install artrec_ros[tune]") from error
 
 STUDY_FILE = "study.db"
 _STARTUP = 10  # trials at random before the sampler begins to learn from them
+_UNREADABLE = (SQLAlchemyError, optuna.exceptions.OptunaError, LookupError, ValueError, TypeError, RuntimeError)
 _FOR_IMPORTANCE = 20  # trials from which on it can be told which parameters mattered
 
 Measured = Mapping[str, float | None]
@@ -53,14 +55,24 @@ class Search:
     an interrupted search goes on as if it had not been."""
 
     def __init__(self, folder: Path, space: tuple[Dimension, ...], goal: Goal, seed: int) -> None:
-        """:raises OSError: the folder cannot be written."""
+        """:raises SourceError: what is kept there cannot be used. :raises OSError: the folder cannot be written."""
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         self._space, self._goal, self._seed = space, goal, seed
         self._distributions = distributions(space)
-        storage = f"sqlite:///{(folder / STUDY_FILE).absolute()}"
-        self._study = optuna.create_study(storage=storage, study_name="tune", direction="maximize", load_if_exists=True)
-        for trial in self._study.get_trials(states=[optuna.trial.TrialState.RUNNING]):  # of a run that was killed
-            self._study.tell(trial.number, state=optuna.trial.TrialState.FAIL)
+        try:
+            self._study = self._opened(f"sqlite:///{(folder / STUDY_FILE).absolute()}")
+            list(self._tried())  # what cannot be read is found now
+        except _UNREADABLE as error:
+            cause = error.__cause__ or error
+            reason = str(getattr(cause, "orig", None) or cause).partition("\n")[0]
+            way_out = "put a copy of it back, or begin anew with --overwrite"
+            raise SourceError(f"{folder / STUDY_FILE}: cannot be used: {reason}; {way_out}") from error
+
+    def _opened(self, storage: str) -> optuna.Study:
+        study = optuna.create_study(storage=storage, study_name="tune", direction="maximize", load_if_exists=True)
+        for trial in study.get_trials(states=[optuna.trial.TrialState.RUNNING]):  # of a run that was killed
+            study.tell(trial.number, state=optuna.trial.TrialState.FAIL)
+        return study
 
     @property
     def tried(self) -> list[Tried]:

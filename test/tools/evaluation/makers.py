@@ -34,6 +34,8 @@ OBJECT = {
         },
     },
 }
+SUMMARY = {"sources": ["a"], "frames": 1, "frames_with_error": 0, "objects": {}, "total_ms": None, "problems": []}
+SUMMARY |= {"interrupted": False, "looked_for": {}}
 
 
 def pose_at(x: float, z: float = 1.0) -> Pose:
@@ -74,7 +76,8 @@ def write_run(folder: Path, records: list[FrameRecord], pictures: bool = False, 
     """What a replay leaves: results, summary, parameters with the object's file, and overlays if asked."""
     (folder / "frames").mkdir(parents=True)
     (folder / "detections.jsonl").write_text("".join(r.to_json() + "\n" for r in records))
-    (folder / "summary.json").write_text(json.dumps({"looked_for": {"thing": {"label": 2, "required": "base"}}}))
+    looked_for = {"thing": {"label": 2, "required": "base"}}
+    (folder / "summary.json").write_text(json.dumps(SUMMARY | {"looked_for": looked_for}))
     (folder / "thing.yaml").write_text(yaml.safe_dump(OBJECT, sort_keys=False))
     parameters = {"objects": ["thing"], "thing": {"object_file": str(folder / "thing.yaml"), "label": 2},
                   "recognizer": {"min_probability": score}}  # fmt: skip

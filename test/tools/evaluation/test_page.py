@@ -22,7 +22,7 @@ from artrec_ros.tools.evaluation.gallery import cards
 from artrec_ros.tools.main import main
 
 from .browser import BROWSER, DRIVER, Browser
-from .makers import found_thing, record, true_thing, write_run, write_truth
+from .makers import SUMMARY, found_thing, record, true_thing, write_run, write_truth
 
 page = pytest.importorskip("artrec_ros.tools.evaluation.page", reason="the extra `report` is not installed")
 ODD = 'votes < 3 & "odd" <script>alert(1)</script>'
@@ -160,7 +160,7 @@ def test_components_and_names_are_told_apart(tmp_path):
     records = [record(1, astray), record(2, found_thing(arm=False)), record(3, other), record(4, found_thing(-0.9))]
     run = write_run(tmp_path / "r", records)
     summary = {"looked_for": {n: {"label": k, "required": "base"} for k, n in enumerate(("thing", "bling"), 2)}}
-    (run / "summary.json").write_text(json.dumps(summary))
+    (run / "summary.json").write_text(json.dumps(SUMMARY | summary))
     ((result,), _) = evaluate([run], write_truth(tmp_path / "t.jsonl", truth))
     content = result.to_dict()
     rows = {(c["object"], c["component"]): [c[k] for k in ("found", "wrong", "missed")] for c in content["components"]}

@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from artrec_ros.core.base.errors import SourceError
+from artrec_ros.core.base.errors import ConfigError, SourceError
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.results.summary_file import LookedFor
 from artrec_ros.io.truth.records import Told, TrueObject, Truth
 from artrec_ros.tools.evaluation.assignment import Choice, choose_objects, match_frames, strangers
 from artrec_ros.tools.evaluation.completion import slant_rad, with_components
-from artrec_ros.tools.evaluation.runs import LookedFor, Run, load_run, load_runs, run_names
+from artrec_ros.tools.evaluation.runs import Run, load_run, load_runs, run_names
 from artrec_ros.tools.evaluation.scoring import Options, evaluate_runs
 
 from .makers import CAMERA, FACING, found_thing, pixel, pose_at, record, true_thing, write_run
@@ -114,7 +115,7 @@ class TestRuns:
         folder = write_run(tmp_path / "r", [record(0), record(1)])
         lines = (folder / "detections.jsonl").read_text().splitlines(keepends=True)
         (folder / "detections.jsonl").write_text(lines[0] + lines[0][:50] + "\n" + lines[1])
-        with pytest.raises(SourceError, match="line 2 is no result"):
+        with pytest.raises(SourceError, match="line 2: no valid JSON at column 51"):
             load_run(folder)
 
     def test_an_interrupted_run_and_one_whose_object_file_is_gone_are_told(self, tmp_path):
@@ -129,10 +130,13 @@ class TestRuns:
         with pytest.raises(SourceError, match="detections.jsonl: there is no such file"):
             load_run(tmp_path)
         (tmp_path / "detections.jsonl").write_text("")
-        with pytest.raises(SourceError, match="summary.json: cannot be read.*folder of `artrec replay`"):
+        with pytest.raises(SourceError, match="summary.json: there is no such file.*folder of `artrec replay`"):
             load_run(tmp_path)
         (tmp_path / "summary.json").write_text("[]")
-        with pytest.raises(SourceError, match="summary.json: no summary of a replay"):
+        with pytest.raises(ConfigError, match=r"summary.json: must be a mapping \{key: value\}, not \[\]"):
+            load_run(tmp_path)
+        (tmp_path / "summary.json").write_text("{")
+        with pytest.raises(ConfigError, match="summary.json: line 1: is no valid JSON"):
             load_run(tmp_path)
 
     def test_names_tell_runs_apart_and_no_run_comes_twice(self, tmp_path):

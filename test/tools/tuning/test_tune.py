@@ -122,12 +122,13 @@ def test_a_search_that_was_stopped_goes_on_as_if_it_had_not_been(world, tuned, t
     out = tmp_path / "out"
     process = artrec(command(world, out, trials=1000))
     end = time.monotonic() + 60
-    while not (out / "study.db").exists() and time.monotonic() < end:
+    before = out / "before.jsonl"
+    while not (before.exists() and before.read_bytes().count(b"\n") == 40) and time.monotonic() < end:
         time.sleep(0.01)
     time.sleep(0.3)
     process.send_signal(number)
     process.communicate(timeout=60)
-    assert not (out / "report.json").exists() and process.returncode != 0
+    assert not (out / "report.json").exists() and process.returncode == (130 if number == signal.SIGINT else -number)
     assert main(command(world, out)) == 0
     assert trials_of(out)[:TRIALS] == trials_of(tuned)
 
@@ -170,6 +171,18 @@ def test_a_full_disk_is_told_and_what_was_tried_stays(world, tmp_path):
     assert process.returncode == 1 and "cannot be written" in said and "Traceback" not in said
     assert main(command(world, out, trials=3)) == 0
     assert len(trials_of(out)) >= 3
+
+
+def test_a_damaged_search_is_told_with_the_way_out_before_the_work(world, tuned, tmp_path, capsys):
+    out = tmp_path / "out"
+    shutil.copytree(tuned, out)
+    (out / "before.jsonl").unlink()
+    (out / "study.db").write_bytes((tuned / "study.db").read_bytes()[:9000])
+    capsys.readouterr()
+    assert main(command(world, out)) == 1
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert f"artrec: {out / 'study.db'}: cannot be used: database disk image is malformed" in said
+    assert "begin anew with --overwrite" in said and not (out / "before.jsonl").exists()
 
 
 def test_a_truth_that_matches_no_frame_is_told(world, tmp_path, capsys):

@@ -139,6 +139,21 @@ def test_two_that_touch_are_told_apart_though_they_are_one_blob(turns):
     assert sorted(d.name for d in result.detections) == ["robot_gr", "robot_vr"]
 
 
+@pytest.mark.parametrize("seed", [35, 48])
+def test_a_patch_that_a_long_line_runs_into_is_looked_for_at_its_own_size(seed):
+    """Their blob is many times the patch; how large that can be is known."""
+    rng, size = np.random.default_rng(seed), (320, 240)
+    at = Placing(*rng.uniform((60, 60), (260, 180)), rng.uniform(-np.pi, np.pi), 300.0, "gr")
+    along = np.array([np.cos(angle := rng.uniform(0, np.pi)), np.sin(angle)])
+    middle = np.array([at.x, at.y]) + rng.uniform(-12, 12) * along[::-1] * (-1, 1)
+    picture, line = rendered(at, size=size), np.zeros(size[::-1], np.uint8)
+    ends = [tuple(map(int, middle + way * 600 * along)) for way in (-1, 1)]
+    cv2.line(line, *ends, 1, 5)
+    picture[(line > 0) & (picture == 0)] = TEAM
+    engine = recognizer(robot(), min_scale=220.0, max_scale=480.0)
+    assert any(errors(d, at)[0] < 2 for d in engine.recognize(picture).detections if d.name == "robot_gr")
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.8, 2.2])
 def test_what_is_a_small_part_of_a_large_blob_is_found(turn):
     """A line of the team's class runs into the robot: its patch is a tenth of their blob."""

@@ -22,6 +22,7 @@ from .views import FACING, view_bank
 
 _AT_ONCE = 16  # blobs between two looks at the clock
 _MOST_MERGED = 16  # components that are looked for in one blob
+_FINER = 4  # times as many points at most of a lattice over a blob that is larger than the component
 
 
 class Guesses(NamedTuple):
@@ -101,7 +102,7 @@ class FacingGuesser:
         least = np.minimum(np.sqrt(config.least_area_share * area / marker.area), most)  # a larger one: several merged
         least = np.maximum(least, lowest)
         keep = np.ceil(blob_px / (marker.area * np.maximum(least, 1e-9) ** 2)).astype(np.int64)
-        spread = np.maximum(area, blob_px / _MOST_MERGED)  # at its size a lattice is of about so many points
+        spread = np.maximum(area, blob_px / _FINER)  # over as much a lattice is of about so many points
         return Grid(
             frame.field.padded_labels,
             np.array([b.label for b in blobs]),

@@ -336,8 +336,22 @@ class WholeObjectFinder:
         return both[np.arange(len(poses)) + len(poses) * (after > self._search.settled_votes * before)]
 
     def at_rest(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
-        """Hypotheses at rest on the contours of the markers used (H, M), and on what the image's colours show."""
-        return self.on_colours(frame, self.settled(frame, poses, used), used)
+        """Hypotheses at rest on the contours of the markers used (H, M), and on what the image's colours show; of what
+        faces the camera not on those of what covers part of it."""
+        settled = self.settled(frame, poses, used)
+        fitted = self.on_colours(frame, settled, used)
+        if not self.facing or fitted is settled:
+            return fitted
+        covered = (used & (self.lacks_px(self.judge(frame, settled, occlusion=True)) > 0)).any(axis=1)
+        return Poses.concatenate([fitted, settled])[np.arange(len(poses)) + len(poses) * covered]
+
+    def lacks_px(self, scores: PatchScores) -> Array:
+        """(H, M) pixels of each marker that are not of its class, less what a rim around it can take: 0 or less of one
+        that is seen whole."""
+        surface, m = self.surface, self.surface.markers
+        area_px: Array = scores.area_px[:, m]
+        around_px = surface.perimeter * np.sqrt(area_px / surface.compiled.area[m])
+        return np.asarray((1 - scores.agree[:, m]) * area_px - surface.votes.ring_px * around_px, np.float64)
 
     def on_colours(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""

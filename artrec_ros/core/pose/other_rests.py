@@ -13,7 +13,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
@@ -54,10 +53,7 @@ def _partly_covered(
     finder: WholeObjectFinder, scores: PatchScores, used: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Which pose's (N,) which marker (N,) lacks most of its label, where that is more than a rim around it can."""
-    surface, m = finder.surface, finder.surface.markers
-    area_px: Array = scores.area_px[:, m]
-    around_px = surface.perimeter * np.sqrt(area_px / surface.compiled.area[m])
-    lacks_px = np.where(used, (1 - scores.agree[:, m]) * area_px - surface.votes.ring_px * around_px, 0.0)
+    lacks_px = np.where(used, finder.lacks_px(scores), 0.0)
     marker = np.argmax(lacks_px, axis=1)
     row = np.flatnonzero((lacks_px.max(axis=1) > 0) & (used.sum(axis=1) > _LEAST_OTHERS))
     return row, marker[row]

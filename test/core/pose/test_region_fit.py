@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from settings import DEFAULTS, settings
-from squares import ARM, SIZE, TEAM, Placing, gate, hinge, patch, rendered, robot
+from squares import ARM, BACK, SIZE, TEAM, Placing, gate, hinge, patch, rendered, robot
 
 from artrec_ros.core.image.codes import OUTSIDE
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -174,3 +174,18 @@ def test_what_a_view_from_above_does_not_show_has_no_colours():
     np.testing.assert_array_equal(fitted_in(cut, poses).t, poses.t)
     assert FINDER.regions.evenness(cut, poses).tolist() == [0.0]
     assert (fitted_in(frame, poses).t != poses.t).any()
+
+
+def test_colours_of_what_covers_a_part_pull_nothing():
+    """Where a marker lacks more of its class than a rim, an object rests on contours alone."""
+    frame = frame_of(rendered(AT))
+    codes, image = frame.field.codes.copy(), frame.image.copy()
+    around = np.rint(AT.at([BACK.mean(axis=0)])[0]).astype(int)
+    for of, value in ((codes, 0), (image, (150, 40, 40))):
+        of[around[1] : around[1] + 9, around[0] - 5 : around[0] + 9] = value
+    covered = ImageFrame(LabelField(codes), image=image).faced()
+    poses = AT.pose(frame.camera)
+    for shown, moves in ((frame, True), (covered, False)):
+        used = FINDER.supported(FINDER.judge(shown, poses, occlusion=True))
+        told, rest = FINDER.at_rest(shown, poses, used), FINDER.settled(shown, poses, used)
+        assert (told.t != rest.t).any() == moves

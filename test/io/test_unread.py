@@ -54,6 +54,15 @@ def told(folder: Path, files: list[str], **values: Any) -> list[str]:
         (["plate"], {"expert__facing__turns": 20}, ("where images are calibrated", "face the camera alone")),
         (["spatial"], {"expert__facing__turns": 20}, ("camera alone, and none of those with such places is flat",)),
         (["flat"], {"expert__facing__turns": 20}, ("camera alone, and no object has a place",)),
+        (
+            ["plate"],
+            {
+                "recognizer__memory": False,
+                "scene__plane__image_points": [0.0, 0.0, 99.0, 0.0, 99.0, 99.0, 0.0, 99.0],
+                "scene__plane__field_points": [0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0],
+            },
+            ("in space alone, and all those with such places are flat",),
+        ),
         (["plate"], {"expert__guesses__root_keep": 9}, ("is read only where images are calibrated",)),
         (["flat"], {"recognizer__max_range_m": 2.0}, ("is read only where images are calibrated",)),
         (["spatial"], {"recognizer__min_range_m": 2.0}, ("is read only where images are calibrated",)),

@@ -72,4 +72,6 @@ def _why(spec: Spec, setup: Setup) -> str:
         return "no object has a place for each of its markers"
     if not recognizer.whole_object:
         return "recognizer.whole_object is false"
-    return "all objects are found as a whole" if "plane" in spec.paths else "none of those with such places is flat"
+    if "plane" in spec.paths:
+        return "all objects are found as a whole"
+    return "all those with such places are flat" if "space" in spec.paths else "none of those with such places is flat"

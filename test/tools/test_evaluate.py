@@ -184,7 +184,7 @@ def test_wrong_options(truth, found, capsys, arguments, code, said):
     ("name", "content", "said"),
     [
         ("nothing.jsonl", None, "there is no such file"),
-        ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{}\n', "line 2: objects: this key is missing"),
+        ("t.jsonl", '{"stamp_ns": 1, "objects": []}\n{}\n', "line 2: stamp_ns: this key is missing"),
         (
             "t.jsonl",
             '{"stamp_ns": 1, "objects": [{"team": 1, "components": {}, "position": [0, 0, 1], '

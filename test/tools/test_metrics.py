@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose, Instance
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.io.truth.records import Told, TrueComponent, TrueObject
 from artrec_ros.tools.evaluation.completion import with_own_names
@@ -170,3 +170,15 @@ def test_a_truth_of_labels_judges_what_is_labelled():
     assert (wrong.judged, wrong.right, wrong.components_wrong) == (1, 0, 1)
     unlabelled = replace(truth, components={"torso_left": truth.components["torso_left"]})
     assert score_frame([unlabelled], [detection(100, (300, 80))], "torso").right == 1
+
+
+@pytest.mark.parametrize(
+    ("called", "told", "counted"),
+    [("red_a", "a", (1, 1, 0)), ("red_a", "b", (1, 0, 1)), ("red_a", None, (1, 0, 0)), ("red", "b", (0, 0, 0))],
+)
+def test_names_are_scored_where_the_truth_says_which_one_it_is(called, told, counted):
+    found = replace(detection(100, (100, 80)), identity=IdentityFit(told, 0.9, None, True))
+    counts = score_frame([replace(true_object(100), name=called)], [found], "torso")
+    assert (counts.named, counts.names_right, counts.names_wrong) == counted
+    counts = score_frame([replace(true_object(100), name=called)], [detection(100, (100, 80))], "torso")
+    assert counts.named == 0  # an object without identities

@@ -17,7 +17,7 @@ from .metrics import extent_px, is_on, places_of
 from .outcomes import Outcome
 from .scoring import Evaluation, ScoredFrame
 
-MISSED, NOT_RIGHT, FAR_OFF, FALSE = "missed", "not right", "far off", "false"
+MISSED, NOT_RIGHT, MISNAMED, FAR_OFF, FALSE = "missed", "not right", "wrong name", "far off", "false"
 _NEAR = 1.0  # of an object, in its apparent sizes
 # a right one is far off that is farther off than these, a share of the range and an angle, and than so many medians
 _FAR, _FAR_RAD, _FAR_TIMES = 0.02, math.radians(10), 5.0
@@ -25,7 +25,7 @@ _FAR, _FAR_RAD, _FAR_TIMES = 0.02, math.radians(10), 5.0
 
 @dataclass(frozen=True)
 class Failure:
-    """:param kind: MISSED, NOT_RIGHT, FAR_OFF or FALSE. :param name: the object's.
+    """:param kind: MISSED, NOT_RIGHT, MISNAMED, FAR_OFF or FALSE. :param name: the object's.
     :param place: (2,) pixels, where known. :param radius_px: about how large it is there."""
 
     kind: str
@@ -78,7 +78,9 @@ def _failures(frame: ScoredFrame, objects: Mapping[str, LookedFor], far: _Far) -
         for outcome in part.outcomes:
             if not outcome.counted:
                 continue
-            if outcome.recognised and outcome.right is not False:
+            if outcome.recognised and outcome.own_name is False:
+                kind, reason = MISNAMED, _why_misnamed(outcome)
+            elif outcome.recognised and outcome.right is not False:
                 kind, reason = FAR_OFF, far.says(outcome)
             elif outcome.recognised:
                 kind, reason = NOT_RIGHT, _why_not_right(outcome, root)
@@ -91,6 +93,14 @@ def _failures(frame: ScoredFrame, objects: Mapping[str, LookedFor], far: _Far) -
         for d in part.false:
             place = np.array([d.image.x, d.image.y])
             yield Failure(FALSE, name, _why_false(d, name, frame, objects), place, _radius_px(d))
+
+
+def _why_misnamed(outcome: Outcome) -> str:
+    found = outcome.detection
+    assert found is not None and found.identity is not None
+    told, share = found.identity.name, found.identity.probability
+    called = f"told as {found.object}_{told} with {share:.0%}" if told else "told by no name"
+    return f"it is {outcome.truth.name}, and {called}"
 
 
 def _why_not_right(outcome: Outcome, root: str) -> str:

@@ -41,6 +41,8 @@ SHOWN = {
         short="right",
     ),
     "false_per_frame": Shown("false per frame", better=-1, meaning="detections that lie on no object"),
+    "name_rate": Shown("names right", meaning="objects found that are told by their own name", short="names"),
+    "wrong_name_rate": Shown("names wrong", "", 3, -1, "objects found that are told by another's name"),
     "component_precision": Shown("component precision", meaning="found components that lie on their own marker"),
     "component_recall": Shown("component recall", meaning="well visible components that were found, of objects found"),
     "position_error_median": Shown(
@@ -87,6 +89,8 @@ def figures_of(counts: Counts) -> Figures:
         "f1": intervals.f1(c.recognised, c.false, c.objects - c.recognised),
         "right_rate": intervals.rate(c.right, c.judged),
         "false_per_frame": intervals.per_frame(c.false, c.frames),
+        "name_rate": intervals.rate(c.names_right, c.named),
+        "wrong_name_rate": intervals.rate(c.names_wrong, c.named),
         "component_precision": intervals.rate(c.components_right, c.components_right + c.components_wrong),
         "component_recall": intervals.rate(c.components_right, c.components_right + c.components_missed),
         "position_error_median": intervals.median(c.position_errors),
@@ -105,7 +109,8 @@ def figures_of(counts: Counts) -> Figures:
 
 def counted(counts: Counts) -> dict[str, int]:
     """The whole numbers behind the figures."""
-    names = ("frames", "frames_without_result", "objects", "recognised", "judged", "right", "false", "components_right",
+    names = ("frames", "frames_without_result", "objects", "recognised", "judged", "right", "false", "named",
+             "names_right", "names_wrong", "components_right",
              "components_wrong", "components_missed")  # fmt: skip
     return {name: getattr(counts, name) for name in names}
 

@@ -44,6 +44,9 @@ class Counts:
     judged: int = 0  # objects of whose components the truth speaks
     right: int = 0
     false: int = 0
+    named: int = 0  # objects found of which the truth says which of several like ones each is
+    names_right: int = 0
+    names_wrong: int = 0  # told by another's; those of none are neither
     components_right: int = 0
     components_wrong: int = 0
     components_missed: int = 0
@@ -76,6 +79,9 @@ class Counts:
             judged=sum(o.right is not None for o in counted),
             right=sum(o.right is True for o in counted),
             false=false,
+            named=sum(o.own_name is not None for o in met),
+            names_right=sum(o.own_name is True for o in met),
+            names_wrong=sum(o.own_name is False and _tells_name(o.detection) for o in met),
             components_right=sum(hits),
             components_wrong=len(hits) - sum(hits),
             components_missed=sum(len(o.missed) for o in met),
@@ -102,6 +108,10 @@ class Counts:
             "position_error_median": _median(self.position_errors),
             "rotation_error_deg_median": _median(np.degrees(self.rotation_errors_rad)),
         }
+
+
+def _tells_name(detection: Detection | None) -> bool:
+    return detection is not None and detection.identity is not None and detection.identity.name is not None
 
 
 def score(

@@ -36,6 +36,15 @@ class Outcome:
         return self.counted and self.detection is not None
 
     @property
+    def own_name(self) -> bool | None:
+        """Whether it is told by its own name, of one that was found and whose truth says which of several like objects
+        it is (yellow_gr); None: it does not."""
+        found, called = self.detection, self.truth.name
+        if found is None or found.identity is None or called is None or not called.startswith(f"{found.object}_"):
+            return None
+        return called == f"{found.object}_{found.identity.name}"
+
+    @property
     def _found_pose(self) -> Pose | None:
         """In the camera's frame, as the truth is; a pose on a field is no mistake, but nothing to compare."""
         return None if self.detection is None or self.detection.frame_id else self.detection.pose

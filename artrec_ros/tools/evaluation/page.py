@@ -14,7 +14,7 @@ from . import figures as f
 from . import table
 from .breakdown import NOTHING, component_counts, confusion
 from .comparison import Change
-from .failures import FALSE, FAR_OFF, MISSED, NOT_RIGHT, failed_frames
+from .failures import FALSE, FAR_OFF, MISNAMED, MISSED, NOT_RIGHT, failed_frames
 from .gallery import MOST_CARDS, cards
 from .plots import COLOURS, distribution_plots, reliability_plots, strata_plots
 from .result import Result
@@ -50,7 +50,7 @@ def render(results: Sequence[Result], changes: Sequence[Mapping[str, Change]] = 
         rate=partial(f.written, "precision"),
         left_out=sum(max(0, len(f) - MOST_CARDS) for f in failed),
         frames=len(evaluations[0].frames),
-        kinds=[MISSED, NOT_RIGHT, FAR_OFF, FALSE],
+        kinds=[MISSED, NOT_RIGHT, MISNAMED, FAR_OFF, FALSE],
         names=list(dict.fromkeys(name for e in evaluations for name in e.names)),
         keys=[k for k in f.SHOWN if any(r.overall[k].value is not None for r in results)],
         part_keys=[k for k in f.OF_PARTS if any(r.overall[k].value is not None for r in results)],

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import ImagePose, Instance, Rejection
+from artrec_ros.core.model.found import IdentityFit, ImagePose, Instance, Rejection
 from artrec_ros.io.results.results import FrameRecord
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.evaluation.failures import failed_frames
+from artrec_ros.tools.evaluation.outcomes import FrameOutcome, Outcome
+from artrec_ros.tools.evaluation.scoring import ScoredFrame
 
 from .makers import FACING, found_thing, pixel, record, true_thing, write_run, write_truth
 
@@ -61,6 +65,17 @@ def test_a_component_elsewhere(tmp_path, dx, reason):
     parts = (Instance("base", "plate", 1, u, 59.5, 0, 200), Instance("arm", "stripe", 1, u + dx, 59.5, 0, 200))
     found = failures(tmp_path, [true_thing()], record(1, found_thing(components=parts)))
     assert found == [("not right", reason)]
+
+
+@pytest.mark.parametrize(("name", "reason"), [("b", "told as thing_b with 90%"), (None, "told by no name")])
+def test_another_name(tmp_path, name, reason):
+    found = found_thing(identity=IdentityFit(name, 0.9))
+    truth = write_truth(tmp_path / "t.jsonl", {1: [true_thing()]})
+    ((result,), _) = evaluate([write_run(tmp_path / "r", [record(1, found)])], truth)
+    outcome = Outcome(true_thing(name="thing_a"), counted=True, detection=found, right=True)
+    frame = ScoredFrame(1, 0, None, {"thing": FrameOutcome((outcome,))})
+    ((failure,),) = (f.failures for f in failed_frames(replace(result.evaluation, frames=(frame,))))
+    assert (failure.kind, failure.reason) == ("wrong name", f"it is thing_a, and {reason}")
 
 
 def test_a_required_component_elsewhere(tmp_path):

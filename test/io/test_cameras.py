@@ -146,7 +146,7 @@ def test_both_axes_must_be_plausible():
     [
         ([600, 0, 320, 0, 7000, 240, 0, 0, 1], r"focal lengths of 600 and 7e\+03 px"),
         ([600, 0, 1e6, 0, 600, 240, 0, 0, 1], r"the optical axis meets an image of 640x480 pixels at 1e\+06, 240"),
-        ([600, 0, 320, 0, 600, 240, 0, 0, 0], "a last row of 0, 0, 0; 0, 0, 1 belongs there"),
+        ([600, 0, 320, 0, 600, 240, 0, 0, 0], "the last row of K is 0, 0, 0; 0, 0, 1 belongs there"),
     ],
 )
 def test_what_no_camera_has_is_no_calibration(matrix, said):
@@ -154,6 +154,13 @@ def test_what_no_camera_has_is_no_calibration(matrix, said):
     with pytest.raises(ConfigError, match=f"implausible.*{said}"):
         camera_from_info(640, 480, matrix, [], "plumb_bob")
     camera_from_info(640, 480, [600, 0, -100, 0, 4000, 900, 0, 0, 1], [], "plumb_bob")  # a part of a larger image
+    camera_from_info(1920, 200, [1400, 0, 960, 0, 1400, 540, 0, 0, 1 - 1e-10], [], "plumb_bob")  # a strip of one
+
+
+def test_what_else_stands_in_a_calibration_is_left_alone(tmp_path):
+    path = tmp_path / "c.yaml"
+    path.write_text(FILE + "calibrated_at: 12:30:45\nserial: 22_0345\n")
+    assert load_camera(path, "c").size == (640, 480)
 
 
 @pytest.mark.parametrize(

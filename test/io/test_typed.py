@@ -35,6 +35,7 @@ GOOD: dict[str, Any] = {"name": "n", "points": [{"x": 1}, {"x": 2, "y": 0.5, "mo
 
 def test_what_fits_is_made() -> None:
     assert typed(GOOD, Whole) == {"name": "n", "points": (Point(1.0), Point(2.0, 0.5)), "size": (3, 4)}
+    assert typed({**GOOD, "size": [3.0, 4]}, Whole)["size"] == (3, 4)  # as tables of numbers are written
     assert typed({**GOOD, "size": None, "share": 1, "areas": {"a": 0}, "kind": "b"}, Whole)["areas"] == {"a": 0.0}
 
 
@@ -47,7 +48,7 @@ def test_what_fits_is_made() -> None:
         ({"points": [{"x": True}]}, "points[0].x: must be a finite number, not True"),
         ({"points": [{"x": 10**400}]}, "points[0].x: must be a finite number, not 1000"),
         ({"size": [1]}, "size: must be a list of 2, not [1]"),
-        ({"size": [1, 2.0]}, "size[1]: must be a whole number, not 2.0"),
+        ({"size": [1, 2.5]}, "size[1]: must be a whole number, not 2.5"),
         ({"share": 1.5}, "share: must be at least 0 and at most 1, not 1.5"),
         ({"areas": {"a\n": -1}}, r"areas.'a\n': must be at least 0, not -1"),
         ({"kind": "c"}, "kind: must be one of 'a', 'b', not 'c'"),

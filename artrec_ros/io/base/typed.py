@@ -92,6 +92,8 @@ def _number(raw: Any) -> float:
 
 
 def _integer(raw: Any) -> int:
+    if isinstance(raw, float) and raw.is_integer():  # as tables of numbers are written
+        return int(raw)
     if isinstance(raw, bool) or not isinstance(raw, int):
         raise _wanted("a whole number", raw)
     return raw

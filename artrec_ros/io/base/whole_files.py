@@ -57,14 +57,19 @@ def check_place(path: str | Path) -> None:
     path = Path(path)
     with _told(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        if path.is_file():
-            os.close(os.open(path, os.O_WRONLY))
-        elif path.is_dir():
+        if path.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        elif not path.exists():
-            part = path.resolve().with_name(path.name + ".part")
+        if path.exists() and not path.is_file():
+            return  # a pipe, or a device
+        target = path.resolve()
+        part = target.with_name(target.name + ".part")
+        try:
             part.touch()
             part.unlink()
+        except OSError as error:
+            if error.errno not in _IN_PLACE or not path.exists():
+                raise
+            os.close(os.open(path, os.O_WRONLY))
 
 
 def make_folder(path: Path) -> None:

@@ -207,11 +207,11 @@ def read_text(path: str | Path, most_bytes: int = MOST_BYTES) -> str:
         raise ConfigError(f"{path}: is no text file (UTF-8)") from None
 
 
-def load_value(path: str | Path) -> Value:
-    """A YAML file of any content as a `Value`."""
+def load_value(path: str | Path, *, others: bool = False) -> Value:
+    """A YAML file of any content as a `Value`. :param others: see `parsed_yaml`."""
     text = read_text(path, _MOST_YAML_BYTES)
     try:
-        raw = parsed_yaml(text)
+        raw = parsed_yaml(text, others=others)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, problem = f" line {mark.line + 1}:" if mark else "", str(error.problem or error.context)

@@ -46,21 +46,33 @@ _FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$|^[-+]\.\d+$")
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
 
 
+_NOT_OF_ROS = frozenset(":_")  # in numbers
+
+
 def _number(loader: Any, node: Any) -> Any:
     """A number in a form that ROS takes for one, too: YAML 1.1 has others, such as 1:30, which is 90 there."""
     number = loader.construct_yaml_float(node) if node.tag.endswith("float") else loader.construct_yaml_int(node)
-    if set(node.value) & set(":_"):
+    if set(node.value) & _NOT_OF_ROS:
         problem = f"'{node.value}' is no number to ROS; write {number}, or put it in quotes if it is text"
         raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
     return number
 
 
+class _OthersLoader(_Loader):
+    """Files that others write, too: what is no number to ROS is text in them, as a time of day is."""
+
+
+def _number_or_text(loader: Any, node: Any) -> Any:
+    return node.value if set(node.value) & _NOT_OF_ROS else _number(loader, node)
+
+
 for _kind in ("int", "float"):
     _Loader.add_constructor(f"tag:yaml.org,2002:{_kind}", _number)
+    _OthersLoader.add_constructor(f"tag:yaml.org,2002:{_kind}", _number_or_text)
 
 
 @lru_cache(maxsize=8)  # one command reads a file for this and for that: a fifth of a second, of many pairs
-def parsed_yaml(text: str) -> Any:
-    """The content, which nobody changes."""
+def parsed_yaml(text: str, *, others: bool = False) -> Any:
+    """The content, which nobody changes. :param others: the file may be of others' making."""
     _check_events(text)
-    return yaml.load(text, _Loader)
+    return yaml.load(text, _OthersLoader if others else _Loader)

@@ -19,6 +19,7 @@ from ..base.yaml_files import is_finite, load_value
 _MODELS = {"": (0, 4, 5, 8), "plumb_bob": (0, 4, 5), "rational_polynomial": (0, 5, 8)}
 _MOST_PX = 1e7  # a focal length or centre beyond it is damage: no lens has such
 _VIEW_DEG = 0.5, 170.0  # of a whole image's width, by the focal length alone
+_MOST_ASIDE = 2.0  # focal lengths from an image's middle to the optical axis: that is 63 degrees
 _MOST_UNLIKE = 10.0  # of two focal lengths, one by the other
 _CENTRAL, _MOST_BENT = 0.25, 0.5  # so near the centre, by the corners' distance, no lens bends by such a share
 
@@ -96,10 +97,11 @@ def _check_matrix(K: Array, what: str) -> None:
         raise ConfigError(f"the camera is not calibrated ({what} without focal length)")
     if max(K[0, 0], K[1, 1], *np.abs(K[:2, 2])) > _MOST_PX or min(K[0, 0], K[1, 1]) < 1 / _MOST_PX:
         raise ConfigError(f"the camera's calibration is implausible ({what} beyond {_MOST_PX:g} px)")
-    if K[2].tolist() != [0, 0, 1]:
+    if not np.allclose(K[2], (0, 0, 1), rtol=0, atol=1e-6):  # as a rescaled one may be
         row = ", ".join(f"{v:g}" for v in K[2])
+        whose = what.split()[0].rstrip(",")
         raise ConfigError(
-            f"the camera's calibration is implausible ({what} with a last row of {row}; 0, 0, 1 belongs there)"
+            f"the camera's calibration is implausible (the last row of {whose} is {row}; 0, 0, 1 belongs there)"
         )
 
 
@@ -117,7 +119,8 @@ def _check_view(K: Array, D: Array, size: tuple[int, int]) -> None:
     fx, fy = K[0, 0], K[1, 1]
     if max(fx, fy) > _MOST_UNLIKE * min(fx, fy):
         raise ConfigError(f"the camera's calibration is implausible: focal lengths of {fx:.3g} and {fy:.3g} px")
-    if (np.abs(K[:2, 2] / size - 0.5) > 1.5).any():  # more than a whole image off it
+    off_px = np.abs(K[:2, 2] - np.array(size) / 2)  # of a crop that is a part of a wide image it may be far off that
+    if ((off_px > 1.5 * np.array(size)) & (off_px > _MOST_ASIDE * np.array((fx, fy)))).any():
         raise ConfigError(
             f"the camera's calibration is implausible: the optical axis meets an image of {size[0]}x{size[1]} pixels "
             f"at {K[0, 2]:.3g}, {K[1, 2]:.3g}; are these cx and cy, and of this image?"
@@ -139,7 +142,7 @@ def load_camera(path: Path, frame_id: str = "", rectified: bool = False) -> Came
     :param rectified: the images are: projection_matrix holds for them.
     :raises ConfigError: naming file and key.
     """
-    content = load_value(path).raw
+    content = load_value(path, others=True).raw
     if problem := mistaken(content, CALIBRATION):
         raise ConfigError(f"{path}: {problem}")
     if not isinstance(content, dict):

@@ -133,6 +133,8 @@ def load_truth(path: Path) -> dict[int, tuple[TrueObject, ...]]:
     """The objects of each frame of a truth.jsonl, by the frame's stamp. :raises SourceError: naming file, line, key."""
     truth: dict[int, tuple[TrueObject, ...]] = {}
     for number, line in enumerate(lines_of(path), 1):
+        if not line.strip():
+            continue  # as editors leave one at the end
         with at_line(path, number):
             content = parsed_line(line)
             if problem := mistaken(content, TRUTH):

@@ -41,22 +41,17 @@ class AtRest(NamedTuple):
 
     def of(self, rows: list[int]) -> AtRest:
         """Some of them."""
+        frames = [self.frames[n] for n in rows]
         others, elsewhere = ([column[n] for n in rows] for column in (self.others, self.elsewhere))
-        return AtRest(
-            [self.frames[n] for n in rows], self.poses[rows], self.used[rows], others, elsewhere, self.bends[rows]
-        )
+        return AtRest(frames, self.poses[rows], self.used[rows], others, elsewhere, self.bends[rows])
 
     def covariances(self, finder: WholeObjectFinder) -> Array:
         """(H, 6+J, 6+J) as of `pose_covariances`, and of joints that may be bent otherwise."""
-        made, config, facing = (
-            np.zeros((len(self.poses), *[6 + self.poses.q.shape[1]] * 2)),
-            finder.config,
-            finder.facing,
-        )
+        size, facing = 6 + self.poses.q.shape[1], finder.facing
+        made, joints = np.empty((len(self.poses), size, size)), np.arange(6, size)
         for rows, frame in _by_frame(self.frames):
             at = frame, self.poses[rows], self.used[rows]
-            made[rows] = pose_covariances(finder.surface, *at, config, facing=facing)
-        joints = np.arange(6, made.shape[1])
+            made[rows] = pose_covariances(finder.surface, *at, finder.config, facing=facing)
         made[:, joints, joints] += self.bends
         return made
 

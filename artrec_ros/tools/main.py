@@ -122,8 +122,9 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
 
     from .. import __version__
     from .examples import HelpFormatter, epilog
+    from .options.one_line_parser import OneLineParser
 
-    parser = argparse.ArgumentParser(prog="artrec", description="Recognise articulated objects by their markers.")
+    parser = OneLineParser(prog="artrec", description="Recognise articulated objects by their markers.")
     parser.add_argument("--version", action="version", version=f"artrec {__version__}")
     parser.add_argument("--debug", action="store_true", help="show a traceback with an error")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
@@ -142,7 +143,7 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
         else:
             subparsers.add_parser(command, help=summary)
     args, unknown = parser.parse_known_args(arguments)
-    if unknown:  # argparse would show the usage of `artrec` itself, which helps no one
+    if unknown:  # argparse would name the help of `artrec` itself, which helps no one
         subparsers.choices[args.command].error(f"unrecognized arguments: {' '.join(unknown)}")
     return args
 

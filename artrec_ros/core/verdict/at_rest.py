@@ -30,6 +30,8 @@ class AtRest(NamedTuple):
         whose contours tell where each is.
     :ivar others: their other turns. :ivar elsewhere: other poses at which their contours rest.
     :ivar bends: (H, J) by how much joints' variances are greater for other bends.
+    :ivar drawn: where each would come to rest if what nearer ones hide were its own: what they leave of their rims may
+        be drawn onto them.
     """
 
     frames: Sequence[ImageFrame]
@@ -38,12 +40,14 @@ class AtRest(NamedTuple):
     others: Sequence[OtherTurn | None]
     elsewhere: Sequence[OtherTurn | None]
     bends: Array
+    drawn: Poses
 
     def of(self, rows: list[int]) -> AtRest:
         """Some of them."""
         frames = [self.frames[n] for n in rows]
         others, elsewhere = ([column[n] for n in rows] for column in (self.others, self.elsewhere))
-        return AtRest(frames, self.poses[rows], self.used[rows], others, elsewhere, self.bends[rows])
+        sure = self.poses[rows], self.used[rows]
+        return AtRest(frames, *sure, others, elsewhere, self.bends[rows], self.drawn[rows])
 
     def covariances(self, finder: WholeObjectFinder) -> Array:
         """(H, 6+J, 6+J) as of `pose_covariances`, and of joints that may be bent otherwise."""
@@ -64,15 +68,19 @@ def at_rest(
     :param among: all objects of the frame, other targets' too.
     """
     frames = [frame] * len(verdicts) if finder.facing else behind_others(verdicts, among, frame)
-    groups = list(_by_frame(frames))
-    parts = [_at_rest_in(look, finder, [verdicts[n] for n in rows]) for rows, look in groups]
+    groups = [(rows, [verdicts[n] for n in rows], look) for rows, look in _by_frame(frames)]
+    parts = [_at_rest_in(look, finder, mine) for _, mine, look in groups]
+    parts = [
+        part if look is frame else part._replace(drawn=_drawn_in(frame, finder, mine))
+        for part, (_, mine, look) in zip(parts, groups, strict=True)
+    ]
     if len(parts) == 1:
         return parts[0]
-    poses, used, others, elsewhere, bends = zip(*[part[1:] for part in parts], strict=True)
+    looks, poses, used, others, elsewhere, bends, drawn = map(list, zip(*parts, strict=True))
     told = list(chain(*others)), list(chain(*elsewhere))
-    order = np.argsort(list(chain(*(rows for rows, _ in groups)))).tolist()
-    looks = [look for rows, look in groups for _ in rows]
-    return AtRest(looks, Poses.concatenate(poses), np.concatenate(used), *told, np.concatenate(bends)).of(order)
+    rest = Poses.concatenate(poses), np.concatenate(used), *told, np.concatenate(bends), Poses.concatenate(drawn)
+    order = np.argsort(list(chain(*(rows for rows, _, _ in groups))))
+    return AtRest(list(chain(*looks)), *rest).of(order.tolist())
 
 
 def candidates(verdicts: Sequence[Verdict]) -> Poses:
@@ -87,7 +95,7 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     poses = finder.at_rest(frame, candidates(verdicts), used)
     if finder.facing:
         none = [None] * len(poses)
-        return AtRest(frames, poses, used, none, none, np.zeros(poses.q.shape))
+        return AtRest(frames, poses, used, none, none, np.zeros(poses.q.shape), poses)
     poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
     bent, more = likelier_bends(finder, hurried, poses)
     likelier, others = likelier_turns(finder, frame, bent)
@@ -95,7 +103,12 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     if len(moved):
         elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
         used[moved] = finder.supported(finder.judge(frame, likelier[moved], occlusion=True))
-    return AtRest(frames, likelier, used, others, elsewhere, more)
+    return AtRest(frames, likelier, used, others, elsewhere, more, likelier)
+
+
+def _drawn_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence[Verdict]) -> Poses:
+    used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
+    return finder.at_rest(frame.unhurried(), candidates(verdicts), used)
 
 
 def _by_frame(frames: Sequence[ImageFrame]) -> Iterator[tuple[list[int], ImageFrame]]:

@@ -19,7 +19,7 @@ from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
-from .at_rest import at_rest, candidates
+from .at_rest import AtRest, at_rest, candidates
 from .claims import claims_of
 from .identity import Identifier
 from .judge import Judge
@@ -83,7 +83,7 @@ class Describer:
         finder, surface = self.finder, self.finder.surface
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         rest = at_rest(finder, verdicts, among, frame)
-        first = self._first_in_their_places(rest.poses)
+        first = self._first_in_their_places(rest)
         verdicts, rest = [verdicts[n] for n in first], rest.of(first)
         poses = rest.poses
         parts_of = self._parts(verdicts, poses, frame)
@@ -145,15 +145,15 @@ class Describer:
             joint_deviations=deviations,
         )
 
-    def _first_in_their_places(self, poses: Poses) -> list[int]:
+    def _first_in_their_places(self, rest: AtRest) -> list[int]:
         """Rows of those in whose places none before is: what an object leaves of its rim may come to rest on it."""
-        left, first = list(range(len(poses))), list[int]()
+        left, first = list(range(len(rest.poses))), list[int]()
         turn = self.finder.config.search.niche_rad
         while left:
             one, *left = left
             first.append(one)
             if left:
-                same = self.finder.required.is_in_place_of(poses[left], poses[one : one + 1], turn)
+                same = self.finder.required.is_in_place_of(rest.drawn[left], rest.poses[one : one + 1], turn)
                 left = [n for n, there in zip(left, same.tolist(), strict=True) if not there]
         return first
 

@@ -48,6 +48,15 @@ def test_an_object_is_fitted_without_the_border_of_what_lies_before_it():
     assert np.linalg.norm(told.poses.t[0] - FAR.t[0]) < 4 * np.sqrt(known)
 
 
+def test_where_all_edges_draw_what_is_hidden_is_known_too():
+    """What an object leaves of its rim lies behind it, and comes to rest on it by the edges that both have."""
+    (finder, _), (verdict, other), frame = scene(FAR, NEAR)
+    told, alone = (at_rest(finder, [verdict], among, frame) for among in ([verdict, other], [verdict]))
+    used = finder.supported(verdict.claim.scores)
+    np.testing.assert_array_equal(told.drawn.t, finder.at_rest(frame, verdict.claim.poses, used).t)
+    np.testing.assert_array_equal(alone.drawn.t, alone.poses.t)
+
+
 def test_objects_are_told_in_their_order_whoever_hides_some():
     (finder, _), (verdict, other), frame = scene(FAR, NEAR)
     apart = verdicts_of(claims_of(finder, APART, frame))[0]

@@ -47,7 +47,7 @@ class RegionFit:
         :param used: (H, M) markers that the labels support: joints that move none of these stay.
         """
         config, (regions, at) = self._config, self._figures(frame, poses)  # in light, which lenses blend
-        origin = at.copy()
+        shown = self._is_shown(frame, regions, at)
         scale = frame.camera.focal_px / poses.t[:, 2]
         reach = self._reach(regions, scale)
         kin, component = self._surface.kinematics, self._surface.component[self._surface.markers]
@@ -78,7 +78,7 @@ class RegionFit:
         q[:, self._order] += at[:, 4:]
         fitted = Poses(roll @ poses.R, np.column_stack([place, z]), kin.bound(q))
         both, rows = Poses.concatenate([poses, fitted]), np.arange(len(poses))
-        return both[rows + len(poses) * self._is_shown(frame, regions, origin)]
+        return both[rows + len(poses) * shown]
 
     def evenness(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H,) the share of the variance of the colours on and around each hypothesis that is between its regions; 0

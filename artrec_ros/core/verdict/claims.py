@@ -140,8 +140,13 @@ def _misplaced(
 
 def corners_of(surface: SpatialModel, camera: Camera, poses: Poses) -> Array:
     """(H, n, 2) pixels of the corners of all boxes and markers: of `surface.hulls`."""
+    return project(camera, corners_m(surface, poses))
+
+
+def corners_m(surface: SpatialModel, poses: Poses) -> Array:
+    """(H, n, 3) where these are, metres in the camera's frame."""
     frames, hulls = surface.kinematics.forward(poses.R, poses.t, poses.q), surface.hulls
-    return project(camera, surface.place(frames, hulls.corners, hulls.component))
+    return surface.place(frames, hulls.corners, hulls.component)
 
 
 def silhouette(surface: SpatialModel, camera: Camera, poses: Poses) -> list[NDArray[np.float32]]:

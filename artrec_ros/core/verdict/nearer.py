@@ -18,7 +18,7 @@ from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .acceptance import Verdict
-from .claims import widened
+from .claims import corners_m, widened
 
 _OFF_PX = 2.0  # a silhouette of a candidate, with the seam around what is seen of it
 
@@ -28,11 +28,10 @@ def behind_others(verdicts: Sequence[Verdict], among: Sequence[Verdict], frame: 
     nothing. :param among: all objects of the frame."""
     if len(among) < 2:
         return [frame] * len(verdicts)
-    solids = [(v, _Solids.of(v, frame.camera)) for v in among]
+    solids = {v: _Solids.of(v, frame.camera) for v in {*among, *verdicts}}
     out = []
     for verdict in verdicts:
-        mine = _Solids.of(verdict, frame.camera)
-        others = [s for v, s in solids if v.claim is not verdict.claim]
+        mine, others = solids[verdict], [solids[v] for v in among if v.claim is not verdict.claim]
         before = [widened(hull, _OFF_PX) for other in others for hull in other.before(mine)]
         out.append(frame.without(before, nearer=True))
     return out
@@ -53,13 +52,12 @@ class _Solids:
 
     @classmethod
     def of(cls, verdict: Verdict, camera: Camera) -> _Solids:
-        surface, poses = verdict.claim.finder.surface, verdict.claim.poses
-        frames, hulls = surface.kinematics.forward(poses.R, poses.t, poses.q), surface.hulls
-        X, first = surface.place(frames, hulls.corners, hulls.component), hulls.starts[:-1]
-        pixels = project(camera, X)[0].astype(np.float32)
+        surface = verdict.claim.finder.surface
+        X, starts = corners_m(surface, verdict.claim.poses), surface.hulls.starts
+        pixels, first = project(camera, X)[0].astype(np.float32), starts[:-1]
         low, high = np.minimum.reduceat(pixels, first), np.maximum.reduceat(pixels, first)
-        depth = np.add.reduceat(X[0, :, 2], first) / np.diff(hulls.starts)
-        corners = [pixels[begin:end] for begin, end in pairwise(hulls.starts)]
+        depth = np.add.reduceat(X[0, :, 2], first) / np.diff(starts)
+        corners = [pixels[begin:end] for begin, end in pairwise(starts)]
         return cls(corners, low - _OFF_PX, high + _OFF_PX, depth)
 
     def before(self, other: _Solids) -> list[NDArray[np.float32]]:

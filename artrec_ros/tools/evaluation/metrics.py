@@ -81,7 +81,7 @@ class Counts:
             false=false,
             named=sum(o.own_name is not None for o in met),
             names_right=sum(o.own_name is True for o in met),
-            names_wrong=sum(o.own_name is False and _tells_name(o.detection) for o in met),
+            names_wrong=sum(o.anothers_name for o in met),
             components_right=sum(hits),
             components_wrong=len(hits) - sum(hits),
             components_missed=sum(len(o.missed) for o in met),
@@ -108,10 +108,6 @@ class Counts:
             "position_error_median": _median(self.position_errors),
             "rotation_error_deg_median": _median(np.degrees(self.rotation_errors_rad)),
         }
-
-
-def _tells_name(detection: Detection | None) -> bool:
-    return detection is not None and detection.identity is not None and detection.identity.name is not None
 
 
 def score(

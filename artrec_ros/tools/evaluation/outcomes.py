@@ -45,6 +45,12 @@ class Outcome:
         return called == f"{found.object}_{found.identity.name}"
 
     @property
+    def anothers_name(self) -> bool:
+        """Whether it is told by another's name; by none is neither."""
+        found = self.detection
+        return self.own_name is False and found is not None and bool(found.identity and found.identity.name)
+
+    @property
     def _found_pose(self) -> Pose | None:
         """In the camera's frame, as the truth is; a pose on a field is no mistake, but nothing to compare."""
         return None if self.detection is None or self.detection.frame_id else self.detection.pose

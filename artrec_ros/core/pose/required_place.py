@@ -11,7 +11,6 @@ from ..geometry.transforms import Array
 from ..model.objects import ObjectModel
 from .surface_model import Poses, SpatialModel
 
-_ACROSS = np.array((1.0, 1.0, -1.0))  # a marker's axes in its own mirror image
 _ONE = 0.25  # of the required component's size, and of the logarithm of the depth: two so near are not both there
 
 
@@ -21,11 +20,15 @@ class RequiredPlace:
     def __init__(self, model: ObjectModel, surface: SpatialModel) -> None:
         self._surface = surface
         markers = model.required.markers
-        self._marker_turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
-        self._marker_centres = np.array([m.centre for m in markers])
+        turns = np.array([m.T_component_marker.rotation for m in markers if m.T_component_marker])
+        self._normals, self._marker_centres = turns[:, None, :, 2], np.array([m.centre for m in markers])[:, None]
+        kin = surface.kinematics
+        self._is_fixed = kin.parent[surface.root] < 0  # no joint carries it
 
     def anchors(self, poses: Poses) -> Array:
         """(H, 3) the middle of its markers in the camera."""
+        if self._is_fixed:
+            return np.asarray(poses.R @ self._surface.anchor + poses.t, np.float64)
         R, t = self._frames(poses)
         return np.asarray(np.einsum("hij,hj->hi", poses.R, R @ self._surface.anchor + t) + poses.t, np.float64)
 
@@ -62,25 +65,30 @@ class RequiredPlace:
 
     def flips_of_each(self, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
         """The same, and of which of the hypotheses each one is."""
-        R_root, t_root = self._frames(poses)
-        R_object_marker = R_root @ self._marker_turns[:, None]  # (markers, H, 3, 3)
-        centroid = (R_root @ self._marker_centres[:, None, :, None])[..., 0] + t_root
-        R_marker, centre = poses.R @ R_object_marker, (poses.R @ centroid[..., None])[..., 0] + poses.t
-        facing = np.sum(R_marker[..., 2] * centre, axis=-1) < 0
+        n, centroid = self._normals, self._marker_centres  # (markers, H or 1, 3) in the object's frame
+        if not self._is_fixed:
+            R, t = self._frames(poses)
+            n, centroid = (R @ n[..., None])[..., 0], (R @ centroid[..., None])[..., 0] + t
+        centre = (poses.R @ centroid[..., None])[..., 0] + poses.t
+        of = np.nonzero(((poses.R @ n[..., None])[..., 0] * centre).sum(axis=-1) < 0)
+        facing = of[0], np.minimum(of[1], n.shape[1] - 1)
+        centre, centroid, n, R = centre[of], centroid[facing], n[facing], poses.R[of[1]]
         sight = centre / np.maximum(np.linalg.norm(centre, axis=-1, keepdims=True), 1e-12)
-        along = np.einsum("...i,...ij->...j", sight, R_marker)  # how far each of its axes points away from the camera
-        R_mirrored = (R_marker - 2 * sight[..., :, None] * along[..., None, :]) * _ACROSS
-        R = R_mirrored @ R_object_marker.swapaxes(-1, -2)
-        t, q = centre - (R @ centroid[..., None])[..., 0], np.broadcast_to(poses.q, (len(R), *poses.q.shape))
-        return Poses(R[facing], t[facing], q[facing]), np.nonzero(facing)[1]
+        # mirrored in the marker's plane, which is as it was, and then in the plane that faces the line of sight
+        R = _mirrored(_mirrored(R.swapaxes(-1, -2), n).swapaxes(-1, -2), sight)
+        return Poses(R, centre - (R @ centroid[..., None])[..., 0], poses.q[of[1]]), of[1]
 
     def _radius_px(self, camera: Camera, depth: Array) -> Array:
         return np.asarray(camera.focal_px * self._surface.extent / np.maximum(depth, 1e-6), np.float64)
 
     def _frames(self, poses: Poses) -> tuple[Array, Array]:
-        """It in the object's frame, (H, 3, 3), (H, 3), or (1, ...) where no joint carries it."""
+        """It in the object's frame, (H, 3, 3), (H, 3)."""
         kin, root, n = self._surface.kinematics, self._surface.root, len(poses)
-        if kin.parent[root] < 0:
-            return np.eye(3)[None], np.zeros((1, 3))
         frames = kin.forward(np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3)), poses.q)
         return frames.R[:, root], frames.t[:, root]
+
+
+def _mirrored(axes: Array, normal: Array) -> Array:
+    """The columns of matrices (n, 3, 3) mirrored in planes with such unit normals (n, 3)."""
+    along = np.einsum("ni,nij->nj", normal, axes)
+    return np.asarray(axes - 2 * normal[:, :, None] * along[:, None, :])

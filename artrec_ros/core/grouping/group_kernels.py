@@ -109,6 +109,72 @@ def _judge(pool: Any, rules: Any, members: Any) -> Any:
     return True, score / n * held * (0.5 + 0.5 * n / components), satisfied, checked
 
 
+class Groups(NamedTuple):
+    """The heaviest groups so far, as many as there is room for.
+
+    :param found: (1,) how many there are, and
+    :param lightest: (1,) which one gives way when there is no more room.
+    :param held, members: (G,) how many members, and (G, N) which, the seed first.
+    :param number: (G,) the node of the search that found each.
+    """
+
+    found: np.ndarray
+    lightest: np.ndarray
+    held: np.ndarray
+    members: np.ndarray
+    weight: np.ndarray
+    score: np.ndarray
+    satisfied: np.ndarray
+    checked: np.ndarray
+    number: np.ndarray
+
+
+@jit
+def _no_groups(rules: Any) -> Any:
+    most, components = rules.most_groups, len(rules.absent_m)
+    held, members = np.zeros(most, np.int64), np.zeros((most, components), np.int64)
+    counted = np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most, np.int64)
+    one = np.zeros(1, np.int64), np.zeros(1, np.int64)
+    return Groups(*one, held, members, np.zeros(most), np.zeros(most), *counted)
+
+
+@inlined
+def _least_wanted(groups: Any) -> float:
+    """What a group must weigh to be kept."""
+    return groups.weight[groups.lightest[0]] if groups.found[0] == len(groups.weight) else -np.inf
+
+
+@jit
+def _keep(groups: Any, rules: Any, pool: Any, members: Any, value: float, number: int) -> None:
+    """Take members in, where they are an object and heavy enough; where there is no room, in the lightest's place."""
+    valid, score, satisfied, checked = _judge(pool, rules, members)
+    # rounded: which of two equal groups goes first does not hang on the order of sums
+    heavy = round(max(value, rules.least_weight * pool.weight[members].sum()), 6)
+    if not valid or heavy < _least_wanted(groups):
+        return
+    full = groups.found[0] == len(groups.weight)
+    at = groups.lightest[0] if full else groups.found[0]
+    groups.found[0] += not full
+    groups.members[at, : len(members)], groups.held[at] = members, len(members)
+    groups.weight[at], groups.score[at], groups.number[at] = heavy, score, number
+    groups.satisfied[at], groups.checked[at] = satisfied, checked
+    lightest = 0
+    for g in range(1, groups.found[0]):
+        equal = groups.weight[g] == groups.weight[lightest]
+        if groups.weight[g] < groups.weight[lightest] or (equal and groups.number[g] < groups.number[lightest]):
+            lightest = g
+    groups.lightest[0] = lightest
+
+
+@jit
+def _to_come(pool: Any, absent: Any, options: Any, order: Any) -> Any:
+    """(depths + 1,) what the components of a depth and of those after it add to a group's weight at most."""
+    rest = np.zeros(len(order) + 1)
+    for d in range(len(order) - 1, -1, -1):
+        rest[d] = rest[d + 1] + pool.weight[options[order[d], 0]] + absent[order[d]]
+    return rest
+
+
 @jit
 def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
     """The heaviest groups around a seed, heaviest first.
@@ -116,56 +182,31 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
     :param banned: (instances,) not to be used.
     :return: count of members; (G, N) members, the seed first; weight, score, satisfied, checked; whether exact.
     """
-    components = len(rules.absent_m)
     options, sizes = _options(pool, seed, rules, banned)
     order = np.argsort(sizes, kind="mergesort")
     order = order[sizes[order] > 0]
     depths = len(order)
     # A missing component costs: one whole object goes before two halves that explain the same contour.
     absent = rules.absent_m * pool.scale[seed]
-    rest = np.zeros(depths + 1)
-    for d in range(depths - 1, -1, -1):
-        best = options[order[d], 0]
-        rest[d] = rest[d + 1] + pool.weight[best] + absent[order[d]]
-    found, held = np.zeros((rules.most_groups, components), np.int64), np.zeros(rules.most_groups, np.int64)
-    weight, score = np.zeros(rules.most_groups), np.zeros(rules.most_groups)
-    satisfied, checked = np.zeros(rules.most_groups, np.int64), np.zeros(rules.most_groups, np.int64)
-    number = np.zeros(rules.most_groups, np.int64)
-    members, count, value = np.empty(components, np.int64), np.ones(depths + 1, np.int64), np.empty(depths + 1)
-    pointer = np.zeros(depths + 1, np.int64)
+    rest, groups = _to_come(pool, absent, options, order), _no_groups(rules)
+    members, count = np.empty(len(rules.absent_m), np.int64), np.ones(depths + 1, np.int64)
+    value, pointer = np.empty(depths + 1), np.zeros(depths + 1, np.int64)
     members[0], value[0] = seed, pool.weight[seed] + absent[rules.required] - absent.sum()
-    n, nodes, depth, entering, lightest = 0, 0, 0, True, 0
+    nodes, depth, entering = 0, 0, True
     while depth >= 0:
         if entering:
             nodes += 1
             entering = False
             pointer[depth] = 0
-            full = n == rules.most_groups
-            if nodes > rules.most_nodes or (full and value[depth] + rest[depth] <= weight[lightest] + 1e-9):
+            hopeless = nodes > rules.most_nodes or value[depth] + rest[depth] <= _least_wanted(groups) + 1e-9
+            if not hopeless and depth == depths:
+                _keep(groups, rules, pool, members[: count[depth]], value[depth], nodes)
+            if hopeless or depth == depths:
                 depth -= 1
                 continue
-            if depth == depths:
-                mine = members[: count[depth]]
-                valid, mine_score, mine_satisfied, mine_checked = _judge(pool, rules, mine)
-                # rounded: which of two equal groups goes first does not hang on the order of sums
-                heavy = round(max(value[depth], rules.least_weight * pool.weight[mine].sum()), 6)
-                if valid and (not full or heavy >= weight[lightest]):
-                    at = lightest if full else n
-                    n += not full
-                    found[at, : len(mine)], held[at] = mine, len(mine)
-                    weight[at], score[at], number[at] = heavy, mine_score, nodes
-                    satisfied[at], checked[at] = mine_satisfied, mine_checked
-                    lightest = 0
-                    for g in range(1, n):
-                        equal = weight[g] == weight[lightest]
-                        if weight[g] < weight[lightest] or (equal and number[g] < number[lightest]):
-                            lightest = g
-                depth -= 1
-                continue
-        c = order[depth]
-        i = pointer[depth]
+        c, i = order[depth], pointer[depth]
         pointer[depth] += 1
-        if i > sizes[c]:
+        if i > sizes[c]:  # each of its options was tried, and none of them
             depth -= 1
             continue
         count[depth + 1], value[depth + 1] = count[depth], value[depth]
@@ -179,17 +220,18 @@ def best_groups(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
             value[depth + 1] += pool.weight[option] + absent[c] - cost
         depth += 1
         entering = True
-    by_weight = np.argsort(number[:n])
-    by_weight = by_weight[np.argsort(-weight[by_weight], kind="mergesort")]  # of equal ones the first found
+    return (*_heaviest_first(groups), nodes <= rules.most_nodes)
+
+
+@jit
+def _heaviest_first(groups: Any) -> Any:
+    """Count of members; members, weight, score, satisfied, checked."""
+    order = np.argsort(groups.number[: groups.found[0]])
+    order = order[np.argsort(-groups.weight[order], kind="mergesort")]  # of equal ones the first found
     return (
-        held[by_weight],
-        found[by_weight],
-        weight[by_weight],
-        score[by_weight],
-        satisfied[by_weight],
-        checked[by_weight],
-        nodes <= rules.most_nodes,
-    )
+        groups.held[order], groups.members[order], groups.weight[order], groups.score[order], groups.satisfied[order],
+        groups.checked[order],
+    )  # fmt: skip
 
 
 @jit

@@ -17,11 +17,12 @@ from .geometry.range_limits import ScaleLimits
 from .geometry.transforms import Array
 from .image.blobs import Blob, centres, find_blobs, solidity
 from .image.image_frame import ImageFrame
+from .pose.climber import Climb
 from .pose.directions import Directions
 from .pose.distinct_kernels import few_of_places
 from .pose.facing_guesses import FacingGuesser
 from .pose.facing_limbs import FacingLimbs
-from .pose.finder import Climb, WholeObjectFinder
+from .pose.finder import WholeObjectFinder
 from .pose.guesses import is_small
 from .pose.pose_fit import fit_component
 from .pose.ranked import Ranked, first_of_each
@@ -141,7 +142,7 @@ class FacingSearch:
         early = hurried.hurried(0.5) if limbs else hurried  # as much time is left for these
         poses, _, blob = self._guesser.guess(early, mine, limits, sizes)
         of_limbs, limb = self._limbs.guess(hurried, limbs, limits)
-        of_limbs = self.finder.within_limits(frame.camera, of_limbs)
+        of_limbs = self.finder.climber.within_limits(frame.camera, of_limbs)
         most = np.full(own + len(limbs), config.per_patch)
         most[:own] = self._directions.kept * -(-np.bincount(blob, minlength=own) // self._directions.laid)
         poses, blob = self._turned(early, poses, blob)
@@ -156,8 +157,8 @@ class FacingSearch:
         large, limb = np.flatnonzero(long[blob]), np.flatnonzero(blob >= own)
         surface, fit = self.finder.surface, self._config.fit
         fitted = fit_component(surface, frame, found.poses[large], surface.root, fit, facing=True)
-        fitted = Poses.concatenate([fitted, self.finder.fitted(frame, found.poses[limb])])
-        found += with_joints(self.finder, frame, self.finder.within_limits(frame.camera, fitted))
+        fitted = Poses.concatenate([fitted, self.finder.rest.fitted(frame, found.poses[limb])])
+        found += with_joints(self.finder, frame, self.finder.climber.within_limits(frame.camera, fitted))
         swollen = np.concatenate([swollen, np.zeros(len(large) + len(limb), bool)])
         return found, np.concatenate([blob, blob[large], blob[limb]]), most, swollen
 

@@ -10,7 +10,8 @@ from .base.config import RecallConfig, SearchConfig
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .memory.memory import Known
-from .pose.finder import Climb, WholeObjectFinder
+from .pose.climber import Climb
+from .pose.finder import WholeObjectFinder
 from .pose.ranked import Ranked
 from .pose.surface_model import Poses
 from .verdict.acceptance import Verdicts

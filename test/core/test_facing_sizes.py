@@ -97,7 +97,7 @@ def test_markers_that_look_larger_have_more_votes_for_larger_patches_and_rest_wh
     poses = type(poses)(poses.R, poses.t, np.zeros((1, 2)))
 
     def votes(finder, frame):
-        return float(finder.votes(frame, poses, occlusion=True)[0])
+        return float(finder.voter.votes(frame, poses, occlusion=True)[0])
 
     assert votes(full, image) > votes(half, image) > votes(plain, image)
     assert votes(plain, exact) > votes(full, exact)

@@ -46,7 +46,7 @@ class Directions:
     ) -> tuple[Poses, NDArray[np.int64]]:
         """Poses (H,), and these at rest on the disc's contour, in all directions; of which one each is."""
         at_rest = fit_component(finder.surface, frame, poses, finder.root, config.fit, facing=True)
-        laid = Poses.concatenate([poses, finder.within_limits(frame.camera, at_rest)])
+        laid = Poses.concatenate([poses, finder.climber.within_limits(frame.camera, at_rest)])
         which, middle = np.repeat(np.arange(len(laid)), self.turned), finder.required.anchors(laid)
         turns = np.zeros((self.turned, 3))
         turns[:, 2] = 2 * np.pi * np.arange(self.turned) / self.turned

@@ -10,45 +10,30 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
-from ..base.config import RecognizerConfig, SearchConfig
-from ..geometry.camera import Camera
-from ..geometry.range_limits import scale_limits
-from ..geometry.transforms import Array
+from ..base.config import RecognizerConfig
 from ..image.blobs import Blob
 from ..image.codes import LABELS, Codes
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
-from . import climb_kernels as climbing
 from .alternatives import Alternatives
-from .climb_kernels import Steps, Value
-from .colour_fit import ColourFit
+from .climber import Climb, Climber
 from .distinct import apart
 from .lookalikes import Lookalikes
 from .other_joints import OtherJoints
-from .pose_fit import ContourFit, contour_fit, fit_poses
 from .ranked import Ranked
 from .rebends import Rebends
 from .refit import Refit
-from .region_fit import RegionFit
 from .required_place import RequiredPlace
+from .resting import Resting
 from .seeds import Seeds
 from .stand_ins import StandIns
-from .surface_model import PatchScores, Poses, SpatialModel
+from .surface_model import Poses, SpatialModel
+from .voter import Voter
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
-_AT_ONCE = 32  # hypotheses of what faces the camera that climb between two looks at the clock; of others one
-
-
-class Climb(NamedTuple):
-    """A climb on the votes: of at most so many hypotheses, so many rounds, the first steps in units of `climbing`."""
-
-    most: int
-    rounds: int
-    first_step: float
 
 
 class WholeObjectFinder:
@@ -75,9 +60,8 @@ class WholeObjectFinder:
             self.surface.limits = self.surface.limits._replace(point_px=np.inf)
         self.root = self.surface.root
         self.root_labels = self.surface.labels[self.root]
-        self._value = Value(len(target.model.components), self.root, float(config.votes.hidden_cost), occlusion=True)
-        self._steps = _steps(config.search)
-        self.refit = Refit(self.surface, self._value, config, facing=facing)
+        self._equip()
+        self.rest = Resting(self.voter, self.climber, config, facing=facing)
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.required = RequiredPlace(target.model, self.surface)
         self._lookalikes = Lookalikes(self.surface)
@@ -85,11 +69,11 @@ class WholeObjectFinder:
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
         fine = kin.grids(self._search.fine_joint_step)
         self.stand_ins = StandIns(self.surface, fine, config.verdict.stand_in)
-        self._rebends = Rebends(self.surface, self._search, self._value.hidden_cost)
+        self._rebends = Rebends(self.surface, self._search, self.voter.value.hidden_cost)
         step, most, plain = self._search.fine_joint_step, self._search.other_joints, float(config.votes.inside[0])
-        self._other_joints = OtherJoints(self.surface, self._value, step, most, plain, 1 - self._search.near_joints)
-        self.regions = RegionFit(self.surface, config) if facing else None
-        self._to_colours = self.regions or ColourFit(self.surface, config)
+        self._other_joints = OtherJoints(
+            self.surface, self.voter.value, step, most, plain, 1 - self._search.near_joints
+        )
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
         # classes of whose blobs an object is guessed
@@ -107,8 +91,14 @@ class WholeObjectFinder:
     def _swollen(self, by_px: float) -> WholeObjectFinder:
         twin = copy(self)
         twin.surface = self.surface.swollen(by_px)
-        twin.refit = Refit(twin.surface, self._value, self.config, facing=self.facing)
+        twin._equip()
         return twin
+
+    def _equip(self) -> None:
+        """What judges and moves hypotheses of this surface."""
+        self.voter = Voter(self.surface, self.config)
+        self.climber = Climber(self.voter, self.config, facing=self.facing)
+        self.refit = Refit(self.surface, self.voter.value, self.config, facing=self.facing)
 
     @property
     def is_alike_throughout(self) -> bool:
@@ -118,9 +108,9 @@ class WholeObjectFinder:
 
     def warm_up(self, frame: ImageFrame, poses: Poses) -> None:
         """Have the compiled code that counts votes and climbs on them ready, by a step from some poses."""
-        self.total(self.judge(frame, poses, occlusion=True))
-        found = Ranked(poses, self.votes(frame, poses, occlusion=True))
-        self._climb(frame, self._sweep(frame, found), Climb(1, 1, 1.0))
+        self.voter.total(self.voter.judge(frame, poses, occlusion=True))
+        found = Ranked(poses, self.voter.votes(frame, poses, occlusion=True))
+        self.climber.climb(frame, self.climber.sweep(frame, found), Climb(1, 1, 1.0))
 
     def plain_guesses(self, frame: ImageFrame, blob: Blob) -> Ranked:
         """A few of an object in plain view whose required component made a blob; none where there can be no such."""
@@ -147,8 +137,8 @@ class WholeObjectFinder:
             keep = apart(found.poses, found.votes, search.rival * found.votes[0], search)
         found = found[keep[: climb.most]]
         found = self._with_bent(frame, found).best(climb.most, search)
-        found = self._with_rival_flips(frame, self._sweep(frame, found))
-        found = self._climb(frame, found, climb)
+        found = self._with_rival_flips(frame, self.climber.sweep(frame, found))
+        found = self.climber.climb(frame, found, climb)
         return self._with_lookalikes(frame, self._fit_all(frame, found.poses).best(len(found), search))
 
     def followed(self, frame: ImageFrame, expected: Poses, votes: float, left: float, climb: Climb) -> Ranked:
@@ -161,7 +151,7 @@ class WholeObjectFinder:
         if found.votes[0] < left * votes:
             return found[:0]
         found = self._with_bent(frame, found)
-        found = self._climb(frame, self._sweep(frame, found.best(1, search)), climb)
+        found = self.climber.climb(frame, self.climber.sweep(frame, found.best(1, search)), climb)
         found = self._fit_all(frame, found.poses).best(1, search)
         if found.votes[0] < search.near_joints * votes:  # else its joints are no worse than they were
             found = self.rejointed(frame, found, climb)
@@ -174,8 +164,8 @@ class WholeObjectFinder:
         best, search = self.rejointed(frame, found[:1], climb), self._search
         while self._rebends.any and not frame.deadline.expired:
             bent = self._rebends.of(frame, best.poses)
-            tried = Ranked(bent, self.votes(frame, bent, occlusion=True))
-            tried = self._sweep(frame, tried[[int(np.argmax(tried.votes))]])
+            tried = Ranked(bent, self.voter.votes(frame, bent, occlusion=True))
+            tried = self.climber.sweep(frame, tried[[int(np.argmax(tried.votes))]])
             fitted = self._fit_all(frame, tried.poses).best(1, search)
             if fitted.votes[0] <= best.votes[0]:
                 break
@@ -191,7 +181,7 @@ class WholeObjectFinder:
             found = self._fit_all(frame, others).best(1, self._search) if len(others) else best[:0]
             found = found[found.votes > self._search.near_joints * best.votes[0]]
             if len(found) and found.votes[0] <= best.votes[0]:
-                found = self._fit_all(frame, self._climb(frame, found, climb).poses).best(1, self._search)
+                found = self._fit_all(frame, self.climber.climb(frame, found, climb).poses).best(1, self._search)
             if not len(found) or found.votes[0] <= best.votes[0]:
                 break
             best = found
@@ -200,11 +190,11 @@ class WholeObjectFinder:
     def _with_bent(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the same with joints sought anew: a better pose may show a limb that a worse one missed."""
         bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, self._grids)])
-        return Ranked(bent, self.votes(frame, bent, occlusion=True))
+        return Ranked(bent, self.voter.votes(frame, bent, occlusion=True))
 
     def moved(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Hypotheses after a climb on the votes."""
-        return self._climb(frame, self._sweep(frame, found), climb)
+        return self.climber.climb(frame, self.climber.sweep(frame, found), climb)
 
     def polished(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Hypotheses after a climb on the votes, and a fit to the contours."""
@@ -215,7 +205,7 @@ class WholeObjectFinder:
         search = self._search
         poses = self._standing(frame, poses, self.config.guesses.standing_slack)
         poses = self.surface.search_joints(frame, poses, self.first_grids)
-        found = Ranked(poses, self.votes(frame, poses, occlusion=False)).best(search.joint_keep, search)
+        found = Ranked(poses, self.voter.votes(frame, poses, occlusion=False)).best(search.joint_keep, search)
         poses = Poses.concatenate([found.poses, self._flips(found)])
         poses = self._standing(frame, poses, self.config.guesses.standing_slack)
         found = self._fit_all(frame, poses).best(search.fit_keep, search)
@@ -234,7 +224,7 @@ class WholeObjectFinder:
         for _ in range(_MOST_MOVES * (len(found) > 0 and len(self._lookalikes) > 0)):
             poses = self._lookalikes.of(found.poses[:1])
             poses = self.surface.search_joints(frame, poses, self.first_grids)
-            others = Ranked(poses, self.votes(frame, poses, occlusion=True)).best(search.flip_keep, search)
+            others = Ranked(poses, self.voter.votes(frame, poses, occlusion=True)).best(search.flip_keep, search)
             others = others[others.votes > search.rival * found.votes[0]]
             if not len(others):
                 break
@@ -252,55 +242,6 @@ class WholeObjectFinder:
         fitted = self._fit_all(frame, flips).best(self._search.flip_keep, self._search)
         return found + fitted[fitted.votes > self._search.rival * found.votes[0]]
 
-    def _sweep(self, frame: ImageFrame, found: Ranked) -> Ranked:
-        """Joints at their best by the votes of the whole object, which know what hides what."""
-        kin, surface = self.surface.kinematics, self.surface
-        if not kin.n_joints:
-            return found
-        moved = found.copied()
-        for j, grid in enumerate(kin.grids(self._search.joint_step)):
-            if frame.deadline.expired:
-                break
-            climbing.sweep(
-                surface.compiled, kin.chain, frame.view, surface.limits, self._value, j, grid, *moved.arrays
-            )  # fmt: skip
-        return moved
-
-    def _climb(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
-        """Local search on the votes of the whole object: no hypothesis gets worse, and the clock ends it."""
-        kin, moved, surface = self.surface.kinematics, found.copied(), self.surface
-        near_m, far_m = self._depths(frame.camera)
-        limits = kin.lower, kin.upper, kin.unit, kin.endless
-        moves = climbing.Moves(self._steps, frame.camera.focal_px, near_m, far_m, *limits)
-        steps = np.full((len(found), 6 + kin.n_joints), climb.first_step, float)
-        if self.facing:
-            steps[:, 3:5] = 0.0
-        for part in frame.deadline.parts(len(found), _AT_ONCE if self.facing else 1):
-            arrays = [values[part] for values in (steps, *moved.arrays)]
-            climbing.climb(
-                surface.compiled, kin.chain, frame.view, surface.limits, self._value, moves, climb.rounds, *arrays
-            )  # fmt: skip
-        return moved
-
-    def judge(self, frame: ImageFrame, poses: Poses, *, occlusion: bool, covered: bool = False) -> PatchScores:
-        """What the labels say of every patch under each hypothesis: see `SpatialModel.score`."""
-        patches = np.arange(len(self.surface.patches))
-        return self.surface.score(frame, poses, patches, occlusion=occlusion, covered=covered)
-
-    def votes(self, frame: ImageFrame, poses: Poses, *, occlusion: bool) -> Array:
-        """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
-        surface, view, out = self.surface, frame.view, np.empty(len(poses))
-        value = self._value._replace(occlusion=occlusion)
-        R, t, q = poses.R, poses.t, poses.q
-        climbing.votes_of(surface.compiled, surface.kinematics.chain, view, surface.limits, value, R, t, q, out)
-        return out
-
-    def total(self, scores: PatchScores) -> Array:
-        """(H,) votes of whole objects from what is said of all their patches."""
-        out = np.empty(len(scores.votes))
-        climbing.totals(self.surface.compiled, self._value, scores.votes, scores.area_px, out)
-        return out
-
     def strayed(self, poses: Poses, expected: Poses) -> float:
         """How far the first hypothesis is from the nearest of some others: 1 where no climb would lead to it."""
         niche, near = self._search, poses[:1]
@@ -312,80 +253,6 @@ class WholeObjectFinder:
         """Siblings of the best."""
         return self.required.flips(found.best(self._search.flip_keep, self._search).poses)
 
-    def fitted(self, frame: ImageFrame, poses: Poses, used: np.ndarray | None = None) -> Poses:
-        """Fits to the contours of the markers used (H, M), or of all that the labels support."""
-        supported = self.supported(self.judge(frame, poses, occlusion=True)) if used is None else used
-        return self._fitted(frame, poses, supported)
-
     def _fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
-        return self.refit.of(frame, poses, self._depths(frame.camera))
-
-    def supported(self, scores: PatchScores) -> np.ndarray:
-        """(H, M) markers that the labels support."""
-        m, config = self.surface.markers, self.config
-        seen = (scores.area_px[:, m] > config.min_blob_px) & (scores.agree[:, m] > config.votes.supported_agree)
-        return np.asarray(seen & (scores.votes[:, m] > 0))
-
-    def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
-        """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
-        whose votes fall far."""
-        fitted = self._fitted(frame, poses, used, last=True)
-        both = Poses.concatenate([poses, fitted])
-        before, after = self.votes(frame, both, occlusion=True).reshape(2, -1)
-        return both[np.arange(len(poses)) + len(poses) * (after > self._search.settled_votes * before)]
-
-    def at_rest(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
-        """Hypotheses at rest on the contours of the markers used (H, M), and on what the image's colours show; of what
-        faces the camera not on those of what covers part of it."""
-        settled = self.settled(frame, poses, used)
-        fitted = self.on_colours(frame, settled, used)
-        if not self.facing or fitted is settled:
-            return fitted
-        covered = (used & (self.lacks_px(self.judge(frame, settled, occlusion=True)) > 0)).any(axis=1)
-        return Poses.concatenate([fitted, settled])[np.arange(len(poses)) + len(poses) * covered]
-
-    def lacks_px(self, scores: PatchScores) -> Array:
-        """(H, M) pixels of each marker that are not of its class, less what a rim around it can take: 0 or less of one
-        that is seen whole."""
-        surface, m = self.surface, self.surface.markers
-        area_px: Array = scores.area_px[:, m]
-        around_px = surface.perimeter * np.sqrt(area_px / surface.compiled.area[m])
-        return np.asarray((1 - scores.agree[:, m]) * area_px - surface.votes.ring_px * around_px, np.float64)
-
-    def on_colours(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
-        """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
-        return poses if frame.image is None else self._to_colours.fitted(frame, poses, used)
-
-    def edges(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> tuple[ContourFit, Array, Array]:
-        """Contours of poses that rest on them, and residuals and weights (H, M, m) of the edges that the image shows in
-        its colours, or in its labels where it has none."""
-        if frame.image is not None and isinstance(self._to_colours, ColourFit):
-            return self._to_colours.edges(frame, poses, used)
-        fit = contour_fit(self.surface, frame, poses, used, self.config.covariance.reach_px, self.config.fit)
-        return fit, fit.residual, fit.weight
-
-    def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, last: bool = False) -> Poses:
-        """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""
-        fit = self.config.fit
-        fitted = fit_poses(self.surface, frame, poses, use, fit.fine_reach_px, fit, facing=self.facing, last=last)
-        return self.within_limits(frame.camera, fitted) if self.facing else fitted
-
-    def within_limits(self, camera: Camera, poses: Poses) -> Poses:
-        """Hypotheses with their origins in the image where they are, and at scales that are looked for."""
-        depth = poses.t[:, 2]
-        near_m, far_m = self._depths(camera)
-        return Poses(poses.R, poses.t * (np.clip(depth, near_m, far_m) / depth)[:, None], poses.q)
-
-    def _depths(self, camera: Camera) -> tuple[float, float]:
-        """Between which depths hypotheses stay while they move: of what faces the camera, those of its scale."""
-        if not self.facing:
-            return 0.0, np.inf
-        limits, f = scale_limits(self.config, None), float(camera.focal_px)
-        return f / float(limits.greatest), f / float(limits.least) if limits.least > 0 else np.inf
-
-
-def _steps(search: SearchConfig) -> Steps:
-    """Steps of a climb for compiled code; a whole number would be compiled for anew."""
-    units = search.step_px, search.step_depth, search.step_rad, search.joint_step
-    return Steps(*map(float, (*units, search.lengthen, search.turn, search.least_step)))
+        return self.refit.of(frame, poses, self.climber.depths(frame.camera))

@@ -74,22 +74,25 @@ def mirrored_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     if not len(finder.surface.tipped) or frame.deadline.expired:
         return Bends(poses[:0], np.zeros(0, int), np.zeros(0, int))
     frame = frame.unhurried()
-    scores = finder.judge(frame, poses, occlusion=True)
-    bends = _across(finder, poses, finder.supported(scores))
+    scores = finder.voter.judge(frame, poses, occlusion=True)
+    bends = _across(finder, poses, finder.voter.supported(scores))
     if not len(bends.of):
         return bends
     least = finder.config.verdict.mirrored_votes * _own_votes(finder, scores[bends.of], bends)
     started = _with_carried(finder, frame, bends)
     bends = replace(bends, poses=finder.refit.of(frame, started, ANY_DEPTH).poses[len(bends.of) :])
-    scores = finder.judge(frame, bends.poses, occlusion=True)
-    used, rests = finder.supported(scores), [finder.settled, finder.on_colours][: 1 + (frame.image is not None)]
+    scores = finder.voter.judge(frame, bends.poses, occlusion=True)
+    used, rests = (
+        finder.voter.supported(scores),
+        [finder.rest.settled, finder.rest.on_colours][: 1 + (frame.image is not None)],
+    )
     near = _is_near(finder, poses, bends, scores, WORTH_REST * least)
     for rest in rests:
         bends, used, least = bends.where(near), used[near], least[near]
         if not len(bends.of):
             return bends
         bends = replace(bends, poses=rest(frame, bends.poses, used))
-        near = _is_near(finder, poses, bends, finder.judge(frame, bends.poses, occlusion=True), least)
+        near = _is_near(finder, poses, bends, finder.voter.judge(frame, bends.poses, occlusion=True), least)
     return bends.where(near)
 
 
@@ -105,10 +108,10 @@ def bend_evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, be
     for what fits make of it."""
     n, surface = len(bends.of), finder.surface
     both = Poses.concatenate([poses[bends.of], bends.poses])
-    scores = finder.judge(frame, both, occlusion=True)
+    scores = finder.voter.judge(frame, both, occlusion=True)
     own, other = (_own_votes(finder, scores[part], bends) for part in (slice(n), slice(n, None)))
     differ = surface.kinematics.moves[:, bends.joint].T[:, surface.component[surface.markers]]
-    used = finder.supported(scores).reshape(2, n, -1)
+    used = finder.voter.supported(scores).reshape(2, n, -1)
     return contour_evidence(finder, frame, both, share_of_votes(other, own), used, differ)
 
 

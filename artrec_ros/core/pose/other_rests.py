@@ -31,14 +31,14 @@ def likelier_rests(
     :param used: (H, M) markers whose contours tell where they are.
     """
     elsewhere: list[OtherTurn | None] = [None] * len(poses)
-    row, marker = _partly_covered(finder, finder.judge(frame, poses, occlusion=True), used)
+    row, marker = _partly_covered(finder, finder.voter.judge(frame, poses, occlusion=True), used)
     if not len(row) or frame.deadline.expired:
         return poses, used, elsewhere
     frame, without = frame.unhurried(), used[row]
     without[np.arange(len(row)), marker] = False
-    started = finder.fitted(frame, poses[row], without)
-    used_there = finder.supported(finder.judge(frame, started, occlusion=True))
-    rests = finder.at_rest(frame, started, used_there)
+    started = finder.rest.fitted(frame, poses[row], without)
+    used_there = finder.voter.supported(finder.voter.judge(frame, started, occlusion=True))
+    rests = finder.rest.at_rest(frame, started, used_there)
     both, log_odds = Poses.concatenate([poses, rests]), turn_odds(finder, frame, poses[row], rests)
     likelier, probabilities = weighed(log_odds, finder.config.verdict)
     rows, used = np.arange(len(poses)), used.copy()
@@ -53,7 +53,7 @@ def _partly_covered(
     finder: WholeObjectFinder, scores: PatchScores, used: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Which pose's (N,) which marker (N,) lacks most of its label, where that is more than a rim around it can."""
-    lacks_px = np.where(used, finder.lacks_px(scores), 0.0)
+    lacks_px = np.where(used, finder.voter.lacks_px(scores), 0.0)
     marker = np.argmax(lacks_px, axis=1)
     row = np.flatnonzero((lacks_px.max(axis=1) > 0) & (used.sum(axis=1) > _LEAST_OTHERS))
     return row, marker[row]

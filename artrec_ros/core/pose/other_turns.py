@@ -53,7 +53,9 @@ def likelier_turns(
     if not len(of):
         return poses, others
     if frame.image is not None:
-        mirrored = finder.on_colours(frame, mirrored, finder.supported(finder.judge(frame, mirrored, occlusion=True)))
+        mirrored = finder.rest.on_colours(
+            frame, mirrored, finder.voter.supported(finder.voter.judge(frame, mirrored, occlusion=True))
+        )
     config, both = finder.config.verdict, Poses.concatenate([poses, mirrored])
     log_odds = turn_odds(finder, frame, poses[of], mirrored)
     rows = np.arange(len(poses))
@@ -87,17 +89,19 @@ def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     flips, of = finder.required.flips_of_each(poses)
     if not len(flips):
         return flips, of
-    told = finder.votes(frame, poses, occlusion=True)
+    told = finder.voter.votes(frame, poses, occlusion=True)
     first = finder.refit.of(frame, flips, ANY_DEPTH)[len(flips) :]
     least = finder.config.verdict.mirrored_votes * told
     near = np.flatnonzero(first.votes > WORTH_REST * least[of])
     fitted, of = first.poses[near], of[near]
     if not len(near):
         return fitted, of
-    fitted = finder.settled(frame, fitted, finder.supported(finder.judge(frame, fitted, occlusion=True)))
+    fitted = finder.rest.settled(
+        frame, fitted, finder.voter.supported(finder.voter.judge(frame, fitted, occlusion=True))
+    )
     cosine = (np.einsum("hij,hij->h", fitted.R, poses.R[of]) - 1) / 2
     apart = (cosine < np.cos(finder.config.search.niche_rad)) & finder.required.is_at(fitted, poses[of])
-    apart &= finder.votes(frame, fitted, occlusion=True) > least[of]
+    apart &= finder.voter.votes(frame, fitted, occlusion=True) > least[of]
     if (floor := frame.scene.floor) is not None:
         apart &= floor.standing(fitted.R, fitted.t, 1.0)
     kept = np.flatnonzero(apart)
@@ -107,8 +111,8 @@ def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
 def evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrored: Poses) -> Evidence:
     """Of poses, and the mirrored turn of each."""
     h, both = len(poses), Poses.concatenate([poses, mirrored])
-    scores = finder.judge(frame, both, occlusion=True)
-    votes, used = finder.total(scores).reshape(2, h), finder.supported(scores).reshape(2, h, -1)
+    scores = finder.voter.judge(frame, both, occlusion=True)
+    votes, used = finder.voter.total(scores).reshape(2, h), finder.voter.supported(scores).reshape(2, h, -1)
     return contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, np.ones_like(used[0]))
 
 
@@ -155,7 +159,7 @@ def _misfits(
     """
     if not use.any():
         return np.zeros(len(poses)), np.zeros(len(poses))
-    fit, residual, weight = finder.edges(frame, poses, use)
+    fit, residual, weight = finder.rest.edges(frame, poses, use)
     alone = np.minimum(1.0, fit.spacing_px)[..., None]
     weight = weight * alone
     outwards = (weight * residual).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1e-9)

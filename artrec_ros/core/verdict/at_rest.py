@@ -91,8 +91,8 @@ def candidates(verdicts: Sequence[Verdict]) -> Poses:
 def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence[Verdict]) -> AtRest:
     hurried, frame = frame, frame.unhurried()
     frames = [hurried] * len(verdicts)
-    used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
-    poses = finder.at_rest(frame, candidates(verdicts), used)
+    used = np.concatenate([finder.voter.supported(v.claim.scores) for v in verdicts])
+    poses = finder.rest.at_rest(frame, candidates(verdicts), used)
     if finder.facing:
         none = [None] * len(poses)
         return AtRest(frames, poses, used, none, none, np.zeros(poses.q.shape), poses)
@@ -102,13 +102,13 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     moved = np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
     if len(moved):
         elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
-        used[moved] = finder.supported(finder.judge(frame, likelier[moved], occlusion=True))
+        used[moved] = finder.voter.supported(finder.voter.judge(frame, likelier[moved], occlusion=True))
     return AtRest(frames, likelier, used, others, elsewhere, more, likelier)
 
 
 def _drawn_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence[Verdict]) -> Poses:
-    used = np.concatenate([finder.supported(v.claim.scores) for v in verdicts])
-    return finder.at_rest(frame.unhurried(), candidates(verdicts), used)
+    used = np.concatenate([finder.voter.supported(v.claim.scores) for v in verdicts])
+    return finder.rest.at_rest(frame.unhurried(), candidates(verdicts), used)
 
 
 def _by_frame(frames: Sequence[ImageFrame]) -> Iterator[tuple[list[int], ImageFrame]]:

@@ -97,13 +97,13 @@ class Claims:
 
 def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: Seen | None = None) -> Claims:
     """A claim for each hypothesis. :param seen: None: not known yet."""
-    judge = partial(finder.judge, poses=poses, occlusion=True, covered=finder.facing)
+    judge = partial(finder.voter.judge, poses=poses, occlusion=True, covered=finder.facing)
     scores = judge(frame)
     if seen is None:
         free, even = frame.unowned, np.zeros(len(poses))
         full_px = scores.area_px if free is frame else judge(free).area_px
-        if finder.regions is not None and frame.image is not None:
-            even = finder.regions.evenness(frame, poses)
+        if finder.rest.regions is not None and frame.image is not None:
+            even = finder.rest.regions.evenness(frame, poses)
         seen = Seen(full_px, even)
     anchors = finder.required.anchors(poses)
     depth_m = np.ascontiguousarray(anchors[:, 2])
@@ -111,7 +111,9 @@ def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: 
     misplaced = _misplaced(finder, poses, frame, anchors, scale)
     known = _known(finder, frame, anchors)
     against = finder.alternatives.contradicted(frame, poses)
-    return Claims(finder, poses, finder.total(scores), scores, seen, frame, depth_m, scale, known, against, misplaced)
+    return Claims(
+        finder, poses, finder.voter.total(scores), scores, seen, frame, depth_m, scale, known, against, misplaced
+    )
 
 
 def _known(finder: WholeObjectFinder, frame: ImageFrame, anchors: Array) -> Array:

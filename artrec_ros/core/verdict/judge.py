@@ -68,7 +68,7 @@ class Judge:
         unknown = claims.known > math.log(finder.config.facing.scale_ratio)
         trust = np.where(self.accepts(verdicts) & unknown, _trust(verdicts), 0.0)
         for larger in finder.swollen if trust.any() else ():
-            votes = larger.total(larger.judge(claims.frame, poses, occlusion=True, covered=True))
+            votes = larger.voter.total(larger.voter.judge(claims.frame, poses, occlusion=True, covered=True))
             yield trust * votes, larger.surface.limits.swollen_px
 
     def may_stand(self, verdicts: Verdicts) -> NDArray[np.bool_]:

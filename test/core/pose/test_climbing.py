@@ -15,7 +15,8 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Box, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import climb_kernels as climbing
-from artrec_ros.core.pose.finder import Climb, WholeObjectFinder
+from artrec_ros.core.pose.climber import Climb
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.ranked import Ranked
 
 pytestmark = pytest.mark.uncompiled
@@ -55,7 +56,7 @@ def start(n=3, seed=0):
 
 
 def votes_of(finder, frame, poses):
-    return finder.votes(frame, poses, occlusion=True)
+    return finder.voter.votes(frame, poses, occlusion=True)
 
 
 def ranked(finder, frame, poses):
@@ -64,7 +65,7 @@ def ranked(finder, frame, poses):
 
 def climbed(finder, frame, poses, rounds, spread=1.0):
     """Poses and their votes after a climb."""
-    found = finder._climb(frame, ranked(finder, frame, poses), Climb(len(poses), rounds, spread))
+    found = finder.climber.climb(frame, ranked(finder, frame, poses), Climb(len(poses), rounds, spread))
     return found.poses, found.votes
 
 
@@ -120,7 +121,7 @@ def test_votes_that_are_counted_anew_in_part_are_those_of_the_whole(boxes, begun
     finder, at = WholeObjectFinder(Target("curtain", model, RED), DEFAULTS), pose(0, 0, 0.4, 0.2, model=model)
     frame = ImageFrame(LabelField(render(camera, [(model, replace(at, q=np.array([[truth]])), RED)])), camera)
     start = ranked(finder, frame, replace(at, q=np.array([[begun]])))
-    swept = finder._sweep(frame, start)
+    swept = finder.climber.sweep(frame, start)
     assert abs(swept.poses.q[0, 0] - truth) < 0.06
     np.testing.assert_allclose(votes_of(finder, frame, swept.poses), swept.votes, rtol=1e-9)
     found, votes = climbed(finder, frame, start.poses, 1, 2.0)
@@ -179,7 +180,7 @@ def test_joints_stop_at_their_limits_or_go_round():
 def test_a_sweep_brings_each_joint_in_turn_to_the_best_of_all_its_values(finder, frame):
     poses, kin = start(n=2, seed=3), finder.surface.kinematics
     poses.q[:] = kin.lower
-    found = finder._sweep(frame, ranked(finder, frame, poses))
+    found = finder.climber.sweep(frame, ranked(finder, frame, poses))
     for h in range(len(poses)):
         best = poses[[h]]
         for j in range(kin.n_joints):
@@ -196,8 +197,8 @@ def test_the_clock_ends_a_sweep_between_two_joints(finder, frame):
     poses = start(seed=3)
     poses.q[:] = finder.surface.kinematics.lower
     begun = ranked(finder, frame, poses)
-    whole = finder._sweep(frame, begun).poses
-    first = finder._sweep(replace(frame, deadline=Looks(1)), begun).poses
+    whole = finder.climber.sweep(frame, begun).poses
+    first = finder.climber.sweep(replace(frame, deadline=Looks(1)), begun).poses
     np.testing.assert_array_equal(first.q[:, 0], whole.q[:, 0])
     np.testing.assert_array_equal(first.q[:, 1:], poses.q[:, 1:])
 
@@ -205,7 +206,7 @@ def test_the_clock_ends_a_sweep_between_two_joints(finder, frame):
 def test_a_component_that_speaks_against_itself_counts_as_hidden_at_a_price(finder, frame):
     poses = start(n=8, seed=1)
     poses.q[4:] = finder.surface.kinematics.lower
-    surface, scores = finder.surface, finder.judge(frame, poses, occlusion=True)
+    surface, scores = finder.surface, finder.voter.judge(frame, poses, occlusion=True)
     expected, dear = np.zeros(8), 0
     for c in range(len(MODEL.components)):
         mine = surface.component == c
@@ -214,5 +215,5 @@ def test_a_component_that_speaks_against_itself_counts_as_hidden_at_a_price(find
         expected += votes if c == surface.root else np.maximum(votes, price)
         dear += int((votes < price).sum())
     assert dear
-    np.testing.assert_allclose(finder.total(scores), expected, rtol=1e-9)
+    np.testing.assert_allclose(finder.voter.total(scores), expected, rtol=1e-9)
     np.testing.assert_allclose(votes_of(finder, frame, poses), expected, rtol=1e-9)

@@ -52,7 +52,7 @@ def test_far_off_its_variance_counts_the_other_bend(q):
 @pytest.mark.parametrize("q", [0.6, -0.6])
 def test_near_by_the_right_one_is_told_whichever_was_found(q):
     finder, frame, at = seen(gate(), NEAR, q, x=-0.1)
-    for found in (at, finder.fitted(frame, bent(at, -q))):
+    for found in (at, finder.rest.fitted(frame, bent(at, -q))):
         told, more = likelier_bends(finder, frame, found)
         assert told.q[0, 0] == pytest.approx(q, abs=0.05) and more[0, 0] == 0
 

@@ -10,7 +10,8 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.finder import Climb, WholeObjectFinder
+from artrec_ros.core.pose.climber import Climb
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.ranked import Ranked
 from artrec_ros.core.pose.surface_model import Poses
 
@@ -32,7 +33,7 @@ def frame_of(truth):
 
 
 def ranked(finder, frame, poses):
-    return Ranked(poses, finder.votes(frame, poses, occlusion=True))
+    return Ranked(poses, finder.voter.votes(frame, poses, occlusion=True))
 
 
 @pytest.mark.parametrize("heading", [-0.06, 0.0, 0.06])
@@ -40,7 +41,7 @@ def test_the_outline_of_what_comes_out_of_a_body_tells_how_far_it_is_out(finder,
     """Four fifths of the strip are inside. A centimetre is five pixels of its 48, 80 of which cost nothing to cover."""
     truth = opened(0.04, heading)
     both = Poses.concatenate([truth, opened(0.05, heading)])
-    right, too_far = finder.votes(frame_of(truth), both, occlusion=True)
+    right, too_far = finder.voter.votes(frame_of(truth), both, occlusion=True)
     assert right > too_far + 50
 
 

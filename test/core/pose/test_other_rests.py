@@ -30,7 +30,7 @@ def off(poses) -> tuple[float, float]:
 
 
 def used_by(finder, frame, poses):
-    return finder.supported(finder.judge(frame, poses, occlusion=True))
+    return finder.voter.supported(finder.voter.judge(frame, poses, occlusion=True))
 
 
 def test_a_marker_that_seems_to_end_is_told_by_the_others():

@@ -52,7 +52,7 @@ def test_what_is_wrong_and_can_be_told_is_turned():
     finder, frame, at = scene(sign(), pose(0, 0, 0.6, 0.9, 0.1))
     wrong = finder.required.flips(at)
     assert turn_between(wrong.R[0], at.R[0]) > 1.5
-    told, _ = likelier_turns(finder, frame, finder.fitted(frame, wrong))
+    told, _ = likelier_turns(finder, frame, finder.rest.fitted(frame, wrong))
     assert turn_between(told.R[0], at.R[0]) < 0.1
 
 
@@ -95,7 +95,7 @@ def test_each_of_several_has_its_own():
 
 def test_votes_and_contours_speak_for_the_true_turn():
     finder, frame, at = scene(sign(), pose(0, 0, 0.7, 0.9, 0.1))
-    mirrored = finder.fitted(frame, finder.required.flips(at))
+    mirrored = finder.rest.fitted(frame, finder.required.flips(at))
     against, for_it = evidence(finder, frame, at, mirrored), evidence(finder, frame, mirrored, at)
     assert against.votes[0] < 0 < for_it.votes[0] and against.contours[0] < 0 < for_it.contours[0]
     assert against.contours[0] == pytest.approx(-for_it.contours[0])

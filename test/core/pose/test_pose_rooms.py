@@ -10,7 +10,8 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.climb_kernels import climb, votes_of
-from artrec_ros.core.pose.finder import Climb, WholeObjectFinder
+from artrec_ros.core.pose.climber import Climb
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.fit_kernels import fit_each
 from artrec_ros.core.pose.ranked import Ranked
 
@@ -45,10 +46,10 @@ def run(config):
     """Votes before and after a climb, and a fit, of some poses near the truth."""
     finder = WholeObjectFinder(Target("sign", sign(), RED), config)
     near = jolted(np.random.default_rng(0), TRUTH, 3, 0.02, 0.08, 0.0)
-    found = Ranked(near, finder.votes(FRAME, near, occlusion=True))
-    moved = finder._climb(FRAME, found, Climb(3, 4, config.search.climb_first_steps[0]))
+    found = Ranked(near, finder.voter.votes(FRAME, near, occlusion=True))
+    moved = finder.climber.climb(FRAME, found, Climb(3, 4, config.search.climb_first_steps[0]))
     used = np.ones((3, 1), bool)
-    return found.votes, moved.votes, finder._fitted(FRAME, near, used).t
+    return found.votes, moved.votes, finder.rest._fitted(FRAME, near, used).t
 
 
 @pytest.mark.skipif(not hasattr(climb, "signatures"), reason="nothing is compiled in this run")

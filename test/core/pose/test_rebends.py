@@ -12,7 +12,8 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.finder import Climb, WholeObjectFinder
+from artrec_ros.core.pose.climber import Climb
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.ranked import Ranked
 from artrec_ros.core.pose.rebends import Rebends
 
@@ -47,7 +48,7 @@ def finder():
 
 
 def ranked(finder, frame, poses):
-    return Ranked(poses, finder.votes(frame, poses, occlusion=True))
+    return Ranked(poses, finder.voter.votes(frame, poses, occlusion=True))
 
 
 @pytest.mark.parametrize("lean", [0.8, -0.8])
@@ -105,9 +106,9 @@ def test_several_ways_side_by_side_find_what_joint_by_joint_misses(q):
         search = replace(DEFAULTS.search, bend_ways=ways)
         bent = Rebends(finder.surface, search, DEFAULTS.votes.hidden_cost).of(frame, straight)
         assert len(bent) <= ways and len(np.unique(bent.q.round(3), axis=0)) == len(bent)
-        return finder.votes(frame, bent, occlusion=True).max()
+        return finder.voter.votes(frame, bent, occlusion=True).max()
 
-    most = finder.votes(frame, truth, occlusion=True)[0]
+    most = finder.voter.votes(frame, truth, occlusion=True)[0]
     assert best_of(DEFAULTS.search.bend_ways) > 0.9 * most
     assert best_of(1) < 0.75 * most
 
@@ -125,7 +126,7 @@ def bends_of(model, q, ways=16, labels=None):
     rebends = Rebends(finder.surface, replace(DEFAULTS.search, bend_ways=ways), DEFAULTS.votes.hidden_cost)
     frame = ImageFrame(LabelField(labels), CAMERA)
     bent = rebends.of(frame, straight)
-    return bent.q, truth.q[0], finder.votes(frame, bent, occlusion=True)
+    return bent.q, truth.q[0], finder.voter.votes(frame, bent, occlusion=True)
 
 
 def test_fingers_that_hang_on_one_palm_know_nothing_of_each_other():

@@ -26,11 +26,11 @@ def seen():
 
 def test_it_is_the_fit_to_supported_markers_and_both_votes(seen):
     finder, frame, poses = seen
-    found, fitted = finder.refit.of(frame, poses, ANYWHERE), finder.fitted(frame, poses)
+    found, fitted = finder.refit.of(frame, poses, ANYWHERE), finder.rest.fitted(frame, poses)
     for name in ("R", "t", "q"):
         both = np.concatenate([getattr(poses, name), getattr(fitted, name)])
         np.testing.assert_array_equal(getattr(found.poses, name), both)
-    np.testing.assert_array_equal(found.votes, finder.votes(frame, found.poses, occlusion=True))
+    np.testing.assert_array_equal(found.votes, finder.voter.votes(frame, found.poses, occlusion=True))
     assert (found.votes[20:] > found.votes[:20]).sum() > 10
 
 

@@ -32,7 +32,7 @@ def frame_of(labels, light=1.0, blur=0.8):
 
 def fitted_in(frame, poses, finder=FINDER, used=True):
     markers = len(finder.surface.markers)
-    return finder.regions.fitted(frame, poses, np.broadcast_to(used, (len(poses), markers)))
+    return finder.rest.regions.fitted(frame, poses, np.broadcast_to(used, (len(poses), markers)))
 
 
 def poses_of(frame, *placings):
@@ -141,10 +141,10 @@ def test_points_move_with_every_joint_that_carries_them(turn):
     frame = frame_of(rendered(AT))
     there = replace(BENT, turn=turn).pose(frame.camera)
     figures = [
-        finder.regions._figures(frame, Poses(there.R, there.t, np.array([q]))) for q in ((0.01, 0.2), (0.03, 0.5))
+        finder.rest.regions._figures(frame, Poses(there.R, there.t, np.array([q]))) for q in ((0.01, 0.2), (0.03, 0.5))
     ]
     one, other = (regions for regions, _ in figures)
-    moved = np.array([0.02, 0.3])[finder.regions._order]
+    moved = np.array([0.02, 0.3])[finder.rest.regions._order]
     x, y = np.empty((2, one.x.shape[1]))
     figure = Regions(one.x[0], one.y[0], one.region, one.n_regions, one.moved, one.turns[0], one.at[0])
     bend(figure, one.x[0], one.y[0], moved, x, y)
@@ -160,7 +160,7 @@ def test_however_many_and_however_jointed_they_are_the_same_code_fits_them():
         there = begin(frame.camera)
         for n in (1, 2):
             poses = Poses(*(np.repeat(v, n, axis=0) for v in (there.R, there.t, np.array([q], float).reshape(1, -1))))
-            regions, _ = finder.regions._figures(frame, poses)
+            regions, _ = finder.rest.regions._figures(frame, poses)
             assert all(np.asarray(part).flags.c_contiguous for part in regions)
 
 

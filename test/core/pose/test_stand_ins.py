@@ -70,7 +70,7 @@ def stand_ins_of(surface):
 
 def judged(model, frame, poses):
     finder = WholeObjectFinder(Target("snake", model, RED), DEFAULTS)
-    scores = finder.judge(frame, poses, occlusion=True)
+    scores = finder.voter.judge(frame, poses, occlusion=True)
     patch = finder.surface.markers_of[finder.surface.root][0]
     return finder.surface, patch, float(scores.votes[0, patch]), float(scores.area_px[0, patch])
 

@@ -61,7 +61,7 @@ def test_each_hypothesis_has_a_claim_in_its_order():
     beyond, seen = claims_of(finder, poses, frame)
     assert beyond.votes == 0 < seen.votes
     np.testing.assert_array_equal(seen.poses.t, LEFT.t)
-    np.testing.assert_allclose(seen.votes, finder.votes(frame, LEFT, occlusion=True)[0])
+    np.testing.assert_allclose(seen.votes, finder.voter.votes(frame, LEFT, occlusion=True)[0])
     anchor = LEFT.R[0] @ finder.surface.anchor + LEFT.t[0]  # no joint carries the required component
     assert seen.depth_m == pytest.approx(anchor[2])
     assert seen.scale == pytest.approx(CAMERA.focal_px / anchor[2])

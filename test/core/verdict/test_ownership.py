@@ -15,6 +15,7 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.voter import Voter
 from artrec_ros.core.verdict import ownership
 from artrec_ros.core.verdict.claims import silhouette
 from artrec_ros.core.verdict.ownership import share_out
@@ -27,7 +28,7 @@ JUDGE = StubJudge()
 
 
 def candidates(finder, frame, poses):
-    votes = finder.votes(frame, poses, occlusion=True)
+    votes = finder.voter.votes(frame, poses, occlusion=True)
     order = np.argsort(-votes, kind="stable")
     return poses[order]
 
@@ -71,11 +72,11 @@ def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, mee
     assert before == sorted(before, reverse=True)
     left = frame
     for claim in (v.claim for v in accepted):
-        expected = finder.judge(left, claim.poses, occlusion=True)
+        expected = finder.voter.judge(left, claim.poses, occlusion=True)
         np.testing.assert_allclose(claim.scores.votes, expected.votes, rtol=1e-6, atol=1e-6)
-        assert claim.votes == pytest.approx(float(finder.votes(left, claim.poses, occlusion=True)[0]))
+        assert claim.votes == pytest.approx(float(finder.voter.votes(left, claim.poses, occlusion=True)[0]))
         left = left.without(silhouette(finder.surface, CAMERA, claim.poses))
-    alone = finder.votes(frame, accepted[1].claim.poses, occlusion=True)[0]
+    alone = finder.voter.votes(frame, accepted[1].claim.poses, occlusion=True)[0]
     assert (accepted[1].claim.votes != pytest.approx(float(alone))) == meet  # what they share went to the first
 
 
@@ -100,7 +101,7 @@ def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
     accepted, others = share_out(found, frame, left_only)
     assert len(accepted) == 1 and len(others) == 1
     assert accepted[0].claim.poses.t[0, 0] < 0 < others[0].claim.poses.t[0, 0]
-    whole = finder.votes(frame, others[0].claim.poses, occlusion=True)[0]
+    whole = finder.voter.votes(frame, others[0].claim.poses, occlusion=True)[0]
     assert others[0].claim.votes == pytest.approx(float(whole))
 
 
@@ -121,8 +122,8 @@ def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
     camera = camera_of(distortion=lens)
     frame = ImageFrame(LabelField(render(camera, [(TRUCK, LEFT, RED), (TRUCK, RIGHT, RED)])), camera)
     finder, judged = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS), []
-    judge = finder.judge
-    monkeypatch.setattr(finder, "judge", lambda f, poses, **k: judged.append(len(poses)) or judge(f, poses, **k))
+    judge = finder.voter.judge
+    monkeypatch.setattr(finder.voter, "judge", lambda f, poses, **k: judged.append(len(poses)) or judge(f, poses, **k))
     turns = [rotation_from_rotvec(np.array([0.0, turn, 0.0])) for turn in (0.4, 0.5, 0.6)]
     rivals = Poses.concatenate([Poses(turn @ LEFT.R, LEFT.t, LEFT.q) for turn in turns])
     accepted, _ = share_out([(finder, Poses.concatenate([LEFT, RIGHT, rivals]))], frame, JUDGE)
@@ -187,13 +188,13 @@ def test_without_time_what_stands_in_an_objects_place_is_dropped_unjudged(monkey
     frame = image_of_two()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     poses = candidates(finder, frame, crowd())
-    late, asked, judge = replace(frame, deadline=Deadline(0.0)), [], WholeObjectFinder.judge
+    late, asked, judge = replace(frame, deadline=Deadline(0.0)), [], Voter.judge
 
     def counted(self, *args, **options):
         asked.append(True)
         return judge(self, *args, **options)
 
-    monkeypatch.setattr(WholeObjectFinder, "judge", counted)
+    monkeypatch.setattr(Voter, "judge", counted)
     accepted, others = share_out([(finder, poses)], late, JUDGE)
     assert len(asked) == 1 and not others
     for truth in (LEFT, RIGHT):

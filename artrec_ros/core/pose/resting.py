@@ -1,0 +1,68 @@
+"""Where hypotheses of whole objects come to rest: on the contours of their markers, and on what colours show."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..base.config import RecognizerConfig
+from ..geometry.transforms import Array
+from ..image.image_frame import ImageFrame
+from .climber import Climber
+from .colour_fit import ColourFit
+from .pose_fit import ContourFit, contour_fit, fit_poses
+from .region_fit import RegionFit
+from .surface_model import Poses
+from .voter import Voter
+
+
+class Resting:
+    """Brings hypotheses of one object to rest. :param facing: they turn about the optical axis alone.
+
+    :ivar regions: the fit to the image's colours of what faces the camera; None of other objects.
+    """
+
+    def __init__(self, voter: Voter, climber: Climber, config: RecognizerConfig, *, facing: bool) -> None:
+        self._surface, self._voter, self._climber, self._config = voter.surface, voter, climber, config
+        self._facing, self.regions = facing, RegionFit(voter.surface, config) if facing else None
+        self._to_colours = self.regions or ColourFit(voter.surface, config)
+
+    def fitted(self, frame: ImageFrame, poses: Poses, used: np.ndarray | None = None) -> Poses:
+        """Fits to the contours of the markers used (H, M), or of all that the labels support."""
+        supported = self._voter.supported(self._voter.judge(frame, poses, occlusion=True)) if used is None else used
+        return self._fitted(frame, poses, supported)
+
+    def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
+        """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
+        whose votes fall far."""
+        fitted = self._fitted(frame, poses, used, last=True)
+        both = Poses.concatenate([poses, fitted])
+        before, after = self._voter.votes(frame, both, occlusion=True).reshape(2, -1)
+        return both[np.arange(len(poses)) + len(poses) * (after > self._config.search.settled_votes * before)]
+
+    def at_rest(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
+        """Hypotheses at rest on the contours of the markers used (H, M), and on what the image's colours show; of what
+        faces the camera not on those of what covers part of it."""
+        settled = self.settled(frame, poses, used)
+        fitted = self.on_colours(frame, settled, used)
+        if not self._facing or fitted is settled:
+            return fitted
+        covered = (used & (self._voter.lacks_px(self._voter.judge(frame, settled, occlusion=True)) > 0)).any(axis=1)
+        return Poses.concatenate([fitted, settled])[np.arange(len(poses)) + len(poses) * covered]
+
+    def on_colours(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
+        """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
+        return poses if frame.image is None else self._to_colours.fitted(frame, poses, used)
+
+    def edges(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> tuple[ContourFit, Array, Array]:
+        """Contours of poses that rest on them, and residuals and weights (H, M, m) of the edges that the image shows in
+        its colours, or in its labels where it has none."""
+        if frame.image is not None and isinstance(self._to_colours, ColourFit):
+            return self._to_colours.edges(frame, poses, used)
+        fit = contour_fit(self._surface, frame, poses, used, self._config.covariance.reach_px, self._config.fit)
+        return fit, fit.residual, fit.weight
+
+    def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, last: bool = False) -> Poses:
+        """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""
+        fit = self._config.fit
+        fitted = fit_poses(self._surface, frame, poses, use, fit.fine_reach_px, fit, facing=self._facing, last=last)
+        return self._climber.within_limits(frame.camera, fitted) if self._facing else fitted

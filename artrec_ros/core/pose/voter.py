@@ -1,0 +1,56 @@
+"""What the labels say of whole hypotheses of one object."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..base.config import RecognizerConfig
+from ..geometry.transforms import Array
+from ..image.image_frame import ImageFrame
+from .climb_kernels import Value, totals, votes_of
+from .surface_model import PatchScores, Poses, SpatialModel
+
+
+class Voter:
+    """Votes for whole objects, and which of their markers they support.
+
+    :ivar value: how the votes for an object's patches add up.
+    """
+
+    def __init__(self, surface: SpatialModel, config: RecognizerConfig) -> None:
+        self.surface, self._config = surface, config
+        components, hidden_cost = len(surface.model.components), float(config.votes.hidden_cost)
+        self.value = Value(components, surface.root, hidden_cost, occlusion=True)
+
+    def judge(self, frame: ImageFrame, poses: Poses, *, occlusion: bool, covered: bool = False) -> PatchScores:
+        """What the labels say of every patch under each hypothesis: see `SpatialModel.score`."""
+        patches = np.arange(len(self.surface.patches))
+        return self.surface.score(frame, poses, patches, occlusion=occlusion, covered=covered)
+
+    def votes(self, frame: ImageFrame, poses: Poses, *, occlusion: bool) -> Array:
+        """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
+        surface, view, out = self.surface, frame.view, np.empty(len(poses))
+        value = self.value._replace(occlusion=occlusion)
+        R, t, q = poses.R, poses.t, poses.q
+        votes_of(surface.compiled, surface.kinematics.chain, view, surface.limits, value, R, t, q, out)
+        return out
+
+    def total(self, scores: PatchScores) -> Array:
+        """(H,) votes of whole objects from what is said of all their patches."""
+        out = np.empty(len(scores.votes))
+        totals(self.surface.compiled, self.value, scores.votes, scores.area_px, out)
+        return out
+
+    def supported(self, scores: PatchScores) -> np.ndarray:
+        """(H, M) markers that the labels support."""
+        m, config = self.surface.markers, self._config
+        seen = (scores.area_px[:, m] > config.min_blob_px) & (scores.agree[:, m] > config.votes.supported_agree)
+        return np.asarray(seen & (scores.votes[:, m] > 0))
+
+    def lacks_px(self, scores: PatchScores) -> Array:
+        """(H, M) pixels of each marker that are not of its class, less what a rim around it can take: 0 or less of one
+        that is seen whole."""
+        surface, m = self.surface, self.surface.markers
+        area_px: Array = scores.area_px[:, m]
+        around_px = surface.perimeter * np.sqrt(area_px / surface.compiled.area[m])
+        return np.asarray((1 - scores.agree[:, m]) * area_px - surface.votes.ring_px * around_px, np.float64)

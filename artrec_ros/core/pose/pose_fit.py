@@ -145,7 +145,10 @@ def contour_fit(
         placed = Placed(poses.t[h], poses.q[h], chain.R[h], chain.t[h], chain.axis[h], chain.origin[h], joints)
         rows = point[h], normal[h], spacing_px[h], residual[h], weight[h], jacobian[h]
         contour_rows(term, h, placed, *rows)
-    kept = (values[:, which] for values in (point, normal, spacing_px, residual, weight, jacobian))
+    # one order in memory, whatever numpy's indexing gives: another one is compiled for anew
+    kept = (
+        np.ascontiguousarray(values[:, which]) for values in (point, normal, spacing_px, residual, weight, jacobian)
+    )
     return ContourFit(*kept)
 
 

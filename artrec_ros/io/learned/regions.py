@@ -17,7 +17,8 @@ from ..base.yaml_files import Value
 from .annotations import annotated_image
 from .coco import coco_entry, coco_image, read_coco
 
-_SUBPIXEL_BITS = 4
+_SUBPIXEL_BITS = 8
+_TOUCHED_PX = 2  # so wide is what an outline touches
 _Regions = list[tuple[str, Array]]
 
 
@@ -66,8 +67,18 @@ class MarkedImage:
 
 
 def _fill(labels: NDArray[np.uint8], outline: Array, number: int) -> None:
-    fine = np.rint(np.asarray(outline) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-    cv2.fillPoly(labels, [fine], number, shift=_SUBPIXEL_BITS)
+    """Number the pixels whose middles lie in an outline (n, 2), or on it."""
+    size, w = np.array(labels.shape[::-1]), _TOUCHED_PX
+    low = np.clip(np.floor(outline.min(axis=0)), 0, size).astype(int)
+    high = np.clip(np.ceil(outline.max(axis=0)) + 1, low, size).astype(int)
+    window, corners = labels[low[1] : high[1], low[0] : high[0]], np.asarray(outline, np.float64) - low + w
+    mask = np.zeros(np.add(window.shape, 2 * w), np.uint8)
+    cv2.fillPoly(mask, [np.rint(corners * (1 << _SUBPIXEL_BITS)).astype(np.int32)], 1, shift=_SUBPIXEL_BITS)
+    # it paints all pixels that the outline touches: of small patches a fourth too many
+    rim = mask - cv2.erode(mask, np.ones((3, 3), np.uint8), iterations=w)
+    for y, x in np.argwhere(rim).tolist():
+        mask[y, x] = cv2.pointPolygonTest(corners.astype(np.float32), (x, y), measureDist=False) >= 0
+    window[mask[w:-w, w:-w] > 0] = number
 
 
 def larger_first(regions: Iterable[tuple[str, Array]]) -> list[tuple[str, Array]]:

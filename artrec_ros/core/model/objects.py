@@ -15,6 +15,7 @@ import numpy as np
 
 from ..base.config import GREATEST_LABEL
 from ..base.errors import ConfigError
+from ..geometry.polygons import perimeter, signed_area
 from ..geometry.transforms import Array, Pose, readonly
 from .names import check_name
 
@@ -51,8 +52,7 @@ class Marker:
 
     @cached_property
     def _signed_area(self) -> float:
-        x, y = self.outline.T
-        return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
+        return signed_area(self.outline)
 
     @cached_property
     def area(self) -> float:
@@ -62,7 +62,7 @@ class Marker:
     @cached_property
     def perimeter(self) -> float:
         """Metres."""
-        return float(np.linalg.norm(np.roll(self.outline, -1, axis=0) - self.outline, axis=1).sum())
+        return perimeter(self.outline)
 
     @property
     def radius(self) -> float:

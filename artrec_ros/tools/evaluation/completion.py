@@ -12,6 +12,7 @@ import numpy as np
 
 from ...core.base.errors import SourceError
 from ...core.geometry.camera import Camera
+from ...core.geometry.polygons import signed_area
 from ...core.geometry.projection import project
 from ...core.geometry.transforms import Array, Pose, readonly
 from ...core.model.objects import Component, Marker, ObjectModel
@@ -81,8 +82,7 @@ def _from_pose(T_camera_object: Pose, required: Component, camera: Camera) -> di
 
 def _seen(outline: Array, size: tuple[int, int]) -> TrueComponent:
     """A marker's image (n, 2), of which the part within the picture shows."""
-    x, y = outline.T
-    full_px = abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))) / 2
+    full_px = abs(signed_area(outline))
     rows, columns = np.nonzero(polygon_mask(outline, (size[1], size[0])))
     centre = readonly([columns.mean(), rows.mean()]) if len(rows) else None
     return TrueComponent(full_px, min(float(len(rows)), full_px), centre)

@@ -12,7 +12,7 @@ from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose, Insta
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.io.truth.records import Told, TrueComponent, TrueObject
 from artrec_ros.tools.evaluation.completion import with_own_names
-from artrec_ros.tools.evaluation.metrics import Counts, judge_frame, score, shows
+from artrec_ros.tools.evaluation.metrics import Counts, judge_frame, shows
 
 POSE = Pose.from_xyz_rpy([0.0, 0.0, 2.0])
 
@@ -129,15 +129,6 @@ def test_a_component_whose_name_begins_as_anothers_is_no_side_of_it():
     components = {n: TrueComponent(*px, np.array(at)) for n, (px, at) in parts.items()}
     truth = with_own_names(replace(true_object(100), components=components), model)
     assert score_frame([truth], [detection(100)], "torso").components_missed == 1
-
-
-def test_only_the_name_and_label_asked_for_are_scored_and_missing_frames_are_told():
-    other = replace(true_object(200), label=2)
-    blue = replace(detection(200, (200, 80)), object="blue")
-    truth = {1: (true_object(100), other), 2: (true_object(100),)}
-    counts = score(truth, {1: (detection(100, (100, 80)), blue)}, 3, "red", "torso")
-    assert (counts.frames, counts.frames_without_result, counts.objects, counts.recognised) == (2, 1, 2, 1)
-    assert counts.rates()["recognition_rate"] == 0.5
 
 
 def test_counts_add_before_they_divide():

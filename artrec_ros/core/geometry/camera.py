@@ -33,7 +33,7 @@ class Camera:
         object.__setattr__(self, "distortion", readonly(self.distortion).reshape(-1))
 
     @classmethod
-    def facing(cls, size: tuple[int, int], frame_id: str = "") -> Camera:
+    def facing(cls, size: tuple[int, int]) -> Camera:
         """A camera for objects that face it, whatever it is: these are similarities of the image plane.
 
         Its focal length, `_FACING` times the image's longer side, is a convention: a scale of k pixels per metre is
@@ -41,7 +41,7 @@ class Camera:
         """
         (width, height), focal = size, _FACING * max(size)
         K = np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
-        return cls(K, np.zeros(0), size, frame_id)
+        return cls(K, np.zeros(0), size)
 
     def sees_as(self, other: Camera) -> bool:
         """Whether both have the same pixels for the same points."""

@@ -114,7 +114,7 @@ def _is_cut_off(path: Path, whole_lines: int) -> bool:
 def _read_parameters(path: Path) -> tuple[dict[str, Any], str]:
     """Flat parameters, and why there are none."""
     try:
-        return {key: value.raw for key, value in read_flat(path).items()}, ""
+        return read_flat(path), ""
     except ArtrecError as error:
         return {}, str(error)
 

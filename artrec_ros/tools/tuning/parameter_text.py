@@ -93,7 +93,7 @@ def _sections(node: Any) -> list[yaml.MappingNode]:
 
 def _moved_files(path: Path, setup: Setup, target: Path) -> dict[str, str]:
     """Names of files that are relative to the parameter file's folder, as they are from the target's."""
-    given = {key: value.raw for key, value in read_flat(path).items()}
+    given = read_flat(path)
     folder = target.absolute().parent
     return {
         key: os.path.relpath(setup.resolved[key], folder)

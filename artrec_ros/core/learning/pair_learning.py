@@ -19,7 +19,7 @@ from ..geometry.transforms import Array
 from ..model.objects import Marker, ObjectModel
 from .conformal import conformal_margin, left_out_scores, unwrapped, widened
 
-Example = Mapping[Key, Any]  # values have x, y, theta, scale: `datatypes.Instance` or its like
+Example = Mapping[Key, Any]  # values have x, y, theta, scale: `Instance` or its like
 
 _LEARNING, _SYMMETRY_PX = LearningConfig(), AlignmentConfig().symmetry_px
 

@@ -90,11 +90,10 @@ class Counts:
             direction_errors_rad=tuple(rad for o in met for _, rad in o.image_errors),
         )
 
-    def rates(self) -> dict[str, float | int | None]:
+    def rates(self) -> dict[str, float | None]:
         """The figures that rank set-ups, without intervals. None: there was nothing to measure."""
         found = self.components_right + self.components_wrong
         return {
-            "objects": self.objects,
             "recognition_rate": _ratio(self.recognised, self.objects),
             "precision": _ratio(self.recognised, self.recognised + self.false),
             "right_rate": _ratio(self.right, self.judged),

@@ -96,13 +96,12 @@ def _distinct_shapes(targets: tuple[Target, ...], config: AlignmentConfig) -> tu
     shape_of: list[ShapeOf] = []
     for target in targets:
         mine: ShapeOf = {}
-        for component in target.model.components:
-            for marker in component.markers:
-                shape = Shape.from_marker(marker, config)
-                key = shape.key()
-                if key not in number:
-                    number[key] = len(shapes)
-                    shapes.append(shape)
-                mine[component.name, marker.name] = number[key]
+        for name, marker in target.model.markers.items():
+            shape = Shape.from_marker(marker, config)
+            key = shape.key()
+            if key not in number:
+                number[key] = len(shapes)
+                shapes.append(shape)
+            mine[name] = number[key]
         shape_of.append(mine)
     return shapes, shape_of

@@ -51,7 +51,7 @@ class Surface:
 def component_poses(model: ObjectModel, joints: Mapping[str, float]) -> dict[str, Pose]:
     """Each component's frame in the object's frame, T_object_component; joints that are not named are at zero."""
     q = np.array([[joints.get(name, 0.0) for name in model.joint_names]])
-    frames = Kinematics(model).forward(np.eye(3)[None], np.zeros((1, 3)), q)
+    frames = Kinematics(model).in_object(q)
     return {c.name: Pose(R, t) for c, R, t in zip(model.components, frames.R[0], frames.t[0], strict=True)}
 
 

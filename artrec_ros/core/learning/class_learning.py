@@ -29,7 +29,7 @@ def learn_class(
     :param joints: per example whose joints are known, component -> its joint's position.
     :param coverage: share of new examples that the region of the pairs, and that of the joints, shall hold.
     """
-    areas = {(c.name, m.name): m.area for c in model.components for m in c.markers}
+    areas = {key: m.area for key, m in model.markers.items()}
     pairs = _pairs(model, [at_one_scale(e, areas) for e in examples if e], coverage)
     return ConfigurationClass(name, len(examples), pairs, _joints(model, joints, coverage))
 

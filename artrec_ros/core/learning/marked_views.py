@@ -152,8 +152,7 @@ class Eye:
 
     def _facing(self, figure: Figure, kin: Kinematics, marks: Marks) -> Start:
         """One marker tells the pose; then joint by joint what brings all marks nearest, twice around."""
-        q = np.where(np.isfinite(kin.lower + kin.upper), (kin.lower + kin.upper) / 2, 0.0)[None]
-        best = self._laid(figure, marks, q)
+        best = self._laid(figure, marks, kin.middle[None])
         for joint in [*range(kin.n_joints)] * 2:
             values = np.append(kin.grid(joint, 2 * np.pi / _AROUND), best.q[0, joint])
             q = np.repeat(best.q, len(values), axis=0)

@@ -81,6 +81,11 @@ class Kinematics:
     def n_joints(self) -> int:
         return len(self.lower)
 
+    @property
+    def middle(self) -> Array:
+        """(J,) half way between each joint's limits."""
+        return (self.lower + self.upper) / 2
+
     @cached_property
     def carried(self) -> np.ndarray:
         """(J,) the component that each joint carries."""
@@ -124,6 +129,10 @@ class Kinematics:
     def forward(self, R: Array, t: Array, q: Array) -> Frames:
         """Component frames for object poses R (H, 3, 3), t (H, 3) in the camera and joints q (H, J)."""
         return frames_of(self.chain, R, t, q)
+
+    def in_object(self, q: Array) -> Frames:
+        """Component frames in the object's own at joints q (H, J)."""
+        return self.forward(np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3)), q)
 
 
 def frames_of(chain: Chain, R: Array, t: Array, q: Array) -> Frames:

@@ -275,6 +275,11 @@ class ObjectModel:
         return next(c for c in self.components if c.name == name)
 
     @cached_property
+    def markers(self) -> dict[tuple[str, str], Marker]:
+        """All markers, by the names of their components and their own, in order."""
+        return {(c.name, m.name): m for c in self.components for m in c.markers}
+
+    @cached_property
     def joint_components(self) -> tuple[Component, ...]:
         """Components that a moving joint carries, in order: the joint vector's order."""
         return tuple(c for c in self.components if c.joint is not None and c.joint.kind != "fixed")
@@ -287,7 +292,7 @@ class ObjectModel:
     @cached_property
     def is_spatial(self) -> bool:
         """Whether every marker has a place in space and every component a fixed or jointed frame."""
-        return all(m.T_component_marker is not None for c in self.components for m in c.markers)
+        return all(m.T_component_marker is not None for m in self.markers.values())
 
     @cached_property
     def needs_another(self) -> bool:

@@ -79,8 +79,8 @@ class RequiredPlace:
 
     def _frames(self, poses: Poses) -> tuple[Array, Array]:
         """It in the object's frame, (H, 3, 3), (H, 3), or (1, ...) where no joint carries it."""
-        kin, root, n = self._surface.kinematics, self._surface.root, len(poses)
+        kin, root = self._surface.kinematics, self._surface.root
         if kin.parent[root] < 0:
             return np.eye(3)[None], np.zeros((1, 3))
-        frames = kin.forward(np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3)), poses.q)
+        frames = kin.in_object(poses.q)
         return frames.R[:, root], frames.t[:, root]

@@ -149,15 +149,13 @@ def in_plane(detection: Detection, pose: Pose, model: ObjectModel) -> Callable[[
 
 def marker_slots(model: ObjectModel) -> dict[tuple[str, str], int]:
     """A fixed number for each (component, marker) of a model."""
-    pairs = [(c.name, m.name) for c in model.components for m in c.markers]
-    return {pair: i for i, pair in enumerate(pairs)}
+    return {key: i for i, key in enumerate(model.markers)}
 
 
 def component_frames(kinematics: Kinematics, pose: Pose, joints: Mapping[str, float]) -> dict[str, Pose]:
     """T_camera_component of each component; a joint that was not seen is drawn in its middle."""
-    middle = (kinematics.lower + kinematics.upper) / 2
     names = kinematics.model.joint_names
-    q = np.array([joints.get(name, m) for name, m in zip(names, middle, strict=True)])
+    q = np.array([joints.get(name, middle) for name, middle in zip(names, kinematics.middle, strict=True)])
     frames = kinematics.forward(pose.rotation[None], pose.position[None], q[None])
     return {c.name: Pose(frames.R[0, i], frames.t[0, i]) for i, c in enumerate(kinematics.model.components)}
 

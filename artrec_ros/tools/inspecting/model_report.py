@@ -74,13 +74,13 @@ def table(found: Ambiguities, camera: Camera) -> Iterator[str]:
 
 def summary(model: ObjectModel) -> str:
     """One line: components, markers, joints."""
-    markers = sum(len(c.markers) for c in model.components)
     parts = []
     for name, c in zip(model.joint_names, model.joint_components, strict=True):
         if c.joint is not None:
             parts.append(f"{name} {c.joint.kind} {c.joint.lower:g}..{c.joint.upper:g} {c.joint.unit}")
     joints = f"{counted(len(parts), 'joint')} ({', '.join(parts)})" if parts else "no joints"
-    return f"{model.name}: {counted(len(model.components), 'component')}, {counted(markers, 'marker')}, {joints}"
+    components, markers = counted(len(model.components), "component"), counted(len(model.markers), "marker")
+    return f"{model.name}: {components}, {markers}, {joints}"
 
 
 def counted(number: int, noun: str) -> str:
@@ -111,7 +111,7 @@ def buried(model: ObjectModel) -> Iterator[str]:
 
 def odd_units(model: ObjectModel) -> Iterator[str]:
     """A line for each length or angle that is hardly one in metres or radians."""
-    markers = [(f"{c.name}/{m.name}", m) for c in model.components for m in c.markers]
+    markers = [("/".join(key), m) for key, m in model.markers.items()]
     sizes = {name: _norm(np.ptp(m.outline, axis=0)) for name, m in markers}
     small, large = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
     if sizes[large] > _LARGE_M or sizes[large] > _MOST_TIMES * sizes[small]:
@@ -260,7 +260,7 @@ def _named(group: Sequence[Key]) -> str:
 
 
 def _structure(model: ObjectModel) -> Iterator[str]:
-    loose = [f"{c.name}/{m.name}" for c in model.components for m in c.markers if m.T_component_marker is None]
+    loose = ["/".join(key) for key, m in model.markers.items() if m.T_component_marker is None]
     if loose:
         where = "the object is found in the image plane only, with constraints from artrec train"
         yield f"note: {_shortened(loose)}: no pose: {where}"

@@ -64,5 +64,5 @@ def write_pages(session: Session, target: Target, paper: str) -> Path:
 def outlines(annotated: AnnotatedObject, target: Target) -> Iterator[tuple[str, Array]]:
     """COMPONENT/MARKER and (n, 2) where the file's outlines lie in the image, by the marked axes."""
     for (component, name), axis in axes_of(annotated, target.model):
-        marker = next(m for m in target.model.component(component).markers if m.name == name)
+        marker = target.model.markers[component, name]
         yield f"{component}/{name}", outline_px(marker, instance_from_axis(component, marker, axis[0], axis[1]))

@@ -141,10 +141,9 @@ def _directions(detection: Detection, example: dict[Key, Instance]) -> Iterator[
 
 
 def _learned(model: ObjectModel, directions: dict[Key, list[tuple[float, float]]]) -> Iterator[AxisOffset]:
-    for component in model.components:
-        for marker in component.markers:
-            pairs = np.array(directions.get((component.name, marker.name), []), float).reshape(-1, 2)
-            if marker.disc_radius is None and len(pairs):  # a disc's axis has no direction
-                axis = learn_axis_offset((component.name, marker.name), marker, pairs[:, 0], pairs[:, 1])
-                if axis is not None:
-                    yield axis
+    for key, marker in model.markers.items():
+        pairs = np.array(directions.get(key, []), float).reshape(-1, 2)
+        if marker.disc_radius is None and len(pairs):  # a disc's axis has no direction
+            axis = learn_axis_offset(key, marker, pairs[:, 0], pairs[:, 1])
+            if axis is not None:
+                yield axis

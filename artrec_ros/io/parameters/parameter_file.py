@@ -79,11 +79,16 @@ class Setup:
             *lacking(self.targets, self.recognizer, calibrated),
         ]
 
+    @property
+    def specs(self) -> dict[str, Spec]:
+        """Every parameter that it could be given, by its full name."""
+        return all_specs(self.objects, self.image.classes)
+
     def value(self, name: str) -> Any:
         """A parameter's value, also where it was not given; lists as such."""
         if name in self.resolved:
             return self.resolved[name]
-        default = all_specs(self.objects, self.image.classes)[name].default
+        default = self.specs[name].default
         return list(default) if isinstance(default, tuple) else default
 
     def changed(self, changes: Mapping[str, Any]) -> Setup:

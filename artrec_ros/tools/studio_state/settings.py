@@ -10,7 +10,7 @@ import yaml
 from ...core.base.errors import ConfigError, ImageError
 from ...core.model.found import FrameResult
 from ...io.parameters.parameter_file import Setup
-from ...io.parameters.specs import Spec, all_specs
+from ...io.parameters.specs import Spec
 from ...io.results.journal import Recognised
 from ...io.truth.from_coco import load_coco_truth
 from ..evaluate import lines
@@ -48,7 +48,7 @@ class Settings:
     def specs(self) -> dict[str, Spec]:
         """The parameters that may be changed while the recogniser runs, by name; experts' last."""
         setup = self._session.setup
-        return {name: s for name, s in all_specs(setup.objects, setup.image.classes).items() if s.is_live}
+        return {name: s for name, s in setup.specs.items() if s.is_live}
 
     def value(self, name: str) -> Any:
         """As it is tried."""

@@ -250,10 +250,9 @@ def _turns_to_camera(placed: PlacedObject) -> bool:
 
 def joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
     """Joint values: `where` is -1 at the lower limit, 0 in the middle, 1 at the upper one; one for all or one each."""
-    joints = [(n, c.joint) for n, c in zip(model.joint_names, model.joint_components, strict=True) if c.joint]
-    shares = np.broadcast_to(np.asarray(where, float), len(joints))
+    shares = np.broadcast_to(np.asarray(where, float), len(model.joints))
     values = {}
-    for (name, joint), share in zip(joints, shares, strict=True):
+    for (name, joint), share in zip(model.joints.items(), shares, strict=True):
         low, high = joint.span
         values[name] = float((low + high) / 2 + share * (high - low) / 2)
     return values

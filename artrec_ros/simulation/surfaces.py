@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.geometry.polygons import in_space
 from ..core.geometry.transforms import Array, Pose
 from ..core.model.kinematics import Kinematics
 from ..core.model.objects import Box, Component, ObjectModel
@@ -80,7 +81,8 @@ def component_surfaces(component: Component, label: int) -> list[Surface]:
     for marker in component.markers:
         if marker.T_component_marker is None:
             continue
-        corners = np.column_stack([marker.outline, np.zeros(len(marker.outline))])
         shown, owner = component.labels(label)[0], (component.name, marker.name)
-        own.append(Surface(corners, np.array([0.0, 0.0, 1.0]), shown, owner).moved(marker.T_component_marker))
+        own.append(
+            Surface(in_space(marker.outline), np.array([0.0, 0.0, 1.0]), shown, owner).moved(marker.T_component_marker)
+        )
     return own

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.camera import Camera
-from ..core.geometry.polygons import signed_area
+from ..core.geometry.polygons import in_space, signed_area
 from ..core.geometry.projection import project
 from ..core.geometry.transforms import Array
 from ..core.model.objects import ObjectModel
@@ -76,7 +76,7 @@ def axis_ends(placed: PlacedObject, camera: Camera) -> dict[tuple[str, str], Arr
         for marker in component.markers:
             assert marker.T_component_marker is not None  # scenes are made of models with places only
             T = placed.T_camera_object @ poses[component.name] @ marker.T_component_marker
-            axis = np.column_stack([np.stack([marker.tail, marker.head]), np.zeros(2)])
+            axis = in_space(np.stack([marker.tail, marker.head]))
             ends[component.name, marker.name] = project(camera, T.apply(axis))
     return ends
 

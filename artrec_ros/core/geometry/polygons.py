@@ -1,4 +1,4 @@
-"""Measures of closed polygons (n, 2)."""
+"""Closed polygons (n, 2): their measures, and their plane in space."""
 
 from __future__ import annotations
 
@@ -15,3 +15,8 @@ def signed_area(outline: Array) -> float:
 
 def perimeter(outline: Array) -> float:
     return float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())
+
+
+def in_space(points: Array) -> Array:
+    """(n, 3) the same points in the plane z = 0."""
+    return np.column_stack([points, np.zeros(len(points))])

@@ -58,10 +58,9 @@ def _pair_offsets(pair: PairConstraint, examples: Sequence[Example]) -> Array:
 def _joints(model: ObjectModel, rows: Sequence[Mapping[str, float]], coverage: float) -> dict[str, JointRange]:
     bare: dict[str, JointRange] = {}
     least: dict[str, float] = {}
-    for name, component in zip(model.joint_names, model.joint_components, strict=True):
+    for name, joint in model.joints.items():
         values = np.array([row[name] for row in rows if name in row], float)
-        joint = component.joint
-        if len(values) < 2 or joint is None:
+        if len(values) < 2:
             continue
         span = Interval.around_angles(values) if joint.is_endless else Interval.around(values)
         bare[name] = JointRange(len(values), span, span)

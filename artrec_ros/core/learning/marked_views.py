@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..geometry.camera import Camera
+from ..geometry.polygons import in_space
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
 from ..model.chain_kernels import Chain
@@ -109,7 +110,7 @@ class Figure:
 
 def axis_ends(marker: Marker) -> Array:
     """(2, 3) of its axis in its own frame."""
-    return np.column_stack([np.stack([marker.tail, marker.head]), np.zeros(2)])
+    return in_space(np.stack([marker.tail, marker.head]))
 
 
 @dataclass(frozen=True)

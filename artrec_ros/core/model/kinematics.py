@@ -44,9 +44,9 @@ class Kinematics:
         self.parent = [-1 if c.joint is None else index[c.joint.parent] for c in model.components]
         joints = [c.name for c in model.joint_components]
         self.joint_of = [joints.index(c.name) if c.name in joints else -1 for c in model.components]
-        spans = np.array([c.joint.span for c in model.joint_components if c.joint], float).reshape(-1, 2)
+        spans = np.array([j.span for j in model.joints.values()], float).reshape(-1, 2)
         self.lower, self.upper = (np.ascontiguousarray(end) for end in spans.T)
-        self.revolute = np.array([c.joint.kind == "revolute" for c in model.joint_components if c.joint], bool)
+        self.revolute = np.array([j.kind == "revolute" for j in model.joints.values()], bool)
 
         # what a joint's step is measured in: a radian, or the size of what slides
         self.unit = np.array(
@@ -75,7 +75,7 @@ class Kinematics:
     @cached_property
     def endless(self) -> np.ndarray:
         """(J,) bool: joints that turn without limit."""
-        return np.array([c.joint is not None and c.joint.is_endless for c in self.model.joint_components], bool)
+        return np.array([j.is_endless for j in self.model.joints.values()], bool)
 
     @property
     def n_joints(self) -> int:

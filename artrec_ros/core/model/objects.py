@@ -47,7 +47,7 @@ class Marker:
             raise ConfigError(f"marker '{self.name}': the outline needs three points (x, y) or more")
         if abs(self._signed_area) < 1e-12:
             raise ConfigError(f"marker '{self.name}': the outline encloses no area")
-        if np.linalg.norm(self.head - self.tail) < 1e-9:
+        if self.axis_length < 1e-9:
             raise ConfigError(f"marker '{self.name}': the axis' tail and head are the same point")
 
     @cached_property
@@ -88,6 +88,11 @@ class Marker:
     def image_outline(self) -> Array:
         """(n, 2) outline about the centroid with y DOWN, so that T(outline) is a plain similarity."""
         return readonly((self.outline - self.centroid) * (1, -1))
+
+    @cached_property
+    def axis_length(self) -> float:
+        """Metres from tail to head."""
+        return float(np.linalg.norm(self.head - self.tail))
 
     @cached_property
     def axis_angle(self) -> float:
@@ -288,6 +293,12 @@ class ObjectModel:
     def joint_names(self) -> tuple[str, ...]:
         """What these joints are called in results and messages: by their own names, else by their components'."""
         return tuple((c.joint and c.joint.name) or c.name for c in self.joint_components)
+
+    @cached_property
+    def joints(self) -> dict[str, Joint]:
+        """These joints by these names, in the same order."""
+        joints = zip(self.joint_names, self.joint_components, strict=True)
+        return {name: c.joint for name, c in joints if c.joint is not None}
 
     @cached_property
     def is_spatial(self) -> bool:

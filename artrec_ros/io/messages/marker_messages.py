@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core.drawing import class_text, object_colour
+from ...core.geometry.polygons import in_space
 from ...core.geometry.transforms import Array, Pose
 from ...core.model.found import Detection
 from ...core.model.kinematics import Kinematics
@@ -113,16 +114,15 @@ class MarkerScene:
             for component, marker in {(c.component, c.marker) for c in detection.components}:
                 place = model.component(component).marker(marker)
                 assert place.T_component_marker is not None  # the object was fitted
-                points = np.column_stack([place.outline, np.zeros(len(place.outline))])
-                yield (component, marker), frames[component].apply(place.T_component_marker.apply(points))
+                points = place.T_component_marker.apply(in_space(place.outline))
+                yield (component, marker), frames[component].apply(points)
             return
         to_plane = None if pose is None else in_plane(detection, pose, model)
         if pose is not None and to_plane is None:
             return
         for c in detection.components:
             if len(c.contour):
-                flat = np.column_stack([c.contour, np.zeros(len(c.contour))])
-                yield (c.component, c.marker), flat if to_plane is None else to_plane(c.contour)
+                yield (c.component, c.marker), (in_space if to_plane is None else to_plane)(c.contour)
 
 
 def in_plane(detection: Detection, pose: Pose, model: ObjectModel) -> Callable[[Array], Array] | None:
@@ -142,7 +142,7 @@ def in_plane(detection: Detection, pose: Pose, model: ObjectModel) -> Callable[[
     def to_plane(pixels: Array) -> Array:
         x, y = ((pixels - (shown.x, shown.y)) / shown.scale @ np.array([[c, -s], [s, c]])).T
         on_marker = np.column_stack([x, -y]) + marker.centroid  # the image's y is down, the marker's up
-        return T.apply(np.column_stack([on_marker, np.zeros(len(pixels))]))
+        return T.apply(in_space(on_marker))
 
     return to_plane
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.base.errors import SourceError
 from ...core.geometry.camera import Camera
-from ...core.geometry.polygons import signed_area
+from ...core.geometry.polygons import in_space, signed_area
 from ...core.geometry.projection import project
 from ...core.geometry.transforms import Array, Pose, readonly
 from ...core.model.objects import Component, Marker, ObjectModel
@@ -74,7 +74,7 @@ def _from_pose(T_camera_object: Pose, required: Component, camera: Camera) -> di
         if marker.T_component_marker is None:
             continue
         T = T_camera_object @ marker.T_component_marker
-        corners = T.apply(np.column_stack([marker.outline, np.zeros(len(marker.outline))]))
+        corners = T.apply(in_space(marker.outline))
         if _facing(T, marker) > 0 and corners[:, 2].min() > _LEAST_DEPTH_M:
             components[f"{required.name}@{marker.name}"] = _seen(project_outline(camera, corners), camera.size)
     return components

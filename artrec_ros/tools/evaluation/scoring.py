@@ -165,8 +165,7 @@ def _completer(run: Run, name: str, truth: Truth, camera: Camera | None) -> Call
 
 
 def _sliding(model: ObjectModel) -> frozenset[str]:
-    joints = zip(model.joint_names, model.joint_components, strict=True)
-    return frozenset(name for name, c in joints if c.joint is not None and c.joint.kind == "prismatic")
+    return frozenset(name for name, joint in model.joints.items() if joint.kind == "prismatic")
 
 
 def _unknown(objects: Sequence[TrueObject], name: str, model: ObjectModel) -> Iterable[str]:

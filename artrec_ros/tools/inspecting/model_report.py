@@ -74,10 +74,7 @@ def table(found: Ambiguities, camera: Camera) -> Iterator[str]:
 
 def summary(model: ObjectModel) -> str:
     """One line: components, markers, joints."""
-    parts = []
-    for name, c in zip(model.joint_names, model.joint_components, strict=True):
-        if c.joint is not None:
-            parts.append(f"{name} {c.joint.kind} {c.joint.lower:g}..{c.joint.upper:g} {c.joint.unit}")
+    parts = [f"{name} {j.kind} {j.lower:g}..{j.upper:g} {j.unit}" for name, j in model.joints.items()]
     joints = f"{counted(len(parts), 'joint')} ({', '.join(parts)})" if parts else "no joints"
     components, markers = counted(len(model.components), "component"), counted(len(model.markers), "marker")
     return f"{model.name}: {components}, {markers}, {joints}"
@@ -126,10 +123,10 @@ def odd_units(model: ObjectModel) -> Iterator[str]:
         off = max(_norm(end - m.centroid) for end in (m.tail, m.head))
         if off > _FAR_SIZES * sizes[name]:
             yield f"{name}: its axis ends {off:.4g} m away from an outline that is {sizes[name]:.4g} m across"
-    for name, c in zip(model.joint_names, model.joint_components, strict=True):
-        if c.joint is None or c.joint.kind != "revolute":
+    for name, joint in model.joints.items():
+        if joint.kind != "revolute":
             continue
-        most, span = max(abs(c.joint.lower), abs(c.joint.upper)), c.joint.upper - c.joint.lower
+        most, span = max(abs(joint.lower), abs(joint.upper)), joint.upper - joint.lower
         if max(most, span) > _MOST_TURN_RAD:
             what = f"a limit of {most:g} rad" if most > _MOST_TURN_RAD else f"from limit to limit {span:g} rad"
             yield f"joint {name}: {what} is more than a turn; limits are radians: 70 degrees are 1.22"

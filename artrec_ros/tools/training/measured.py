@@ -125,7 +125,7 @@ def _nearest(detections: Sequence[Detection], example: dict[Key, Instance], mode
         place = example.get((model.required.name, marker.name))
         if place is None or not detections:
             continue
-        reach = _NEAR * place.scale * float(np.linalg.norm(marker.head - marker.tail))
+        reach = _NEAR * place.scale * marker.axis_length
         distances = [float(np.hypot(d.image.x - place.x, d.image.y - place.y)) for d in detections]
         if min(distances) <= reach:
             return detections[int(np.argmin(distances))]

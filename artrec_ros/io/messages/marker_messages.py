@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...core.drawing import class_text, object_colour
+from ...core.canvas import class_text
+from ...core.drawing import object_colour
 from ...core.geometry.polygons import in_space
 from ...core.geometry.transforms import Array, Pose
 from ...core.model.found import Detection

@@ -26,7 +26,7 @@ def true_object(x, torso=(400, 400), leg=(100, 100), **others) -> TrueObject:
 
 def score_frame(objects, detections, root) -> Counts:
     outcome = judge_frame(objects, detections, root)
-    return Counts.of(outcome.outcomes, len(outcome.false))
+    return Counts.of(outcome.outcomes) + Counts(false=len(outcome.false))
 
 
 def detection(x, leg_at=None, pose=POSE) -> Detection:
@@ -142,7 +142,7 @@ def test_joint_errors_go_round_the_circle_and_sliding_ones_in_metres():
     truth = replace(true_object(100), joints={"leg": 3.1, "slide": 0.2, "unseen": 1.0})
     found = replace(detection(100, (100, 80)), joints={"leg": -3.1, "slide": 0.25})
     outcome = judge_frame([truth], [found], "torso").outcomes
-    counts = Counts.of(outcome, 0, sliding=["slide"])
+    counts = Counts.of(outcome, sliding=["slide"])
     assert counts.joint_errors_rad == (pytest.approx(2 * np.pi - 6.2),)
     assert counts.joint_errors_m == (pytest.approx(0.05),)
 

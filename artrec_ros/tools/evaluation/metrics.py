@@ -62,8 +62,8 @@ class Counts:
         return Counts(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
 
     @classmethod
-    def of(cls, outcomes: Iterable[Outcome], false: int, sliding: Iterable[str] = ()) -> Counts:
-        """:param sliding: names of the joints that are prismatic."""
+    def of(cls, outcomes: Iterable[Outcome], sliding: Iterable[str] = ()) -> Counts:
+        """Of true objects; of false detections they tell nothing. :param sliding: names of the prismatic joints."""
         counted = [o for o in outcomes if o.counted]
         met = [o for o in counted if o.detection is not None]
         sliding = frozenset(sliding)
@@ -74,7 +74,6 @@ class Counts:
             recognised=len(met),
             judged=sum(o.right is not None for o in counted),
             right=sum(o.right is True for o in counted),
-            false=false,
             named=sum(o.own_name is not None for o in met),
             names_right=sum(o.own_name is True for o in met),
             names_wrong=sum(o.anothers_name for o in met),

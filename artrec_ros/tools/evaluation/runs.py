@@ -16,9 +16,7 @@ from ...io.parameters.parameter_file import Setup
 from ...io.parameters.sections import read_flat
 from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
 from ...io.results.summary_file import LookedFor, read_summary
-from ..replaying.names import FRAMES_FOLDER, overlay_name
-
-PARAMETERS_FILE = "parameters.yaml"
+from ..replaying.names import FRAMES_FOLDER, PARAMETERS_FILE, overlay_name
 
 
 @dataclass(frozen=True)

@@ -71,10 +71,7 @@ class Evaluation:
 
     def counts_of(self, outcomes: Sequence[tuple[str, Outcome]], false: int) -> Counts:
         """Of some true objects (object name, outcome) and so many false detections; without frames."""
-        parts = [
-            Counts.of([o for n, o in outcomes if n == name], 0, sliding=self.sliding.get(name, ()))
-            for name in self.names
-        ]
+        parts = [Counts.of([o for n, o in outcomes if n == name], self.sliding.get(name, ())) for name in self.names]
         return sum(parts, Counts(false=false))
 
     @cached_property

@@ -57,13 +57,13 @@ def slant_rad(T_camera_object: Pose, required: Component) -> float | None:
 
 
 def _from_axis(name: str, axis: Array, model: ObjectModel) -> tuple[str, TrueComponent]:
-    markers = {f"{c.name}/{m.name}": (c.name, m) for c in model.components for m in c.markers}
+    markers = {"/".join(key): (key[0], m) for key, m in model.markers.items()}
     if name not in markers:
         raise SourceError(
             f"truth: the keypoints of '{name}' are of no marker of '{model.name}'{nearest(name, markers)}"
         )
     component, marker = markers[name]
-    placed = instance_from_axis(component, marker, axis[0], axis[1])
+    placed = instance_from_axis(component, marker, *axis)
     area_px = marker.area * placed.scale**2
     return f"{component}@{marker.name}", TrueComponent(area_px, area_px, readonly([placed.x, placed.y]))
 

@@ -169,9 +169,8 @@ def identities(target: Target) -> list[str]:
 def axes_of(annotated: AnnotatedObject, model: ObjectModel) -> Iterator[tuple[Key, Array]]:
     """(component, marker) and (2, 2) tail and head of each axis both of whose ends are marked."""
     for key in model.markers:
-        ends = [annotated.points.get(f"{'/'.join(key)}.{end}") for end in ("tail", "head")]
-        if ends[0] is not None and ends[1] is not None:
-            yield key, np.stack([ends[0], ends[1]])
+        if (axis := annotated.axis("/".join(key))) is not None:
+            yield key, axis
 
 
 def keys_of(model: ObjectModel) -> list[Key]:

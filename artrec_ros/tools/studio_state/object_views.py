@@ -61,4 +61,4 @@ def outlines(annotated: AnnotatedObject, target: Target) -> Iterator[tuple[str, 
     """COMPONENT/MARKER and (n, 2) where the file's outlines lie in the image, by the marked axes."""
     for (component, name), axis in axes_of(annotated, target.model):
         marker = target.model.markers[component, name]
-        yield f"{component}/{name}", outline_px(marker, instance_from_axis(component, marker, axis[0], axis[1]))
+        yield f"{component}/{name}", outline_px(marker, instance_from_axis(component, marker, *axis))

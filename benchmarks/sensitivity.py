@@ -33,7 +33,7 @@ from artrec_ros.io.sources.frames import Frame
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
 from artrec_ros.io.truth.reading import read_truth
 from artrec_ros.tools.evaluation.assignment import match_frames
-from artrec_ros.tools.evaluation.runs import LookedFor, Run
+from artrec_ros.tools.evaluation.runs import Run
 from artrec_ros.tools.evaluation.scoring import Options, evaluate_runs
 
 FACTORS = (2 / 3, 4 / 3)
@@ -85,9 +85,7 @@ class Material:
         return dataclasses.replace(truth, frames={key: truth.frames[key] for key in places})
 
     def _run(self, setup: Setup, seen: Sequence[Recognised]) -> Run:
-        looked_for = {t.name: LookedFor(t.label, t.model.required.name) for t in setup.targets}
-        models = {t.name: t.model for t in setup.targets}
-        return Run(self.name, Path(self.name), tuple(s.record() for s in seen), looked_for, models, setup.resolved)
+        return Run.of(self.name, Path(self.name), setup, (s.record() for s in seen))
 
     def measured(self, setup: Setup) -> Outcome:
         recognizer, seen, begun = setup.build(), [], time.process_time()

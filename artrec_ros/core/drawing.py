@@ -11,11 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .canvas import Canvas, Colour, Picture, class_text
+from .canvas import Canvas, Colour, Picture
 from .geometry.camera import Camera
 from .model.found import FrameResult, Rejection
-
-__all__ = ["class_picture", "class_text", "draw_error", "draw_result", "object_colour"]
 
 # BGR of class numbers 0..7, muted so that outlines stand out; higher numbers get hues of their own
 _CLASS_COLOURS = np.array(

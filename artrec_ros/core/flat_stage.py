@@ -15,7 +15,7 @@ from .base.config import AlignmentConfig, RecognizerConfig
 from .base.deferred import Deferred
 from .geometry.range_limits import narrowed, scale_limits
 from .geometry.scene import Scene
-from .grouping.candidates import Roles, ShapeOf, candidates_of_roles
+from .grouping.candidates import Roles, ShapeOf, candidates_of
 from .grouping.group_search import GroupSearch
 from .grouping.paper import align_literally, group_literally
 from .grouping.solution import solve
@@ -34,14 +34,10 @@ class FlatStage:
         self._targets = targets
         self._config = config
         self._blank = blank
-        self._shapes, self._shape_of = _distinct_shapes(targets, config.alignment)
-        self._roles = [Roles.of(t, shape_of) for t, shape_of in zip(targets, self._shape_of, strict=True)]
+        self._shapes, shape_of = _distinct_shapes(targets, config.alignment)
+        self._roles = [Roles.of(t, own) for t, own in zip(targets, shape_of, strict=True)]
         self._wanted = {
-            (self._shape_of[n][c.name, m.name], label)
-            for n, target in enumerate(targets)
-            for c in target.model.components
-            for m in c.markers
-            for label in c.labels(target.label)
+            (shape, label) for r in self._roles for shape, label in zip(r.shape.tolist(), r.label.tolist(), strict=True)
         }
 
     def align(self, frame: ImageFrame, blobs: tuple[Blob, ...]) -> Matches:
@@ -61,14 +57,10 @@ class FlatStage:
         if not len(matches):
             return (), (), False
         if self._config.profile == "paper":
-            groups = [
-                g
-                for target, shape_of in zip(self._targets, self._shape_of, strict=True)
-                for g in group_literally(target, shape_of, matches, self._config, frame.deadline)
-            ]
+            groups = [g for roles in self._roles for g in group_literally(roles, matches, self._config, frame.deadline)]
             return *_sifted(detections_of(groups, matches, self._targets, literal=True), frame.scene), False
         searches = [
-            GroupSearch(candidates_of_roles(roles, matches, self._config), matches, self._config, frame.deadline)
+            GroupSearch(candidates_of(roles, matches, self._config), matches, self._config, frame.deadline)
             for roles in self._roles
         ]
         solution = solve(searches, matches, self._config, frame.deadline)
@@ -104,13 +96,12 @@ def _distinct_shapes(targets: tuple[Target, ...], config: AlignmentConfig) -> tu
     shape_of: list[ShapeOf] = []
     for target in targets:
         mine: ShapeOf = {}
-        for component in target.model.components:
-            for marker in component.markers:
-                shape = Shape.from_marker(marker, config)
-                key = shape.key()
-                if key not in number:
-                    number[key] = len(shapes)
-                    shapes.append(shape)
-                mine[component.name, marker.name] = number[key]
+        for name, marker in target.model.markers.items():
+            shape = Shape.from_marker(marker, config)
+            key = shape.key()
+            if key not in number:
+                number[key] = len(shapes)
+                shapes.append(shape)
+            mine[name] = number[key]
         shape_of.append(mine)
     return shapes, shape_of

@@ -95,8 +95,7 @@ class Example:
         return WholeObjectFinder(self.target, self.config)
 
     def ahead(self, finder: WholeObjectFinder) -> Poses:
-        kin = finder.surface.kinematics
-        return Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), (kin.lower + kin.upper)[None] / 2)
+        return Poses(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]), finder.surface.kinematics.middle[None])
 
 
 example = cache(Example)
@@ -155,7 +154,7 @@ def _align() -> None:
 def _group() -> None:
     """Of placements of both markers."""
     e = example()
-    shapes = [Shape.from_marker(m) for c in e.target.model.components for m in c.markers]
+    shapes = [Shape.from_marker(m) for m in e.target.model.markers.values()]
     both = np.arange(2, dtype=np.int32)
     t, z = np.array([70 + 75j, 145 + 75j]), np.full(2, _FOCAL_PX, complex)
     placed = Placements.similarities(t, z, both, both, np.zeros(2, np.int32))

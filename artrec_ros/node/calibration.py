@@ -9,7 +9,8 @@ from sensor_msgs.msg import CameraInfo
 
 from ..core.base.errors import ConfigError
 from ..core.geometry.camera import Camera
-from .conversions import camera_from_msg, stamp_ns
+from ..io.bags.topics import camera_of
+from .conversions import stamp_ns
 
 NONE_RECEIVED = "no camera_info received"
 _KEPT = 16  # a calibration may come before its image while others still wait for theirs
@@ -67,7 +68,7 @@ class Calibrations:
         )  # fmt: skip
         if self._ready is None or self._ready[0] != key:
             try:
-                self._ready = key, camera_from_msg(msg, rectified)
+                self._ready = key, camera_of(msg, rectified)
             except ConfigError as error:
                 self._ready = key, str(error)
         return self._ready[1]

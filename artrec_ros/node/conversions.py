@@ -9,35 +9,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from ..core.base.errors import ImageError
-from ..core.geometry.camera import Camera
-from ..io.bags.topics import camera_of, decode_message
 from ..io.messages.detection_messages import HeaderOf, Message
-
-
-def image_from_msg(msg: Image | CompressedImage) -> NDArray[Any]:
-    """The pixels: (H, W) class numbers, or (H, W, 3) uint8 BGR.
-
-    :raises ImageError: the message cannot be an image.
-    """
-    return decode_message(msg)
 
 
 def stamp_ns(header: Header) -> int:
     """The stamp in nanoseconds."""
     return int(header.stamp.sec) * 10**9 + int(header.stamp.nanosec)
-
-
-def camera_from_msg(msg: CameraInfo, rectified: bool = False) -> Camera:
-    """The camera of the image beside it.
-
-    :param rectified: that image is: P holds for it.
-    :raises ConfigError: there is no calibration in it, or one that is not supported.
-    """
-    return camera_of(msg, rectified)
 
 
 def image_to_msg(picture: NDArray[np.uint8], header: Header) -> Image:

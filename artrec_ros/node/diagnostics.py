@@ -140,35 +140,6 @@ class Diagnostics:
 
     def _input(self, state: NodeState, silent: bool, new: _Totals, period_s: float) -> DiagnosticStatus:
         c, looked_at = self.counters, new.processed + new.failed
-        if not state.active:
-            level, text = OK, "not active: the lifecycle manager has not activated this node"
-        elif state.getting_ready is not None:
-            level, text = OK, f"{getting_ready(state.getting_ready)}; {state.dropped} image(s) dropped so far"
-        elif state.fault and new.dropped and not looked_at:
-            level, text = ERROR, f"{new.dropped} image(s) dropped: there is no recogniser"
-        elif silent and not state.publishers:
-            level, text = WARN, f"no images: nobody publishes {state.topic}"
-        elif silent and state.wrong_type:
-            level, text = ERROR, f"no images: {state.wrong_type}"
-        elif silent and state.incompatible:
-            level, text = ERROR, f"QoS mismatch on {state.topic}: {state.incompatible}"
-        elif silent:
-            level, text = WARN, f"no images: {state.publishers} publisher(s) of {state.topic} send none"
-            text += " any more" if c.last_image_s is not None else ""
-            text += f"; of those that came: {c.last_error}" if c.last_error and not c.processed else ""
-        elif new.failed:
-            level, text = ERROR, f"{new.failed} image(s) could not be used: {c.last_error}"
-        elif new.lost > looked_at + new.dropped:
-            level, text = WARN, f"{new.lost} of {new.lost + new.dropped + looked_at} images lost on the way"
-        elif new.dropped > looked_at:
-            n = new.dropped + looked_at
-            level, text = WARN, f"{new.dropped} of {n} images dropped: they come faster than they are recognised"
-        elif c.header_problem:
-            level, text = WARN, c.header_problem
-        elif not looked_at and state.busy_s:
-            level, text = OK, f"one image has been looked at for {state.busy_s:.1f} s"
-        else:
-            level, text = OK, f"{looked_at / period_s:.1f} images/s"
         values = {
             "topic": state.topic,
             "publishers": state.publishers,
@@ -179,7 +150,45 @@ class Diagnostics:
             "lost": state.lost,
             "last_error": c.last_error,
         }
+        if not state.active:
+            level, text = OK, "not active: the lifecycle manager has not activated this node"
+        elif state.getting_ready is not None:
+            level, text = OK, f"{getting_ready(state.getting_ready)}; {state.dropped} image(s) dropped so far"
+        elif state.fault and new.dropped and not looked_at:
+            level, text = ERROR, f"{new.dropped} image(s) dropped: there is no recogniser"
+        elif silent:
+            level, text = self._silence(state)
+        else:
+            level, text = self._flow(state, new, looked_at, period_s)
         return self._status("input", level, text, values)
+
+    def _silence(self, state: NodeState) -> tuple[bytes, str]:
+        """Why no image comes."""
+        if not state.publishers:
+            return WARN, f"no images: nobody publishes {state.topic}"
+        if state.wrong_type:
+            return ERROR, f"no images: {state.wrong_type}"
+        if state.incompatible:
+            return ERROR, f"QoS mismatch on {state.topic}: {state.incompatible}"
+        c = self.counters
+        text = f"no images: {state.publishers} publisher(s) of {state.topic} send none"
+        text += " any more" if c.last_image_s is not None else ""
+        return WARN, text + (f"; of those that came: {c.last_error}" if c.last_error and not c.processed else "")
+
+    def _flow(self, state: NodeState, new: _Totals, looked_at: int, period_s: float) -> tuple[bytes, str]:
+        """What becomes of images that come."""
+        count = new.dropped + looked_at
+        if new.failed:
+            return ERROR, f"{new.failed} image(s) could not be used: {self.counters.last_error}"
+        if new.lost > count:
+            return WARN, f"{new.lost} of {new.lost + count} images lost on the way"
+        if new.dropped > looked_at:
+            return WARN, f"{new.dropped} of {count} images dropped: they come faster than they are recognised"
+        if self.counters.header_problem:
+            return WARN, self.counters.header_problem
+        if not looked_at and state.busy_s:
+            return OK, f"one image has been looked at for {state.busy_s:.1f} s"
+        return OK, f"{looked_at / period_s:.1f} images/s"
 
     def _calibration(self, state: NodeState) -> DiagnosticStatus:
         if state.calibration and state.on_plane:

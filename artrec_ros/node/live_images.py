@@ -9,6 +9,7 @@ from typing import Any
 
 from ..core.base.config import NodeConfig
 from ..core.base.errors import ImageError, SourceError
+from ..io.bags.topics import decode_message
 from ..io.messages import node_topics as topics
 from ..io.sources.frames import Frame
 from . import conversions
@@ -76,7 +77,7 @@ class LiveImages:
         msg, received_ns = held
         stamp_ns = conversions.stamp_ns(msg.header) or received_ns
         try:
-            image = conversions.image_from_msg(msg)
+            image = decode_message(msg)
         except ImageError as error:
             return Frame(stamp_ns, self.topic, error=str(error))
         size = (int(image.shape[1]), int(image.shape[0]))

@@ -37,18 +37,23 @@ def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | N
 
 def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: Stop) -> int:
     try:
-        import rclpy
-        from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-        from rclpy.signals import SignalHandlerOptions, install_signal_handlers
+        import rclpy.executors
+        import rclpy.signals  # noqa: F401
     except ImportError as error:
-        print(f"artrec_node: {MISSING.format(error)}", file=sys.stderr)
-        return 1
+        return _failed(MISSING.format(error), 1)
     try:
         own = _not_ros(arguments)
     except (ArtrecError, RuntimeError) as error:
-        print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
-        return 2
+        return _failed(str(error), 2)
     _refuse_others(own)
+    return _serve(arguments, node_class, stop)
+
+
+def _serve(arguments: list[str], node_class: type[RecognizerNode] | None, stop: Stop) -> int:
+    import rclpy
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+    from rclpy.signals import SignalHandlerOptions, install_signal_handlers
+
     sys.setswitchinterval(_SWITCH_S)
     from .node import RecognizerNode
 
@@ -79,11 +84,15 @@ def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: St
             return 0
         if not isinstance(error, (ArtrecError, RuntimeError)):  # which rclpy raises for bad arguments and files
             raise
-        print(f"artrec_node: {_one_line(error)}", file=sys.stderr)
-        return 1
+        return _failed(str(error), 1)
     finally:
         stop.end()
     return 0
+
+
+def _failed(reason: str, code: int) -> int:
+    print(f"artrec_node: {_one_line(reason)}", file=sys.stderr)
+    return code
 
 
 def _not_ros(arguments: list[str]) -> list[str]:
@@ -128,8 +137,8 @@ def _spin(executor: Executor, node: RecognizerNode) -> None:
             faults += 1
             if faults > _MOST_FAULTS or not node.context.ok():
                 raise
-            node.get_logger().error(f"a callback failed: {_one_line(error)!r}", throttle_duration_sec=5.0)
+            node.get_logger().error(f"a callback failed: {_one_line(str(error))!r}", throttle_duration_sec=5.0)
 
 
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

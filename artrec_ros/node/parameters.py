@@ -18,7 +18,7 @@ from ..io.base.shared_files import SCHEME
 from ..io.base.yaml_files import load_value
 from ..io.parameters.parameter_file import NO_FILE, Setup, hint, setup_from_flat
 from ..io.parameters.sections import check_sections
-from ..io.parameters.specs import Spec, all_specs, moved
+from ..io.parameters.specs import Spec, moved
 from ..io.parameters.unread import unread
 
 _ARRAYS = {
@@ -96,8 +96,7 @@ class LiveParameters:
         calibrated: Callable[[], Collection[bool]] = lambda: (True, False),
         camera: Callable[[], Camera | None] = lambda: None,
     ) -> None:
-        objects, classes = setup.resolved["objects"], setup.resolved.get("image.classes", [])
-        self._node, self._specs = node, all_specs(objects, classes)
+        self._node, self._specs = node, setup.specs
         self._setup = setup
         self._on_change, self._calibrated, self._camera = on_change, calibrated, camera
         self._checked: Setup | None = None

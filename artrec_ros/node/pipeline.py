@@ -18,6 +18,7 @@ from ..core.memory.memory import Memory
 from ..core.model.found import FrameResult, Rejection
 from ..core.recognizer import Recognizer, check_targets
 from ..core.tracking.tracker import Tracker
+from ..io.bags.topics import decode_message
 from ..io.parameters.parameter_file import Setup
 from . import conversions
 from .calibration import Calibrations
@@ -153,7 +154,7 @@ class Pipeline:
     def _process(self, msg: Any, received_ns: int, withdrawn: int) -> FrameReport | None:
         assert self._current is not None  # it stays when it is there
         setup, recognizer = self._current
-        image = conversions.image_from_msg(msg)
+        image = decode_message(msg)
         size = (int(image.shape[1]), int(image.shape[0]))
         stamp_ns = conversions.stamp_ns(msg.header)
         camera = self._calibrations.camera_for(stamp_ns, size, setup.image.rectified)

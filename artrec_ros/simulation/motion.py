@@ -61,9 +61,8 @@ class _Path:
     def _joints(self, time_s: float) -> dict[str, float]:
         joints = {}
         model = self.start.target.model
-        for name, component in zip(model.joint_names, model.joint_components, strict=True):
-            assert component.joint is not None  # that is what makes it one
-            low, high = component.joint.span
+        for name, joint in model.joints.items():
+            low, high = joint.span
             middle, half = (low + high) / 2, max(self.joint_range * (high - low) / 2, 1e-9)
             phase = np.arcsin(np.clip((self.start.joints[name] - middle) / half, -1, 1))
             swing = np.sin(2 * np.pi * self.motion.swing_hz * time_s + phase)

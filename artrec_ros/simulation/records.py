@@ -53,7 +53,7 @@ def _object_record(truth: ObjectTruth) -> dict[str, Any]:
 
 def keypoint_names(model: ObjectModel) -> list[str]:
     """COMPONENT/MARKER.tail and .head of every marker, in the model's order."""
-    return [f"{c.name}/{m.name}.{end}" for c in model.components for m in c.markers for end in ("tail", "head")]
+    return [f"{component}/{marker}.{end}" for component, marker in model.markers for end in ("tail", "head")]
 
 
 def is_annotated(marker: MarkerTruth) -> bool:
@@ -110,13 +110,12 @@ class CocoBuilder:
 def _keypoints(model: ObjectModel, marked: dict[tuple[str, str], MarkerTruth]) -> list[float]:
     """x, y, visibility of every keypoint: 2 = annotated, 0 = not."""
     values: list[float] = []
-    for component in model.components:
-        for marker in component.markers:
-            truth = marked.get((component.name, marker.name))
-            for point in () if truth is None else (truth.tail, truth.head):
-                values += [round(float(point[0]), 2), round(float(point[1]), 2), 2]
-            if truth is None:
-                values += [0, 0, 0, 0, 0, 0]
+    for key in model.markers:
+        truth = marked.get(key)
+        for point in () if truth is None else (truth.tail, truth.head):
+            values += [round(float(point[0]), 2), round(float(point[1]), 2), 2]
+        if truth is None:
+            values += [0, 0, 0, 0, 0, 0]
     return values
 
 

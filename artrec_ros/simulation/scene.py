@@ -87,13 +87,12 @@ class _Ground:
 
 def require_places(model: ObjectModel) -> None:
     """Raise `ConfigError` where a marker's place on the object is not known."""
-    for component in model.components:
-        for marker in component.markers:
-            if marker.T_component_marker is None:
-                raise ConfigError(
-                    f"object '{model.name}': marker '{marker.name}' of component '{component.name}' has no pose; "
-                    "a scene needs to know where each marker sits"
-                )
+    for (component, name), marker in model.markers.items():
+        if marker.T_component_marker is None:
+            raise ConfigError(
+                f"object '{model.name}': marker '{name}' of component '{component}' has no pose; "
+                "a scene needs to know where each marker sits"
+            )
 
 
 def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig, rng: np.random.Generator) -> Scene:
@@ -147,7 +146,7 @@ def _lowest(model: ObjectModel, joint_range: float) -> float:
 def _lowest_at(kin: Kinematics, own: Sequence[Sequence[Surface]], q: Array) -> Array:
     """(n,) heights of an object's lowest point in its own frame. :param own: surfaces of its components in theirs.
     :param q: (n, J)."""
-    frames = kin.forward(np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3)), q)
+    frames = kin.in_object(q)
     heights = [
         (frames.R[:, c, 2] @ surface.corners.T + frames.t[:, c, 2:]).min(axis=1)
         for c, surfaces in enumerate(own)
@@ -251,10 +250,9 @@ def _turns_to_camera(placed: PlacedObject) -> bool:
 
 def joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
     """Joint values: `where` is -1 at the lower limit, 0 in the middle, 1 at the upper one; one for all or one each."""
-    joints = [(n, c.joint) for n, c in zip(model.joint_names, model.joint_components, strict=True) if c.joint]
-    shares = np.broadcast_to(np.asarray(where, float), len(joints))
+    shares = np.broadcast_to(np.asarray(where, float), len(model.joints))
     values = {}
-    for (name, joint), share in zip(joints, shares, strict=True):
+    for (name, joint), share in zip(model.joints.items(), shares, strict=True):
         low, high = joint.span
         values[name] = float((low + high) / 2 + share * (high - low) / 2)
     return values

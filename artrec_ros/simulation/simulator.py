@@ -66,9 +66,7 @@ def render_frame(
     return SimulatedFrame(index, renderer.camera, scene, labels, colour, truths)
 
 
-def pinhole_camera(size: tuple[int, int], view_angle_deg: float, frame_id: str = "camera_optical_frame") -> Camera:
+def pinhole_camera(size: tuple[int, int], view_angle_deg: float) -> Camera:
     """A camera without distortion whose image is `view_angle_deg` wide, its axis through the image's centre."""
-    width, height = size
-    focal = width / 2 / np.tan(np.radians(view_angle_deg) / 2)
-    matrix = [[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]]
-    return Camera(np.array(matrix), np.zeros(0), size, frame_id)
+    focal_px = size[0] / 2 / np.tan(np.radians(view_angle_deg) / 2)
+    return Camera.pinhole(size, float(focal_px), "camera_optical_frame")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.geometry.polygons import in_space
 from ..core.geometry.transforms import Array, Pose
 from ..core.model.kinematics import Kinematics
 from ..core.model.objects import Box, Component, ObjectModel
@@ -51,7 +52,7 @@ class Surface:
 def component_poses(model: ObjectModel, joints: Mapping[str, float]) -> dict[str, Pose]:
     """Each component's frame in the object's frame, T_object_component; joints that are not named are at zero."""
     q = np.array([[joints.get(name, 0.0) for name in model.joint_names]])
-    frames = Kinematics(model).forward(np.eye(3)[None], np.zeros((1, 3)), q)
+    frames = Kinematics(model).in_object(q)
     return {c.name: Pose(R, t) for c, R, t in zip(model.components, frames.R[0], frames.t[0], strict=True)}
 
 
@@ -80,7 +81,8 @@ def component_surfaces(component: Component, label: int) -> list[Surface]:
     for marker in component.markers:
         if marker.T_component_marker is None:
             continue
-        corners = np.column_stack([marker.outline, np.zeros(len(marker.outline))])
         shown, owner = component.labels(label)[0], (component.name, marker.name)
-        own.append(Surface(corners, np.array([0.0, 0.0, 1.0]), shown, owner).moved(marker.T_component_marker))
+        own.append(
+            Surface(in_space(marker.outline), np.array([0.0, 0.0, 1.0]), shown, owner).moved(marker.T_component_marker)
+        )
     return own

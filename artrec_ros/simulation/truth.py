@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.camera import Camera
+from ..core.geometry.polygons import in_space, signed_area
 from ..core.geometry.projection import project
 from ..core.geometry.transforms import Array
 from ..core.model.objects import ObjectModel
@@ -75,7 +76,7 @@ def axis_ends(placed: PlacedObject, camera: Camera) -> dict[tuple[str, str], Arr
         for marker in component.markers:
             assert marker.T_component_marker is not None  # scenes are made of models with places only
             T = placed.T_camera_object @ poses[component.name] @ marker.T_component_marker
-            axis = np.column_stack([np.stack([marker.tail, marker.head]), np.zeros(2)])
+            axis = in_space(np.stack([marker.tail, marker.head]))
             ends[component.name, marker.name] = project(camera, T.apply(axis))
     return ends
 
@@ -84,8 +85,6 @@ def _measure_marker(rendering: Rendering, index: int, camera: Camera, axis: Arra
     surface = rendering.surfaces[index]
     assert surface.owner is not None
     outline = project_outline(camera, surface.corners)
-    x, y = outline.T
-    full = abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))) / 2
     rows, columns = np.nonzero(rendering.index == index)
     centre = bounds = None
     if len(rows):
@@ -94,4 +93,6 @@ def _measure_marker(rendering: Rendering, index: int, camera: Camera, axis: Arra
         bounds = (float(u.min()), float(v.min()), float(np.ptp(u)), float(np.ptp(v)))
     component, marker = surface.owner
     visible = len(rows) / SUPERSAMPLING**2
-    return MarkerTruth(component, marker, surface.facing, full, visible, centre, axis[0], axis[1], bounds)
+    return MarkerTruth(
+        component, marker, surface.facing, abs(signed_area(outline)), visible, centre, axis[0], axis[1], bounds
+    )

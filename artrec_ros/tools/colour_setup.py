@@ -9,9 +9,8 @@ from pathlib import Path
 from ..core.base.config import ImageConfig, PlaneConfig
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
-from ..io.base.shared_files import resolve_path
 from ..io.parameters.parameter_file import image_from_flat, setup_from_flat
-from ..io.parameters.sections import read_flat
+from ..io.parameters.sections import read_files
 from .colour_samples import GIVEN
 
 _CAMERA = "smoothing_px", *GIVEN
@@ -50,7 +49,7 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
 
     A class is named by `more` (name -> label), by `image.classes`, or by the object or component whose label it is.
     """
-    flat = {key: value.raw for path in paths for key, value in read_flat(path).items()}
+    flat, folder, source = read_files(*paths)
     classes = [
         *(flat.get("image.classes") or []),
         *(name for name in more if name not in flat.get("image.classes", [])),
@@ -59,12 +58,11 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
     kept |= {k: flat[k] for k in (*_READ, *(f"image.{name}.label" for name in classes)) if k in flat}
     kept |= {f"image.{name}.label": label for name, label in more.items()}
     kept |= {"image.classes": classes} if classes else {}
-    folder, config_dir, source = paths[0].absolute().parent, flat.get("config_dir"), ", ".join(map(str, paths))
     if more and "objects" not in flat:  # what is known of the camera alone
         image = image_from_flat({k: v for k, v in kept.items() if k.startswith("image.")}, source)
         labels = {name: cls.label for name, cls in image.classes.items()}
         return ColourSetup((), labels, image.blank, camera=_camera(image), gamma_known="image.gamma" in flat)
-    setup = setup_from_flat(kept, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, source)
+    setup = setup_from_flat(kept, folder, source)
     named = {cls.label: name for name, cls in reversed(setup.image.classes.items())} | {n: k for k, n in more.items()}
     labels, hidden = dict[str, int](), dict[str, int]()
     on_markers = set[str]()

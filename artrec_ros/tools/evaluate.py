@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,6 +18,7 @@ from .evaluation.result import FORMAT, Result, changes_to_dict, results_of
 from .evaluation.runs import load_runs
 from .evaluation.scoring import Options, evaluate_runs
 from .options.paths import path
+from .options.work_options import seconds
 
 METRICS_FILE, PAGE_FILE = "metrics.json", "report.html"
 COMPARISON_FILE, COMPARISON_PAGE_FILE = "comparison.json", "comparison.html"
@@ -42,7 +42,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument("--names", type=_names, metavar="NAME=TRUTH,...",
                    help="the truth's name or label of each object; only these are scored")  # fmt: skip
     p.add_argument("--camera-info", type=path, metavar="FILE", help="calibration file, for poses without one")
-    p.add_argument("--max-gap", type=_seconds, default=0.0, metavar="S", help="how far stamps may differ (0 s)")
+    p.add_argument("--max-gap", type=seconds, default=0.0, metavar="S", help="how far stamps may differ (0 s)")
     p.add_argument("--common", action="store_true", help="score only frames for which every DIR has a result")
     p.add_argument("-o", "--output", type=path, metavar="DIR", help="where page and comparison go (default: first DIR)")
     p.add_argument("--pictures", type=_count, default=60, metavar="N", help="overlays on the page, of each DIR (60)")
@@ -116,16 +116,6 @@ def _names(text: str) -> dict[str, str]:
     if not all(name and wanted for name, _, wanted in pairs):
         raise argparse.ArgumentTypeError(f"'{text}': NAME=TRUTH,... is expected, as in red=3,blue=2 or lamp=desk_lamp")
     return {name.strip(): wanted.strip() for name, _, wanted in pairs}
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value >= 0):
-        raise argparse.ArgumentTypeError(f"'{text}' is no number of seconds")
-    return value
 
 
 def _count(text: str) -> int:

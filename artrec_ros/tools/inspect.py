@@ -25,7 +25,7 @@ from ..io.inventory.contents import (
 from ..io.inventory.inventory import take_stock
 from ..io.learned.annotations import Annotations
 from ..io.parameters.parameter_file import Setup
-from ..io.parameters.specs import EXPERT, all_specs
+from ..io.parameters.specs import EXPERT
 from ..io.parameters.unread import unread
 from .inspecting.inspection import calibrated_images, problems
 from .inspecting.model_report import counted, summary
@@ -191,7 +191,7 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
         yield f"{t.name}: object '{t.model.name}', label {t.label}, {space}, {learned}"
     if setup.image.classes:
         yield "classes: " + ", ".join(f"{name} {c.label}" for name, c in setup.image.classes.items())
-    specs = all_specs([t.name for t in setup.targets], setup.image.classes)
+    specs = setup.specs
     changed = {
         k: v for k, v in setup.resolved.items()
         if k.startswith(("recognizer.", "scene.", "tracking.", EXPERT)) and k in specs and v != specs[k].default

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -21,7 +20,7 @@ from ..core.learning.colour_learning import (
     enough,
     learn_colours,
 )
-from ..io.base.bars import bar
+from ..io.base.bars import bar, say
 from ..io.base.whole_files import check_place
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
@@ -80,13 +79,13 @@ def run(args: argparse.Namespace) -> int:
     labels = dict(args.classes) if setup is None else _told_labels(args, setup)
     samples, told = _samples(args, labels, setup)
     for name in lacking_bodies(samples, setup) if setup is not None else ():
-        _say(
+        say(
             f"Class '{name}' (label {labels.pop(name)}) is not learned: too little of it shows; "
             "leave it out of image.classes, and its label out of the body"
         )
         samples.pop(name, None)
     check_samples(samples, labels)
-    _say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
+    say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
     learned = learn_from(samples, told, labels, _DRAWS)
     save_colours(args.output, learned.image)
     print("\n".join(report(learned, setup.bodies if setup is not None else ())))
@@ -112,7 +111,7 @@ def _told_labels(args: argparse.Namespace, setup: ColourSetup) -> dict[str, int]
     drawn = {name for own in drawn_regions(args.annotations, args.images).values() for name, _ in own}
     for name, label in setup.hidden.items():
         if name not in drawn:
-            _say(
+            say(
                 f"Class '{name}' (label {label}) is not learned: it is of bodies alone, and nobody has drawn it; mark "
                 f"boxes or polygons of category '{name}'"
             )
@@ -178,7 +177,7 @@ def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetu
     samples, told = samples_of_regions(marked, labels, blank, camera, gamma_known=known)
     for name in dict.fromkeys(name for m in marked for name, _ in m.regions):
         if name not in samples and name not in labels:
-            _say(f"'{name}' is left out: no pixel is its own, for smaller regions or image.blank cover it")
+            say(f"'{name}' is left out: no pixel is its own, for smaller regions or image.blank cover it")
     return samples, told
 
 
@@ -195,16 +194,12 @@ def _pairs(args: argparse.Namespace) -> Iterator[Pair]:
     colour = SourceOptions(topic=args.topic, image_kind="colour")
     label = SourceOptions(topic=args.label_topic, image_kind="labels")
     for source in args.sources:
-        with open_sources([source], colour, _say) as images:
+        with open_sources([source], colour, say) as images:
             if args.label_images is None:
-                with open_sources([source], label, _say) as label_frames:
+                with open_sources([source], label, say) as label_frames:
                     yield from _checked(by_stamp(images, label_frames))
             else:
                 yield from _checked(by_name(images, args.label_images))
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr)
 
 
 def by_stamp(images: Iterable[Frame], labels: Iterable[Frame]) -> Iterator[tuple[Frame, Frame]]:

@@ -55,6 +55,23 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument("-o", "--output", type=path, metavar="OBJECT.yaml", help="object file to write")
     p.add_argument("--overwrite", action="store_true", help="replace OBJECT.yaml if it is there already")
     p.add_argument("--name", help="name of the object (default: the file's, the robot's)")
+    _add_pictures(p)
+    p.add_argument(
+        "--markers", type=path, metavar="OBJECT.yaml",
+        help="URDF: an object file whose components are named after links, each marker with its pose on the link",
+    )  # fmt: skip
+    p.add_argument("--body-label", type=int, metavar="N", help="URDF: class of the bodies' pixels, where they have one")
+    p.add_argument(
+        "--marks", type=path, nargs="+", action="extend", default=[], metavar="COCO.json",
+        help="object file: measure its lengths anew by images in which the ends of its markers' axes are marked (as "
+        "for artrec train), straight from above where it is flat, else with --camera-info; -o writes it",
+    )  # fmt: skip
+    _add_drawings(p)
+    p.set_defaults(run=run)
+
+
+def _add_pictures(p: argparse.ArgumentParser) -> None:
+    """How large the markers are that pictures show, and where in them."""
     p.add_argument(
         "--width", type=float, nargs="+", metavar="M",
         help="pictures: width of each marker's bounding box, metres; drawing: width of the whole drawing",
@@ -72,16 +89,10 @@ def add_parser(subparsers: Any) -> None:
         "--rectangle", type=float, nargs=2, metavar=("W", "H"), help="width and height of that rectangle, metres"
     )
     p.add_argument("--marker-label", type=int, metavar="N", help="label images: class of the marker")
-    p.add_argument(
-        "--markers", type=path, metavar="OBJECT.yaml",
-        help="URDF: an object file whose components are named after links, each marker with its pose on the link",
-    )  # fmt: skip
-    p.add_argument("--body-label", type=int, metavar="N", help="URDF: class of the bodies' pixels, where they have one")
-    p.add_argument(
-        "--marks", type=path, nargs="+", action="extend", default=[], metavar="COCO.json",
-        help="object file: measure its lengths anew by images in which the ends of its markers' axes are marked (as "
-        "for artrec train), straight from above where it is flat, else with --camera-info; -o writes it",
-    )  # fmt: skip
+
+
+def _add_drawings(p: argparse.ArgumentParser) -> None:
+    """What is drawn of the object, and for which camera."""
     p.add_argument("--sheet", type=path, metavar="FILE.png", help="draw the markers, and the object from all sides")
     p.add_argument(
         "--print", type=path, metavar="PAGE.pdf", dest="printed",
@@ -91,7 +102,6 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument("--label", type=int, default=_SHOWN_LABEL, metavar="N", help="class of the object drawn, for colour")
     p.add_argument("--distance", type=float, metavar="M", help="warn of markers that cannot be told so far off")
     add_camera(p, (640, 480))
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -128,13 +128,13 @@ def _tell(args: argparse.Namespace) -> None:
         say(f"warning: whoever reaches {args.host}:{args.port} may use this page: it asks for no password")
 
 
-def _number(low: int, high: int, what: str) -> Callable[[str], int]:
+def _number(high: int, what: str) -> Callable[[str], int]:
     def read(text: str) -> int:
-        if not text.isdecimal() or not low <= int(text) <= high:
-            raise argparse.ArgumentTypeError(f"'{text}' is no {what} of {low} to {high}")
+        if not text.isdecimal() or not 1 <= int(text) <= high:
+            raise argparse.ArgumentTypeError(f"'{text}' is no {what} of 1 to {high}")
         return int(text)
 
     return read
 
 
-_port, _count = _number(1, 65535, "port"), _number(1, 100_000, "number of frames")
+_port, _count = _number(65535, "port"), _number(100_000, "number of frames")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import hashlib
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -30,7 +29,7 @@ from .options.work_options import (
     seconds,
     source_options,
 )
-from .replaying.plan import check_plan, plan_of, write_plan
+from .replaying.plan import check_plan, digest, plan_of, write_plan
 from .tuning.goal import FIGURES, Goal, goal_of, limit, measures
 from .tuning.space import Dimension, changed, load_space
 
@@ -189,12 +188,8 @@ def _plan_options(args: argparse.Namespace) -> dict[str, Any]:
     options = {key: value for key in _KEPT_OPTIONS if (value := getattr(args, key)) is not None}
     plain = {key: str(value) if isinstance(value, Path) else value for key, value in options.items()}
     search = args.search.read_text(encoding="utf-8")
-    truths = [_digest(path) for path in args.truth]
+    truths = [digest(p.read_bytes()) if p.is_file() else str(p.absolute()) for p in args.truth]
     return {**plain, "limits": [str(x) for x in args.limit], "search": search, "truth": truths}
-
-
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:16] if path.is_file() else str(path.absolute())
 
 
 def _unwritable(folder: Path, error: OSError) -> SourceError:

@@ -10,7 +10,7 @@ from artrec_ros.core.alignment.matching import Matches, find_matches
 from artrec_ros.core.alignment.placements import Placements
 from artrec_ros.core.alignment.starts import find_starts
 from artrec_ros.core.base.deadline import Deadline
-from artrec_ros.core.grouping.candidates import Candidates, candidates_of
+from artrec_ros.core.grouping.candidates import Candidates, Roles, candidates_of
 from artrec_ros.core.model.target import Target
 
 
@@ -31,4 +31,4 @@ def matches(scene: SimpleNamespace) -> Matches:
 
 @pytest.fixture(scope="module")
 def candidates(matches: Matches) -> Candidates:
-    return candidates_of(Target("crane", crane(), RED, CRANE), SHAPE_OF, matches, CONFIG)
+    return candidates_of(Roles.of(Target("crane", crane(), RED, CRANE), SHAPE_OF), matches, CONFIG)

@@ -11,7 +11,7 @@ from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.constraints.constraint_set import ConstraintSet
 from artrec_ros.core.constraints.intervals import Interval
 from artrec_ros.core.constraints.pairs import PairConstraint
-from artrec_ros.core.grouping.candidates import candidates_of
+from artrec_ros.core.grouping.candidates import Roles, candidates_of
 from artrec_ros.core.grouping.group_search import GroupSearch
 from artrec_ros.core.grouping.solution import solve
 from artrec_ros.core.model.objects import Component, ObjectModel
@@ -51,7 +51,7 @@ def at(x, y=0.0):
 def solved(matches, *pairs, **options):
     config = settings(**options)
     target = Target("toy", MODEL, 1, ConstraintSet("toy", 0.95, pairs))
-    search = GroupSearch(candidates_of(target, SHAPE_OF, matches, config), matches, config, Deadline())
+    search = GroupSearch(candidates_of(Roles.of(target, SHAPE_OF), matches, config), matches, config, Deadline())
     return solve([search], matches, config, Deadline()), search, config
 
 

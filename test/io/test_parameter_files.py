@@ -98,7 +98,7 @@ def test_arrays_of_the_ros_client_are_lists(folder: Path) -> None:
 def test_a_nodes_own_section_goes_before_the_wildcard(folder: Path) -> None:
     text = _section("artrec_node", **{"red.label": 4}) + _section("/**", **FLAT) + _section("camera", rate=15)
     flat = read_flat(_write(folder, text))
-    assert flat["red.label"].raw == 4 and flat["objects"].raw == ["red"] and "rate" not in flat
+    assert flat["red.label"] == 4 and flat["objects"] == ["red"] and "rate" not in flat
 
 
 @pytest.mark.parametrize("name", ["/**", "artrec_node", "/robot/artrec", "/robot/finder", "finder"])

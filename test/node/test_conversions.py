@@ -16,10 +16,11 @@ from std_msgs.msg import Header
 from artrec_ros.core.base.errors import ConfigError, ImageError
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import ClassFit, Detection, ImagePose, Instance
+from artrec_ros.io.bags.topics import camera_of, decode_message
 from artrec_ros.io.messages import node_topics as topics
 from artrec_ros.io.messages.node_topics import NodeTopic
 from artrec_ros.io.messages.object_messages import OBJECT_MAKERS
-from artrec_ros.node.conversions import camera_from_msg, header_of, image_from_msg, image_to_msg, to_ros
+from artrec_ros.node.conversions import header_of, image_to_msg, to_ros
 
 HEADER = Header(frame_id="eye")
 
@@ -45,8 +46,8 @@ def said(topic: NodeTopic, found: list[Detection]) -> list[Any]:
 
 def test_pictures_pass_through_messages_unchanged() -> None:
     picture = np.random.default_rng(1).integers(0, 256, (7, 5, 3), np.uint8)
-    np.testing.assert_array_equal(image_from_msg(wire(image_to_msg(picture, HEADER))), picture)
-    np.testing.assert_array_equal(image_from_msg(image_to_msg(picture[:, ::-1], HEADER)), picture[:, ::-1])
+    np.testing.assert_array_equal(decode_message(wire(image_to_msg(picture, HEADER))), picture)
+    np.testing.assert_array_equal(decode_message(image_to_msg(picture[:, ::-1], HEADER)), picture[:, ::-1])
 
 
 def test_a_picture_of_other_form_is_refused() -> None:
@@ -57,13 +58,13 @@ def test_a_picture_of_other_form_is_refused() -> None:
 def test_rows_with_padding_and_big_endian_are_read() -> None:
     msg = Image(height=2, width=2, step=6, encoding="mono16", is_bigendian=1)
     msg.data = array.array("B", [1, 0, 2, 0, 99, 99, 0, 3, 0, 4, 99, 99])
-    np.testing.assert_array_equal(image_from_msg(msg), [[256, 512], [3, 4]])
+    np.testing.assert_array_equal(decode_message(msg), [[256, 512], [3, 4]])
 
 
 def test_damaged_images_are_errors_of_one_line() -> None:
     for msg in (Image(), Image(height=9, width=9, step=9, encoding="mono8"), CompressedImage(format="png")):
         with pytest.raises(ImageError) as caught:
-            image_from_msg(msg)
+            decode_message(msg)
         assert "\n" not in str(caught.value)
 
 
@@ -156,11 +157,11 @@ def info(**changes: object) -> CameraInfo:
 
 
 def test_a_calibration_in_the_images_own_pixels() -> None:
-    camera = camera_from_msg(info())
+    camera = camera_of(info())
     assert camera.size == (640, 480) and camera.matrix[1, 1] == 510 and camera.distortion[0] == 0.1
     msg = info(binning_x=2, binning_y=2)
     msg.roi.x_offset, msg.roi.y_offset, msg.roi.width, msg.roi.height = 100, 40, 200, 100
-    camera = camera_from_msg(msg)
+    camera = camera_of(msg)
     assert camera.size == (100, 50)
     assert camera.matrix[0, 0] == 250
 
@@ -170,4 +171,4 @@ def test_a_calibration_in_the_images_own_pixels() -> None:
 )
 def test_a_calibration_that_is_none(changes: dict) -> None:
     with pytest.raises(ConfigError):
-        camera_from_msg(info(**changes))
+        camera_of(info(**changes))

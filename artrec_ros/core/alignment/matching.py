@@ -16,7 +16,7 @@ from ..image.blobs import Blob
 from .contour_map import ContourMap
 from .overlap import overlap_matrix
 from .placements import Array1, Evidence, Placements, evidence
-from .refinement import refine, refine_slanted, suppress
+from .refinement import refine, suppress
 from .shapes import Shape
 from .starts import find_starts
 
@@ -97,7 +97,7 @@ def find_matches(
     placed = find_starts(blobs, cmap, shapes, wanted, config, deadline.part(config.time.first_pass_share), scales)
     placed = refine(cmap, shapes, placed, config, deadline)
     if config.max_slant_deg > 0:
-        slanted = refine_slanted(cmap, shapes, placed, config, deadline)
+        slanted = refine(cmap, shapes, placed, config, deadline, slanted=True)
         flat_share, share = (evidence(cmap, shapes, p, config, blank).share for p in (placed, slanted))
         # Two more unknowns fit anything a little better: they have to earn it.
         better = share > flat_share + config.alignment.slant_gain

@@ -38,32 +38,22 @@ def suppress(
 
 
 def refine(
-    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, deadline: Deadline
-) -> Placements:
-    """All placements moved onto the contours in batches: Tukey-weighted point-to-line least squares.
-
-    A similarity is linear in (z, t), an affinity in (z, t, w), so each step is one exact solve per placement.
-    Those whose scale runs away by more than `max_refined_scale` keep their hypothesis, as do those the deadline
-    leaves. With `max_slant_deg`, affinities follow; a caller chooses between the two by their evidence.
-    """
-    return _in_batches(cmap, shapes, placed, config, deadline, False)
-
-
-def refine_slanted(
-    cmap: ContourMap, shapes: list[Shape], placed: Placements, config: RecognizerConfig, deadline: Deadline
-) -> Placements:
-    """The same with affinities, as far as a turn of `max_slant_deg` out of the image plane squeezes a marker."""
-    return _in_batches(cmap, shapes, placed, config, deadline, True)
-
-
-def _in_batches(
     cmap: ContourMap,
     shapes: list[Shape],
     placed: Placements,
     config: RecognizerConfig,
     deadline: Deadline,
-    slanted: bool,
+    *,
+    slanted: bool = False,
 ) -> Placements:
+    """All placements moved onto the contours in batches: Tukey-weighted point-to-line least squares.
+
+    A similarity is linear in (z, t), an affinity in (z, t, w), so each step is one exact solve per placement.
+    Those whose scale runs away by more than `max_refined_scale` keep their hypothesis, as do those the deadline
+    leaves.
+
+    :param slanted: by affinities, as far as a turn of `max_slant_deg` out of the image plane squeezes a marker.
+    """
     parts = []
     for start in range(0, len(placed), _BATCH):
         part = placed if len(placed) <= _BATCH else placed.take(np.arange(start, min(start + _BATCH, len(placed))))

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from ..base.config import AlignmentConfig
+from ..geometry.polygons import signed_area
 from ..geometry.transforms import Array
 from ..image.blobs import anchor_points
 from ..model.objects import Marker
@@ -50,8 +51,7 @@ class Shape:
         """:param config: what its anchors are made by; None: the default."""
         anchor_share = (config or AlignmentConfig()).anchor_share
         outline = np.array(marker.image_outline)
-        x, y = outline.T
-        if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
+        if signed_area(outline) < 0:
             outline = outline[::-1]
         if len(outline) > _MOST_CORNERS:
             outline = _sample(outline, _MOST_CORNERS)[0]

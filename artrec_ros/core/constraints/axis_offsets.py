@@ -72,8 +72,7 @@ class AxisOffset:
 
     def corrected(self, instance: Instance, marker: Marker) -> Instance:
         """The instance with its axis' direction as users would annotate it."""
-        length_m = float(np.linalg.norm(marker.head - marker.tail))
-        along = length_m * np.array([np.cos(instance.theta), np.sin(instance.theta)]) + self.shift_m
+        along = marker.axis_length * np.array([np.cos(instance.theta), np.sin(instance.theta)]) + self.shift_m
         return replace(instance, theta=float(wrap_angle(np.arctan2(along[1], along[0]) + self.turn_rad)))
 
 
@@ -87,8 +86,7 @@ def learn_axis_offset(key: Key, marker: Marker, fitted_rad: ArrayLike, annotated
     error: Array = wrap_angle(np.asarray(annotated_rad, float) - theta)
     if len(theta) < _LEAST_EXAMPLES:
         return None
-    length_m = float(np.linalg.norm(marker.head - marker.tail))
-    shift: Array = np.column_stack([-np.sin(theta), np.cos(theta)]) / length_m
+    shift: Array = np.column_stack([-np.sin(theta), np.cos(theta)]) / marker.axis_length
     turn: Array = np.ones((len(theta), 1))
     best, criterion = None, _criterion(error, 0)
     for terms in ((turn,), (shift,), (shift, turn)):

@@ -75,12 +75,11 @@ class ConstraintSet:
 
     def check_model(self, model: ObjectModel) -> None:
         """Raise `ConfigError` where something names a component, marker or joint that the model lacks."""
-        known = {(c.name, m.name) for c in model.components for m in c.markers}
         for where, key in self._keys():
-            if key not in known:
+            if key not in model.markers:
                 raise ConfigError(
                     f"{where}: '{'/'.join(key)}' is no component/marker of object '{model.name}'; "
-                    f"it has {', '.join('/'.join(k) for k in sorted(known))}"
+                    f"it has {', '.join('/'.join(k) for k in sorted(model.markers))}"
                 )
         joints = model.joint_names
         for c in self.classes:

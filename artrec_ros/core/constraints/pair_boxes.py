@@ -21,7 +21,7 @@ def reach_m(p: PairConstraint) -> float:
 
 def pack_boxes(target: Target) -> Boxes:
     """All constraints of a target."""
-    keys = [(c.name, m.name) for c in target.model.components for m in c.markers]
+    keys = list(target.model.markers)
     pairs = target.constraints.pairs if isinstance(target.constraints, ConstraintSet) else ()
     pair, swapped = np.full((len(keys), len(keys)), -1, np.int32), np.zeros((len(keys), len(keys)), bool)
     low, high = np.full((len(pairs), len(CHECKED)), -np.inf), np.full((len(pairs), len(CHECKED)), np.inf)

@@ -19,7 +19,7 @@ from ..alignment.symmetry import ANY_ANGLE, distance_to_outline
 from ..base.config import DesignConfig, RecognizerConfig
 from ..model.objects import Component, Marker, ObjectModel
 
-_DESIGN = DesignConfig()
+_DESIGN, _CONFIG = DesignConfig(), RecognizerConfig()
 _TURNS = 144  # that are looked at: 2.5 degrees apart
 
 
@@ -82,27 +82,21 @@ class Ambiguities:
         return scales
 
 
-def find_ambiguities(
-    model: ObjectModel,
-    config: RecognizerConfig | None = None,
-    shown: Callable[[Sequence[_Pair]], Iterable[_Pair]] = iter,
-) -> Ambiguities:
+def find_ambiguities(model: ObjectModel, shown: Callable[[Sequence[_Pair]], Iterable[_Pair]] = iter) -> Ambiguities:
     """Limits of every marker, and every pair of one class that can be taken for one another.
 
-    :param config: what the recogniser tells apart: `symmetry_px`, `contour_noise_px`.
     :param shown: passes on the pairs to be compared, and may show how far they are: many shapes take seconds.
     """
-    config = config or RecognizerConfig()
     shapes: dict[tuple[bytes, float | None], Shape] = {}
     looks = []
     for c, m in [(component, marker) for component in model.components for marker in component.markers]:
         key = m.outline.tobytes(), m.disc_radius  # many markers are of one shape
         if key not in shapes:
             shapes[key] = Shape.from_marker(m)
-        looks.append(_Look(c.label, shapes[key], _limits(c, m, shapes[key], config)))
+        looks.append(_Look(c.label, shapes[key], _limits(c, m, shapes[key])))
     pairs = [(a, b) for a, b in combinations(looks, 2) if a.label == b.label and _like_in_size(a.shape, b.shape)]
     unlike = cache(unlikeness)
-    alike = (_compare(a, b, unlike, config) for a, b in shown(pairs))
+    alike = (_compare(a, b, unlike) for a, b in shown(pairs))
     return Ambiguities(model, tuple(look.limits for look in looks), tuple(pair for pair in alike if pair is not None))
 
 
@@ -118,7 +112,7 @@ _Pair = tuple[_Look, _Look]
 _Unlike = Callable[[Shape, Shape], tuple[float, float]]
 
 
-def _limits(component: Component, marker: Marker, shape: Shape, config: RecognizerConfig) -> MarkerLimits:
+def _limits(component: Component, marker: Marker, shape: Shape) -> MarkerLimits:
     _, sides, _ = cv2.minAreaRect((shape.outline * 1e3).astype(np.float32))
     long, short = max(sides) / 1e3, min(sides) / 1e3
     least_px = _DESIGN.least_seed_px if component.required else _DESIGN.least_area_px
@@ -128,7 +122,7 @@ def _limits(component: Component, marker: Marker, shape: Shape, config: Recogniz
     by_design = {n for n in range(2, len(residual)) if order and order % n == 0}
     others = [r for n, r in enumerate(residual) if n >= 2 and n not in by_design]
     least = 0.0 if order == ANY_ANGLE else min(others)
-    turn = np.inf if order != 1 or least == 0 else config.alignment.symmetry_px / least
+    turn = np.inf if order != 1 or least == 0 else _CONFIG.alignment.symmetry_px / least
     return MarkerLimits(component.name, marker.name, (long, short), found, float(turn), order)
 
 
@@ -137,11 +131,11 @@ def _like_in_size(a: Shape, b: Shape) -> bool:
     return large <= _DESIGN.much_larger * small
 
 
-def _compare(a: _Look, b: _Look, unlike: _Unlike, config: RecognizerConfig) -> Likeness | None:
+def _compare(a: _Look, b: _Look, unlike: _Unlike) -> Likeness | None:
     """None where the two differ so much that they are told as soon as they are found. :param unlike: `unlikeness`."""
     distance, turn = unlike(a.shape, b.shape)
     same_m = _DESIGN.same_share * min(a.shape.rms_radius_m, b.shape.rms_radius_m)
-    told = np.inf if distance < same_m else _DESIGN.sigmas * config.constraints.contour_noise_px / distance
+    told = np.inf if distance < same_m else _DESIGN.sigmas * _CONFIG.constraints.contour_noise_px / distance
     if told <= max(a.limits.found, b.limits.found):
         return None
     mirrored = unlike(_mirror(a.shape), b.shape)[0] < same_m

@@ -33,14 +33,19 @@ class Camera:
         object.__setattr__(self, "distortion", readonly(self.distortion).reshape(-1))
 
     @classmethod
-    def facing(cls, size: tuple[int, int], frame_id: str = "") -> Camera:
+    def facing(cls, size: tuple[int, int]) -> Camera:
         """A camera for objects that face it, whatever it is: these are similarities of the image plane.
 
         Its focal length, `_FACING` times the image's longer side, is a convention: a scale of k pixels per metre is
         told as the depth f / k. It is long, so that all lines of sight are nearly one (scaled orthographic).
         """
-        (width, height), focal = size, _FACING * max(size)
-        K = np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
+        return cls.pinhole(size, _FACING * max(size))
+
+    @classmethod
+    def pinhole(cls, size: tuple[int, int], focal_px: float, frame_id: str = "") -> Camera:
+        """A camera without distortion, its axis through the image's centre."""
+        width, height = size
+        K = np.array([[focal_px, 0, (width - 1) / 2], [0, focal_px, (height - 1) / 2], [0, 0, 1]])
         return cls(K, np.zeros(0), size, frame_id)
 
     def sees_as(self, other: Camera) -> bool:

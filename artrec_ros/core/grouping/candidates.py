@@ -143,12 +143,7 @@ class Roles:
         return RoleArrays(self.component, self.marker, self.shape, self.label, self.axis_angle)
 
 
-def candidates_of(target: Target, shape_of: ShapeOf, matches: Matches, config: RecognizerConfig) -> Candidates:
-    """Candidates of every component of a target, in the model's order."""
-    return candidates_of_roles(Roles.of(target, shape_of), matches, config)
-
-
-def candidates_of_roles(roles: Roles, matches: Matches, config: RecognizerConfig) -> Candidates:
+def candidates_of(roles: Roles, matches: Matches, config: RecognizerConfig) -> Candidates:
     """Candidates of every component of a target, in the model's order.
 
     Noise: a contour's place, and what a flat rigid model leaves out (lens, slant, tolerance of make).

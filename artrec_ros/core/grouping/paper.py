@@ -23,8 +23,7 @@ from ..base.deadline import Deadline
 from ..constraints.constraint_set import ConstraintSet
 from ..constraints.pairs import configuration
 from ..image.blobs import Blob, blob_anchors
-from ..model.target import Target
-from .candidates import Candidates, ShapeOf, candidates_of
+from .candidates import Candidates, Roles, candidates_of
 from .group_search import Group
 
 Box = dict[str, tuple[float, float]]
@@ -82,11 +81,9 @@ def _all_couples(anchors: np.ndarray, shape: Shape, s: int, blob: int) -> Placem
     return Placements.similarities(t, z, np.full(n, s, np.int32), np.full(n, blob, np.int32), slot)
 
 
-def group_literally(
-    target: Target, shape_of: ShapeOf, matches: Matches, config: RecognizerConfig, deadline: Deadline
-) -> list[Group]:
+def group_literally(roles: Roles, matches: Matches, config: RecognizerConfig, deadline: Deadline) -> list[Group]:
     """Steps 6 to 8: from each torso in turn a group grows with backtracking; what it uses is gone for the next."""
-    candidates = candidates_of(target, shape_of, matches, _without_symmetry(config))
+    target, candidates = roles.target, candidates_of(roles, matches, _without_symmetry(config))
     components = [c.name for c in target.model.components]
     boxes = _boxes(target.constraints) if isinstance(target.constraints, ConstraintSet) else {}
     required = components.index(target.model.required.name)

@@ -30,7 +30,7 @@ class Blob:
 
     :param pixels: (n, 2) int, the outermost pixels' centres, ordered so that the inside lies on the same
         side as in `Shape` (positive shoelace sum in x right, y down).
-    :param contour: (n, 2) the same, moved out to where the edge is (half a pixel, see `compiled.outlining`).
+    :param contour: (n, 2) the same, moved out to where the edge is (half a pixel, see `contour_kernels.outlines`).
     :param normals: (n, 2) unit outward normals; zero where the contour doubles back on itself.
     :param cut: (n,) bool, points where not the blob but the image or an ignored rectangle ends: no evidence.
     :param area_px: pixels enclosed, holes included.

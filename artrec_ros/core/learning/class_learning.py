@@ -29,7 +29,7 @@ def learn_class(
     :param joints: per example whose joints are known, component -> its joint's position.
     :param coverage: share of new examples that the region of the pairs, and that of the joints, shall hold.
     """
-    areas = {(c.name, m.name): m.area for c in model.components for m in c.markers}
+    areas = {key: m.area for key, m in model.markers.items()}
     pairs = _pairs(model, [at_one_scale(e, areas) for e in examples if e], coverage)
     return ConfigurationClass(name, len(examples), pairs, _joints(model, joints, coverage))
 
@@ -58,10 +58,9 @@ def _pair_offsets(pair: PairConstraint, examples: Sequence[Example]) -> Array:
 def _joints(model: ObjectModel, rows: Sequence[Mapping[str, float]], coverage: float) -> dict[str, JointRange]:
     bare: dict[str, JointRange] = {}
     least: dict[str, float] = {}
-    for name, component in zip(model.joint_names, model.joint_components, strict=True):
+    for name, joint in model.joints.items():
         values = np.array([row[name] for row in rows if name in row], float)
-        joint = component.joint
-        if len(values) < 2 or joint is None:
+        if len(values) < 2:
             continue
         span = Interval.around_angles(values) if joint.is_endless else Interval.around(values)
         bare[name] = JointRange(len(values), span, span)

@@ -37,10 +37,10 @@ class Reference:
     light: tuple[float, float]
 
 
-def clusters(colours: Colours, count: int, least_share: float, seed: int = 0) -> list[Colours]:
+def clusters(colours: Colours, count: int, least_share: float) -> list[Colours]:
     """The medians of the clusters (k-means) that hold at least this share of colours (n, 3)."""
     count = min(count, len(colours))
-    cv2.setRNGSeed(seed)
+    cv2.setRNGSeed(0)
     start = np.zeros((0, 1), np.int32)
     how = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 20, 1e-3)
     member = cv2.kmeans(colours, count, start, how, 1, cv2.KMEANS_PP_CENTERS)[1].ravel()

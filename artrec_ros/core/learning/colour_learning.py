@@ -118,7 +118,6 @@ def learn_colours(
     labels: Mapping[str, int],
     image: ImageConfig,
     doubtful: Collection[str] = (),
-    seed: int = 0,
     shown: Callable[[Iterable[int]], Iterable[int]] = iter,
 ) -> Learned:
     """Reference colours from samples: of several draws of these the references that tell best what all are.
@@ -136,7 +135,7 @@ def learn_colours(
     :raises ConfigError: a class without enough samples, or of pixels too dark to have a colour.
     """
     check_samples(samples, labels)
-    tried = list(product(range(seed, seed + _LEARNING.draws), _LEARNING.weights_background))
+    tried = list(product(range(_LEARNING.draws), _LEARNING.weights_background))
     draws = [_drawn(samples, labels, image, doubtful, *tried[n]) for n in shown(range(len(tried)))]
     return max(draws, key=lambda learned: _worth(learned, labels))
 

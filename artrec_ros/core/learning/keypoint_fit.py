@@ -105,8 +105,7 @@ def _starts(kin: Kinematics, camera: Camera, points: Points, rng: np.random.Gene
     """Orientations from which the points' sides are seen, at the depth and place that fit the points' spread."""
     turns = rng.normal(size=(_TURNS, 4))
     R = np.array([rotation_from_quaternion(v / np.linalg.norm(v)) for v in turns])
-    middle = np.where(np.isfinite(kin.lower + kin.upper), (kin.lower + kin.upper) / 2, 0.0)
-    q = np.tile(middle, (_TURNS, 1))
+    q = np.tile(kin.middle, (_TURNS, 1))
     far = np.tile([0.0, 0.0, 1e6], (_TURNS, 1))  # all lines of sight alike
     frames = kin.forward(R, far, q)
     best = np.argsort(-_facing(frames, points).mean(axis=1), kind="stable")[:_STARTS]

@@ -142,5 +142,5 @@ def _moved(T: Pose, turn: float, shift: Array) -> Pose:
 
 def _shape(marker: Marker) -> tuple[float, float, float]:
     """The same of equal and of mirrored markers: these are of one size."""
-    axis = float(np.linalg.norm(marker.head - marker.tail))
+    axis = marker.axis_length
     return round(marker.area, 9), round(marker.perimeter, 6), round(axis, 6)

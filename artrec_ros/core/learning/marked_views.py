@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..geometry.camera import Camera
+from ..geometry.polygons import in_space
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
 from ..model.chain_kernels import Chain
@@ -109,7 +110,7 @@ class Figure:
 
 def axis_ends(marker: Marker) -> Array:
     """(2, 3) of its axis in its own frame."""
-    return np.column_stack([np.stack([marker.tail, marker.head]), np.zeros(2)])
+    return in_space(np.stack([marker.tail, marker.head]))
 
 
 @dataclass(frozen=True)
@@ -152,8 +153,7 @@ class Eye:
 
     def _facing(self, figure: Figure, kin: Kinematics, marks: Marks) -> Start:
         """One marker tells the pose; then joint by joint what brings all marks nearest, twice around."""
-        q = np.where(np.isfinite(kin.lower + kin.upper), (kin.lower + kin.upper) / 2, 0.0)[None]
-        best = self._laid(figure, marks, q)
+        best = self._laid(figure, marks, kin.middle[None])
         for joint in [*range(kin.n_joints)] * 2:
             values = np.append(kin.grid(joint, 2 * np.pi / _AROUND), best.q[0, joint])
             q = np.repeat(best.q, len(values), axis=0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from ..geometry.transforms import Array
 from ..model.objects import Marker, ObjectModel
 from .conformal import conformal_margin, left_out_scores, unwrapped, widened
 
-Example = Mapping[Key, Any]  # values have x, y, theta, scale: `datatypes.Instance` or its like
+Example = Mapping[Key, Any]  # values have x, y, theta, scale: `Instance` or its like
 
 _LEARNING, _SYMMETRY_PX = LearningConfig(), AlignmentConfig().symmetry_px
 
@@ -33,16 +34,12 @@ def learn(
     :param coverage: share of new examples that each pair's box shall hold; 0: the bare box (`conformal.py`).
     """
     rows = list(examples)
-    keys = [(c.name, m.name) for c in model.components for m in c.markers]
-    markers = {(c.name, m.name): m for c in model.components for m in c.markers}
-    shapes = {key: Shape.from_marker(m) for key, m in markers.items()}
+    shapes = {key: Shape.from_marker(m) for key, m in model.markers.items()}
     pairs = []
-    for n, first in enumerate(keys):
-        for second in keys[n + 1 :]:
-            both = [(e[first], e[second]) for e in rows if first in e and second in e]
-            if first[0] == second[0] or len(both) < max(2, min_examples):
-                continue
-            pairs.append(_learn_pair(first, second, both, markers, shapes, coverage))
+    for first, second in combinations(model.markers, 2):
+        both = [(e[first], e[second]) for e in rows if first in e and second in e]
+        if first[0] != second[0] and len(both) >= max(2, min_examples):
+            pairs.append(_learn_pair(first, second, both, model.markers, shapes, coverage))
     return ConstraintSet(model.name, coverage, tuple(pairs))
 
 

@@ -44,9 +44,9 @@ class Kinematics:
         self.parent = [-1 if c.joint is None else index[c.joint.parent] for c in model.components]
         joints = [c.name for c in model.joint_components]
         self.joint_of = [joints.index(c.name) if c.name in joints else -1 for c in model.components]
-        spans = np.array([c.joint.span for c in model.joint_components if c.joint], float).reshape(-1, 2)
+        spans = np.array([j.span for j in model.joints.values()], float).reshape(-1, 2)
         self.lower, self.upper = (np.ascontiguousarray(end) for end in spans.T)
-        self.revolute = np.array([c.joint.kind == "revolute" for c in model.joint_components if c.joint], bool)
+        self.revolute = np.array([j.kind == "revolute" for j in model.joints.values()], bool)
 
         # what a joint's step is measured in: a radian, or the size of what slides
         self.unit = np.array(
@@ -75,11 +75,16 @@ class Kinematics:
     @cached_property
     def endless(self) -> np.ndarray:
         """(J,) bool: joints that turn without limit."""
-        return np.array([c.joint is not None and c.joint.is_endless for c in self.model.joint_components], bool)
+        return np.array([j.is_endless for j in self.model.joints.values()], bool)
 
     @property
     def n_joints(self) -> int:
         return len(self.lower)
+
+    @property
+    def middle(self) -> Array:
+        """(J,) half way between each joint's limits."""
+        return (self.lower + self.upper) / 2
 
     @cached_property
     def carried(self) -> np.ndarray:
@@ -124,6 +129,10 @@ class Kinematics:
     def forward(self, R: Array, t: Array, q: Array) -> Frames:
         """Component frames for object poses R (H, 3, 3), t (H, 3) in the camera and joints q (H, J)."""
         return frames_of(self.chain, R, t, q)
+
+    def in_object(self, q: Array) -> Frames:
+        """Component frames in the object's own at joints q (H, J)."""
+        return self.forward(np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3)), q)
 
 
 def frames_of(chain: Chain, R: Array, t: Array, q: Array) -> Frames:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..base.config import GREATEST_LABEL
 from ..base.errors import ConfigError
+from ..geometry.polygons import perimeter, signed_area
 from ..geometry.transforms import Array, Pose, readonly
 from .names import check_name
 
@@ -46,13 +47,12 @@ class Marker:
             raise ConfigError(f"marker '{self.name}': the outline needs three points (x, y) or more")
         if abs(self._signed_area) < 1e-12:
             raise ConfigError(f"marker '{self.name}': the outline encloses no area")
-        if np.linalg.norm(self.head - self.tail) < 1e-9:
+        if self.axis_length < 1e-9:
             raise ConfigError(f"marker '{self.name}': the axis' tail and head are the same point")
 
     @cached_property
     def _signed_area(self) -> float:
-        x, y = self.outline.T
-        return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
+        return signed_area(self.outline)
 
     @cached_property
     def area(self) -> float:
@@ -62,7 +62,7 @@ class Marker:
     @cached_property
     def perimeter(self) -> float:
         """Metres."""
-        return float(np.linalg.norm(np.roll(self.outline, -1, axis=0) - self.outline, axis=1).sum())
+        return perimeter(self.outline)
 
     @property
     def radius(self) -> float:
@@ -88,6 +88,11 @@ class Marker:
     def image_outline(self) -> Array:
         """(n, 2) outline about the centroid with y DOWN, so that T(outline) is a plain similarity."""
         return readonly((self.outline - self.centroid) * (1, -1))
+
+    @cached_property
+    def axis_length(self) -> float:
+        """Metres from tail to head."""
+        return float(np.linalg.norm(self.head - self.tail))
 
     @cached_property
     def axis_angle(self) -> float:
@@ -275,6 +280,11 @@ class ObjectModel:
         return next(c for c in self.components if c.name == name)
 
     @cached_property
+    def markers(self) -> dict[tuple[str, str], Marker]:
+        """All markers, by the names of their components and their own, in order."""
+        return {(c.name, m.name): m for c in self.components for m in c.markers}
+
+    @cached_property
     def joint_components(self) -> tuple[Component, ...]:
         """Components that a moving joint carries, in order: the joint vector's order."""
         return tuple(c for c in self.components if c.joint is not None and c.joint.kind != "fixed")
@@ -285,9 +295,15 @@ class ObjectModel:
         return tuple((c.joint and c.joint.name) or c.name for c in self.joint_components)
 
     @cached_property
+    def joints(self) -> dict[str, Joint]:
+        """These joints by these names, in the same order."""
+        joints = zip(self.joint_names, self.joint_components, strict=True)
+        return {name: c.joint for name, c in joints if c.joint is not None}
+
+    @cached_property
     def is_spatial(self) -> bool:
         """Whether every marker has a place in space and every component a fixed or jointed frame."""
-        return all(m.T_component_marker is not None for c in self.components for m in c.markers)
+        return all(m.T_component_marker is not None for m in self.markers.values())
 
     @cached_property
     def needs_another(self) -> bool:

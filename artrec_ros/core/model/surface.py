@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.polygons import signed_area
 from ..geometry.transforms import Array
 from .objects import Component, Marker, ObjectModel
 
@@ -125,9 +126,7 @@ def sample_contour(outline: Array, n: int) -> tuple[Array, Array]:
     i = np.searchsorted(ends, s)
     along = (s - (ends[i] - lengths[i])) / lengths[i]
     points = outline[i] + along[:, None] * edges[i]
-    x, y = outline.T
-    sense = np.sign(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-    normals = sense * np.stack([edges[i, 1], -edges[i, 0]], axis=-1) / lengths[i, None]
+    normals = np.sign(signed_area(outline)) * np.stack([edges[i, 1], -edges[i, 0]], axis=-1) / lengths[i, None]
     return points, normals
 
 

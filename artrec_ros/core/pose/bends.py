@@ -18,10 +18,9 @@ class Bends:
         """:param draws: ways besides the first one, where a joint carries the component."""
         kin = surface.kinematics
         path = np.flatnonzero(kin.moves[component])
-        self.q = np.tile((kin.lower + kin.upper) / 2, (1 + draws * bool(len(path)), 1))
+        self.q = np.tile(kin.middle, (1 + draws * bool(len(path)), 1))
         self.q[1:, path] = kin.lower[path] + _spread(len(self) - 1, len(path)) * (kin.upper - kin.lower)[path]
-        eye = np.broadcast_to(np.eye(3), (len(self), 3, 3))
-        frames = kin.forward(eye, np.zeros((len(self), 3)), self.q)
+        frames = kin.in_object(self.q)
         self.R, self.t = frames.R[:, component], frames.t[:, component]
 
     def __len__(self) -> int:

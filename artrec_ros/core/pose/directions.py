@@ -61,7 +61,7 @@ def _angular_radii(finder: WholeObjectFinder) -> list[float]:
     any direction, and wants no small steps."""
     surface, kin = finder.surface, finder.surface.kinematics
     ends = np.stack([np.where(kin.revolute, 0.0, limit) for limit in (kin.lower, kin.upper)])
-    at = kin.forward(np.tile(np.eye(3), (2, 1, 1)), np.zeros((2, 3)), kin.bound(ends))
+    at = kin.in_object(kin.bound(ends))
     turning = (kin.moves != kin.moves[finder.root]) & kin.revolute
     middle: Array = at.R[:, finder.root] @ surface.anchor + at.t[:, finder.root]
     out = []

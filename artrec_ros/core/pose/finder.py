@@ -203,20 +203,20 @@ class WholeObjectFinder:
     def _with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
         search = self._search
-        poses = self._standing(frame, poses, self.config.guesses.standing_slack)
+        poses = self._standing(frame, poses)
         poses = self.surface.search_joints(frame, poses, self.first_grids)
         found = Ranked(poses, self.voter.votes(frame, poses, occlusion=False)).best(search.joint_keep, search)
         poses = Poses.concatenate([found.poses, self._flips(found)])
-        poses = self._standing(frame, poses, self.config.guesses.standing_slack)
+        poses = self._standing(frame, poses)
         found = self._fit_all(frame, poses).best(search.fit_keep, search)
         return self._with_lookalikes(frame, found)
 
-    def _standing(self, frame: ImageFrame, poses: Poses, slack: float) -> Poses:
-        """Those that stand on the scene's floor, by so many times its limits."""
+    def _standing(self, frame: ImageFrame, poses: Poses) -> Poses:
+        """Those that stand on the scene's floor, about."""
         floor = frame.scene.floor
         if floor is None:
             return poses
-        return poses[np.flatnonzero(floor.standing(poses.R, poses.t, slack))]
+        return poses[np.flatnonzero(floor.standing(poses.R, poses.t, self.config.guesses.standing_slack))]
 
     def _with_lookalikes(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add those of the best one's lookalikes that come near to it, and theirs in turn while they are better."""

@@ -93,7 +93,7 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
 
 def _placed_markers(surface: SpatialModel) -> list[_Placed]:
     kin, label, out = surface.kinematics, surface.labels[surface.root], []
-    frames = kin.forward(np.eye(3)[None], np.zeros((1, 3)), (kin.lower + kin.upper)[None] / 2)
+    frames = kin.in_object(kin.middle[None])
     for c, component in enumerate(surface.model.components):
         for marker in component.markers if surface.labels[c] == label else ():
             inside = middle_of(marker)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base.config import RecognizerConfig
 from ..geometry.field_plane import FieldPlane
+from ..geometry.polygons import in_space
 from ..geometry.projection import normalise, projection_jacobian
 from ..geometry.transforms import Array, Pose, skew
 from ..image.image_frame import ImageFrame
@@ -95,8 +96,7 @@ class PlanePlacer:
             if part is not required and not (model.is_flat and part.joint is None and required.joint is None):
                 continue
             T = marker.T_component_marker or Pose.identity()
-            outline = np.column_stack([marker.outline, np.zeros(len(marker.outline))])
-            along.append((T.apply(outline) @ rotation.T)[:, :2])
+            along.append((T.apply(in_space(marker.outline)) @ rotation.T)[:, :2])
             points.append(_outline(seen, marker))
             radius_px = marker.radius * seen.scale  # what an edge errs is so much of its turn
             place_px = np.hypot(self._contour.contour_noise_px, self._contour.model_noise * radius_px)

@@ -168,7 +168,7 @@ def _contour_term(
 def _joint_prior(kin: Kinematics, config: FitConfig) -> JointPrior:
     """Of no hypothesis yet."""
     weight = (config.point_sigma_px / (config.joint_sigma * kin.unit)) ** 2
-    return JointPrior((kin.lower + kin.upper) / 2, weight, np.empty((0, kin.n_joints), bool), _PIN)
+    return JointPrior(kin.middle, weight, np.empty((0, kin.n_joints), bool), _PIN)
 
 
 def _damping(config: FitConfig, *, facing: bool) -> Damping:

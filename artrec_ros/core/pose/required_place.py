@@ -83,8 +83,7 @@ class RequiredPlace:
 
     def _frames(self, poses: Poses) -> tuple[Array, Array]:
         """It in the object's frame, (H, 3, 3), (H, 3)."""
-        kin, root, n = self._surface.kinematics, self._surface.root, len(poses)
-        frames = kin.forward(np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3)), poses.q)
+        frames, root = self._surface.kinematics.in_object(poses.q), self._surface.root
         return frames.R[:, root], frames.t[:, root]
 
 

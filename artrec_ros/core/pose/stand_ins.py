@@ -121,7 +121,7 @@ class StandIns:
         R = at.rotation @ self._R @ inside.rotation  # (K, 3, 3) frames of the component
         t = at.position + surface.area[patch] ** 0.5 * self._shift @ at.rotation.T
         t = t + (at.rotation @ self._R) @ inside.position
-        own = kin.forward(np.eye(3)[None], np.zeros((1, 3)), poses.q)  # its frame in the object's
+        own = kin.in_object(poses.q)  # its frame in the object's
         R = R @ own.R[0, c].T
         return Poses(R, t - R @ own.t[0, c], np.repeat(poses.q, len(R), axis=0))
 

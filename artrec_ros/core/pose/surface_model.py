@@ -102,21 +102,10 @@ class SpatialModel:
         self.normal = np.array([p.normal for p in self.patches])
         self.centre = np.array([p.inside.mean(axis=0) for p in self.patches])
         self.area = np.array([p.area for p in self.patches])
-        self.count = np.array([len(p.inside) for p in self.patches])
-        self.points = np.concatenate([p.inside for p in self.patches])
-        self.point_patch = np.repeat(np.arange(len(self.patches)), self.count)
-        self.point_role = np.repeat(
-            [
-                self.roles.inside(p.labels)
-                if p.marker is not None
-                else self.roles.body(p.labels, self.labels[p.component])
-                for p in self.patches
-            ],
-            self.count,
-        )
+        self.role = np.array([self._role(p) for p in self.patches])
         self.markers = np.flatnonzero(self.is_marker)
-        self.faces = np.flatnonzero(~self.is_marker)
-        self.classed_faces: list[int] = [p for p in self.faces.tolist() if self.patches[p].labels]  # that can be told
+        # those faces of bodies that can be told
+        self.classed_faces = [n for n, p in enumerate(self.patches) if p.marker is None and p.labels]
         self.marker_labels = tuple(self.patches[p].labels for p in self.markers)
         self.markers_of = [self.markers[self.component[self.markers] == c].tolist() for c in range(len(bodies))]
         self.contour = np.array([self.patches[i].contour for i in self.markers])  # (M, m, 3)
@@ -130,9 +119,10 @@ class SpatialModel:
         self.boxes = BodyBoxes(model)
         self.hulls = hulls_of(model)
         self.ignored = self.boxes.behind_patches(self.patches)
-        mine = self.points[(self.component == self.root)[self.point_patch] & self.is_marker[self.point_patch]]
-        self.anchor = mine.mean(axis=0)  # amid the required component's markers, in its frame
-        whole = self.points[(self.component == self.root)[self.point_patch]]
+        required = [p for p in self.patches if p.component == self.root]
+        # amid the required component's markers, in its frame
+        self.anchor = np.concatenate([p.inside for p in required if p.marker is not None]).mean(axis=0)
+        whole = np.concatenate([p.inside for p in required])
         self.extent = float(np.linalg.norm(whole - self.anchor, axis=1).max())  # of the required component, metres
 
     @cached_property
@@ -155,10 +145,10 @@ class SpatialModel:
             marker_of=marker_of,
             ignored=self.ignored,
             starts=np.concatenate([[0], np.cumsum([len(points) for points in filled])]),
-            count=self.count,
+            count=np.array([len(p.inside) for p in self.patches]),
             most=np.array([len(p.finer) for p in self.patches]),
             points=np.ascontiguousarray(np.concatenate(filled).T),
-            role=self.point_role[np.cumsum(self.count) - 1],
+            role=self.role,
             contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),
             contour_along=np.ascontiguousarray(self.contour_along.transpose(0, 2, 1)),
             perimeter=self.perimeter,
@@ -191,6 +181,12 @@ class SpatialModel:
         """(256,) how far each code is of a known class that is none of the required component's."""
         known = 1 - self.codes.share[:, [UNKNOWN, EMPTY, OWNED, OUTSIDE, *self.labels[self.root]]].sum(axis=1)
         return np.ascontiguousarray(known)
+
+    def _role(self, patch: Patch) -> int:
+        """Of its points."""
+        if patch.marker is not None:
+            return self.roles.inside(patch.labels)
+        return self.roles.body(patch.labels, self.labels[patch.component])
 
     def _like(self, component: np.ndarray, labels: Sequence[Sequence[int]]) -> NDArray[np.bool_]:
         """(M, n) which of n pieces of components joints move against a marker, of those that may be of its class."""

@@ -27,7 +27,6 @@ class BlobShape:
     :param moments: centroid and principal direction.
     """
 
-    contour: Array
     area_px: float
     couples: tuple[Array, Array]
     moments: tuple[Array, float]
@@ -37,7 +36,7 @@ def blob_shape(blob: Blob, seam_px: float, config: BlobsConfig) -> BlobShape:
     """A blob's contour moved out by a seam, and its anchors at each tolerance (method, step 2)."""
     contour = blob.contour + seam_px * blob.normals
     area = blob.area_px + seam_px * len(contour)
-    return BlobShape(contour, area, blob_couples(contour, config.tolerances_px(area)), moments_of(contour))
+    return BlobShape(area, blob_couples(contour, config.tolerances_px(area)), moments_of(contour))
 
 
 class ViewBank:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..base.config import GuessesConfig
 from ..geometry.camera import Camera
+from ..geometry.polygons import perimeter, signed_area
 from ..geometry.projection import normalise
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..model.objects import Marker
@@ -56,12 +57,10 @@ def _view(marker: Marker, turn: float, direction: float, config: GuessesConfig) 
     axis = np.array([np.cos(direction), np.sin(direction)])
     squeeze = np.eye(2) + (np.cos(turn) - 1) * np.outer(axis, axis)
     outline = marker.image_outline @ squeeze
-    x, y = outline.T
-    if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:  # run round as blobs' contours do
+    if signed_area(outline) < 0:  # run round as blobs' contours do
         outline = outline[::-1]
     inside = sample_polygon(outline, config.score_points)
     contour, normal = sample_contour(outline, config.score_points)
-    perimeter = float(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum())
     centroid, principal = moments_of(outline * 1e3)  # in mm: cv2 takes a tiny area for none
     return MarkerView(
         turn,
@@ -71,7 +70,7 @@ def _view(marker: Marker, turn: float, direction: float, config: GuessesConfig) 
         contour,
         normal,
         marker.area * np.cos(turn),
-        perimeter,
+        perimeter(outline),
         anchors_of(outline, config.anchor_tolerance),
         (centroid / 1e3, principal),
     )

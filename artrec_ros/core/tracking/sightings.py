@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..base.config import SightingsConfig, TrackingConfig
-from ..geometry.transforms import Array, rotvec_from_rotation
+from ..geometry.transforms import Array, rotvec_from_rotation, wrap_angle
 from ..model.found import Detection
 from ..model.target import Target
 from .motion import Bodies, Counts, Flags
@@ -100,7 +100,7 @@ def agreement(s: Sightings, tracks: Tracks, possible: Flags, area_px: float, con
     """
     odds, image, of = np.zeros(possible.shape), tracks.image, config.sightings
     d, t = np.nonzero(possible)
-    angle = np.mod(s.theta[d] - tracks.theta[t] + np.pi, 2 * np.pi) - np.pi
+    angle = wrap_angle(s.theta[d] - tracks.theta[t])
     variance = 2 * of.turn_rad**2 + (config.turn_rate * tracks.age_s[t]) ** 2
     place = _place_ratio(s.place[d] - image.place[t], image.place_covariance[t] + s.noise[d], area_px)
     wrong = of.misturned

@@ -41,8 +41,7 @@ class Teller:
             filtered = self._filtered(row, detection) if self._config.smooth else None
         number, identity = self._tracks.ids[row], self._tracks.identities[row]
         assert number is not None  # it is told
-        keeps = self._scores is None or not detection.is_in_doubt
-        score = detection.score if keeps or self._scores is None else self._scores[row]
+        score = self._scores[row] if self._scores is not None and detection.is_in_doubt else detection.score
         return replace(detection, id=number, score=score, identity=identity, motion=motion, filtered=filtered)
 
     def _motion(self, row: int, detection: Detection) -> Motion:

@@ -1,5 +1,5 @@
 """Bags: rosbag2 (sqlite3, mcap; split, compressed) and ROS 1, read without ROS. rosbags is imported here and,
-for writing, in bag_writer.py alone.
+for writing, in writer.py alone.
 
 Only standard messages are read (Image, CompressedImage, CameraInfo), and their layouts never changed: so their
 definitions come from the library, and a bag's own definitions, missing or odd, are of no concern.

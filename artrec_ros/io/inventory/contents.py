@@ -14,7 +14,6 @@ from ...core.model.objects import ObjectModel
 from ..bags.reader import Topic
 from ..images.decoding import Image
 from ..learned.annotations import Annotations
-from ..learned.constraints import load_constraints
 from ..parameters.parameter_file import Setup
 
 
@@ -62,16 +61,12 @@ class BagContent:
 
 @dataclass(frozen=True)
 class ConstraintContent:
-    """A constraint file: the object's name, and all component/marker names that it uses."""
+    """A constraint file. :param pairs: how many it has. :param classes: their names."""
 
     object: str
     coverage: float
     pairs: int
     classes: tuple[str, ...]
-
-    def check(self, path: Path, model: ObjectModel) -> None:
-        """:raises ConfigError: the constraints are not this object's."""
-        load_constraints(path, model)
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,11 @@ class AnnotatedObject:
         """Whether the recogniser drew it: fit to learn from, but no truth to score the recogniser by."""
         return self.attributes.get(MADE_BY) == MACHINE
 
+    def axis(self, marker: str) -> Array | None:
+        """(2, 2) tail and head of the axis of COMPONENT/MARKER, pixels; None: not both are labelled."""
+        ends = [p for end in _ENDS if (p := self.points.get(f"{marker}.{end}")) is not None]
+        return np.stack(ends) if len(ends) == len(_ENDS) else None
+
 
 @dataclass(frozen=True)
 class Annotations:
@@ -82,7 +87,7 @@ class Annotations:
 
     def examples(self, model: ObjectModel) -> list[dict[Key, Instance]]:
         """Per annotated object, the places of `model`'s markers; a marker needs both ends labelled."""
-        markers = {f"{c.name}/{m.name}": (c.name, m) for c in model.components for m in c.markers}
+        markers = {"/".join(key): (key[0], m) for key, m in model.markers.items()}
         known = [f"{marker}.{end}" for marker in markers for end in _ENDS]
         several = "; of several categories choose one with --category" if len(self.categories) > 1 else ""
         for category, names in self.categories.items():
@@ -106,12 +111,12 @@ class Annotations:
 def _example(annotated: AnnotatedObject, markers: Mapping[str, tuple[str, Marker]]) -> dict[Key, Instance]:
     example = {}
     for name, (component, marker) in markers.items():
-        ends = [annotated.points.get(f"{name}.{end}") for end in _ENDS]
-        if ends[0] is None or ends[1] is None:
+        axis = annotated.axis(name)
+        if axis is None:
             continue
-        if np.linalg.norm(ends[1] - ends[0]) < _LEAST_AXIS_PX:
+        if np.linalg.norm(axis[1] - axis[0]) < _LEAST_AXIS_PX:
             raise ConfigError(f"{annotated.place}: {name}: tail and head are the same point")
-        example[component, marker.name] = instance_from_axis(component, marker, ends[0], ends[1])
+        example[component, marker.name] = instance_from_axis(component, marker, *axis)
     return example
 
 

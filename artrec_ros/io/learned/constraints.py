@@ -43,7 +43,7 @@ def load_constraints(path: str | Path, model: ObjectModel) -> ConstraintSet:
     if top["object"].text() != model.name:
         raise top["object"].error(f"these constraints are of '{top['object'].raw}', not of object '{model.name}'")
     top["coverage"].number(0, 1)
-    known = [f"{c.name}/{m.name}" for c in model.components for m in c.markers]
+    known = ["/".join(key) for key in model.markers]
     for row in top["pairs"].items():
         _check_pair(row, known)
     for row in top["classes"].items() if "classes" in top else ():

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ...core.drawing import class_text, object_colour
+from ...core.canvas import class_text
+from ...core.drawing import object_colour
+from ...core.geometry.polygons import in_space
 from ...core.geometry.transforms import Array, Pose
 from ...core.model.found import Detection
 from ...core.model.kinematics import Kinematics
@@ -113,16 +115,15 @@ class MarkerScene:
             for component, marker in {(c.component, c.marker) for c in detection.components}:
                 place = model.component(component).marker(marker)
                 assert place.T_component_marker is not None  # the object was fitted
-                points = np.column_stack([place.outline, np.zeros(len(place.outline))])
-                yield (component, marker), frames[component].apply(place.T_component_marker.apply(points))
+                points = place.T_component_marker.apply(in_space(place.outline))
+                yield (component, marker), frames[component].apply(points)
             return
         to_plane = None if pose is None else in_plane(detection, pose, model)
         if pose is not None and to_plane is None:
             return
         for c in detection.components:
             if len(c.contour):
-                flat = np.column_stack([c.contour, np.zeros(len(c.contour))])
-                yield (c.component, c.marker), flat if to_plane is None else to_plane(c.contour)
+                yield (c.component, c.marker), (in_space if to_plane is None else to_plane)(c.contour)
 
 
 def in_plane(detection: Detection, pose: Pose, model: ObjectModel) -> Callable[[Array], Array] | None:
@@ -142,22 +143,20 @@ def in_plane(detection: Detection, pose: Pose, model: ObjectModel) -> Callable[[
     def to_plane(pixels: Array) -> Array:
         x, y = ((pixels - (shown.x, shown.y)) / shown.scale @ np.array([[c, -s], [s, c]])).T
         on_marker = np.column_stack([x, -y]) + marker.centroid  # the image's y is down, the marker's up
-        return T.apply(np.column_stack([on_marker, np.zeros(len(pixels))]))
+        return T.apply(in_space(on_marker))
 
     return to_plane
 
 
 def marker_slots(model: ObjectModel) -> dict[tuple[str, str], int]:
     """A fixed number for each (component, marker) of a model."""
-    pairs = [(c.name, m.name) for c in model.components for m in c.markers]
-    return {pair: i for i, pair in enumerate(pairs)}
+    return {key: i for i, key in enumerate(model.markers)}
 
 
 def component_frames(kinematics: Kinematics, pose: Pose, joints: Mapping[str, float]) -> dict[str, Pose]:
     """T_camera_component of each component; a joint that was not seen is drawn in its middle."""
-    middle = (kinematics.lower + kinematics.upper) / 2
     names = kinematics.model.joint_names
-    q = np.array([joints.get(name, m) for name, m in zip(names, middle, strict=True)])
+    q = np.array([joints.get(name, middle) for name, middle in zip(names, kinematics.middle, strict=True)])
     frames = kinematics.forward(pose.rotation[None], pose.position[None], q[None])
     return {c.name: Pose(frames.R[0, i], frames.t[0, i]) for i, c in enumerate(kinematics.model.components)}
 

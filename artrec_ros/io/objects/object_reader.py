@@ -15,7 +15,7 @@ from ...core.model.names import check_name
 from ...core.model.objects import Box, Component, Identity, Joint, Marker, ObjectModel
 from ..base.yaml_files import Value, load_yaml, nearest
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
-from .urdf import link_boxes
+from .urdf import link_body
 
 FORMAT = "artrec_object/1"
 _MOST_M = 1000.0  # of any length: more is a wrong unit, and much more overflows
@@ -264,6 +264,6 @@ def _read_box(value: Value) -> Box:
 def _read_urdf(value: Value) -> tuple[Box, ...]:
     given = value.fields(required=("file", "link"))
     try:
-        return link_boxes(value.file.parent / given["file"].text(), given["link"].text())
+        return link_body(value.file.parent / given["file"].text(), given["link"].text()).boxes
     except ConfigError as error:
         raise value.error(str(error)) from None

@@ -71,12 +71,11 @@ def object_yaml(model: ObjectModel, comments: tuple[str, ...] = (), labels: Labe
     lines += [f"classes: {_mapping(labels.declared)}"] if labels.declared else []
     lines += ["", "markers:"]
     written: set[str] = set()
-    for component in model.components:
-        for marker in component.markers:
-            name = shapes[component.name, marker.name]
-            if name not in written:
-                lines += _shape(name, marker)
-                written.add(name)
+    for key, marker in model.markers.items():
+        name = shapes[key]
+        if name not in written:
+            lines += _shape(name, marker)
+            written.add(name)
     lines += ["", "components:"]
     for component in model.components:
         lines += _component(component, shapes, labels)
@@ -98,13 +97,12 @@ def _shapes(model: ObjectModel) -> dict[tuple[str, str], str]:
     """(component, marker) -> name of its shape; equal shapes share one, different ones of one name are told apart."""
     names: dict[bytes, str] = {}
     shapes = {}
-    for c in model.components:
-        for m in c.markers:
-            points = np.vstack([m.outline, m.tail, m.head])
-            key = np.round(points, _DECIMALS + 1).tobytes()
-            if key not in names:
-                names[key] = next(n for n in _names_for(c.name, m.name) if n not in names.values())
-            shapes[c.name, m.name] = names[key]
+    for marker, m in model.markers.items():
+        points = np.vstack([m.outline, m.tail, m.head])
+        key = np.round(points, _DECIMALS + 1).tobytes()
+        if key not in names:
+            names[key] = next(n for n in _names_for(*marker) if n not in names.values())
+        shapes[marker] = names[key]
     return shapes
 
 

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from ...core.base.errors import ConfigError
+from ...core.geometry.polygons import signed_area
 from ...core.geometry.transforms import Array
 from ...core.model.objects import Marker
 from ..base.yaml_files import is_finite, nearest, read_text
@@ -178,7 +179,7 @@ def _only_outline(outlines: list[Array], shape: Any, place: str) -> Array:
         if other is largest or _area(other) <= _SPECK * _area(largest):
             continue
         inside = cv2.pointPolygonTest(largest.astype(np.float32), tuple(map(float, other[0])), False) >= 0
-        same_sense = _signed_area(largest) * _signed_area(other) > 0
+        same_sense = signed_area(largest) * signed_area(other) > 0
         if inside and same_sense and shape.values.get("fill-rule") != "evenodd":
             continue  # it is filled all the same
         if inside:
@@ -199,12 +200,7 @@ def _without_repeats(outline: Array) -> Array:
 
 
 def _area(outline: Array) -> float:
-    return abs(_signed_area(outline))
-
-
-def _signed_area(outline: Array) -> float:
-    x, y = outline.T
-    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
+    return abs(signed_area(outline))
 
 
 def _radius(elements: Any, shape: Any) -> float | None:

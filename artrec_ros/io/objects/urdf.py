@@ -41,11 +41,6 @@ class LinkBody:
     notes: tuple[str, ...]
 
 
-def link_boxes(path: Path, link: str) -> tuple[Box, ...]:
-    """The boxes of `link_body`."""
-    return link_body(path, link).boxes
-
-
 def link_body(path: Path, link: str) -> LinkBody:
     """A link's collision geometry, or its visual geometry where it has no collision one, as boxes.
 

@@ -29,9 +29,8 @@ from ...core.image.segmentation import Segmenter
 from ...core.model.target import Target
 from ...core.recognizer import Recognizer
 from ...core.warm_up import Told
-from ..base.shared_files import resolve_path
 from ..base.yaml_files import Value, nearest
-from .sections import SECTION, read_flat
+from .sections import SECTION, read_files
 from .specs import EXPERT, Spec, all_specs, moved, specs_of
 from .targets import colourless, lacking, load_target, same_labels, unclassed, with_absolute_paths
 
@@ -80,11 +79,16 @@ class Setup:
             *lacking(self.targets, self.recognizer, calibrated),
         ]
 
+    @property
+    def specs(self) -> dict[str, Spec]:
+        """Every parameter that it could be given, by its full name."""
+        return all_specs(self.objects, self.image.classes)
+
     def value(self, name: str) -> Any:
         """A parameter's value, also where it was not given; lists as such."""
         if name in self.resolved:
             return self.resolved[name]
-        default = all_specs(self.objects, self.image.classes)[name].default
+        default = self.specs[name].default
         return list(default) if isinstance(default, tuple) else default
 
     def changed(self, changes: Mapping[str, Any]) -> Setup:
@@ -100,14 +104,8 @@ class Setup:
 
 
 def load_parameters(path: str | Path, *more: str | Path) -> Setup:
-    """A set-up from a ROS parameter file, or several: as in ROS the later ones go before.
-
-    Relative file names start at the first file's folder.
-    """
-    flat = {key: value.raw for file in (path, *more) for key, value in read_flat(file).items()}
-    folder, source = Path(path).absolute().parent, ", ".join(map(str, (path, *more)))
-    config_dir = flat.get("config_dir")
-    return setup_from_flat(flat, resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, source)
+    """A set-up from a ROS parameter file, or several, as `read_files` reads them."""
+    return setup_from_flat(*read_files(path, *more))
 
 
 def setup_from_flat(

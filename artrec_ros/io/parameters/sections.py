@@ -5,15 +5,34 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from ...core.base.errors import ConfigError
 from ..base.kinds import PARAMETERS, holds_parameters, mistaken
+from ..base.shared_files import resolve_path
 from ..base.yaml_files import Value, load_value
 
 SECTION = "ros__parameters"
 
 
-def read_flat(path: str | Path) -> dict[str, Value]:
+class Given(NamedTuple):
+    """What parameter files say. :param flat: values by their flat names. :param folder: where relative file names
+    start. :param source: the files, as errors name them."""
+
+    flat: dict[str, Any]
+    folder: Path
+    source: str
+
+
+def read_files(*paths: str | Path) -> Given:
+    """As in ROS the later ones go before. Relative file names start at the first file's folder, or at `config_dir`."""
+    flat = {key: value for path in paths for key, value in read_flat(path).items()}
+    folder, config_dir = Path(paths[0]).absolute().parent, flat.get("config_dir")
+    folder = resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder
+    return Given(flat, folder, ", ".join(map(str, paths)))
+
+
+def read_flat(path: str | Path) -> dict[str, Any]:
     """The parameters of a ROS parameter file by their flat names; a node's own section goes before the wildcard's."""
     value = load_value(path)
     if problem := mistaken(value.raw, PARAMETERS):
@@ -29,7 +48,7 @@ def read_flat(path: str | Path) -> dict[str, Value]:
     flat: dict[str, Value] = {}
     for name in [*(n for n in sections if n not in named), *ours]:
         flat.update(_flatten(sections[name]))
-    return flat
+    return {key: value.raw for key, value in flat.items()}
 
 
 def check_sections(paths: Sequence[Path], node: str) -> None:

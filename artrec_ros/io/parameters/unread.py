@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 
 from ...core.ways import way_of
 from .parameter_file import Setup
-from .specs import Spec, all_specs
+from .specs import Spec
 
 _WAYS = {
     "plane": "in the image plane",
@@ -25,7 +25,7 @@ def unread(setup: Setup, calibrated: Collection[bool] = (True, False)) -> list[s
 
     :param calibrated: which images there are.
     """
-    specs = all_specs([t.name for t in setup.targets], setup.image.classes)
+    specs = setup.specs
     changed = [spec for spec in specs.values() if _is_changed(spec, setup)]
     return [line for spec in changed for line in _lines(spec, setup, calibrated)]
 

@@ -18,8 +18,6 @@ from ..images.video import VIDEO_SUFFIXES, frames_of_video
 from .bag_source import BagSource
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
 
-__all__ = ["FolderSource", "Frame", "SourceOptions", "Sources", "holds_bag", "open_sources", "stamps_by_name"]
-
 _STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds,
 _LAST_NS = (2**31 - 1) * 10**9  # up to the last one that builtin_interfaces/Time holds
 

@@ -53,10 +53,6 @@ def _path(image: Value) -> Path:
 
 def _object(annotated: AnnotatedObject) -> TrueObject:
     stems = {name.rpartition(".")[0] for name in annotated.points}
-    axes = {}
-    for stem in sorted(stems):
-        ends = [annotated.points.get(f"{stem}.{end}") for end in ("tail", "head")]
-        if ends[0] is not None and ends[1] is not None:
-            axes[stem] = readonly(np.stack([ends[0], ends[1]]))
+    axes = {stem: readonly(axis) for stem in sorted(stems) if (axis := annotated.axis(stem)) is not None}
     middle = readonly(np.mean(list(annotated.points.values()), axis=0))
     return TrueObject(None, None, {}, middle, annotated.category, axes=axes, told=Told.LABELLED)

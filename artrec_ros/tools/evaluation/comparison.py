@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.geometry.transforms import Array
 from . import intervals
 from .intervals import Estimate
 from .outcomes import Outcome
-from .scoring import Evaluation, ScoredFrame
+from .scoring import Evaluation
 
 
 @dataclass(frozen=True)
@@ -33,14 +34,15 @@ def compare(first: Evaluation, second: Evaluation) -> dict[str, Change]:
     """
     pairs = [(a, b) for (_, a), (_, b) in zip(*_common_outcomes(first, second), strict=True) if a.counted and b.counted]
     judged = [(a, b) for a, b in pairs if a.right is not None and b.right is not None]
+    slower = _latencies(second) - _latencies(first)
     return {
         "recognition_rate": _rates([(a.recognised, b.recognised) for a, b in pairs]),
         "right_rate": _rates([(a.right is True, b.right is True) for a, b in judged]),
-        "false_per_frame": _means(_false(first, second)),
+        "false_per_frame": Change(intervals.mean(_false(second) - _false(first))),
         "position_error_median": _medians(pairs, lambda o: o.position_error),
         "position_error_m_median": _medians(pairs, lambda o: o.position_error_m),
         "rotation_error_deg_median": _medians(pairs, lambda o: _degrees(o.rotation_error_rad)),
-        "latency_ms_median": Change(intervals.median(list(_latencies(first, second)))),
+        "latency_ms_median": Change(intervals.median(slower[np.isfinite(slower)])),
     }
 
 
@@ -55,32 +57,20 @@ def _rates(pairs: list[tuple[bool, bool]]) -> Change:
     return Change(change, gained, lost, intervals.exact_sign_test(gained, lost))
 
 
-def _means(pairs: list[tuple[int, int]]) -> Change:
-    return Change(intervals.mean([b - a for a, b in pairs]))
-
-
 def _medians(pairs: list[tuple[Outcome, Outcome]], measure: Callable[[Outcome], float | None]) -> Change:
     values = [(measure(a), measure(b)) for a, b in pairs]
     return Change(intervals.median([b - a for a, b in values if a is not None and b is not None]))
 
 
-def _false(first: Evaluation, second: Evaluation) -> list[tuple[int, int]]:
-    return [(_count_false(a), _count_false(b)) for a, b in zip(first.frames, second.frames, strict=True)]
+def _false(evaluation: Evaluation) -> Array:
+    """(n,) false detections in each frame."""
+    return np.array([sum(len(of_name.false) for of_name in f.by_name.values()) for f in evaluation.frames], float)
 
 
-def _count_false(frame: ScoredFrame) -> int:
-    return sum(len(outcome.false) for outcome in frame.by_name.values())
-
-
-def _latencies(first: Evaluation, second: Evaluation) -> Iterable[float]:
-    for a, b in zip(first.frames, second.frames, strict=True):
-        if (
-            a.record is not None
-            and b.record is not None
-            and "total" in a.record.timing_ms
-            and "total" in b.record.timing_ms
-        ):
-            yield b.record.timing_ms["total"] - a.record.timing_ms["total"]
+def _latencies(evaluation: Evaluation) -> Array:
+    """(n,) milliseconds that each frame took; NaN: it was not timed."""
+    times = [f.record.timing_ms.get("total", np.nan) if f.record else np.nan for f in evaluation.frames]
+    return np.array(times, float)
 
 
 def _degrees(angle: float | None) -> float | None:

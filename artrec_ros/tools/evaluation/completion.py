@@ -12,6 +12,7 @@ import numpy as np
 
 from ...core.base.errors import SourceError
 from ...core.geometry.camera import Camera
+from ...core.geometry.polygons import in_space, signed_area
 from ...core.geometry.projection import project
 from ...core.geometry.transforms import Array, Pose, readonly
 from ...core.model.objects import Component, Marker, ObjectModel
@@ -56,13 +57,13 @@ def slant_rad(T_camera_object: Pose, required: Component) -> float | None:
 
 
 def _from_axis(name: str, axis: Array, model: ObjectModel) -> tuple[str, TrueComponent]:
-    markers = {f"{c.name}/{m.name}": (c.name, m) for c in model.components for m in c.markers}
+    markers = {"/".join(key): (key[0], m) for key, m in model.markers.items()}
     if name not in markers:
         raise SourceError(
             f"truth: the keypoints of '{name}' are of no marker of '{model.name}'{nearest(name, markers)}"
         )
     component, marker = markers[name]
-    placed = instance_from_axis(component, marker, axis[0], axis[1])
+    placed = instance_from_axis(component, marker, *axis)
     area_px = marker.area * placed.scale**2
     return f"{component}@{marker.name}", TrueComponent(area_px, area_px, readonly([placed.x, placed.y]))
 
@@ -73,7 +74,7 @@ def _from_pose(T_camera_object: Pose, required: Component, camera: Camera) -> di
         if marker.T_component_marker is None:
             continue
         T = T_camera_object @ marker.T_component_marker
-        corners = T.apply(np.column_stack([marker.outline, np.zeros(len(marker.outline))]))
+        corners = T.apply(in_space(marker.outline))
         if _facing(T, marker) > 0 and corners[:, 2].min() > _LEAST_DEPTH_M:
             components[f"{required.name}@{marker.name}"] = _seen(project_outline(camera, corners), camera.size)
     return components
@@ -81,8 +82,7 @@ def _from_pose(T_camera_object: Pose, required: Component, camera: Camera) -> di
 
 def _seen(outline: Array, size: tuple[int, int]) -> TrueComponent:
     """A marker's image (n, 2), of which the part within the picture shows."""
-    x, y = outline.T
-    full_px = abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))) / 2
+    full_px = abs(signed_area(outline))
     rows, columns = np.nonzero(polygon_mask(outline, (size[1], size[0])))
     centre = readonly([columns.mean(), rows.mean()]) if len(rows) else None
     return TrueComponent(full_px, min(float(len(rows)), full_px), centre)

@@ -37,7 +37,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class FailedFrame:
-    """A frame with what failed in it. :param index: its place among the run's records."""
+    """A frame with what failed in it."""
 
     frame: ScoredFrame
     failures: tuple[Failure, ...]

@@ -8,7 +8,7 @@ well visible component is missed. Components of which the truth does not speak a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.optimize import linear_sum_assignment
 
 from ...core.geometry.transforms import Array, wrap_angle
 from ...core.model.found import Detection, Instance
-from ...io.truth.records import FrameKey, Told, TrueComponent, TrueObject
+from ...io.truth.records import Told, TrueComponent, TrueObject
 from .outcomes import FrameOutcome, Outcome
 
 COUNTED_PX, COUNTED_SHARE = 30.0, 0.5  # the least required component of an object that counts
@@ -62,23 +62,18 @@ class Counts:
         return Counts(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
 
     @classmethod
-    def of(
-        cls, outcomes: Iterable[Outcome], false: int, frames: int = 0, without: int = 0, sliding: Iterable[str] = ()
-    ) -> Counts:
-        """:param sliding: names of the joints that are prismatic."""
+    def of(cls, outcomes: Iterable[Outcome], sliding: Iterable[str] = ()) -> Counts:
+        """Of true objects; of false detections they tell nothing. :param sliding: names of the prismatic joints."""
         counted = [o for o in outcomes if o.counted]
         met = [o for o in counted if o.detection is not None]
         sliding = frozenset(sliding)
         joints = [(name in sliding, e) for o in met for name, e in o.joint_errors.items()]
         hits = [hit for o in met for _, hit in o.hits]
         return cls(
-            frames=frames,
-            frames_without_result=without,
             objects=len(counted),
             recognised=len(met),
             judged=sum(o.right is not None for o in counted),
             right=sum(o.right is True for o in counted),
-            false=false,
             named=sum(o.own_name is not None for o in met),
             names_right=sum(o.own_name is True for o in met),
             names_wrong=sum(o.anothers_name for o in met),
@@ -94,11 +89,10 @@ class Counts:
             direction_errors_rad=tuple(rad for o in met for _, rad in o.image_errors),
         )
 
-    def rates(self) -> dict[str, float | int | None]:
+    def rates(self) -> dict[str, float | None]:
         """The figures that rank set-ups, without intervals. None: there was nothing to measure."""
         found = self.components_right + self.components_wrong
         return {
-            "objects": self.objects,
             "recognition_rate": _ratio(self.recognised, self.objects),
             "precision": _ratio(self.recognised, self.recognised + self.false),
             "right_rate": _ratio(self.right, self.judged),
@@ -108,29 +102,6 @@ class Counts:
             "position_error_median": _median(self.position_errors),
             "rotation_error_deg_median": _median(np.degrees(self.rotation_errors_rad)),
         }
-
-
-def score(
-    truth: Mapping[FrameKey, Sequence[TrueObject]],
-    detections: Mapping[FrameKey, Sequence[Detection]],
-    label: int,
-    name: str,
-    root: str,
-) -> Counts:
-    """Counts of one object name over all frames of the truth.
-
-    :param truth, detections: by stamp. :param label: the truth's class number of objects of this name.
-    :param root: name of the object's required component.
-    """
-    frames = [
-        judge_frame(
-            [o for o in objects if o.label == label], [d for d in detections.get(key, ()) if d.object == name], root
-        )
-        for key, objects in truth.items()
-    ]
-    without = sum(key not in detections for key in truth)
-    outcomes = [o for f in frames for o in f.outcomes]
-    return Counts.of(outcomes, sum(len(f.false) for f in frames), len(frames), without)
 
 
 def judge_frame(objects: Sequence[TrueObject], detections: Sequence[Detection], root: str) -> FrameOutcome:

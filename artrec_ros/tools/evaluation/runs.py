@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,12 +12,11 @@ from ...core.base.errors import ArtrecError, SourceError
 from ...core.model.objects import ObjectModel
 from ...io.base.shared_files import resolve_path
 from ...io.objects.object_reader import load_object
+from ...io.parameters.parameter_file import Setup
 from ...io.parameters.sections import read_flat
 from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
 from ...io.results.summary_file import LookedFor, read_summary
-from ..replaying.names import FRAMES_FOLDER, overlay_name
-
-PARAMETERS_FILE = "parameters.yaml"
+from ..replaying.names import FRAMES_FOLDER, PARAMETERS_FILE, overlay_name
 
 
 @dataclass(frozen=True)
@@ -39,6 +38,13 @@ class Run:
     summary: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     problem: str = ""
+
+    @classmethod
+    def of(cls, name: str, folder: Path, setup: Setup, records: Iterable[FrameRecord]) -> Run:
+        """Of what was recognised with a set-up just now."""
+        looked_for = {t.name: LookedFor(t.label, t.model.required.name) for t in setup.targets}
+        models = {t.name: t.model for t in setup.targets}
+        return cls(name, folder, tuple(records), looked_for, models, setup.resolved)
 
     @cached_property
     def frame_id(self) -> str:
@@ -114,7 +120,7 @@ def _is_cut_off(path: Path, whole_lines: int) -> bool:
 def _read_parameters(path: Path) -> tuple[dict[str, Any], str]:
     """Flat parameters, and why there are none."""
     try:
-        return {key: value.raw for key, value in read_flat(path).items()}, ""
+        return read_flat(path), ""
     except ArtrecError as error:
         return {}, str(error)
 

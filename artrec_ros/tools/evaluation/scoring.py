@@ -71,10 +71,7 @@ class Evaluation:
 
     def counts_of(self, outcomes: Sequence[tuple[str, Outcome]], false: int) -> Counts:
         """Of some true objects (object name, outcome) and so many false detections; without frames."""
-        parts = [
-            Counts.of([o for n, o in outcomes if n == name], 0, sliding=self.sliding.get(name, ()))
-            for name in self.names
-        ]
+        parts = [Counts.of([o for n, o in outcomes if n == name], self.sliding.get(name, ())) for name in self.names]
         return sum(parts, Counts(false=false))
 
     @cached_property
@@ -165,8 +162,7 @@ def _completer(run: Run, name: str, truth: Truth, camera: Camera | None) -> Call
 
 
 def _sliding(model: ObjectModel) -> frozenset[str]:
-    joints = zip(model.joint_names, model.joint_components, strict=True)
-    return frozenset(name for name, c in joints if c.joint is not None and c.joint.kind == "prismatic")
+    return frozenset(name for name, joint in model.joints.items() if joint.kind == "prismatic")
 
 
 def _unknown(objects: Sequence[TrueObject], name: str, model: ObjectModel) -> Iterable[str]:

@@ -19,6 +19,7 @@ from ...io.images.folders import LOSSY
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
 from ...io.learned.annotations import AnnotatedObject, Annotations
+from ...io.learned.constraints import load_constraints
 from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
 from .camera_report import odd_calibration
@@ -147,7 +148,7 @@ def _constraints(path: Path, constraints: ConstraintContent, models: Mapping[str
         yield f"{path}: these constraints are of object '{constraints.object}', but the objects here are {known}"
     for model in named[:1]:
         try:
-            constraints.check(path, model)
+            load_constraints(path, model)
         except ConfigError as error:
             yield str(error)
 

@@ -74,13 +74,10 @@ def table(found: Ambiguities, camera: Camera) -> Iterator[str]:
 
 def summary(model: ObjectModel) -> str:
     """One line: components, markers, joints."""
-    markers = sum(len(c.markers) for c in model.components)
-    parts = []
-    for name, c in zip(model.joint_names, model.joint_components, strict=True):
-        if c.joint is not None:
-            parts.append(f"{name} {c.joint.kind} {c.joint.lower:g}..{c.joint.upper:g} {c.joint.unit}")
+    parts = [f"{name} {j.kind} {j.lower:g}..{j.upper:g} {j.unit}" for name, j in model.joints.items()]
     joints = f"{counted(len(parts), 'joint')} ({', '.join(parts)})" if parts else "no joints"
-    return f"{model.name}: {counted(len(model.components), 'component')}, {counted(markers, 'marker')}, {joints}"
+    components, markers = counted(len(model.components), "component"), counted(len(model.markers), "marker")
+    return f"{model.name}: {components}, {markers}, {joints}"
 
 
 def counted(number: int, noun: str) -> str:
@@ -111,7 +108,7 @@ def buried(model: ObjectModel) -> Iterator[str]:
 
 def odd_units(model: ObjectModel) -> Iterator[str]:
     """A line for each length or angle that is hardly one in metres or radians."""
-    markers = [(f"{c.name}/{m.name}", m) for c in model.components for m in c.markers]
+    markers = [("/".join(key), m) for key, m in model.markers.items()]
     sizes = {name: _norm(np.ptp(m.outline, axis=0)) for name, m in markers}
     small, large = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
     if sizes[large] > _LARGE_M or sizes[large] > _MOST_TIMES * sizes[small]:
@@ -126,10 +123,10 @@ def odd_units(model: ObjectModel) -> Iterator[str]:
         off = max(_norm(end - m.centroid) for end in (m.tail, m.head))
         if off > _FAR_SIZES * sizes[name]:
             yield f"{name}: its axis ends {off:.4g} m away from an outline that is {sizes[name]:.4g} m across"
-    for name, c in zip(model.joint_names, model.joint_components, strict=True):
-        if c.joint is None or c.joint.kind != "revolute":
+    for name, joint in model.joints.items():
+        if joint.kind != "revolute":
             continue
-        most, span = max(abs(c.joint.lower), abs(c.joint.upper)), c.joint.upper - c.joint.lower
+        most, span = max(abs(joint.lower), abs(joint.upper)), joint.upper - joint.lower
         if max(most, span) > _MOST_TURN_RAD:
             what = f"a limit of {most:g} rad" if most > _MOST_TURN_RAD else f"from limit to limit {span:g} rad"
             yield f"joint {name}: {what} is more than a turn; limits are radians: 70 degrees are 1.22"
@@ -260,7 +257,7 @@ def _named(group: Sequence[Key]) -> str:
 
 
 def _structure(model: ObjectModel) -> Iterator[str]:
-    loose = [f"{c.name}/{m.name}" for c in model.components for m in c.markers if m.T_component_marker is None]
+    loose = ["/".join(key) for key, m in model.markers.items() if m.T_component_marker is None]
     if loose:
         where = "the object is found in the image plane only, with constraints from artrec train"
         yield f"note: {_shortened(loose)}: no pose: {where}"

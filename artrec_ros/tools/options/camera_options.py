@@ -12,20 +12,14 @@ from ...simulation.simulator import pinhole_camera
 from .paths import path
 
 
-def add_camera(parser: Any, size: tuple[int, int] = (320, 240), view_angle_deg: float = 60.0) -> None:
-    """The options --camera-info, --image-size and --view-angle, with these defaults."""
+def add_camera(parser: Any, size: tuple[int, int] = (320, 240)) -> None:
+    """The options --camera-info, --image-size and --view-angle, with this default size."""
     group = parser.add_argument_group("camera")
     group.add_argument("--camera-info", type=path, metavar="FILE.yaml", help="a ROS calibration file; or else:")
     group.add_argument(
         "--image-size", type=int, nargs=2, default=size, metavar=("W", "H"), help="pixels ({} {})".format(*size)
     )
-    group.add_argument(
-        "--view-angle",
-        type=float,
-        default=view_angle_deg,
-        metavar="DEG",
-        help=f"of the image's width ({view_angle_deg:g})",
-    )
+    group.add_argument("--view-angle", type=float, default=60.0, metavar="DEG", help="of the image's width (60)")
 
 
 def camera_of(args: argparse.Namespace) -> Camera:

@@ -15,12 +15,11 @@ from ...io.base.whole_files import LineFile, held, make_folder, write_whole
 from ...io.results.journal import JOURNAL_FILE, Journal, Recognised
 from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
 from ...io.results.summary_file import read_summary
-from .names import FRAMES_FOLDER
+from .names import FRAMES_FOLDER, PARAMETERS_FILE
 from .pictures import UNFINISHED, VIDEO_FILE
 from .plan import PLAN_FILE, check_plan, write_plan
 from .summary import Summary
 
-PARAMETERS_FILE = "parameters.yaml"
 _FILES = (DETECTIONS_FILE, SUMMARY_FILE, PARAMETERS_FILE, VIDEO_FILE, JOURNAL_FILE)  # the plan goes last
 
 

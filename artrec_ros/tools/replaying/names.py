@@ -1,4 +1,4 @@
-"""What the files of overlays are called: after the frames that they show."""
+"""What the files of a replay are called; those of overlays after the frames that they show."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ...io.images.decoding import IMAGE_SUFFIXES
 
-FRAMES_FOLDER = "frames"
+FRAMES_FOLDER, PARAMETERS_FILE = "frames", "parameters.yaml"
 _LONGEST_STEM = 200  # bytes: file systems allow 255 for a name
 
 

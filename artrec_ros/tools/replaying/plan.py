@@ -26,7 +26,7 @@ def plan_of(setup: Setup, sources: Sequence[Path], options: Mapping[str, Any]) -
         "sources": [str(path.absolute()) for path in sources],
         "contents": {str(path.absolute()): _state(path) for path in sources},
         "parameters": dict(setup.resolved),
-        "files": {str(path): _digest(path.read_bytes()) for path in _files(setup)},
+        "files": {str(path): digest(path.read_bytes()) for path in _files(setup)},
     }
 
 
@@ -103,8 +103,9 @@ def _state(path: Path) -> str:
     """Changes when a file is added, removed or written to."""
     files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
     states = [(str(f.relative_to(path.parent)), f.stat().st_size, f.stat().st_mtime_ns) for f in files]
-    return _digest(json.dumps(states).encode())
+    return digest(json.dumps(states).encode())
 
 
-def _digest(data: bytes) -> str:
+def digest(data: bytes) -> str:
+    """Tells contents apart."""
     return hashlib.sha256(data).hexdigest()[:16]

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...core.base.config import ImageConfig
-from ...core.drawing import class_picture, class_text, object_colour
+from ...core.canvas import class_text
+from ...core.drawing import class_picture, object_colour
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array, Pose, quaternion_from_rotation
 from ...core.model.found import Detection, FrameResult

@@ -56,9 +56,9 @@ class Running:
         self._stopped = True
         self._engine.stop()
 
-    def run(self, part_frames: int = PART_FRAMES) -> None:
+    def run(self) -> None:
         """:raises OSError: results cannot be written; what is written is whole."""
-        pieces = self._pieces(part_frames)
+        pieces = self._pieces()
         while True:
             while self._engine.free and not self._stopped and (job := self._next_job(pieces)) is not None:
                 self._engine.submit(job)
@@ -67,11 +67,11 @@ class Running:
             for done in self._engine.wait():
                 self._take(done)
 
-    def _pieces(self, size: int) -> Iterator[Piece]:
+    def _pieces(self) -> Iterator[Piece]:
         first = 0
         for number, (_, source) in enumerate(self._sources):
             before = None
-            for part in source.parts(size):
+            for part in source.parts(PART_FRAMES):
                 piece = with_known(Piece(number, first, part, before), self._known)
                 yield piece
                 first += part.count

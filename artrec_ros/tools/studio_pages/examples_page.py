@@ -141,8 +141,7 @@ class ExamplesPage:
         return ranked(self._session, self._examples, results)
 
     def _next(self) -> None:
-        waiting = [d for d in self._retraining.queue if not self._examples.is_marked(d.number)]
-        waiting = [d for d in waiting if d.number != self._board.number]
+        waiting = [d for d in self._retraining.waiting if d.number != self._board.number]
         if waiting:
             self._board.go(waiting[0].number)
         else:
@@ -223,7 +222,7 @@ class ExamplesPage:
                     button.props("flat dense no-caps size=sm")
 
     def _show_queue(self) -> None:
-        waiting = [d for d in self._retraining.queue if not self._examples.is_marked(d.number)]
+        waiting = self._retraining.waiting
         if waiting == self._waiting:
             return
         self._waiting = waiting

@@ -256,20 +256,3 @@ class Busy:
         self._spinner.set_visibility(self.at_work and seconds > _SLOW_S)
         share = f" {self._share:.0%}" if self._share else ""
         self._label.set_text(f"{self._what}{share} … {seconds:.0f} s" if self.at_work and seconds > _SLOW_S else "")
-
-
-__all__ = [
-    "HEAD",
-    "Busy",
-    "Point",
-    "Viewer",
-    "arrow",
-    "complain",
-    "css",
-    "data_url",
-    "guarded",
-    "polygon",
-    "run",
-    "text",
-    "ui",
-]

@@ -190,7 +190,7 @@ class ColourMarks:
         path = self._session.folder / COLOURS_FILE
         self._session.folder.mkdir(parents=True, exist_ok=True)
         save_colours(path, learned.image)
-        self._session.keep({key: value.raw for key, value in read_flat(path).items()})
+        self._session.keep(read_flat(path))
         return path
 
 

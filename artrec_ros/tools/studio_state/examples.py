@@ -168,17 +168,14 @@ def identities(target: Target) -> list[str]:
 
 def axes_of(annotated: AnnotatedObject, model: ObjectModel) -> Iterator[tuple[Key, Array]]:
     """(component, marker) and (2, 2) tail and head of each axis both of whose ends are marked."""
-    for c in model.components:
-        for m in c.markers:
-            ends = [annotated.points.get(f"{c.name}/{m.name}.{end}") for end in ("tail", "head")]
-            if ends[0] is not None and ends[1] is not None:
-                yield (c.name, m.name), np.stack([ends[0], ends[1]])
+    for key in model.markers:
+        if (axis := annotated.axis("/".join(key))) is not None:
+            yield key, axis
 
 
 def keys_of(model: ObjectModel) -> list[Key]:
     """The markers in the order in which they are marked: the required component's first."""
-    ordered = sorted(model.components, key=lambda c: not c.required)
-    return [(c.name, m.name) for c in ordered for m in c.markers]
+    return sorted(model.markers, key=lambda key: key[0] != model.required.name)
 
 
 def rigid_points(model: ObjectModel, key: Key, tail: Array, head: Array) -> dict[str, Array]:
@@ -187,24 +184,23 @@ def rigid_points(model: ObjectModel, key: Key, tail: Array, head: Array) -> dict
     tail, head = np.asarray(tail, float), np.asarray(head, float)
     name = "/".join(key)
     points = {f"{name}.tail": tail, f"{name}.head": head}
-    marker = next(m for m in model.component(key[0]).markers if m.name == key[1])
+    marker = model.markers[key]
     if marker.T_component_marker is None:
         return points
     poses, own = component_poses(model, {}), _carrier(model, key[0])
     T_marker_object = (poses[key[0]] @ marker.T_component_marker).inverse()
     place = instance_from_axis(key[0], marker, tail, head)
     z = place.scale * np.exp(1j * (place.theta - marker.axis_angle))
-    for c in model.components:
-        for m in c.markers:
-            if (c.name, m.name) == key or m.T_component_marker is None or _carrier(model, c.name) != own:
-                continue
-            T = T_marker_object @ poses[c.name] @ m.T_component_marker
-            if T.rotation[2, 2] < _ALIKE:
-                continue
-            for end, at in (("tail", m.tail), ("head", m.head)):
-                x, y, _ = T.apply(np.append(at, 0.0)[None])[0]
-                there = complex(place.x, place.y) + z * complex(x - marker.centroid[0], -(y - marker.centroid[1]))
-                points[f"{c.name}/{m.name}.{end}"] = np.array([there.real, there.imag])
+    for other, m in model.markers.items():
+        if other == key or m.T_component_marker is None or _carrier(model, other[0]) != own:
+            continue
+        T = T_marker_object @ poses[other[0]] @ m.T_component_marker
+        if T.rotation[2, 2] < _ALIKE:
+            continue
+        for end, at in (("tail", m.tail), ("head", m.head)):
+            x, y, _ = T.apply(np.append(at, 0.0)[None])[0]
+            there = complex(place.x, place.y) + z * complex(x - marker.centroid[0], -(y - marker.centroid[1]))
+            points[f"{'/'.join(other)}.{end}"] = np.array([there.real, there.imag])
     return points
 
 
@@ -221,8 +217,7 @@ def _carrier(model: ObjectModel, component: str) -> str | None:
 
 def _points(model: ObjectModel, detection: Detection) -> Iterator[tuple[str, Array]]:
     for instance in detection.components:
-        component = model.component(instance.component)
-        marker = next(m for m in component.markers if m.name == instance.marker)
+        marker = model.markers[instance.component, instance.marker]
         for end, place in zip(("tail", "head"), axis_px(marker, instance), strict=True):
             yield f"{instance.component}/{instance.marker}.{end}", place
 

@@ -26,16 +26,12 @@ _VIEW_DEG, _SIZE = 60.0, (640, 480)  # of a camera that is not known, as `artrec
 
 def joint_ranges(target: Target) -> dict[str, tuple[float, float]]:
     """Joint -> its least and greatest position, radians or metres."""
-    model = target.model
-    joints = zip(model.joint_names, model.joint_components, strict=True)
-    spans = ((name, c.joint.span) for name, c in joints if c.joint is not None)
-    return {name: (float(low), float(high)) for name, (low, high) in spans}
+    return {name: joint.span for name, joint in target.model.joints.items()}
 
 
 def joint_units(target: Target) -> dict[str, str]:
     """Joint -> 'rad' or 'm'."""
-    joints = zip(target.model.joint_names, target.model.joint_components, strict=True)
-    return {name: c.joint.unit for name, c in joints if c.joint is not None}
+    return {name: joint.unit for name, joint in target.model.joints.items()}
 
 
 def middle(target: Target) -> dict[str, float]:
@@ -64,5 +60,5 @@ def write_pages(session: Session, target: Target, paper: str) -> Path:
 def outlines(annotated: AnnotatedObject, target: Target) -> Iterator[tuple[str, Array]]:
     """COMPONENT/MARKER and (n, 2) where the file's outlines lie in the image, by the marked axes."""
     for (component, name), axis in axes_of(annotated, target.model):
-        marker = next(m for m in target.model.component(component).markers if m.name == name)
-        yield f"{component}/{name}", outline_px(marker, instance_from_axis(component, marker, axis[0], axis[1]))
+        marker = target.model.markers[component, name]
+        yield f"{component}/{name}", outline_px(marker, instance_from_axis(component, marker, *axis))

@@ -117,7 +117,7 @@ class Retraining:
             self.told = replace(self.told, **what)  # type: ignore[arg-type]
 
     def _learn(self, stop: threading.Event) -> None:
-        waiting = [d.number for d in self._waiting()[:_COMPARED]]
+        waiting = [d.number for d in self.waiting[:_COMPARED]]
         self._found |= self._session.known(waiting)
         lines, learned = self._learn_what_is_on(lambda: not stop.is_set())
         if learned or not stop.is_set():
@@ -157,7 +157,9 @@ class Retraining:
         line, self._before = colours.headline(self._before), colours
         return line
 
-    def _waiting(self) -> list[Doubt]:
+    @property
+    def waiting(self) -> list[Doubt]:
+        """The frames of the queue that nobody has marked."""
         return [d for d in self.queue if not self._examples.is_marked(d.number)]
 
     def _sort_queue(self, stop: Callable[[], bool], known: Mapping[int, FrameResult], lines: Sequence[str]) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...io.parameters.parameter_file import Setup
-from ...io.parameters.specs import Spec, all_specs
+from ...io.parameters.specs import Spec
 from .ros import Remote
 
 
@@ -27,7 +27,7 @@ class Difference:
 
 def differences(setup: Setup, remote: Remote, node: str) -> list[Difference]:
     """Those that can be set first. :raises SourceError: the node does not answer."""
-    specs = all_specs(setup.objects, setup.image.classes)
+    specs = setup.specs
     there = remote.values(node, list(specs))
     found = [Difference(s, _plain(setup.value(name)), _there(s, there)) for name, s in specs.items()]
     return sorted((d for d in found if d.here != d.there), key=lambda d: not d.is_live)

@@ -20,7 +20,7 @@ from ...core.warm_up import Told
 from ...io.base.shared_files import resolve_path
 from ...io.base.whole_files import save_file
 from ...io.parameters.parameter_file import Setup, load_parameters, setup_from_flat
-from ...io.parameters.sections import read_flat
+from ...io.parameters.sections import read_files
 from ...io.sources.frames import Frame
 from ..tuning.parameter_text import tuned_text
 from .stills import Stills
@@ -152,13 +152,10 @@ def load_setup(given: tuple[Path, ...], folder: Path) -> Setup:
     """
     kept = folder / PARAMETERS_FILE
     paths = (kept,) if kept.is_file() else given
-    flat = {key: value.raw for path in paths for key, value in read_flat(path).items()}
-    base, config_dir = paths[0].absolute().parent, flat.get("config_dir")
-    base = resolve_path(config_dir, base) if isinstance(config_dir, str) else base
-    missing = [
-        k for k, v in flat.items() if k.endswith(".constraint_file") and v and not resolve_path(v, base).is_file()
-    ]
-    if not missing:
-        return load_parameters(*paths)
-    known = {key: value for key, value in flat.items() if key not in missing}
-    return setup_from_flat(known, base, ", ".join(map(str, paths)))
+    flat, base, source = read_files(*paths)
+    known = {
+        k: v
+        for k, v in flat.items()
+        if not (k.endswith(".constraint_file") and v and not resolve_path(v, base).is_file())
+    }
+    return setup_from_flat(known, base, source)

@@ -10,9 +10,8 @@ import yaml
 from ...core.base.errors import ConfigError, ImageError
 from ...core.model.found import FrameResult
 from ...io.parameters.parameter_file import Setup
-from ...io.parameters.specs import Spec, all_specs
+from ...io.parameters.specs import Spec
 from ...io.results.journal import Recognised
-from ...io.results.summary_file import LookedFor
 from ...io.truth.from_coco import load_coco_truth
 from ..evaluate import lines
 from ..evaluation.comparison import compare
@@ -49,7 +48,7 @@ class Settings:
     def specs(self) -> dict[str, Spec]:
         """The parameters that may be changed while the recogniser runs, by name; experts' last."""
         setup = self._session.setup
-        return {name: s for name, s in all_specs(setup.objects, setup.image.classes).items() if s.is_live}
+        return {name: s for name, s in setup.specs.items() if s.is_live}
 
     def value(self, name: str) -> Any:
         """As it is tried."""
@@ -99,9 +98,7 @@ class Settings:
             for j, n in enumerate(numbers):
                 records.append(self._recognised(n, setup).record())
                 told((i + (j + 1) / len(numbers)) / len(setups))
-            looked_for = {t.name: LookedFor(t.label, t.model.required.name) for t in setup.targets}
-            models = {t.name: t.model for t in setup.targets}
-            runs.append(Run(name, self._session.folder / name, tuple(records), looked_for, models, setup.resolved))
+            runs.append(Run.of(name, self._session.folder / name, setup, records))
         evaluations = evaluate_runs(runs, truth, Options(camera=self._session.stills.camera))
         return list(lines(results_of(evaluations), [compare(evaluations[0], other) for other in evaluations[1:]]))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -100,10 +101,8 @@ class Stills:
                 kept = self._folder / CAMERA_FILE
                 raise ImageError(f"the calibration is another one than in {kept}: begin a new sitting (-o)")
             self.camera = self.camera or frame.camera
-        try:
+        with _writing(self._folder):
             path = _write_frame(frame, self._folder)
-        except OSError as error:
-            raise SourceError(f"{self._folder}: cannot be written: {error.strerror or error}") from error
         self.stamps_ns.append(frame.stamp_ns)
         self.files.append(path)
         return len(self.files) - 1
@@ -127,10 +126,8 @@ def live_stills(live: Live, options: SourceOptions, folder: Path, told: Told) ->
             time.sleep(0.1)
         if frame.image is None:
             raise SourceError(f"--topic {live.topic}: {frame.error}")
-        try:
+        with _writing(folder):
             _write_frame(frame, folder)
-        except OSError as error:
-            raise SourceError(f"{folder}: cannot be written: {error.strerror or error}") from error
     return _of_files(folder, options, told)
 
 
@@ -161,11 +158,18 @@ def open_stills(source: Path, options: SourceOptions, most: int, folder: Path, t
         return stills
     if not folder.is_dir() or not any(folder.glob("*.png")):
         told(f"writing up to {most} frames of {source} to {folder}")
-        try:
+        with _writing(folder):
             _write(source, options, most, folder)
-        except OSError as error:
-            raise SourceError(f"{folder}: cannot be written: {error.strerror or error}") from error
     return _of_files(folder, options, told)
+
+
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    """:raises SourceError: the folder cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        raise SourceError(f"{folder}: cannot be written: {error.strerror or error}") from error
 
 
 def _write(source: Path, options: SourceOptions, most: int, folder: Path) -> None:

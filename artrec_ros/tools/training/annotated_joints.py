@@ -81,10 +81,7 @@ def _assumed_camera(annotated: AnnotatedObject, focal_share: float) -> Camera:
     """A camera without distortion, its axis through the image's middle."""
     pixels = np.array(list(annotated.points.values()), float).reshape(-1, 2)
     size = annotated.size or tuple(int(v) + 1 for v in pixels.max(axis=0, initial=1.0))
-    width, height = size
-    f = focal_share * width
-    matrix = [[f, 0, (width - 1) / 2], [0, f, (height - 1) / 2], [0, 0, 1]]
-    return Camera(np.array(matrix), np.zeros(0), (width, height))
+    return Camera.pinhole((size[0], size[1]), focal_share * size[0])
 
 
 def _worst_px(annotated: AnnotatedObject) -> float:

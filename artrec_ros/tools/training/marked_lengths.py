@@ -30,14 +30,12 @@ def measured_by(annotations: Annotations, model: ObjectModel, camera: Camera | N
     :raises ConfigError: an object of which images tell no lengths, or too few images.
     """
     if not model.is_spatial:
-        lacking = next(
-            f"{c.name}/{m.name}" for c in model.components for m in c.markers if m.T_component_marker is None
-        )
+        lacking = next("/".join(key) for key, m in model.markers.items() if m.T_component_marker is None)
         raise ConfigError(
             f"--marks: marker {lacking} of '{model.name}' has no pose: only what says where its markers lie can be "
             "measured (docs/object_file.md); a rough guess will do"
         )
-    if sum(len(c.markers) for c in model.components) < 2:
+    if len(model.markers) < 2:
         raise ConfigError(f"--marks: '{model.name}' has one marker; how markers lie to each other is measured")
     if camera is None and not model.is_flat:
         raise ConfigError(

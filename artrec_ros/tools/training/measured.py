@@ -20,10 +20,9 @@ from ...core.model.found import Detection, Instance
 from ...core.model.objects import ObjectModel
 from ...core.recognizer import Recognizer
 from ...core.ways import PAPER, PLANE, way_of
-from ...io.base.shared_files import resolve_path
 from ...io.learned.annotations import AnnotatedObject, Annotations, annotated_image
 from ...io.parameters.parameter_file import Setup, setup_from_flat
-from ...io.parameters.sections import read_flat
+from ...io.parameters.sections import read_files
 from ..getting_ready import progress
 
 _NEAR = 0.5  # farthest detection of an annotated object, in lengths of its required marker's axis
@@ -51,12 +50,8 @@ class Measured:
 
 def load_setup(path: Path, *more: Path) -> Setup:
     """The set-up of a parameter file, or several, without the constraint files, which training is about to write."""
-    flat = {key: value.raw for file in (path, *more) for key, value in read_flat(file).items()}
-    flat = {key: value for key, value in flat.items() if not key.endswith(".constraint_file")}
-    folder = path.absolute().parent
-    config_dir = flat.get("config_dir")
-    folder, source = resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder, (path, *more)
-    return setup_from_flat(flat, folder, ", ".join(map(str, source)))
+    flat, folder, source = read_files(path, *more)
+    return setup_from_flat({k: v for k, v in flat.items() if not k.endswith(".constraint_file")}, folder, source)
 
 
 def measure_axes(setup: Setup, model: ObjectModel, constraints: ConstraintSet, annotations: Annotations) -> Measured:
@@ -130,7 +125,7 @@ def _nearest(detections: Sequence[Detection], example: dict[Key, Instance], mode
         place = example.get((model.required.name, marker.name))
         if place is None or not detections:
             continue
-        reach = _NEAR * place.scale * float(np.linalg.norm(marker.head - marker.tail))
+        reach = _NEAR * place.scale * marker.axis_length
         distances = [float(np.hypot(d.image.x - place.x, d.image.y - place.y)) for d in detections]
         if min(distances) <= reach:
             return detections[int(np.argmin(distances))]
@@ -146,10 +141,9 @@ def _directions(detection: Detection, example: dict[Key, Instance]) -> Iterator[
 
 
 def _learned(model: ObjectModel, directions: dict[Key, list[tuple[float, float]]]) -> Iterator[AxisOffset]:
-    for component in model.components:
-        for marker in component.markers:
-            pairs = np.array(directions.get((component.name, marker.name), []), float).reshape(-1, 2)
-            if marker.disc_radius is None and len(pairs):  # a disc's axis has no direction
-                axis = learn_axis_offset((component.name, marker.name), marker, pairs[:, 0], pairs[:, 1])
-                if axis is not None:
-                    yield axis
+    for key, marker in model.markers.items():
+        pairs = np.array(directions.get(key, []), float).reshape(-1, 2)
+        if marker.disc_radius is None and len(pairs):  # a disc's axis has no direction
+            axis = learn_axis_offset(key, marker, pairs[:, 0], pairs[:, 1])
+            if axis is not None:
+                yield axis

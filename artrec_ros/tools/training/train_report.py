@@ -30,7 +30,7 @@ class Wanting:
 
 def wanting(model: ObjectModel, examples: Iterable[Example], constraints: ConstraintSet) -> Iterator[Wanting]:
     """Pairs that want more examples: seen together at all, and too seldom to show the coverage that is aimed at."""
-    seen = Counter(pair for e in examples for pair in combinations([k for k in _keys(model) if k in e], 2))
+    seen = Counter(pair for e in examples for pair in combinations([k for k in model.markers if k in e], 2))
     needed = examples_wanted(constraints.coverage)
     for (first, second), count in seen.items():
         if first[0] != second[0] and count < needed:
@@ -112,10 +112,6 @@ def _axis_lines(constraints: ConstraintSet) -> Iterator[str]:
             f"{math.degrees(a.turn_rad):.2f} deg; median error {a.before_deg:.2f} -> {a.after_deg:.2f} deg "
             f"in {a.examples} examples"
         )
-
-
-def _keys(model: ObjectModel) -> list[Key]:
-    return [(c.name, m.name) for c in model.components for m in c.markers]
 
 
 def _name(pair: PairConstraint) -> str:

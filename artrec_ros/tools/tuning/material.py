@@ -12,7 +12,6 @@ import numpy as np
 from ...core.base.errors import SourceError
 from ...io.parameters.parameter_file import Setup
 from ...io.results.journal import Recognised
-from ...io.results.summary_file import LookedFor
 from ...io.sources.frames import Part, Source
 from ...io.truth.records import FrameKey, TrueObject, Truth
 from ..evaluation.assignment import match_frames
@@ -92,9 +91,7 @@ class Material:
     ) -> Evaluation:
         """How these frames, recognised with this set-up, compare with their truth."""
         records = [dataclasses.replace(frame.record(), stamp_ns=n) for n, frame in sorted(seen.items())]
-        looked_for = {t.name: LookedFor(t.label, t.model.required.name) for t in setup.targets}
-        models = {t.name: t.model for t in setup.targets}
-        run = Run(name, Path(name), tuple(records), looked_for, models, setup.resolved)
+        run = Run.of(name, Path(name), setup, records)
         truth = dataclasses.replace(self.truth, frames=dict(self.frames))
         (whole,) = evaluate_runs([run], truth, self.options)
         chosen = set(numbers)

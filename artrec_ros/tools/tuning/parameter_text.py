@@ -15,7 +15,7 @@ from ...core.base.errors import ArtrecError
 from ...io.base.shared_files import SCHEME
 from ...io.parameters.parameter_file import Setup, load_parameters
 from ...io.parameters.sections import SECTION, read_flat
-from ...io.parameters.specs import Spec, all_specs
+from ...io.parameters.specs import Spec
 
 
 def tuned_text(paths: Sequence[Path], setup: Setup, changes: Mapping[str, Any], target: Path, note: str) -> str:
@@ -69,7 +69,7 @@ def _edited(path: Path, setup: Setup, changes: Mapping[str, Any], target: Path) 
     if len(sections) != 1 or not sections[0].value:
         return None
     wanted = {**_moved_files(path, setup, target), **changes}
-    specs = all_specs([t.name for t in setup.targets], setup.image.classes)
+    specs = setup.specs
     for key, value in wanted.items():  # each edit moves what is behind it
         (section,) = _sections(yaml.compose(text, yaml.SafeLoader))
         edit = _edit(text, section, key.split("."), value, specs[key])
@@ -93,7 +93,7 @@ def _sections(node: Any) -> list[yaml.MappingNode]:
 
 def _moved_files(path: Path, setup: Setup, target: Path) -> dict[str, str]:
     """Names of files that are relative to the parameter file's folder, as they are from the target's."""
-    given = {key: value.raw for key, value in read_flat(path).items()}
+    given = read_flat(path)
     folder = target.absolute().parent
     return {
         key: os.path.relpath(setup.resolved[key], folder)

@@ -13,7 +13,7 @@ from ...core.base.config import TrackingConfig, rooms_of
 from ...core.base.errors import ConfigError
 from ...io.base.yaml_files import Value, load_yaml
 from ...io.parameters.parameter_file import Setup, hint
-from ...io.parameters.specs import EXPERT, Spec, all_specs, moved
+from ...io.parameters.specs import EXPERT, Spec, moved
 
 FORMAT = "artrec_search/1"
 _DIGITS = 4  # significant ones of a value: more would only look exact
@@ -63,7 +63,7 @@ class Dimension:
 def load_space(path: Path, setup: Setup) -> tuple[Dimension, ...]:
     """:raises ConfigError: an unknown parameter (it names the nearest), or limits that are none."""
     fields = load_yaml(path, FORMAT).fields(required=("parameters",))
-    specs = all_specs([t.name for t in setup.targets], setup.image.classes)
+    specs = setup.specs
     entries = fields["parameters"].entries()
     if not entries:
         raise fields["parameters"].error("names no parameter; such as recognizer.min_match: {low: 0.4, high: 0.8}")

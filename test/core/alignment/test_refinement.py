@@ -1,5 +1,7 @@
 """Placements thinned out, brought to the contours, and what the contours tell of them."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from cranes import BLANK, BLUE, CONFIG, RED, SIZE, TRUTH, placed_points
@@ -8,7 +10,7 @@ from scene import flag
 from artrec_ros.core.alignment import refinement_kernels as contour_fit
 from artrec_ros.core.alignment.contour_map import ContourMap
 from artrec_ros.core.alignment.placements import Placements, evidence
-from artrec_ros.core.alignment.refinement import refine, refine_slanted, suppress
+from artrec_ros.core.alignment.refinement import refine, suppress
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.image.blobs import find_blobs
 
@@ -74,8 +76,8 @@ def test_a_step_of_refinement_is_weighted_least_squares():
     np.testing.assert_allclose(right, b, atol=1e-9)
 
 
-@pytest.mark.parametrize("method", [refine, refine_slanted])
-def test_refinement_finds_a_known_similarity(scene, method):
+@pytest.mark.parametrize("slanted", [False, True])
+def test_refinement_finds_a_known_similarity(scene, slanted):
     truth = TRUTH["base", "flag"]
     z = truth.scale * np.exp(1j * (truth.theta - flag().axis_angle))
     rng = np.random.default_rng(1)
@@ -83,25 +85,26 @@ def test_refinement_finds_a_known_similarity(scene, method):
     t0, z0 = complex(truth.x, truth.y) + off[0] + 1j * off[1], z * np.exp(0.04 * (off[2] + 1j * off[3]))
     none = np.zeros(12, np.int32)
     placed = Placements.similarities(t0, z0, none, none, none + scene.cmap.slots[RED])
-    found = method(scene.cmap, scene.shapes, placed, CONFIG, Deadline())
+    found = refine(scene.cmap, scene.shapes, placed, CONFIG, Deadline(), slanted=slanted)
     assert np.median(np.abs(found.t - complex(truth.x, truth.y))) < 0.3 < np.median(np.abs(t0 - found.t))
     assert np.median(np.abs(found.z / z - 1)) < 0.02
     assert (np.abs(found.w) <= np.tan(np.radians(15)) ** 2 * np.abs(found.z) + 1e-9).all()
-    assert found.w.any() == (method is refine_slanted)
+    assert found.w.any() == slanted
 
 
-@pytest.mark.parametrize("method", [refine, refine_slanted])
-def test_refinement_of_each_is_its_own_and_moves_with_the_image(scene, starts, method):
+@pytest.mark.parametrize("slanted", [False, True])
+def test_refinement_of_each_is_its_own_and_moves_with_the_image(scene, starts, slanted):
     some = starts.take(np.arange(0, len(starts), 7))
-    together = method(scene.cmap, scene.shapes, some, CONFIG, Deadline())
+    refined = partial(refine, config=CONFIG, deadline=Deadline(), slanted=slanted)
+    together = refined(scene.cmap, scene.shapes, some)
     labels = np.zeros((SIZE[1] + 40, SIZE[0] + 60), np.uint8)
     labels[19 : 19 + SIZE[1], 23 : 23 + SIZE[0]] = scene.labels
     inside = np.flatnonzero([not b.cut.any() for b in scene.blobs])  # whose contour the border does not end
     moved = ContourMap.build(find_blobs(labels, {RED, BLUE}, CONFIG), labels.shape[::-1])
     alone = Placements.concatenate(
-        [method(scene.cmap, scene.shapes, some.take(np.array([n])), CONFIG, Deadline()) for n in range(len(some))]
+        [refined(scene.cmap, scene.shapes, some.take(np.array([n]))) for n in range(len(some))]
     )
-    there = method(moved, scene.shapes, some.replace(t=some.t + 23 + 19j), CONFIG, Deadline())
+    there = refined(moved, scene.shapes, some.replace(t=some.t + 23 + 19j))
     mine = np.isin(some.blob, inside)
     assert mine.sum() > 3
     for name, shift in (("t", 23 + 19j), ("z", 0), ("w", 0)):

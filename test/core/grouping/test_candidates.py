@@ -13,7 +13,7 @@ from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.constraints.intervals import Interval
 from artrec_ros.core.constraints.pair_boxes import reach_m
 from artrec_ros.core.grouping import pair_table
-from artrec_ros.core.grouping.candidates import candidates_of
+from artrec_ros.core.grouping.candidates import Roles, candidates_of
 from artrec_ros.core.grouping.group_search import GroupSearch
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
@@ -53,7 +53,7 @@ def test_candidates_are_instances_in_every_role_and_direction(matches, candidate
 def test_of_a_disc_no_direction_is_known(scene):
     found = find_matches(scene.blobs, scene.cmap, scene.shapes, {(3, BLUE)}, CONFIG, Deadline(), BLANK)
     model = ObjectModel("dot", (Component("dot", (disc("d", 0.3),), required=True),))
-    dots = candidates_of(Target("dot", model, BLUE), {("dot", "d"): 3}, found, CONFIG)
+    dots = candidates_of(Roles.of(Target("dot", model, BLUE), {("dot", "d"): 3}), found, CONFIG)
     assert dots.match.tolist() == list(range(len(found))) and len(found) > 0
     assert (dots.poses.theta_noise == np.pi).all()
 
@@ -84,7 +84,7 @@ def test_candidates_that_matter_to_a_seed_are_kept(matches, candidates, most, fi
     if not fit:
         pairs = tuple(replace(p, allowed={"distance_m": Interval(2.0, 2.1)}) for p in CRANE.pairs)
         target = Target("crane", crane(), RED, replace(CRANE, pairs=pairs))
-        candidates = candidates_of(target, SHAPE_OF, matches, CONFIG)
+        candidates = candidates_of(Roles.of(target, SHAPE_OF), matches, CONFIG)
     whole = pair_table.pair_table(candidates, matches.overlap, CONFIG)
     seeds = np.flatnonzero(candidates.component == 0)
     partners = set()

@@ -24,7 +24,7 @@ def test_hidden_points_are_those_behind_a_box():
     poses = random_poses(np.random.default_rng(1), model, 4)
     frames, every = frames_of(surface, poses), np.arange(len(surface.patches))
     towards = facing(surface, frames, every) > 0.1
-    found = surface.shown(frames, every, surface.count.min())
+    found = surface.shown(frames, every, surface.compiled.count.min())
     shares = np.linspace(0, BEHIND, 1500)[:, None]
     hidden = compared = 0
     for h, p in np.argwhere(towards).tolist():
@@ -70,7 +70,7 @@ def test_a_face_does_not_hide_itself():
     frames, every = frames_of(surface, pose(0.1, 0.05, 0.9, heading=0.5, model=model)), np.arange(len(surface.patches))
     towards = facing(surface, frames, every)[0] > 0.2
     of_torso = surface.component == 0
-    assert surface.shown(frames, every, surface.count.min())[0, of_torso & towards].all()  # legs hang below it
+    assert surface.shown(frames, every, surface.compiled.count.min())[0, of_torso & towards].all()  # legs hang below it
 
 
 def test_a_box_is_behind_the_patches_of_its_own_faces_and_of_markers_stuck_on_it():

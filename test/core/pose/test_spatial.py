@@ -86,7 +86,7 @@ def test_what_the_border_cuts_off_a_near_marker_does_not_outweigh_the_rest():
     camera, surface = camera_of(), SpatialModel(sign(), RED, DEFAULTS.votes)
     at = pose(0.1, 0.0, 0.25, -1.0, 0.0)
     scores = judged(surface, render(camera, [(sign(), at, RED)]), at, camera)
-    inside = project(camera, surface.points @ at.R[0].T + at.t[0])[:, 0] < 319.5
+    inside = project(camera, np.concatenate([p.inside for p in surface.patches]) @ at.R[0].T + at.t[0])[:, 0] < 319.5
     assert 0.3 < inside.mean() < 0.8
     assert scores.agree[0, 0] >= inside.mean() - 0.15
 
@@ -202,7 +202,7 @@ def test_of_two_classes_each_has_the_share_of_points_that_lie_on_it():
     surface, at = SpatialModel(model, RED, DEFAULTS.votes), pose(0.01, 0, FAR, 0.7, model=model)
     labels = np.full((120, 160), RED, np.uint8)
     labels[:, 80:] = BODY
-    inside = project(CAMERA, surface.points @ at.R[0].T + at.t[0])[:, 0]
+    inside = project(CAMERA, np.concatenate([p.inside for p in surface.patches]) @ at.R[0].T + at.t[0])[:, 0]
     share = np.mean(inside < 79.5)
     assert 0.2 < share < 0.8
     assert judged(surface, labels, at).agree[0, 0] == pytest.approx(share)

@@ -79,7 +79,7 @@ def shape_of(contour, couples=True, area_px=None):
     """A blob's shape from its exact outline."""
     none = np.zeros((0, 2)), np.zeros((0, 2))
     area = shoelace(contour) if area_px is None else area_px
-    return BlobShape(contour, area, blob_couples(contour, (1.0, 2.0)) if couples else none, moments_of(contour))
+    return BlobShape(area, blob_couples(contour, (1.0, 2.0)) if couples else none, moments_of(contour))
 
 
 def aligned(views, labels, shape, most=1_000):

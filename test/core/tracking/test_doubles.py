@@ -7,11 +7,11 @@ import pytest
 from solids import truck
 from test_tracking import PERIOD, START, flat, frame, posed
 
-from artrec_ros.core.base.config import TrackingConfig, with_values
+from artrec_ros.core.base.config import TrackingConfig
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.tracker import Tracker
 
-PREDICTS = with_values(TrackingConfig(), {"predict": 1.0})
+PREDICTS = TrackingConfig(predict=1.0)
 
 
 def told(frames, config=PREDICTS):

@@ -7,7 +7,7 @@ import pytest
 from squares import TEAM, robot
 from test_tracking import PERIOD, START, flat, frame, posed
 
-from artrec_ros.core.base.config import ExistenceConfig, TrackingConfig, with_values
+from artrec_ros.core.base.config import ExistenceConfig, TrackingConfig
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.existence import Continuity, Existence, newcomers
 from artrec_ros.core.tracking.tracker import Tracker
@@ -184,7 +184,7 @@ def test_continuity_is_learned_from_frames():
 def hidden_for(frames, predict):
     """One that moves, beside another, and is not seen for so many frames."""
     steps = [[at(0.0), at(0.3 + 0.01 * k)] for k in range(30)]
-    return told([*steps, *[[at(0.0)]] * frames], with_values(TrackingConfig(), {"predict": predict}))
+    return told([*steps, *[[at(0.0)]] * frames], TrackingConfig(predict=predict))
 
 
 def test_nothing_is_predicted_unless_it_is_asked_for():
@@ -208,7 +208,7 @@ def test_in_the_image_a_prediction_goes_where_its_pose_does():
     """What was seen of it last was what the border left, whose middle runs the other way."""
     steps = [at(0.3 + 0.01 * k) for k in range(30)]
     steps[-1] = replace(steps[-1], image=replace(steps[-1].image, x=steps[-2].image.x - 30))
-    config = with_values(TrackingConfig(), {"predict": 0.2})
+    config = TrackingConfig(predict=0.2)
     detections = told([*[[at(0.0), step] for step in steps], *[[at(0.0)]] * 3], config)
     expected = [next(d for d in found if d.predicted) for found in detections[30:]]
     focal_px = steps[-1].image.scale * steps[-1].pose.position[2]
@@ -219,7 +219,7 @@ def test_in_the_image_a_prediction_goes_where_its_pose_does():
 
 def test_what_is_predicted_is_itself_when_it_comes_back():
     steps = [[at(0.0), at(0.3 + 0.01 * k)] * (k not in (10, 11, 12)) or [at(0.0)] for k in range(20)]
-    detections = told(steps, with_values(TrackingConfig(), {"predict": 1.0}))
+    detections = told(steps, TrackingConfig(predict=1.0))
     assert {tuple(sorted(d.id for d in found)) for found in detections} == {(0, 1)}
     assert [sum(d.predicted for d in found) for found in detections[9:14]] == [0, 1, 1, 1, 0]
 
@@ -227,20 +227,20 @@ def test_what_is_predicted_is_itself_when_it_comes_back():
 def test_after_a_cut_nothing_is_predicted():
     before = [[at(x) for x in (-0.6, 0.0, 0.6)]] * 30
     after = [[at(x, y=0.4, z=2.0) for x in (-0.9, 0.3, 0.9)]] * 3
-    config = with_values(TrackingConfig(), {"predict": 1.0})
+    config = TrackingConfig(predict=1.0)
     assert all(not d.predicted for found in told([*before, *after], config)[30:] for d in found)
 
 
 def test_who_gave_the_id_away_is_not_predicted():
     steps = [[at(0.0)]] * 5 + [[at(0.9, z=2.0)]] * 3
-    detections = told(steps, with_values(TrackingConfig(), {"predict": 1.0}))
+    detections = told(steps, TrackingConfig(predict=1.0))
     assert [[(d.id, d.predicted) for d in found] for found in detections[4:]] == [[(0, False)]] * 4
 
 
 def test_in_the_image_it_is_predicted_too():
     steps = [[flat(100), flat(300 + 3 * k)] for k in range(20)]
     steps = [[replace(d, score=0.99) for d in found] for found in [*steps, [flat(100)]]]
-    detections = told(steps, with_values(TrackingConfig(), {"predict": 1.0}))
+    detections = told(steps, TrackingConfig(predict=1.0))
     (expected,) = (d for d in detections[-1] if d.predicted)
     assert expected.pose is None and expected.image.x == pytest.approx(360, abs=2)
 

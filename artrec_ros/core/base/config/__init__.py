@@ -15,7 +15,7 @@ from .image import GREATEST_LABEL, ClassConfig, ImageConfig
 from .learning import LearningConfig
 from .node import NodeConfig
 from .paper import PaperConfig
-from .params import PATHS, param, room, rooms_of, validate, with_values
+from .params import PATHS, param, room, rooms_of, validate
 from .recall import RecallConfig
 from .recognition import ObjectConfig, RecognizerConfig
 from .scene import FloorConfig, PlaneConfig, SceneConfig
@@ -62,5 +62,4 @@ __all__ = [
     "room",
     "rooms_of",
     "validate",
-    "with_values",
 ]

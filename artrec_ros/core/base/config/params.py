@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import typing
-from collections.abc import Mapping
 from dataclasses import field
 from functools import cache
 from typing import Any
@@ -71,15 +70,6 @@ def validate(config: Any, prefix: str = "") -> None:
                 raise ConfigError(f"{name}: {v} is below its least value {meta['low']} {meta['unit']}".rstrip())
             if meta.get("high") is not None and not v <= meta["high"]:
                 raise ConfigError(f"{name}: {v} is above its greatest value {meta['high']} {meta['unit']}".rstrip())
-
-
-def with_values(config: Any, values: Mapping[str, Any]) -> Any:
-    """The same config with other values, by their names; in a room `ROOM.NAME`. Raises `ConfigError` as the config."""
-    own = {name: value for name, value in values.items() if "." not in name}
-    for name in {name.partition(".")[0] for name in values if "." in name}:
-        inner = {key.partition(".")[2]: value for key, value in values.items() if key.startswith(f"{name}.")}
-        own[name] = with_values(getattr(config, name), inner)
-    return dataclasses.replace(config, **own)
 
 
 class Room:

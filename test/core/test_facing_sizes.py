@@ -102,9 +102,9 @@ def test_markers_that_look_larger_have_more_votes_for_larger_patches_and_rest_wh
     assert votes(full, image) > votes(half, image) > votes(plain, image)
     assert votes(plain, exact) > votes(full, exact)
     used, true = np.ones((1, 3), bool), float(poses.t[0, 2])
-    depth = {f: float(f.fitted(image, poses).t[0, 2]) for f in (plain, full)}
+    depth = {f: float(f.refit.of(image, poses, (0.0, np.inf)).poses.t[1, 2]) for f in (plain, full)}
     assert depth[plain] < 0.98 * true and abs(depth[full] / true - 1) < 0.015
-    assert abs(float(plain.settled(image, poses, used).t[0, 2]) / true - 1) < 0.01  # by how far they are apart
+    assert abs(float(plain.rest.settled(image, poses, used).t[0, 2]) / true - 1) < 0.01  # by how far they are apart
 
 
 def test_where_markers_cannot_look_larger_there_are_no_such():

@@ -14,7 +14,7 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose import resting
+from artrec_ros.core.pose import resting as whole_object
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.verdict import at_rest as resting
@@ -129,7 +129,7 @@ def test_a_fit_that_loses_its_votes_is_not_taken(monkeypatch):
     frame = ImageFrame(LabelField(render(CAMERA, [(model, poses[[n]], RED) for n in range(3)])), CAMERA)
     finder = WholeObjectFinder(Target("truck", model, RED), DEFAULTS)
     fitted = replace(poses, t=poses.t + [[0.001, 0, 0], [0, 0.5, 0], [0.002, 0, 0]])
-    monkeypatch.setattr(resting, "fit_poses", lambda *_, **__: fitted)
+    monkeypatch.setattr(whole_object, "fit_poses", lambda *_, **__: fitted)
     settled = finder.rest.settled(frame, poses, np.ones((3, len(finder.surface.markers)), bool))
     np.testing.assert_array_equal(settled.t, [fitted.t[0], poses.t[1], fitted.t[2]])
 

@@ -136,6 +136,13 @@ class WholeObjectFinder:
         """See `Seeds.may_belong`."""
         return self._seeds is not None and self._seeds.may_belong(limb, root)
 
+    def may_be_told(self, rest: Blob, cut_px: int) -> bool:
+        """Whether what others leave of a blob tells something of its marker's shape, beside what a rim of theirs takes.
+
+        :param cut_px: length of the contour along theirs.
+        """
+        return rest.area_px - self.surface.votes.ring_px * cut_px >= self.config.guesses.small_px
+
     def may_be_several(self, blob: Blob) -> bool:
         """See `Seeds.may_be_several`."""
         return self._seeds is not None and self._seeds.may_be_several(blob)

@@ -204,6 +204,8 @@ class WholeObjectFinder:
         """What some hypotheses come to with all joints sought anew, where that is better than the best; else that."""
         search, found = self._search, best[:0]
         for n in range(len(starts)):
+            if len(found) and frame.deadline.expired:
+                break
             bent = self._rebends.of(frame, starts[n : n + 1])
             tried = Ranked(bent, self.votes(frame, bent, occlusion=True))
             tried = self._sweep(frame, tried[np.argsort(-tried.votes, kind="stable")[: search.bend_keep]])

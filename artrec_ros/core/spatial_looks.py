@@ -69,8 +69,8 @@ class SpatialLooks:
             return None
         if self.judge.trust(verdicts[0]) <= self._config.sure:
             return found.poses[:0]
-        found = finder.climbed(frame, found, self._plain_climb, sure=True)
-        return finder.rebent(frame, found, self._plain_climb).poses
+        begun, found = found.poses, finder.climbed(frame, found, self._plain_climb, sure=True)
+        return finder.rebent(frame, found, self._plain_climb, begun).poses
 
     def close(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob, piece: int = 0) -> Poses:
         """Hypotheses of which a component made a blob, or part of one, best first. :param piece: see `scale_range`."""

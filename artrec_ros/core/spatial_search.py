@@ -15,6 +15,7 @@ from .memory.recall import Recall
 from .memory.turns import Turns
 from .pose.finder import WholeObjectFinder
 from .pose.surface_model import Poses
+from .rests import Rests
 from .spatial_looks import Followed, SpatialLooks
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
@@ -44,6 +45,7 @@ class SpatialSearch:
         self._roots: list[_Task] = []  # that the required component may have made
         self._near: dict[tuple[int, int], list[Blob]] = {}  # of a finder and a limb's blob
         self._seen: dict[tuple[int, int], ImageFrame] = {}  # in which a finder looked at a blob last
+        self._rests = Rests()
         self._in_doubt: list[tuple[WholeObjectFinder, Poses]] = []  # by few guesses
         # found, and whether sure; its pixels are still in the frames
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
@@ -62,8 +64,8 @@ class SpatialSearch:
         limbs = [(f, b) for f, b in queue if b.label not in f.root_labels]
         queue = [(f, b) for f, b in queue if b.label in f.root_labels]
         # most are of objects, which change what is next
-        queue = self._look(self._looks.plain, queue, Crew(1), self._config.beyond_doubt)
-        self._look(self._looks.thorough, queue, self._crew)
+        whole, queue = queue, self._look(self._looks.plain, queue, Crew(1), self._config.beyond_doubt)
+        self._look(self._looks.thorough, queue, self._crew, whole=whole)
         limbs = self._look(self._looks.close, limbs, self._crew)
         self._look_for_pieces(queue + limbs if self._judge.unseen else queue)
         self._hide_found()
@@ -81,29 +83,49 @@ class SpatialSearch:
         split = [[task for task, wait in zip(queue, waits, strict=True) if wait == which] for which in (False, True)]
         return split[0], split[1]
 
-    def _look(self, look: _Look, queue: list[_Task], crew: Crew, least: float | None = None) -> list[_Task]:
+    def _look(
+        self, look: _Look, queue: list[_Task], crew: Crew, least: float | None = None, whole: Sequence[_Task] = ()
+    ) -> list[_Task]:
         """Look at all blobs, one after the other; those in which no sure object was found, but one may be.
 
-        :param least: see `_take`.
+        :param least: see `_take`. :param whole: blobs of which what sure objects leave is looked at, too, and first.
         """
         left: list[_Task] = []
-        frame = self._frame
-        ahead = Ahead(crew, partial(_at, look, frame), queue, self._is_wanted)
-        for number, (finder, blob) in enumerate(queue):
-            if not self._is_wanted((finder, blob)):
-                continue
+        frame, todo, number = self._frame, [*self._left_of(whole, queue), *queue], 0
+        ahead = Ahead(crew, partial(_at, look, frame), todo, self._is_wanted)
+        while True:
+            while number < len(todo) and not self._is_wanted(todo[number]):
+                number += 1
+            self._hide_found()
             if frame is not self._frame:  # what was begun was of other pixels
-                frame = self._frame
+                frame, todo, number = self._frame, [*self._left_of(whole, todo[number:]), *todo[number:]], 0
                 ahead.close()
-                ahead = Ahead(crew, partial(_at, look, frame), queue, self._is_wanted)
+                ahead = Ahead(crew, partial(_at, look, frame), todo, self._is_wanted)
+                continue
+            if number == len(todo):
+                break
+            finder, blob = todo[number]
             found = ahead.take(number)
             self._seen[id(finder), id(blob)] = frame
             if not frame.deadline.expired:  # else it was cut short, and is looked at again
-                self._turns[finder].search(blob)
+                self._turns[finder].search(self._rests.whole(blob))
             if found is not None and not self._take(finder, found, least):
                 left.append((finder, blob))
+            number += 1
         ahead.close()
         return left
+
+    def _left_of(self, whole: Sequence[_Task], queue: Sequence[_Task]) -> list[_Task]:
+        """What objects leave of blobs, but of those that are yet to be looked at: one that is mostly explained, or was
+        looked at before, may be another object's, too."""
+        self._hide_found()
+        next_ones = {(id(finder), id(blob)) for finder, blob in queue if not self._is_explained(finder, blob)}
+        return [
+            (finder, rest)
+            for finder, blob in whole
+            if (id(finder), id(blob)) not in next_ones
+            for rest in self._rests.of(self._unexplained.get(finder, self._frame).field, finder, blob)
+        ]
 
     def _look_for_pieces(self, queue: list[_Task]) -> None:
         """Blobs that nothing explains may be of several objects: these are looked for in one range of sizes after the
@@ -227,18 +249,19 @@ class SpatialSearch:
     def _take(self, finder: WholeObjectFinder, poses: Poses, least: float | None = None) -> bool:
         """Keep hypotheses, the best one first; whether that is a sure object, which takes its pixels.
 
-        A likely one may share them with a rival, but its own target's is not sought for them again.
+        A likely one may share them with a rival, but its own target's is not sought for them again. One whose required
+        component has no place of its own takes none: whose it lies across is yet to be found.
 
         :param least: trust that makes it sure; the blobs of what has less are looked at again, and it is kept for the
             case that there is no time for that.
         """
-        trust = self._judge.trust_in(finder, poses, self._frame)
-        sure = trust > (self._config.sure if least is None else least)
+        trust, placed = self._judge.trust_and_place(finder, poses, self._frame)
+        sure = placed and trust > (self._config.sure if least is None else least)
         if least is not None and not sure:
             self._in_doubt.append((finder, poses))
             return False
         self._found.setdefault(finder, []).append(poses)
-        if sure or trust > self._config.likely:
+        if placed and (sure or trust > self._config.likely):
             self._to_hide = finder, poses[:1], sure
         return sure
 

@@ -153,6 +153,9 @@ class Certain:
     def trust_in(self, finder, poses, frame):
         return float(poses.t[0, 2]) if len(poses) else 0.0
 
+    def trust_and_place(self, finder, poses, frame):
+        return self.trust_in(finder, poses, frame), True
+
 
 class Pieces:
     """A finder of blobs that may be of several objects."""
@@ -196,3 +199,30 @@ def test_what_few_guesses_find_counts_where_it_is_beyond_doubt_or_there_is_no_ti
     assert search._take(finder, found, DEFAULTS.search.beyond_doubt) == sure
     told = search.run([finder], ())
     assert sum(len(poses) for _, poses in told) == int(sure or late)
+
+
+@pytest.mark.parametrize(("tilt", "sure"), [(0.0, True), (0.3, False)])
+def test_whose_required_component_has_no_outline_takes_no_pixels(finder, tilt, sure):
+    """It lies across something of its class that another hypothesis may explain."""
+    frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, LEFT, RED)])), CAMERA)
+    one = pose(-0.25, 0, 1.0, 0.3, tilt, model=TRUCK)
+    search = SpatialSearch(frame, StubJudge(given=lambda verdict: 1.0), DEFAULTS.search)
+    assert search._judge.trust_in(finder, one, frame) == 1.0
+    assert search._take(finder, one) == sure
+    search._hide_found()
+    assert (search._frame is frame) == (not sure)
+
+
+def test_what_sure_objects_leave_of_a_blob_that_they_share_is_looked_at():
+    """A plate behind a larger one of its class, whose contour is most of that of both."""
+    outline = np.array([(-0.1, -0.06), (0.1, -0.06), (0.1, 0.0), (0.04, 0.06), (-0.1, 0.06)])
+    plate = ObjectModel("plate", (Component("plate", (marker("m", outline, np.eye(3), (0, 0, 0)),), required=True),))
+    facing = np.diag([1.0, -1.0, -1.0])[None]
+    near, far = (Poses(facing, np.array([t]), np.zeros((1, 0))) for t in ((-0.12, 0.0, 0.5), (0.02, -0.1, 1.0)))
+    labels = render(CAMERA, [(plate, far, RED), (plate, near, RED)])
+    blobs = find_blobs(labels, {RED}, RecognizerConfig())
+    finder = WholeObjectFinder(Target("plate", plate, RED), DEFAULTS)
+    frame = ImageFrame(LabelField(labels), CAMERA)
+    ((_, poses),) = SpatialSearch(frame, Judge.of(DEFAULTS), DEFAULTS.search).run([finder], blobs)
+    assert len(blobs) == 1
+    assert nearest(poses, near) < 0.02 and nearest(poses, far) < 0.05

@@ -126,6 +126,13 @@ class WholeObjectFinder:
         """See `Seeds.may_belong`."""
         return self._seeds is not None and self._seeds.may_belong(limb, root)
 
+    def may_be_told(self, rest: Blob, cut_px: int) -> bool:
+        """Whether what others leave of a blob tells something of its marker's shape, beside what a rim of theirs takes.
+
+        :param cut_px: length of the contour along theirs.
+        """
+        return rest.area_px - self.surface.votes.ring_px * cut_px >= self.config.guesses.small_px
+
     def may_be_several(self, blob: Blob) -> bool:
         """See `Seeds.may_be_several`."""
         return self._seeds is not None and self._seeds.may_be_several(blob)
@@ -157,20 +164,51 @@ class WholeObjectFinder:
             found = self.rejointed(frame, found, climb)
         return self._with_rival_flips(frame, found).best(search.flip_keep, search)
 
-    def rebent(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
-        """The same, the first one with joints bent otherwise where labels like that better."""
+    def rebent(self, frame: ImageFrame, found: Ranked, climb: Climb, begun: Poses | None = None) -> Ranked:
+        """The same, the first one with joints bent otherwise where labels like that better.
+
+        :param begun: poses with which the search has begun: their required component may be turned otherwise.
+        """
         if not len(found):
             return found
-        best, search = self.rejointed(frame, found[:1], climb), self._search
-        while self._rebends.any and not frame.deadline.expired:
-            bent = self._rebends.of(frame, best.poses)
-            tried = Ranked(bent, self.voter.votes(frame, bent, occlusion=True))
-            tried = self.climber.sweep(frame, tried[[int(np.argmax(tried.votes))]])
-            fitted = self._fit_all(frame, tried.poses).best(1, search)
-            if fitted.votes[0] <= best.votes[0]:
-                break
-            best = fitted
+        best = self.rejointed(frame, found[:1], climb)
+        if self._rebends.any:
+            best = self._bent_anew(frame, best, climb)
+            if begun is not None and len(begun) and not self._is_explained(frame, best):
+                best = self._bent_anew(frame, self._better_bent(frame, best, begun, climb), climb)
         return best + found if best.votes[0] > found.votes[0] else found
+
+    def _bent_anew(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
+        """One hypothesis with all joints sought anew while that is better, as it is turned and in its mirrored turns:
+        these look alike, but with joints that were found for another one what hangs on the required component is
+        elsewhere."""
+        while not (frame.deadline.expired or self._is_explained(frame, best)):
+            starts = Poses.concatenate([best.poses, self._flips(best)])
+            bent = self._better_bent(frame, best, starts, climb)
+            if bent is best:
+                break
+            best = bent
+        return best
+
+    def _better_bent(self, frame: ImageFrame, best: Ranked, starts: Poses, climb: Climb) -> Ranked:
+        """What some hypotheses come to with all joints sought anew, where that is better than the best; else that."""
+        search, found = self._search, best[:0]
+        for n in range(len(starts)):
+            if len(found) and frame.deadline.expired:
+                break
+            bent = self._rebends.of(frame, starts[n : n + 1])
+            tried = Ranked(bent, self.voter.votes(frame, bent, occlusion=True))
+            tried = self.climber.sweep(frame, tried[np.argsort(-tried.votes, kind="stable")[: search.bend_keep]])
+            found = found + self._fit_all(frame, tried.poses).best(search.bend_keep, search)
+        found = self.polished(frame, found.best(search.bend_keep, search), climb).best(1, search)
+        return found if found.votes[0] > best.votes[0] else best
+
+    def _is_explained(self, frame: ImageFrame, best: Ranked) -> bool:
+        """Whether each marker of the first hypothesis that should be in view lies on its labels: no other bend has more
+        to win."""
+        m, said = self.surface.markers, self.voter.judge(frame, best.poses, occlusion=True)
+        plain = float(self.config.votes.inside[0])
+        return bool((said.votes[0, m] >= plain * said.area_px[0, m]).all())
 
     def rejointed(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
         """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better."""

@@ -102,7 +102,15 @@ class Judge:
 
     def trust_in(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> float:
         """What the first one's votes count, 0 to 1; 0: there is none, or it is no object."""
-        return self.trust(self.verdicts(finder, poses[:1], frame)[0]) if len(poses) else 0.0
+        return self.trust_and_place(finder, poses, frame)[0]
+
+    def trust_and_place(self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame) -> tuple[float, bool]:
+        """The same, and whether its required component has a place: where it is seen and the labels speak against its
+        outline, it may lie across other ones, of an object whose own is elsewhere."""
+        if not len(poses):
+            return 0.0, False
+        verdict = self.verdicts(finder, poses[:1], frame)[0]
+        return self.trust(verdict), not verdict.confirmed[finder.root] or verdict.evidence.rim > 0
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""

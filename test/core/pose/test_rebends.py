@@ -16,6 +16,7 @@ from artrec_ros.core.pose.climber import Climb
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.ranked import Ranked
 from artrec_ros.core.pose.rebends import Rebends
+from artrec_ros.core.pose.surface_model import Poses
 
 CAMERA = camera_of()
 
@@ -111,6 +112,40 @@ def test_several_ways_side_by_side_find_what_joint_by_joint_misses(q):
     most = finder.voter.votes(frame, truth, occlusion=True)[0]
     assert best_of(DEFAULTS.search.bend_ways) > 0.9 * most
     assert best_of(1) < 0.75 * most
+
+
+def found_and_true(seed):
+    """A chain's links about its mirrored head, found after a climb; the image, and where it is."""
+    model, rng = chain(8), np.random.default_rng(seed)
+    finder = WholeObjectFinder(Target("chain", model, RED), DEFAULTS)
+    joints = {c.name: q for c, q in zip(model.components[1:], rng.uniform(-0.55, 0.55, 8), strict=True)}
+    truth = pose(0.0, 0.12, 0.6, 0.6 if seed % 2 else -0.6, model=model, joints=joints)
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, truth, RED)])), CAMERA)
+    bent = ranked(finder, frame, finder._rebends.of(frame, finder.required.flips(truth)))
+    best = finder.polished(frame, bent[[int(np.argmax(bent.votes))]], Climb(1, 11, 1.0))
+    return finder, frame, best.best(1, DEFAULTS.search), truth
+
+
+@pytest.mark.parametrize("seed", [4, 9, 13])
+def test_joints_are_sought_for_the_mirrored_turn_of_the_head_too(seed):
+    """With those of the wrong turn the right one has few votes."""
+    finder, frame, wrong, truth = found_and_true(seed)
+    best = ranked(finder, frame, truth).votes[0]
+    assert wrong.votes[0] < 0.8 * best
+    better = finder.rebent(frame, wrong, Climb(3, 13, 0.7))
+    assert better.votes[0] > best
+    np.testing.assert_allclose(better.poses.q[0], truth.q[0], atol=0.1)
+
+
+def test_where_parts_are_not_on_their_labels_other_beginnings_are_bent_too():
+    finder, frame, wrong, truth = found_and_true(0)
+    astray = pose(0.0, 0.12, 0.9, 0.0, 1.5, model=chain(8), joints={})
+    begun = Poses(truth.R, truth.t, astray.q)
+    best, climb = ranked(finder, frame, truth), Climb(3, 13, 0.7)
+    found = finder.rebent(frame, ranked(finder, frame, astray), climb)[:1]
+    assert found.votes[0] < 0.2 * best.votes[0]
+    assert finder.rebent(frame, found, climb, begun).votes[0] > best.votes[0]
+    assert len(finder.rebent(frame, best, climb, wrong.poses)) == 1  # nothing is left to be explained
 
 
 def leaning(name, parent, at, axis=(1.0, 0, 0), limit=0.6):

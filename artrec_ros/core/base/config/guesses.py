@@ -112,8 +112,8 @@ class GuessesConfig(Room):
     )
     small_px: float = param(
         200.0,
-        "so small a blob tells little of its marker's shape, and a segmenter may have taken much of it; what faces the "
-        "camera and lacks more is looked for again",
+        "so small a blob tells little of its marker's shape, and a segmenter may have taken much of it; what objects "
+        "leave of one is searched only where it is larger; what faces the camera and lacks more is looked for again",
         unit="px^2",
         low=0,
         paths=_WHOLE,

@@ -123,6 +123,14 @@ class SearchConfig(Room):
         paths=_SPACE,
         origin="with 32 the same of these chains",
     )
+    bend_keep: int = param(
+        4,
+        "of the ways from one pose, and then of those from all, so many are fitted, and climb",
+        low=1,
+        high=100,
+        paths=_SPACE,
+        origin="of 25 simulated chains of twelve links that were bent wrongly 14 come right with it, 6 with 1",
+    )
     fine_joint_step: float = param(
         0.05,
         "values of joints are so far apart where others than a climb's are looked for, of parts that do not lie on "

@@ -21,6 +21,7 @@ from ..model.target import Target
 from .alternatives import Alternatives
 from .climber import Climb, Climber
 from .distinct import apart
+from .exchanges import Exchanges
 from .lookalikes import Lookalikes
 from .other_joints import OtherJoints
 from .ranked import Ranked
@@ -63,6 +64,7 @@ class WholeObjectFinder:
         self._equip()
         self.rest = Resting(self.voter, self.climber, config, facing=facing)
         self.alternatives = Alternatives(self.surface, config.verdict)
+        self.exchanges = Exchanges(self.surface) if facing else None
         self.required = RequiredPlace(target.model, self.surface)
         self._lookalikes = Lookalikes(self.surface)
         kin = self.surface.kinematics

@@ -16,6 +16,7 @@ from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn
 from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.finder import WholeObjectFinder
+from ..pose.other_layouts import likelier_layouts
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
@@ -44,7 +45,7 @@ class Describer:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self.finder = finder
         surface = finder.surface
-        self._identifier, self._missing = Identifier(finder.alternatives, finder.config), MissingParts(finder)
+        self._identifier, self._missing = Identifier(finder), MissingParts(finder)
         patches = [surface.patches[p] for p in surface.markers]
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
@@ -89,6 +90,9 @@ class Describer:
         parts_of = self._parts(verdicts, poses, frame)
         told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
         identities = self._identifier.identify(frame, poses, self._seen(verdicts, told))
+        if finder.facing:  # what all are called together may tell which way round one lies
+            poses, used = likelier_layouts(finder, frame, poses, rest.used, self._identifier.numbers(identities))
+            rest = rest._replace(poses=poses, used=used)
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.special import logit, logsumexp
 
-from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, Rejection
 from ..model.identities import identities_of
 from ..model.objects import ObjectModel
-from ..pose.alternatives import Alternatives
+from ..pose.finder import WholeObjectFinder
+from ..pose.other_layouts import exchanged
 from ..pose.surface_model import Poses
 
 _LEAST = 1e-9  # nothing is surer than that
@@ -34,9 +34,9 @@ _NOT_KNOWN = -1e9  # instead of a forbidden pair: linear_sum_assignment wants nu
 class Identifier:
     """Names the objects of one target."""
 
-    def __init__(self, alternatives: Alternatives, config: RecognizerConfig) -> None:
-        self._alternatives, self._config = alternatives, config
-        self.identities, self._unique = alternatives.identities, alternatives.unique
+    def __init__(self, finder: WholeObjectFinder) -> None:
+        self._finder, self._alternatives, self._config = finder, finder.alternatives, finder.config
+        self.identities, self._unique = self._alternatives.identities, self._alternatives.unique
 
     def identify(self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]]) -> list[IdentityFit | None]:
         """What each of H objects is; None for all where the model has no identities.
@@ -61,6 +61,11 @@ class Identifier:
         shows = np.array([not self._alternatives.components.isdisjoint(of) for of in told], bool)
         return shows, np.where(shows[:, None], self.evidence(frame, poses), 0.0)
 
+    def numbers(self, fits: Sequence[IdentityFit | None]) -> list[int | None]:
+        """Which of `identities` objects are; None of those without a name."""
+        names = [identity.name for identity in self.identities]
+        return [None if fit is None or fit.name is None else names.index(fit.name) for fit in fits]
+
     def may_be_surplus(self, objects: int) -> bool:
         """Whether so many are more than there are."""
         return self._unique and objects > max(len(self.identities), 1)
@@ -79,8 +84,13 @@ class Identifier:
         return surplus(evidence, odds, 1 - self._config.min_identity_probability)
 
     def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
-        """(H, N) log-likelihood of the pixels on the components under each identity."""
-        return self._alternatives.evidence(frame, poses) * self._config.verdict.identity_independent
+        """(H, N) log-likelihood of the pixels on the components under each identity: as objects are told, or turned so
+        that they look as those of other names do."""
+        told = self._alternatives.evidence(frame, poses) * self._config.verdict.identity_independent
+        turned, of, log_odds = exchanged(self._finder, frame, poses)
+        otherwise = self._alternatives.evidence(frame, turned) * self._config.verdict.identity_independent
+        np.logaddexp.at(told, of, otherwise + log_odds[:, None])
+        return told
 
 
 def one_of_each(

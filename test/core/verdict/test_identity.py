@@ -161,8 +161,8 @@ def poses_of(frame, *placed):
     return Poses.concatenate([p.pose(frame.camera) for p in placed])
 
 
-def identifier_of(surface):
-    return Identifier(Alternatives(surface, DEFAULTS.verdict), DEFAULTS)
+def identifier_of(model, meaning=LABELS):
+    return Identifier(WholeObjectFinder(Target("robot", model, TEAM), DEFAULTS, meaning, facing=True))
 
 
 ONE = Placing(60.0, 50.0, 0.4, 300.0, "gr")
@@ -172,7 +172,7 @@ ONE = Placing(60.0, 50.0, 0.4, 300.0, "gr")
 def test_the_classes_that_are_shown_win(name):
     at = Placing(60.0, 50.0, 0.4, 300.0, name)
     frame = frame_of(at)
-    identifier = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
+    identifier = identifier_of(robot())
     evidence = identifier.evidence(frame, poses_of(frame, at))
     assert evidence.shape == (1, 4) and (evidence <= 0).all()
     assert identifier.identities[int(evidence.argmax())].name == name
@@ -186,7 +186,7 @@ def test_evidence_grows_with_what_is_seen():
     for scale in (200.0, 400.0):
         at = Placing(75.0, 60.0, 0.0, scale, "gr")
         frame = frame_of(at)
-        identifier = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
+        identifier = identifier_of(robot())
         evidence = np.sort(identifier.evidence(frame, poses_of(frame, at))[0])
         gaps.append(evidence[-1] - evidence[0])
     assert gaps[1] / gaps[0] == pytest.approx(4, rel=0.15)
@@ -194,7 +194,7 @@ def test_evidence_grows_with_what_is_seen():
 
 def test_what_shows_none_of_the_classes_tells_no_name():
     frame = frame_of()
-    identifier = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
+    identifier = identifier_of(robot())
     (fit,) = identifier.identify(frame, poses_of(frame, ONE), [{0, 1, 2}])
     assert fit.name is None and fit.probability == pytest.approx(0.5, abs=1e-6)
 
@@ -202,7 +202,7 @@ def test_what_shows_none_of_the_classes_tells_no_name():
 def test_who_shows_no_component_that_tells_identities_has_no_name_and_takes_none_from_others():
     """What lies where they would be is something else: a ball that is taken for a robot lies beside one."""
     frame = frame_of(ONE)
-    identifier = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
+    identifier = identifier_of(robot())
     poses = poses_of(frame, ONE, ONE)
     bare, whole = identifier.identify(frame, poses, [{0}, {0, 1}])
     assert bare.name is None and bare.probability == 0.0
@@ -227,7 +227,7 @@ def test_pixels_in_doubt_tell_as_much_as_they_know():
     for share in (1.0, 0.7, 0.5, 0.2):
         meaning = meaning_of(share)
         frame = frame_of(ONE, meaning=meaning)
-        identifier = identifier_of(SpatialModel(model, TEAM, DEFAULTS.votes, meaning))
+        identifier = identifier_of(model, meaning)
         gr, vr = identifier.evidence(frame, poses_of(frame, ONE))[0]
         found[share] = gr - vr
     assert found[1.0] > found[0.7] > found[0.5] > found[0.2]
@@ -237,9 +237,9 @@ def test_pixels_in_doubt_tell_as_much_as_they_know():
 
 def test_without_identities_or_objects_nothing_is_told():
     frame = frame_of(ONE)
-    plain = identifier_of(SpatialModel(ROBOT["plain"], TEAM, DEFAULTS.votes))
+    plain = identifier_of(ROBOT["plain"])
     assert plain.identify(frame, poses_of(frame, ONE, ONE), [{0}, {0}]) == [None, None]
-    whole = identifier_of(SpatialModel(robot(), TEAM, DEFAULTS.votes))
+    whole = identifier_of(robot())
     assert whole.identify(frame, poses_of(frame, ONE)[:0], []) == []
 
 

@@ -124,8 +124,8 @@ def learn_colours(
 
     Which draw it is can decide whether a class is told or half of it lost, for a choice that goes step by step ends
     where it began to go. How much the background counts in it can do the same: what glares white in a class is lost
-    where white floor weighs more. The best has the greatest product of the shares that are right, of the classes and of
-    the background: a share near nothing is not made up for by others.
+    where white floor weighs more. The best has the greatest product of the shares that are right, of classes and
+    backgrounds: a share near nothing is not made up for by others.
 
     :param samples: name -> (n, 3) uint8 BGR; names that are no class are background.
     :param labels: class -> its label.
@@ -141,10 +141,9 @@ def learn_colours(
 
 
 def _worth(learned: Learned, labels: Collection[str]) -> float:
-    """Mean logarithm of the shares that are right: of each class, and of all backgrounds together."""
-    shares = [told.get(name, 0.0) for name, told in learned.confusion.items() if name in labels]
-    rest = [told.get("unknown", 0.0) for name, told in learned.confusion.items() if name not in labels]
-    shares += [float(np.mean(rest))] if rest else []
+    """Mean logarithm of the shares that are right: of each class, and of each background. What lies beside markers is
+    little of an image, but what is lost there are outlines."""
+    shares = [told.get(name if name in labels else "unknown", 0.0) for name, told in learned.confusion.items()]
     return float(np.mean(np.log(np.maximum(shares, 1e-3))))
 
 

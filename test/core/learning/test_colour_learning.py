@@ -13,6 +13,7 @@ from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning import colour_learning
 from artrec_ros.core.learning.colour_learning import (
+    Learned,
     _drawn,
     _worth,
     choose_sharpening,
@@ -228,6 +229,17 @@ def test_of_several_draws_the_one_is_kept_that_tells_best() -> None:
     tried = itertools.product(range(LearningConfig().draws), LearningConfig().weights_background)
     draws = [_worth(_drawn(samples, labels, ImageConfig(), (), *each), labels) for each in tried]
     assert kept == max(draws) and min(draws) < kept
+
+
+def test_what_is_lost_beside_markers_is_not_made_up_for_elsewhere() -> None:
+    """An image has little of it: its outlines are lost while nearly all of the background is told."""
+    none, labels = ImageConfig(), {"red": 1}
+
+    def told(unmarked: float, beside: float) -> Learned:
+        shares = {"unmarked": {"unknown": unmarked}, "beside markers": {"unknown": beside}, "red": {"red": 0.95}}
+        return Learned(none, shares, dict.fromkeys(shares, 100))
+
+    assert _worth(told(0.84, 0.85), labels) > _worth(told(1.0, 0.70), labels)
 
 
 @pytest.mark.parametrize("width, sharpened", [(14, 0), (40, 1)])

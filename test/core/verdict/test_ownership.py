@@ -18,6 +18,7 @@ from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.pose.voter import Voter
 from artrec_ros.core.verdict import ownership
 from artrec_ros.core.verdict.claims import silhouette
+from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.core.verdict.ownership import share_out
 
 CAMERA = camera_of()
@@ -78,6 +79,19 @@ def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, mee
         left = left.without(silhouette(finder.surface, CAMERA, claim.poses))
     alone = finder.voter.votes(frame, accepted[1].claim.poses, occlusion=True)[0]
     assert (accepted[1].claim.votes != pytest.approx(float(alone))) == meet  # what they share went to the first
+
+
+@pytest.mark.parametrize(("owned", "free"), [(0.3, True), (0.9, False)])
+def test_what_others_leave_of_their_rims_in_space_is_no_object(owned, free):
+    finder, judge = (
+        WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS),
+        replace(Judge.of(DEFAULTS), min_votes=-1e6),
+    )
+    frame = image_of_two()
+    middles = [(hull, hull.mean(axis=0)) for hull in silhouette(finder.surface, CAMERA, LEFT)]
+    rest = frame.without([np.float32(middle + np.sqrt(owned) * (hull - middle)) for hull, middle in middles])
+    (verdict,) = judge.verdicts(finder, LEFT, rest)
+    assert (judge.reason(verdict) != "almost all of it lies where others are found") == free
 
 
 def test_targets_compete_for_pixels():

@@ -37,15 +37,6 @@ class FacingConfig(Room):
         paths=_FACING,
         origin="the rest is for telling it",
     )
-    least_free: float = param(
-        0.25,
-        "what nobody else owns of an object's markers, least share for it to be one",
-        low=0,
-        high=1,
-        paths=_FACING,
-        origin="what a pixel of rim is of a square of 20; real robots of three teams whose patches bear each other's "
-        "colours: 9 objects told on others in 30 images -> 0",
-    )
     grid_points: int = param(
         24,
         "pixels of a blob at which its component's middle is tried",

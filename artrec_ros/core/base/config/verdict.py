@@ -18,6 +18,15 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="25 pixels of a marker at 4 votes each",
     )
+    least_free: float = param(
+        0.25,
+        "what nobody else owns of an object's markers, least share for it to be one",
+        low=0,
+        high=1,
+        paths=("space", "facing"),
+        origin="what a pixel of rim is of a square of 20; real robots of three teams whose patches bear each other's "
+        "colours: 9 objects told on others in 30 images -> 0; crowds of quadrupeds, 360 images: false 4 -> 1",
+    )
     told_agree: float = param(
         0.2,
         "least share of a marker's pixels with its label for its component to be told where votes speak for it, "

@@ -112,6 +112,19 @@ class TestAnnotations:
         assert o.axes["base/plate"].tolist() == [[1, 2], [3, 4]]
         assert o.centre_px.tolist() == pytest.approx([13 / 3, 5])
 
+    @pytest.mark.parametrize(
+        ("category", "identity", "called"),
+        [("lamp", "red", "lamp_red"), ("lamp_red", "red", "lamp_red"), ("lamp", None, "lamp")],
+    )
+    def test_which_one_an_object_is_may_be_an_attribute(self, tmp_path, category, identity, called):
+        path = coco(tmp_path, ["a.png"], [(0, [1, 2, 2, 3, 4, 2, 0, 0, 0, 0, 0, 0])])
+        content = json.loads(path.read_text())
+        content["categories"][0]["name"] = category
+        content["annotations"][0]["attributes"] = {"identity": identity} if identity else {}
+        path.write_text(json.dumps(content))
+        (o,) = read_truth(path).frames["a.png"]
+        assert (o.name, o.full_name) == (category, called)
+
     def test_files_named_by_stamp_go_by_stamp(self, tmp_path):
         truth = read_truth(coco(tmp_path, ["1700000000000000000.png", "1700000000033333333.png"]))
         assert list(truth.frames) == [1700000000000000000, 1700000000033333333] and not truth.by_name

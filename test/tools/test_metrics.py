@@ -171,5 +171,8 @@ def test_names_are_scored_where_the_truth_says_which_one_it_is(called, told, cou
     found = replace(detection(100, (100, 80)), identity=IdentityFit(told, 0.9, None, True))
     counts = score_frame([replace(true_object(100), name=called)], [found], "torso")
     assert (counts.named, counts.names_right, counts.names_wrong) == counted
+    name, _, identity = called.partition("_")
+    counts = score_frame([replace(true_object(100), name=name, identity=identity or None)], [found], "torso")
+    assert (counts.named, counts.names_right, counts.names_wrong) == counted
     counts = score_frame([replace(true_object(100), name=called)], [detection(100, (100, 80))], "torso")
     assert counts.named == 0  # an object without identities

@@ -23,6 +23,7 @@ from .coco import coco_entry, coco_image, read_coco, rows_of
 
 Key = tuple[str, str]  # (component, marker)
 _ENDS = ("tail", "head")
+IDENTITY = "identity"  # attribute: which of several like objects it is
 MADE_BY, MACHINE = "made_by", "recogniser"
 """An annotation's attribute, and its value where the recogniser drew it and nobody has mended it since."""
 _LEAST_AXIS_PX = 0.5  # a shorter axis has no direction

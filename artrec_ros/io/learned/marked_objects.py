@@ -26,7 +26,7 @@ from ...core.model.identities import identities_of as existing_identities
 from ...core.model.objects import Component, Marker
 from ...core.model.target import Target
 from ..base.yaml_files import nearest
-from .annotations import AnnotatedObject, Annotations, axis_px, load_coco
+from .annotations import IDENTITY, AnnotatedObject, Annotations, axis_px, load_coco
 from .coco import coco_entry, coco_image, read_coco
 from .regions import MarkedImage, drawn_regions, larger_first, outlines_of, parted
 
@@ -147,7 +147,7 @@ def what_is_shown(annotated: AnnotatedObject, targets: Sequence[Target]) -> tupl
             f"{annotated.place}: category '{annotated.category}' {what}{nearest(annotated.category, known)}"
         )
     target, identity = found[0]
-    identity = annotated.attributes.get("identity", identity)
+    identity = annotated.attributes.get(IDENTITY, identity)
     known_identities = identities_of(target)
     if identity is not None and identity not in known_identities:
         raise ConfigError(unknown_identity(annotated, target.name, identity, known_identities))

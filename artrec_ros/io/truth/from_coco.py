@@ -10,7 +10,7 @@ from ...core.base.errors import SourceError
 from ...core.geometry.transforms import readonly
 from ..base.json_files import read_json
 from ..base.yaml_files import Value
-from ..learned.annotations import MACHINE, MADE_BY, AnnotatedObject, load_coco
+from ..learned.annotations import IDENTITY, MACHINE, MADE_BY, AnnotatedObject, load_coco
 from ..sources.opening import stamps_by_name
 from .records import FrameKey, Told, TrueObject, Truth, keys_by_name
 
@@ -55,4 +55,7 @@ def _object(annotated: AnnotatedObject) -> TrueObject:
     stems = {name.rpartition(".")[0] for name in annotated.points}
     axes = {stem: readonly(axis) for stem in sorted(stems) if (axis := annotated.axis(stem)) is not None}
     middle = readonly(np.mean(list(annotated.points.values()), axis=0))
-    return TrueObject(None, None, {}, middle, annotated.category, axes=axes, told=Told.LABELLED)
+    who = annotated.attributes.get(IDENTITY)
+    if who is not None and annotated.category.endswith(f"_{who}"):  # the category says it already
+        who = None
+    return TrueObject(None, None, {}, middle, annotated.category, axes=axes, told=Told.LABELLED, identity=who)

@@ -85,6 +85,7 @@ class TrueObject:
     :param components: by the truth's names: 'COMPONENT', 'COMPONENT_SIDE' or 'COMPONENT@SIDE'.
     :param centre_px: (2,) the object's origin in the image, where known.
     :param joints: joint's name -> its angle in radians (metres for prismatic joints).
+    :param identity: which of several like objects it is, where that is said beside its name.
     :param axes: 'COMPONENT/MARKER' -> (2, 2) tail and head of the marker's axis, pixels, of annotated images.
     """
 
@@ -96,6 +97,12 @@ class TrueObject:
     joints: Mapping[str, float] = field(default_factory=dict)
     axes: Mapping[str, Array] = field(default_factory=dict)
     told: Told = Told.ALL
+    identity: str | None = None
+
+    @property
+    def full_name(self) -> str | None:
+        """With its identity, where that is said: yellow_gr."""
+        return f"{self.name}_{self.identity}" if self.name and self.identity else self.name
 
 
 FrameKey = int | str

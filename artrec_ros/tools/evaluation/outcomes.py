@@ -39,7 +39,7 @@ class Outcome:
     def own_name(self) -> bool | None:
         """Whether it is told by its own name, of one that was found and whose truth says which of several like objects
         it is (yellow_gr); None: it does not."""
-        found, called = self.detection, self.truth.name
+        found, called = self.detection, self.truth.full_name
         if found is None or found.identity is None or called is None or not called.startswith(f"{found.object}_"):
             return None
         return called == f"{found.object}_{found.identity.name}"

@@ -18,7 +18,7 @@ from ...core.ways import SPACE, way_of
 from ...io.images.folders import LOSSY
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
-from ...io.learned.annotations import AnnotatedObject, Annotations
+from ...io.learned.annotations import IDENTITY, AnnotatedObject, Annotations
 from ...io.learned.constraints import load_constraints
 from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
@@ -129,7 +129,7 @@ def _identities(annotated: Sequence[AnnotatedObject], model: ObjectModel) -> Ite
     silent = []
     for o in annotated if names else ():
         called = (name for name in names if o.category == name or o.category.endswith(f"_{name}"))
-        told = o.attributes.get("identity", next(called, None))
+        told = o.attributes.get(IDENTITY, next(called, None))
         if told is None and not parts <= set(o.attributes):
             silent.append(o)
         elif told is not None and told not in names:

@@ -9,9 +9,9 @@ import numpy as np
 
 from ...core.drawing import object_colour
 from ...core.model.found import FrameResult
-from ...io.learned.annotations import AnnotatedObject
+from ...io.learned.annotations import IDENTITY, AnnotatedObject
 from ..studio_state.doubts import Doubt, ranked, recognised
-from ..studio_state.examples import IDENTITY, Examples, axes_of, identities
+from ..studio_state.examples import Examples, axes_of, identities
 from ..studio_state.marking import Marking
 from ..studio_state.retraining import Retraining, Told
 from ..studio_state.training import LearnedColours, Trained, keep_scale_limits, learn_colours, train_examples

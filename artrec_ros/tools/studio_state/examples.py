@@ -14,7 +14,15 @@ from ...core.model.found import Detection, FrameResult
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...io.learned.annotation_writer import save_coco
-from ...io.learned.annotations import MACHINE, MADE_BY, AnnotatedObject, axis_px, instance_from_axis, load_coco
+from ...io.learned.annotations import (
+    IDENTITY,
+    MACHINE,
+    MADE_BY,
+    AnnotatedObject,
+    axis_px,
+    instance_from_axis,
+    load_coco,
+)
 from ...io.learned.coco import coco_image, read_coco
 from ...io.learned.marked_objects import identities_of, what_is_shown
 from ...simulation.records import keypoint_names
@@ -22,7 +30,6 @@ from ...simulation.surfaces import component_poses
 from .session import Session
 
 ANNOTATIONS_FILE = "annotations.json"
-IDENTITY = "identity"
 _ALIKE = 0.99  # cosine between normals of markers that lie in one plane, or in parallel ones
 _SAME_SHARE = 0.5  # of an axis' length: objects whose required markers lie nearer are the same
 

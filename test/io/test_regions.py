@@ -40,6 +40,18 @@ def test_boxes_and_polygons_mark_their_pixels(tmp_path: Path) -> None:
     assert np.array_equal(read, image)
 
 
+@pytest.mark.parametrize("size", [(5, 14), (7, 20), (24, 76)])
+def test_an_outline_marks_the_pixels_whose_middles_it_holds(tmp_path: Path, size: tuple[int, int]) -> None:
+    """Not all that it touches: of small patches that is a fourth more, of which a class would learn what is beside."""
+    corners = cv2.boxPoints(((48.3, 45.6), size, 23.0))
+    polygon = {"segmentation": [corners.astype(float).ravel().tolist()], "category_id": 2}
+    (marked,) = load_regions([coco(tmp_path, polygon, image=np.zeros((90, 100, 3), np.uint8))])
+    labels = marked.read({"red": 1, "floor": 2}, 255)[1]
+    held = [[cv2.pointPolygonTest(corners, (x, y), measureDist=False) >= 0 for x in range(100)] for y in range(90)]
+    assert np.count_nonzero((labels == 2) != np.array(held)) <= 1
+    assert np.count_nonzero(labels == 2) == pytest.approx(size[0] * size[1], rel=0.06)
+
+
 @pytest.mark.parametrize(
     "annotation, words",
     [

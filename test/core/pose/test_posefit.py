@@ -125,6 +125,16 @@ def test_the_normal_equations_are_sums_over_the_contours_points():
         np.testing.assert_allclose(np.linalg.solve(left, to.b), np.linalg.solve(A, b)[:n], rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.parametrize("n", [1, 3])
+def test_what_a_fit_keeps_lies_in_one_order_in_memory(n):
+    """However many hypotheses and markers: compiled code that takes it would be compiled anew for another order."""
+    surface, frame, use = scene(*SCENES["truck"])
+    truth = SCENES["truck"][1][np.zeros(n, int)]
+    fit = contour_fit(surface, frame, truth, np.tile(use, (n, 1)), 3, FIT)
+    assert 0 < fit.point.shape[1] < len(surface.markers)
+    assert all(values.flags.c_contiguous for values in vars(fit).values())
+
+
 def test_hypotheses_left_at_the_deadline_stay():
     model, truth = SCENES["sign"]
     surface, frame, use = scene(model, truth)

@@ -71,7 +71,7 @@ def likelier_turns(
 def turn_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
     """(H,) log odds that another pose is the true one, for each of H poses at rest."""
     config = finder.config.verdict
-    weights = config.turn_odds if frame.image is None else config.turn_odds_colour
+    weights = config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
     return evidence(finder, frame, poses, others).log_odds(weights)
 
 

@@ -53,10 +53,14 @@ class Resting:
         """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
         return poses if frame.image is None else self._to_colours.fitted(frame, poses, used)
 
+    def tells_colour_edges(self, frame: ImageFrame) -> bool:
+        """Whether `edges` are those of colours, which are finer than the labels'."""
+        return frame.image is not None and not self._facing
+
     def edges(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> tuple[ContourFit, Array, Array]:
         """Contours of poses that rest on them, and residuals and weights (H, M, m) of the edges that the image shows in
         its colours, or in its labels where it has none."""
-        if frame.image is not None and isinstance(self._to_colours, ColourFit):
+        if isinstance(self._to_colours, ColourFit) and self.tells_colour_edges(frame):
             return self._to_colours.edges(frame, poses, used)
         fit = contour_fit(self._surface, frame, poses, used, self._config.covariance.reach_px, self._config.fit)
         return fit, fit.residual, fit.weight

@@ -45,12 +45,6 @@ class Poses:
     def __getitem__(self, index: NDArray | list[int] | slice) -> Poses:
         return Poses(self.R[index], self.t[index], self.q[index])
 
-    def replaced(self, rows: NDArray, others: Poses) -> Poses:
-        """The same with others at some rows."""
-        index = np.arange(len(self))
-        index[rows] = len(self) + np.arange(len(rows))
-        return Poses.concatenate([self, others])[index]
-
     @classmethod
     def concatenate(cls, parts: list[Poses]) -> Poses:
         return cls(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("R", "t", "q")))

@@ -16,7 +16,6 @@ from ..model.found import OtherTurn
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_bends import likelier_bends
-from ..pose.other_layouts import likelier_layouts
 from ..pose.other_rests import likelier_rests
 from ..pose.other_turns import likelier_turns
 from ..pose.surface_model import Poses
@@ -95,7 +94,6 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     used = np.concatenate([finder.voter.supported(v.claim.scores) for v in verdicts])
     poses = finder.rest.at_rest(frame, candidates(verdicts), used)
     if finder.facing:
-        poses, used = likelier_layouts(finder, frame, poses, used)
         none = [None] * len(poses)
         return AtRest(frames, poses, used, none, none, np.zeros(poses.q.shape), poses)
     poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)

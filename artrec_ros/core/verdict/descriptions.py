@@ -82,6 +82,7 @@ class Describer:
         if not verdicts:
             return []
         finder, surface = self.finder, self.finder.surface
+        verdicts, among = self._right_way_round(verdicts, frame, among)
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         rest = at_rest(finder, verdicts, among, frame)
         first = self._first_in_their_places(rest)
@@ -90,9 +91,6 @@ class Describer:
         parts_of = self._parts(verdicts, poses, frame)
         told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
         identities = self._identifier.identify(frame, poses, self._seen(verdicts, told))
-        if finder.facing:  # what all are called together may tell which way round one lies
-            poses, used = likelier_layouts(finder, frame, poses, rest.used, self._identifier.numbers(identities))
-            rest = rest._replace(poses=poses, used=used)
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
@@ -107,6 +105,24 @@ class Describer:
         ]
         detections = [replace(_beside(d, e), other_turn=None) for d, e in zip(detections, rest.elsewhere, strict=True)]
         return [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
+
+    def _right_way_round(
+        self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict]
+    ) -> tuple[Sequence[Verdict], Sequence[Verdict]]:
+        """The same, judged anew where an object that looks almost the same turned otherwise is likelier so: what all
+        are called together may tell that, too."""
+        if not self.finder.exchanges:
+            return verdicts, among
+        poses = at_rest(self.finder, verdicts, among, frame).poses
+        seen = self._seen(verdicts, self._told(self._parts(verdicts, poses, frame)))
+        names = self._identifier.numbers(self._identifier.identify(frame, poses, seen))
+        poses, changed = likelier_layouts(self.finder, frame, poses, names)
+        anew = {id(verdicts[h]): self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
+        return [anew.get(id(v), v) for v in verdicts], [anew.get(id(v), v) for v in among]
+
+    def _judged_at(self, pose: Poses, verdict: Verdict) -> Verdict:
+        """One that was judged elsewhere."""
+        return verdicts_of(claims_of(self.finder, pose, verdict.claim.frame.unhurried()))[0]
 
     def _detection(
         self,
@@ -174,7 +190,7 @@ class Describer:
         for h in lacking:
             if frame.deadline.expired:
                 break
-            (again,) = verdicts_of(claims_of(self.finder, poses[h : h + 1], verdicts[h].claim.frame.unhurried()))
+            again = self._judged_at(poses[h : h + 1], verdicts[h])
             for c, p in part_probabilities([again])[0].items():
                 if c != self.finder.root and p > out[h].get(c, _NO_PART).probability:
                     out[h][c] = _Part(again.shown[c], p)

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from settings import DEFAULTS
+from settings import DEFAULTS, settings
 from squares import COLOURS, TEAM, Placing, patch, plate, rendered, robot
 
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, Identity, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.other_layouts import likelier_layouts
+from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict.identity import Identifier
 
 ROUND = np.column_stack([np.cos(np.pi * np.arange(32) / 16), np.sin(np.pi * np.arange(32) / 16)])
@@ -31,6 +37,7 @@ def dots(rear, front):
 
 
 DOTS, EVEN = dots(LARGE, SMALL), dots(LARGE, LARGE + (0.06, 0.0))
+SAME = ObjectModel("same", tuple(replace(c, classes={}, label=COLOURS["g"]) for c in EVEN.components))
 
 
 class Ant(Placing):
@@ -57,7 +64,9 @@ def seen(ant):
 
 
 @pytest.mark.parametrize(
-    "model, turns_deg", [(robot(), []), (DOTS, [180]), (plate(), [-90, 90, 180])], ids=["robot", "dots", "plate"]
+    "model, turns_deg",
+    [(robot(), []), (DOTS, [180]), (EVEN, [180]), (plate(), [-90, 90, 180]), (SAME, [])],
+    ids=["robot", "dots", "even dots", "plate", "same dots"],
 )
 def test_turns_lay_markers_on_like_ones(model, turns_deg):
     found = np.degrees(finder_of(model).exchanges.angle_rad)
@@ -68,9 +77,8 @@ def test_turns_lay_markers_on_like_ones(model, turns_deg):
 @pytest.mark.parametrize("turn", [0.0, 0.8, 2.5])
 def test_who_lies_the_other_way_round_is_turned(name, turn):
     finder, frame, truth, turned = seen(Ant(70.0, 60.0, turn, 600.0, name))
-    used = np.ones((1, 2), bool)
     for begun in (truth, turned):
-        told, _ = likelier_layouts(finder, frame, begun, used)
+        told, _ = likelier_layouts(finder, frame, begun)
         assert np.trace(told.R[0].T @ truth.R[0]) > 2.99
         assert np.linalg.norm(told.t - truth.t) < 0.01 * truth.t[0, 2]
 
@@ -86,7 +94,45 @@ def test_a_name_that_is_known_tells_the_turn():
     """Of dots as large as each other nothing else does: one that is called gr lies the other way round than an rg."""
     ant = Even(70.0, 60.0, 0.8, 600.0, "gr")
     finder, frame = finder_of(EVEN), ImageFrame(LabelField(rendered(ant))).faced()
-    truth, used = ant.pose(frame.camera), np.ones((1, 2), bool)
+    truth = ant.pose(frame.camera)
     for name, cosine in (("gr", 1.0), ("rg", -1.0)):
-        told, _ = likelier_layouts(finder, frame, truth, used, [NAMES.index(name)])
+        told, _ = likelier_layouts(finder, frame, truth, [NAMES.index(name)])
         assert (told.R[0].T @ truth.R[0])[0, 0] == pytest.approx(cosine, abs=0.01)
+
+
+@pytest.mark.parametrize("hidden", [0, 1])
+@pytest.mark.parametrize("turn", [0.3, 1.7, 4.0])
+def test_what_is_told_lies_on_what_is_seen_whichever_way_round(turn, hidden):
+    """Of two dots one is hidden: that one is not told where nothing is."""
+    ant = Ant(70.0, 60.0, turn, 600.0, "gr")
+    labels = rendered(ant)
+    labels[labels == COLOURS["gr"[hidden]]] = 0
+    target = Target("ant", DOTS, TEAM)
+    config = settings(time_budget_ms=60000.0, required="visible", min_scale=500.0, max_scale=700.0)
+    for d in Recognizer((target,), config, Segmenter(ImageConfig())).recognize(labels).detections:
+        for part in d.components:
+            assert labels[round(part.y), round(part.x)], part
+
+
+def test_the_end_of_the_time_leaves_what_was_found():
+    finder, frame, _, turned = seen(Ant(70.0, 60.0, 0.8, 600.0, "gr"))
+    late = replace(frame, deadline=Deadline(0.0))
+    told, changed = likelier_layouts(finder, late, turned)
+    assert not len(changed) and np.array_equal(told.R, turned.R)
+
+
+@pytest.mark.parametrize("n", [3, 8, 12])
+def test_each_turn_of_a_ring_is_tried_once(n):
+    angles = 2 * np.pi * np.arange(n) / n
+    classes = {c: COLOURS[c] for c in "gr"}
+    parts = tuple(
+        Component(
+            f"dot{i}",
+            (patch(f"dot{i}", 0.012 * ROUND + 0.06 * np.array([np.cos(a), np.sin(a)])),),
+            not i,
+            classes=classes,
+        )
+        for i, a in enumerate(angles)
+    )
+    found = finder_of(ObjectModel("ring", parts)).exchanges.angle_rad
+    np.testing.assert_allclose(np.sort(found % (2 * np.pi)), angles[1:], atol=1e-6)

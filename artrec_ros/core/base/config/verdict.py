@@ -62,8 +62,8 @@ class VerdictConfig(Room):
         low=-20,
         high=50,
         length=3,
-        paths=("space",),
-        origin="benchmarks/turns.py",
+        paths=("space", "facing"),
+        origin="benchmarks/turns.py; flat objects that look almost the same turned otherwise are judged as these",
     )
     turn_odds_colour: tuple[float, ...] = param(
         (-0.34, 4.8, 0.53),

@@ -62,7 +62,6 @@ class WholeObjectFinder:
         self.root = self.surface.root
         self.root_labels = self.surface.labels[self.root]
         self._equip()
-        self.rest = Resting(self.voter, self.climber, config, facing=facing)
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.exchanges = Exchanges(self.surface) if facing else None
         self.required = RequiredPlace(target.model, self.surface)
@@ -71,6 +70,7 @@ class WholeObjectFinder:
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
         fine = kin.grids(self._search.fine_joint_step)
         self.stand_ins = StandIns(self.surface, fine, config.verdict.stand_in)
+        self._jointed = kin.moves[self.surface.component[self.surface.markers]].any(axis=1)  # (M,) markers
         self._rebends = Rebends(self.surface, self._search, self.voter.value.hidden_cost)
         step, most, plain = self._search.fine_joint_step, self._search.other_joints, float(config.votes.inside[0])
         self._other_joints = OtherJoints(
@@ -101,6 +101,7 @@ class WholeObjectFinder:
         self.voter = Voter(self.surface, self.config)
         self.climber = Climber(self.voter, self.config, facing=self.facing)
         self.refit = Refit(self.surface, self.voter.value, self.config, facing=self.facing)
+        self.rest = Resting(self.voter, self.climber, self.config, facing=self.facing)
 
     @property
     def is_alike_throughout(self) -> bool:
@@ -176,15 +177,16 @@ class WholeObjectFinder:
         best = self.rejointed(frame, found[:1], climb)
         if self._rebends.any:
             best = self._bent_anew(frame, best, climb)
-            if begun is not None and len(begun) and not self._is_explained(frame, best):
-                best = self._bent_anew(frame, self._better_bent(frame, best, begun, climb), climb)
+            if begun is not None and len(begun) and self._may_win(frame, best):
+                better = self._better_bent(frame, best, begun, climb)
+                best = best if better is best else self._bent_anew(frame, better, climb)
         return best + found if best.votes[0] > found.votes[0] else found
 
     def _bent_anew(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
         """One hypothesis with all joints sought anew while that is better, as it is turned and in its mirrored turns:
         these look alike, but with joints that were found for another one what hangs on the required component is
         elsewhere."""
-        while not (frame.deadline.expired or self._is_explained(frame, best)):
+        while not (frame.deadline.expired or not self._may_win(frame, best)):
             starts = Poses.concatenate([best.poses, self._flips(best)])
             bent = self._better_bent(frame, best, starts, climb)
             if bent is best:
@@ -205,12 +207,12 @@ class WholeObjectFinder:
         found = self.polished(frame, found.best(search.bend_keep, search), climb).best(1, search)
         return found if found.votes[0] > best.votes[0] else best
 
-    def _is_explained(self, frame: ImageFrame, best: Ranked) -> bool:
-        """Whether each marker of the first hypothesis that should be in view lies on its labels: no other bend has more
-        to win."""
-        m, said = self.surface.markers, self.voter.judge(frame, best.poses, occlusion=True)
-        plain = float(self.config.votes.inside[0])
-        return bool((said.votes[0, m] >= plain * said.area_px[0, m]).all())
+    def _may_win(self, frame: ImageFrame, best: Ranked) -> bool:
+        """Whether markers of the first hypothesis that joints carry, and that should be in view, lie so far off their
+        labels that another bend has something to win."""
+        m, said = self.surface.markers[self._jointed], self.voter.judge(frame, best.poses, occlusion=True)
+        lost = np.maximum(float(self.config.votes.inside[0]) * said.area_px[0, m] - said.votes[0, m], 0.0).sum()
+        return bool(lost > self._search.bend_least * best.votes[0])
 
     def rejointed(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
         """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better."""

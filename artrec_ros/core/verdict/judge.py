@@ -110,7 +110,7 @@ class Judge:
         if not len(poses):
             return 0.0, False
         verdict = self.verdicts(finder, poses[:1], frame)[0]
-        return self.trust(verdict), not verdict.confirmed[finder.root] or verdict.evidence.rim > 0
+        return self.trust(verdict), not verdict.confirmed[finder.root] or verdict.evidence.rim >= 0
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""

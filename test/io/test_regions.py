@@ -47,9 +47,32 @@ def test_an_outline_marks_the_pixels_whose_middles_it_holds(tmp_path: Path, size
     polygon = {"segmentation": [corners.astype(float).ravel().tolist()], "category_id": 2}
     (marked,) = load_regions([coco(tmp_path, polygon, image=np.zeros((90, 100, 3), np.uint8))])
     labels = marked.read({"red": 1, "floor": 2}, 255)[1]
-    held = [[cv2.pointPolygonTest(corners, (x, y), measureDist=False) >= 0 for x in range(100)] for y in range(90)]
-    assert np.count_nonzero((labels == 2) != np.array(held)) <= 1
+    assert np.count_nonzero((labels == 2) != held(corners)) <= 1
     assert np.count_nonzero(labels == 2) == pytest.approx(size[0] * size[1], rel=0.06)
+
+
+def held(corners: np.ndarray) -> np.ndarray:
+    """(90, 100) pixels whose middles an outline holds."""
+    inside = [[cv2.pointPolygonTest(corners, (x, y), measureDist=False) >= 0 for x in range(100)] for y in range(90)]
+    return np.array(inside)
+
+
+@pytest.mark.parametrize("width", [1.0, 1.7, 3.0])
+def test_what_is_cut_out_of_an_outline_is_not_marked(tmp_path: Path, width: float) -> None:
+    cut = [
+        (10.3, 10.2),
+        (40.4, 10.2),
+        (40.4, 20.1),
+        (20.2, 20.1),
+        (20.2, 20.1 + width),
+        (40.4, 20.1 + width),
+        (40.4, 60),
+        (10.3, 60),
+    ]
+    polygon = {"segmentation": [np.ravel(cut).tolist()], "category_id": 2}
+    (marked,) = load_regions([coco(tmp_path, polygon, image=np.zeros((90, 100, 3), np.uint8))])
+    labels = marked.read({"red": 1, "floor": 2}, 255)[1]
+    assert np.array_equal(labels == 2, held(np.array(cut, np.float32)))
 
 
 @pytest.mark.parametrize(

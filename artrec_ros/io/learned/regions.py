@@ -73,10 +73,11 @@ def _fill(labels: NDArray[np.uint8], outline: Array, number: int) -> None:
     high = np.clip(np.ceil(outline.max(axis=0)) + 1, low, size).astype(int)
     window, corners = labels[low[1] : high[1], low[0] : high[0]], np.asarray(outline, np.float64) - low + w
     mask = np.zeros(np.add(window.shape, 2 * w), np.uint8)
-    cv2.fillPoly(mask, [np.rint(corners * (1 << _SUBPIXEL_BITS)).astype(np.int32)], 1, shift=_SUBPIXEL_BITS)
+    fine = [np.rint(corners * (1 << _SUBPIXEL_BITS)).astype(np.int32)]
+    cv2.fillPoly(mask, fine, 1, shift=_SUBPIXEL_BITS)
     # it paints all pixels that the outline touches: of small patches a fourth too many
-    rim = mask - cv2.erode(mask, np.ones((3, 3), np.uint8), iterations=w)
-    for y, x in np.argwhere(rim).tolist():
+    touched = cv2.polylines(np.zeros_like(mask), fine, isClosed=True, color=1, shift=_SUBPIXEL_BITS)
+    for y, x in np.argwhere(mask & cv2.dilate(touched, np.ones((3, 3), np.uint8))).tolist():
         mask[y, x] = cv2.pointPolygonTest(corners.astype(np.float32), (x, y), measureDist=False) >= 0
     window[mask[w:-w, w:-w] > 0] = number
 

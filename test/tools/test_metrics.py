@@ -172,7 +172,8 @@ def test_names_are_scored_where_the_truth_says_which_one_it_is(called, told, cou
     counts = score_frame([replace(true_object(100), name=called)], [found], "torso")
     assert (counts.named, counts.names_right, counts.names_wrong) == counted
     name, _, identity = called.partition("_")
-    counts = score_frame([replace(true_object(100), name=name, identity=identity or None)], [found], "torso")
+    beside = replace(true_object(100), name=name, identity=identity or None)
+    counts = score_frame([beside], [found], "torso")
     assert (counts.named, counts.names_right, counts.names_wrong) == counted
     counts = score_frame([replace(true_object(100), name=called)], [detection(100, (100, 80))], "torso")
     assert counts.named == 0  # an object without identities

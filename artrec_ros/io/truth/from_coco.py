@@ -56,6 +56,4 @@ def _object(annotated: AnnotatedObject) -> TrueObject:
     axes = {stem: readonly(axis) for stem in sorted(stems) if (axis := annotated.axis(stem)) is not None}
     middle = readonly(np.mean(list(annotated.points.values()), axis=0))
     who = annotated.attributes.get(IDENTITY)
-    if who is not None and annotated.category.endswith(f"_{who}"):  # the category says it already
-        who = None
     return TrueObject(None, None, {}, middle, annotated.category, axes=axes, told=Told.LABELLED, identity=who)

@@ -38,6 +38,7 @@ class _WholeObject(TypedDict):
 
 class _Object(_WholeObject, total=False):
     object: str | None
+    identity: str | None
     team: int
     position: _Triple
     rotation: _Rotation
@@ -98,11 +99,6 @@ class TrueObject:
     axes: Mapping[str, Array] = field(default_factory=dict)
     told: Told = Told.ALL
     identity: str | None = None
-
-    @property
-    def full_name(self) -> str | None:
-        """With its identity, where that is said: yellow_gr."""
-        return f"{self.name}_{self.identity}" if self.name and self.identity else self.name
 
 
 FrameKey = int | str
@@ -175,7 +171,8 @@ def _object(o: _Object, place: str) -> TrueObject:
         raise UnfitError("this key is missing", f"{place}.{missing[0]}")
     pose = Pose(_rotation(o["rotation"], f"{place}.rotation"), np.array(o["position"])) if "position" in o else None
     joints = o.get("joints") or {}
-    return TrueObject(o.get("team"), pose, components, _point(o.get("centre_px")), name, joints)
+    centre, identity = _point(o.get("centre_px")), o.get("identity")
+    return TrueObject(o.get("team"), pose, components, centre, name, joints, identity=identity)
 
 
 def _rotation(rows: _Rotation, key: str) -> Array:

@@ -100,7 +100,7 @@ def _why_misnamed(outcome: Outcome) -> str:
     assert found is not None and found.identity is not None
     told, share = found.identity.name, found.identity.probability
     called = f"told as {found.object}_{told} with {share:.0%}" if told else "told by no name"
-    return f"it is {outcome.truth.full_name}, and {called}"
+    return f"it is {found.object}_{outcome.identity}, and {called}"
 
 
 def _why_not_right(outcome: Outcome, root: str) -> str:

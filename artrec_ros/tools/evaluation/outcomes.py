@@ -36,13 +36,19 @@ class Outcome:
         return self.counted and self.detection is not None
 
     @property
+    def identity(self) -> str | None:
+        """Which of several like objects one that was found is, as the truth says it: beside its name, or in it
+        (yellow_gr); None: it does not."""
+        if self.detection is None or self.truth.identity:
+            return self.truth.identity
+        name, object_ = self.truth.name or "", self.detection.object
+        return name.removeprefix(f"{object_}_") if name.startswith(f"{object_}_") else None
+
+    @property
     def own_name(self) -> bool | None:
-        """Whether it is told by its own name, of one that was found and whose truth says which of several like objects
-        it is (yellow_gr); None: it does not."""
-        found, called = self.detection, self.truth.full_name
-        if found is None or found.identity is None or called is None or not called.startswith(f"{found.object}_"):
-            return None
-        return called == f"{found.object}_{found.identity.name}"
+        """Whether it is told by its own name, of one that was found and has one; None of others."""
+        found, called = self.detection, self.identity
+        return None if found is None or found.identity is None or called is None else called == found.identity.name
 
     @property
     def anothers_name(self) -> bool:

@@ -57,7 +57,7 @@ def test_what_is_seen_of_a_marker_behind_a_bezel_counts():
     framed = ObjectModel("framed", (Component("screen", (plate,), required=True, bodies=boxes),))
     found, there = WholeObjectFinder(Target("framed", framed, RED), DEFAULTS), pose(0, 0, 0.8, model=framed)
     frame = ImageFrame(LabelField(render(CAMERA, [(framed, there, RED)])), CAMERA)
-    assert found.votes(frame, there, occlusion=True)[0] > 10_000
+    assert found.voter.votes(frame, there, occlusion=True)[0] > 10_000
 
 
 @pytest.mark.parametrize("begun", [0.0, 0.2])

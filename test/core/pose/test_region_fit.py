@@ -48,7 +48,7 @@ def shifted(**changes):
 def test_regions_are_most_even_where_the_object_is_in_any_light(light):
     frame = frame_of(rendered(AT), light)
     off = [shifted(x=3.0), shifted(y=-3.0), shifted(turn=0.4), shifted(turn=np.pi / 2), shifted(scale=80.0)]
-    even = FINDER.regions.evenness(frame, poses_of(frame, AT, *off))
+    even = FINDER.rest.regions.evenness(frame, poses_of(frame, AT, *off))
     assert even[0] > 0.85 and (even <= 1).all()
     assert (even[1:] < even[0] - 0.05).all()
 
@@ -56,7 +56,7 @@ def test_regions_are_most_even_where_the_object_is_in_any_light(light):
 def test_what_the_border_cuts_has_no_evenness():
     frame = frame_of(rendered(AT))
     cut, far = shifted(x=3.0 - AT.x), shifted(x=10.0 * SIZE[0])
-    assert FINDER.regions.evenness(frame, poses_of(frame, cut, far)).tolist() == [0.0, 0.0]
+    assert FINDER.rest.regions.evenness(frame, poses_of(frame, cut, far)).tolist() == [0.0, 0.0]
 
 
 def test_each_of_several_is_fitted_as_if_it_were_alone():
@@ -172,7 +172,7 @@ def test_what_a_view_from_above_does_not_show_has_no_colours():
     poses = poses_of(frame, shifted(x=0.9, turn=0.06))
     cut = ImageFrame(LabelField(codes), image=image).faced()
     np.testing.assert_array_equal(fitted_in(cut, poses).t, poses.t)
-    assert FINDER.regions.evenness(cut, poses).tolist() == [0.0]
+    assert FINDER.rest.regions.evenness(cut, poses).tolist() == [0.0]
     assert (fitted_in(frame, poses).t != poses.t).any()
 
 
@@ -186,6 +186,6 @@ def test_colours_of_what_covers_a_part_pull_nothing():
     covered = ImageFrame(LabelField(codes), image=image).faced()
     poses = AT.pose(frame.camera)
     for shown, moves in ((frame, True), (covered, False)):
-        used = FINDER.supported(FINDER.judge(shown, poses, occlusion=True))
-        told, rest = FINDER.at_rest(shown, poses, used), FINDER.settled(shown, poses, used)
+        used = FINDER.voter.supported(FINDER.voter.judge(shown, poses, occlusion=True))
+        told, rest = FINDER.rest.at_rest(shown, poses, used), FINDER.rest.settled(shown, poses, used)
         assert (told.t != rest.t).any() == moves

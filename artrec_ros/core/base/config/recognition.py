@@ -32,7 +32,10 @@ class ObjectConfig:
     object_file: str = param("", "what the object is; a path relative to the parameter file, or package://PACKAGE/PATH")
     constraint_file: str = param("", "what was learned about it by artrec train; empty: nothing, poses in space only")
     label: int = param(
-        0, "class number of its pixels, where its components have none of their own", low=1, high=GREATEST_LABEL
+        0,
+        "class number of its pixels, where its components have none of their own; told in any case",
+        low=1,
+        high=GREATEST_LABEL,
     )
 
 

@@ -186,7 +186,7 @@ class WholeObjectFinder:
         """One hypothesis with all joints sought anew while that is better, as it is turned and in its mirrored turns:
         these look alike, but with joints that were found for another one what hangs on the required component is
         elsewhere."""
-        while not (frame.deadline.expired or not self._may_win(frame, best)):
+        while not frame.deadline.expired and self._may_win(frame, best):
             starts = Poses.concatenate([best.poses, self._flips(best)])
             bent = self._better_bent(frame, best, starts, climb)
             if bent is best:

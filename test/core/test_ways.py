@@ -104,8 +104,8 @@ def test_each_target_takes_one_way():
 @pytest.mark.parametrize("size", [(640, 480), (60, 200), (1, 1)])
 def test_what_faces_the_camera_is_a_similarity_of_the_image(size):
     """A figure before it, turned about the optical axis, anywhere in view: the scale is that of f / depth."""
-    camera, rng = Camera.facing(size, "eye"), np.random.default_rng(1)
-    assert camera.size == size and camera.frame_id == "eye" and not camera.bent
+    camera, rng = Camera.facing(size), np.random.default_rng(1)
+    assert camera.size == size and not camera.bent
     figure = rng.uniform(-0.2, 0.2, (20, 2))
     for _ in range(5):
         k, theta = rng.uniform(50, 900), rng.uniform(-np.pi, np.pi)

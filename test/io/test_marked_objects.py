@@ -151,7 +151,7 @@ def test_bodies_of_what_lies_flat_follow_from_the_axes(tmp_path: Path) -> None:
     )
     labels = marked.read({**numbers(), "plate": 5}, 255)[1]
     assert labels[15, 30] == 1 and labels[25, 30] == 3  # six metres are 30 px, from row 5 to 35; four from column 20
-    assert labels[8, 30] == 5 and labels[20, 22] == 5 and labels[33, 30] == 5
+    assert labels[8, 30] == 5 and labels[20, 22] == 5 and labels[32, 30] == 5
     assert labels[6, 30] == 255 and labels[20, 20] == 255 and labels[3, 30] == 0 and labels[20, 17] == 0
 
 

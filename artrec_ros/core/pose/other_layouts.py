@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
@@ -62,7 +61,7 @@ def _named(
     says = finder.alternatives.evidence(frame, poses) * finder.config.verdict.identity_independent
     if not says.shape[1]:
         return np.zeros(len(poses))
-    out = logsumexp(says, axis=1)
+    out = np.logaddexp.reduce(says, axis=1)
     whose = np.concatenate([np.arange(len(poses) - len(of)), of])
     for row, h in enumerate(whose.tolist() if names else ()):
         if (name := names[h]) is not None:

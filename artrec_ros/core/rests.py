@@ -26,6 +26,8 @@ class Rests:
 
     def of(self, field: LabelField, finder: WholeObjectFinder, blob: Blob) -> list[Blob]:
         """What is left of a blob and large enough to be told, each once; none where nobody took some of it since."""
+        if not finder.may_be_told(blob, 0):  # nor is a part of it
+            return []
         share, key = field.owned_share(blob.contour), (id(finder), id(blob))
         if share <= self._taken.get(key, 0.0):
             return []

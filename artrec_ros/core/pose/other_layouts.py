@@ -8,6 +8,7 @@ they show.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,51 +20,56 @@ from .other_turns import turn_odds
 from .surface_model import Poses
 
 
-def exchanged(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64], Array]:
-    """What lies where H poses at rest do, turned so that each marker lies on a like one, and of which pose each is; and
-    log odds that it is the true one, names apart. None of those for which there is no time."""
-    found, of, odds = [finder.surface.no_poses], [np.zeros(0, np.int64)], [np.zeros(0)]
-    exchanges = finder.exchanges
-    for h in range(len(poses)):
-        if not exchanges or frame.deadline.expired:
-            break
-        one = poses[h : h + 1]
-        turned, _ = exchanges.of(one)
-        both = Poses.concatenate([one, turned])
-        both = finder.rest.at_rest(frame, both, finder.voter.supported(finder.voter.judge(frame, both, occlusion=True)))
-        found.append(both[1:])
-        of.append(np.full(len(turned), h))
-        odds.append(turn_odds(finder, frame, both[np.zeros(len(turned), int)], both[1:]))
-    return Poses.concatenate(found), np.concatenate(of), np.concatenate(odds)
+@dataclass(frozen=True, eq=False)
+class Layouts:
+    """H poses at rest, and behind them n that lie where they do, turned so that each marker lies on a like one.
 
-
-def likelier_layouts(
-    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, names: Sequence[int | None] = ()
-) -> tuple[Poses, NDArray[np.int64]]:
-    """H poses at rest, turned where another turn is likelier, and rows of those that are turned.
-
-    :param names: of each its identity: all together may tell it though the pose does not. None: of any.
+    :param of: (n,) of which pose each of these is. :param log_odds: (n,) that it is the true one, names apart.
+    :param names: (H + n, N) log-likelihood of the pixels on the components under each identity.
     """
-    turned, of, log_odds = exchanged(finder, frame, poses)
-    both = Poses.concatenate([poses, turned])
-    likelihood = np.concatenate([np.zeros(len(poses)), log_odds]) + _named(finder, frame, both, of, names)
-    rows = np.arange(len(poses))
-    for n, h in enumerate(of.tolist()):
-        if likelihood[len(poses) + n] > likelihood[rows[h]]:
-            rows[h] = len(poses) + n
-    return both[rows], np.flatnonzero(rows >= len(poses))
 
+    poses: Poses
+    of: NDArray[np.int64]
+    log_odds: Array
+    names: Array
 
-def _named(
-    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, of: NDArray[np.int64], names: Sequence[int | None]
-) -> Array:
-    """(N,) log-likelihood of what poses show of names: of those that objects have, or of any."""
-    says = finder.alternatives.evidence(frame, poses) * finder.config.verdict.identity_independent
-    if not says.shape[1]:
-        return np.zeros(len(poses))
-    out = np.logaddexp.reduce(says, axis=1)
-    whose = np.concatenate([np.arange(len(poses) - len(of)), of])
-    for row, h in enumerate(whose.tolist() if names else ()):
-        if (name := names[h]) is not None:
-            out[row] = says[row, name]
-    return np.asarray(out)
+    @classmethod
+    def around(cls, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Layouts:
+        """Those of H poses; of those for which there is no time none but themselves."""
+        found, odds = [poses], [np.zeros(0)]
+        for h in range(len(poses)):
+            if not finder.exchanges or frame.deadline.expired:
+                break
+            one = poses[h : h + 1]
+            both = Poses.concatenate([one, finder.exchanges.of(one)])
+            both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
+            found.append(both[1:])
+            odds.append(turn_odds(finder, frame, both[np.zeros(len(both) - 1, int)], both[1:]))
+        every = Poses.concatenate(found)
+        names = finder.alternatives.evidence(frame, every) * finder.config.verdict.identity_independent
+        of = np.repeat(np.arange(len(found) - 1), [len(more) for more in found[1:]])
+        return cls(every, of, np.concatenate(odds), names)
+
+    def evidence(self) -> Array:
+        """(H, N) of the poses' identities, whichever way round they lie."""
+        told, turned = np.split(self.names, [len(self.names) - len(self.of)])
+        out = told.copy()
+        np.logaddexp.at(out, self.of, turned + self.log_odds[:, None])
+        return out
+
+    def likelier(self, names: Sequence[int | None] = ()) -> tuple[Poses, NDArray[np.int64]]:
+        """The H poses, turned where another turn is likelier, and rows of those that are turned.
+
+        :param names: of each its identity: all together may tell it though the pose does not. None: of any.
+        """
+        h, named = len(self.poses) - len(self.of), np.zeros(len(self.poses))
+        whose = np.concatenate([np.arange(h), self.of])
+        if self.names.shape[1]:
+            named = np.logaddexp.reduce(self.names, axis=1)
+            known = [row for row, n in enumerate(whose.tolist()) if names and names[n] is not None]
+            named[known] = [self.names[row, names[whose[row]]] for row in known]
+        likelihood, rows = named + np.concatenate([np.zeros(h), self.log_odds]), np.arange(h)
+        for n in range(h, len(whose)):
+            if likelihood[n] > likelihood[rows[whose[n]]]:
+                rows[whose[n]] = n
+        return self.poses[rows], np.flatnonzero(rows >= h)

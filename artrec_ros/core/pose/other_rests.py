@@ -37,7 +37,7 @@ def likelier_rests(
     frame, without = frame.unhurried(), used[row]
     without[np.arange(len(row)), marker] = False
     started = finder.rest.fitted(frame, poses[row], without)
-    used_there = finder.voter.supported(finder.voter.judge(frame, started, occlusion=True))
+    used_there = finder.voter.supports(frame, started)
     rests = finder.rest.at_rest(frame, started, used_there)
     both, log_odds = Poses.concatenate([poses, rests]), turn_odds(finder, frame, poses[row], rests)
     likelier, probabilities = weighed(log_odds, finder.config.verdict)

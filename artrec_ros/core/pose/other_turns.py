@@ -53,9 +53,7 @@ def likelier_turns(
     if not len(of):
         return poses, others
     if frame.image is not None:
-        mirrored = finder.rest.on_colours(
-            frame, mirrored, finder.voter.supported(finder.voter.judge(frame, mirrored, occlusion=True))
-        )
+        mirrored = finder.rest.on_colours(frame, mirrored, finder.voter.supports(frame, mirrored))
     config, both = finder.config.verdict, Poses.concatenate([poses, mirrored])
     log_odds = turn_odds(finder, frame, poses[of], mirrored)
     rows = np.arange(len(poses))
@@ -96,9 +94,7 @@ def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     fitted, of = first.poses[near], of[near]
     if not len(near):
         return fitted, of
-    fitted = finder.rest.settled(
-        frame, fitted, finder.voter.supported(finder.voter.judge(frame, fitted, occlusion=True))
-    )
+    fitted = finder.rest.settled(frame, fitted, finder.voter.supports(frame, fitted))
     cosine = (np.einsum("hij,hij->h", fitted.R, poses.R[of]) - 1) / 2
     apart = (cosine < np.cos(finder.config.search.niche_rad)) & finder.required.is_at(fitted, poses[of])
     apart &= finder.voter.votes(frame, fitted, occlusion=True) > least[of]

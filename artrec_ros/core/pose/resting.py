@@ -28,7 +28,7 @@ class Resting:
 
     def fitted(self, frame: ImageFrame, poses: Poses, used: np.ndarray | None = None) -> Poses:
         """Fits to the contours of the markers used (H, M), or of all that the labels support."""
-        supported = self._voter.supported(self._voter.judge(frame, poses, occlusion=True)) if used is None else used
+        supported = self._voter.supports(frame, poses) if used is None else used
         return self._fitted(frame, poses, supported)
 
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:

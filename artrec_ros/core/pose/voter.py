@@ -47,6 +47,10 @@ class Voter:
         seen = (scores.area_px[:, m] > config.min_blob_px) & (scores.agree[:, m] > config.votes.supported_agree)
         return np.asarray(seen & (scores.votes[:, m] > 0))
 
+    def supports(self, frame: ImageFrame, poses: Poses) -> np.ndarray:
+        """(H, M) markers that the labels of a frame support under each hypothesis."""
+        return self.supported(self.judge(frame, poses, occlusion=True))
+
     def lacks_px(self, scores: PatchScores) -> Array:
         """(H, M) pixels of each marker that are not of its class, less what a rim around it can take: 0 or less of one
         that is seen whole."""

@@ -102,7 +102,7 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     moved = np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
     if len(moved):
         elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
-        used[moved] = finder.voter.supported(finder.voter.judge(frame, likelier[moved], occlusion=True))
+        used[moved] = finder.voter.supports(frame, likelier[moved])
     return AtRest(frames, likelier, used, others, elsewhere, more, likelier)
 
 

@@ -16,7 +16,7 @@ from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn
 from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.finder import WholeObjectFinder
-from ..pose.other_layouts import likelier_layouts
+from ..pose.other_layouts import Layouts
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
@@ -115,8 +115,9 @@ class Describer:
             return verdicts, among
         poses = at_rest(self.finder, verdicts, among, frame).poses
         seen = self._seen(verdicts, self._told(self._parts(verdicts, poses, frame)))
-        names = self._identifier.numbers(self._identifier.identify(frame, poses, seen))
-        poses, changed = likelier_layouts(self.finder, frame, poses, names)
+        layouts = Layouts.around(self.finder, frame, poses)
+        names = self._identifier.numbers(self._identifier.identify(frame, poses, seen, layouts))
+        poses, changed = layouts.likelier(names)
         anew = {id(verdicts[h]): self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
         return [anew.get(id(v), v) for v in verdicts], [anew.get(id(v), v) for v in among]
 

@@ -23,7 +23,7 @@ from ..model.found import Detection, IdentityFit, Rejection
 from ..model.identities import identities_of
 from ..model.objects import ObjectModel
 from ..pose.finder import WholeObjectFinder
-from ..pose.other_layouts import exchanged
+from ..pose.other_layouts import Layouts
 from ..pose.surface_model import Poses
 
 _LEAST = 1e-9  # nothing is surer than that
@@ -38,28 +38,29 @@ class Identifier:
         self._finder, self._alternatives, self._config = finder, finder.alternatives, finder.config
         self.identities, self._unique = self._alternatives.identities, self._alternatives.unique
 
-    def identify(self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]]) -> list[IdentityFit | None]:
+    def identify(
+        self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]], layouts: Layouts | None = None
+    ) -> list[IdentityFit | None]:
         """What each of H objects is; None for all where the model has no identities.
 
+        :param layouts: of the poses, where they are known.
         :param told: of each its components that are told. Who shows none that tells identities has no name: what lies
             where they would be is something else.
         """
         if not self.identities or not len(poses):
             return [None] * len(poses)
         names, least = [i.name for i in self.identities], self._config.min_identity_probability
-        shows, evidence = self._shown(frame, poses, told)
+        shows, evidence = self._shown(layouts or Layouts.around(self._finder, frame, poses), told)
         return [
             fit if shown else replace(fit, name=None, probability=0.0, runner_up=None, evidence={})
             for fit, shown in zip(named(evidence, names, self._unique, least), shows, strict=True)
         ]
 
-    def _shown(
-        self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]]
-    ) -> tuple[NDArray[np.bool_], Array]:
+    def _shown(self, layouts: Layouts, told: Sequence[Collection[int]]) -> tuple[NDArray[np.bool_], Array]:
         """(H,) which objects show a component that tells identities, and (H, N) the `evidence`, 0 of those that do
         not."""
         shows = np.array([not self._alternatives.components.isdisjoint(of) for of in told], bool)
-        return shows, np.where(shows[:, None], self.evidence(frame, poses), 0.0)
+        return shows, np.where(shows[:, None], layouts.evidence(), 0.0)
 
     def numbers(self, fits: Sequence[IdentityFit | None]) -> list[int | None]:
         """Which of `identities` objects are; None of those without a name."""
@@ -80,17 +81,15 @@ class Identifier:
         :param told: as of `identify`. :param probability: (H,) of each object, as if it were the only one.
         """
         odds = logit(np.clip(probability, _LEAST, 1 - _LEAST))
-        evidence = self._shown(frame, poses, told)[1] if self.identities else np.zeros((len(poses), 1))
+        evidence = np.zeros((len(poses), 1))
+        if self.identities:
+            evidence = self._shown(Layouts.around(self._finder, frame, poses), told)[1]
         return surplus(evidence, odds, 1 - self._config.min_identity_probability)
 
     def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H, N) log-likelihood of the pixels on the components under each identity: as objects are told, or turned so
         that they look as those of other names do."""
-        told = self._alternatives.evidence(frame, poses) * self._config.verdict.identity_independent
-        turned, of, log_odds = exchanged(self._finder, frame, poses)
-        otherwise = self._alternatives.evidence(frame, turned) * self._config.verdict.identity_independent
-        np.logaddexp.at(told, of, otherwise + log_odds[:, None])
-        return told
+        return Layouts.around(self._finder, frame, poses).evidence()
 
 
 def one_of_each(

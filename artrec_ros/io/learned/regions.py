@@ -18,7 +18,7 @@ from .annotations import annotated_image
 from .coco import coco_entry, coco_image, read_coco
 
 _SUBPIXEL_BITS = 8
-_TOUCHED_PX = 2  # so wide is what an outline touches
+_TOUCHED_PX = 2  # so far beyond the image outlines are drawn, for what they touch in it
 _Regions = list[tuple[str, Array]]
 
 

@@ -17,7 +17,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, Identity, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.other_layouts import likelier_layouts
+from artrec_ros.core.pose.other_layouts import Layouts
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict.identity import Identifier
 
@@ -59,8 +59,7 @@ def seen(ant):
     """A finder, the frame, the true pose, and what looks most like it: turned by half, dot on dot."""
     finder, frame = finder_of(DOTS), ImageFrame(LabelField(rendered(ant))).faced()
     poses = ant.pose(frame.camera)
-    (turned, _) = finder.exchanges.of(poses)
-    return finder, frame, poses, turned
+    return finder, frame, poses, finder.exchanges.of(poses)
 
 
 @pytest.mark.parametrize(
@@ -78,7 +77,7 @@ def test_turns_lay_markers_on_like_ones(model, turns_deg):
 def test_who_lies_the_other_way_round_is_turned(name, turn):
     finder, frame, truth, turned = seen(Ant(70.0, 60.0, turn, 600.0, name))
     for begun in (truth, turned):
-        told, _ = likelier_layouts(finder, frame, begun)
+        told, _ = Layouts.around(finder, frame, begun).likelier()
         assert np.trace(told.R[0].T @ truth.R[0]) > 2.99
         assert np.linalg.norm(told.t - truth.t) < 0.01 * truth.t[0, 2]
 
@@ -96,7 +95,7 @@ def test_a_name_that_is_known_tells_the_turn():
     finder, frame = finder_of(EVEN), ImageFrame(LabelField(rendered(ant))).faced()
     truth = ant.pose(frame.camera)
     for name, cosine in (("gr", 1.0), ("rg", -1.0)):
-        told, _ = likelier_layouts(finder, frame, truth, [NAMES.index(name)])
+        told, _ = Layouts.around(finder, frame, truth).likelier([NAMES.index(name)])
         assert (told.R[0].T @ truth.R[0])[0, 0] == pytest.approx(cosine, abs=0.01)
 
 
@@ -117,7 +116,7 @@ def test_what_is_told_lies_on_what_is_seen_whichever_way_round(turn, hidden):
 def test_the_end_of_the_time_leaves_what_was_found():
     finder, frame, _, turned = seen(Ant(70.0, 60.0, 0.8, 600.0, "gr"))
     late = replace(frame, deadline=Deadline(0.0))
-    told, changed = likelier_layouts(finder, late, turned)
+    told, changed = Layouts.around(finder, late, turned).likelier()
     assert not len(changed) and np.array_equal(told.R, turned.R)
 
 

@@ -121,10 +121,21 @@ class FacingSearch:
         kept = self._best_of_each(frame, found, blob, most)
         found, swollen = found[kept], swollen[kept]
         found = self._sizes.each(swollen, lambda finder, rows: finder.moved(frame, found[rows], self._climbs[0]))
-        kept = self._few_of_each_place(frame, found)
+        kept = self._few_of_each_place(frame, found, self._config.facing.rivals)
         few, swollen = found[kept], np.sort(swollen)[kept]  # as `each` orders them
-        found = self._sizes.each(swollen, lambda finder, rows: finder.polished(frame, few[rows], self._climbs[1]))
-        return found.poses[self._few_of_each_place(frame, found)]
+        found = self._sizes.each(swollen, lambda finder, rows: self._settled(finder, frame, few[rows]))
+        return found.poses[self._few_of_each_place(frame, found, self._config.facing.rivals)]
+
+    def _settled(self, finder: WholeObjectFinder, frame: ImageFrame, few: Ranked) -> Ranked:
+        """Hypotheses after the last climb, and so those that turn the required component onto itself, where they are
+        the best of their places: its outline tells nothing of these turns, and a grid so coarse that other components
+        lie beside their pixels keeps one by chance."""
+        found = finder.polished(frame, few, self._climbs[1])
+        if not len(finder.in_place) or frame.deadline.expired:
+            return found
+        every = found + with_joints(finder, frame, finder.in_place.of(found.poses))
+        best = self._few_of_each_place(frame, every, 1)
+        return found + finder.polished(frame, every[best[best >= len(found)]], self._climbs[1])
 
     def _in_view(self, frame: ImageFrame, blobs: Sequence[Blob]) -> list[Blob]:
         """Those that do not lie behind the horizon."""
@@ -182,16 +193,16 @@ class FacingSearch:
         np.maximum.at(best, blob, votes)
         return np.flatnonzero((votes > 0) & (votes >= self._config.facing.least_share * best[blob]))
 
-    def _few_of_each_place(self, frame: ImageFrame, found: Ranked) -> NDArray[np.int64]:
+    def _few_of_each_place(self, frame: ImageFrame, found: Ranked, rivals: int) -> NDArray[np.int64]:
         """Indices of the best, and at each place where the required component is of a few rivals: all that a verdict
         must look at."""
         order = np.argsort(self.finder.alternatives.contradicted(frame, found.poses) - found.votes, kind="stable")
         order = order[found.votes[order] > self._config.verdict.min_votes]
-        poses, config = found.poses[order], self._config
+        poses = found.poses[order]
         anchors = self.finder.required.anchors(poses)
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other
-        kept, rivals = np.empty(len(order), np.int64), int(config.facing.rivals)
+        kept = np.empty(len(order), np.int64)
         alike, near = rivals if self._directions.turned == 1 else _ALIKE, float(np.cos(2 * np.pi / _TURNS))
         n = few_of_places(np.ascontiguousarray(at), self._turns(poses), reach, rivals, alike, near, kept)
         return np.asarray(order[kept[:n]])

@@ -32,6 +32,7 @@ from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.facing_guesses import FacingGuesser, Guesses
 from artrec_ros.core.recognizer import Recognizer
 
 NAMES = [name for name, *_ in PAIRS]
@@ -163,6 +164,21 @@ def test_what_is_a_small_part_of_a_large_blob_is_found(turn):
     cv2.polylines(line, [np.rint(way).astype(np.int32)], False, 1, 8)
     picture[(line > 0) & (picture == 0)] = TEAM
     assert_found(recognizer(robot()).recognize(picture), at, place=0.5, scale=0.03)
+
+
+@pytest.mark.parametrize("kept", [-1, 1])
+@pytest.mark.parametrize("turn", [0.3, 2.0])
+def test_a_patch_that_lies_on_itself_is_turned_whichever_way_round_it_is_laid_on_its_blob(monkeypatch, turn, kept):
+    """A coarse grid keeps one of two turns that its outline does not tell by chance: what else there is tells."""
+    at, guess = Placing(70.3, 60.2, turn, 330.0, "gr"), FacingGuesser.guess
+
+    def of_one_way_round(self, *args):
+        found = guess(self, *args)
+        ahead = found.poses.R[:, :2, 0] @ (np.cos(turn), -np.sin(turn))
+        return Guesses(*(column[np.flatnonzero(kept * ahead > 0)] for column in found))
+
+    monkeypatch.setattr(FacingGuesser, "guess", of_one_way_round)
+    assert_found(recognizer(robot()).recognize(rendered(at)), at)
 
 
 def test_a_full_field_is_named_together(robots):

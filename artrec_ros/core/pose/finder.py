@@ -65,7 +65,7 @@ class WholeObjectFinder:
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.exchanges = Exchanges(self.surface) if facing else None
         self.required = RequiredPlace(target.model, self.surface)
-        self._lookalikes = Lookalikes(self.surface)
+        self._lookalikes, self.in_place = Lookalikes(self.surface), Lookalikes(self.surface, in_place=True)
         kin = self.surface.kinematics
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
         fine = kin.grids(self._search.fine_joint_step)

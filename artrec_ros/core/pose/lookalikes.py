@@ -28,9 +28,11 @@ class Lookalikes:
     """One object's: poses with one of the required component's markers where the pose has one of the same class and
     outline, of any component, in each of the turns in which the two look the same; joints as they are."""
 
-    def __init__(self, surface: SpatialModel) -> None:
+    def __init__(self, surface: SpatialModel, *, in_place: bool = False) -> None:
+        """:param in_place: only those that turn the required component's markers onto themselves, whatever else comes
+        of it: its outline tells nothing of them."""
         self._kin, self._root = surface.kinematics, surface.root
-        found, self._led = _placements(surface)
+        found, self._led = (_turned_in_place(surface), set[int]()) if in_place else _placements(surface)
         self._on = np.array([c for c, _ in found], int)  # the required component's frame, and on which one it is
         self._R = np.array([T.rotation for _, T in found]).reshape(-1, 3, 3)
         self._t = np.array([T.position for _, T in found]).reshape(-1, 3)
@@ -71,12 +73,14 @@ class _Placed(NamedTuple):
 def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]]:
     """The required component's frame where a lookalike has it, in the frame of a component, those that have most in
     common first; and the components that a rigid object's lead to. Of these poses those that have little in common are
-    no rivals, and those that have all are the same to the eye."""
+    no rivals, but where a marker lies on itself: of what its own outline does not tell all else must be asked. Those
+    that have all are the same to the eye."""
     markers = _placed_markers(surface)
     found = list(_all_placements(markers, surface.root))
     if surface.kinematics.n_joints:  # which of its own sides is seen all else tells
         elsewhere = [f for f in found if f[1].component != surface.root]
-        return [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in elsewhere], set()
+        on_them = [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in elsewhere]
+        return on_them + _turned_in_place(surface), set()
     least = max(2.0, _SHARE * len(markers))
     out: dict[tuple[float, ...], tuple[int, int, Pose]] = {}
     led = {surface.root}
@@ -85,10 +89,22 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
         covered = _covered(moved, markers)
         if covered >= least:
             led.add(there.component)
-        if least <= covered < len(markers):
+        in_place = there is mine and not mine.marker.disc_radius
+        if (in_place or least <= covered) and covered < len(markers):
             key = tuple(np.rint(np.append(moved.rotation[:, :2].ravel(), moved.position / mine.marker.area**0.5) * 20))
             out.setdefault(key, (covered, there.component, there.inside @ T @ mine.inside.inverse()))
     return [(c, T) for _, c, T in sorted(out.values(), key=lambda o: -o[0])], led
+
+
+def _turned_in_place(surface: SpatialModel) -> list[tuple[int, Pose]]:
+    """As of `_placements`; of discs none, which look the same in any turn."""
+    mine = [m for m in _placed_markers(surface) if m.component == surface.root and not m.marker.disc_radius]
+    return [
+        (surface.root, m.inside @ Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3)) @ m.inside.inverse())
+        for m in mine
+        for turn in turns_alike(m.marker, m.marker)
+        if np.cos(turn) < 1 - 1e-6
+    ]
 
 
 def _placed_markers(surface: SpatialModel) -> list[_Placed]:

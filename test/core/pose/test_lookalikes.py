@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import BACKGROUND, RED, camera_of, marker, rectangle, render, truck, turn_between
+from solids import BACKGROUND, CAB, RED, camera_of, marker, rectangle, render, truck, turn_between
 
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.blobs import find_blobs
@@ -92,11 +92,29 @@ def test_a_jointed_objects_required_component_is_put_on_each_that_it_is_like():
     surface = surface_of(ObjectModel("chain", tuple(links)))
     one = Poses(TOWARDS[None], np.array([[0.0, 0.0, 1.0]]), np.array([[0.4, -0.3]]))
     poses = Lookalikes(surface).of(one)
-    assert len(poses) == 4  # on each other link, both ways round
-    np.testing.assert_array_equal(poses.q, np.tile(one.q, (4, 1)))
+    assert len(poses) == 5  # on each other link, both ways round, and the other way round where it is
+    np.testing.assert_array_equal(poses.q, np.tile(one.q, (5, 1)))
     frames = surface.kinematics.forward(one.R, one.t, one.q)
     on_b = np.linalg.norm(poses.R - frames.R[0, 1], axis=(1, 2)) + np.linalg.norm(poses.t - frames.t[0, 1], axis=1)
     assert on_b.min() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("outline", "turns"),
+    [(rectangle(0.05, 0.03), [np.pi]), (rectangle(0.05, 0.05), [np.pi / 2, np.pi, np.pi / 2]), (CAB, [])],
+    ids=["a bar", "a square", "a cab"],
+)
+def test_a_marker_is_turned_onto_itself_in_each_turn_that_its_outline_does_not_tell(outline, turns):
+    """Whatever is beside it: that tells which one it is, where the search has all of them."""
+    tab = Component("tab", (marker("m", rectangle(0.01, 0.02), np.eye(3), (0.08, 0, 0)),))
+    plate = Component("s", (marker("m", outline, np.eye(3), (0.01, 0, 0)),), required=True)
+    model = ObjectModel("tabbed", (plate, tab))
+    one = at(0.1, -0.05, 1.2, 0.3, 0.4)
+    for lookalikes in (Lookalikes(surface_of(model), in_place=True), Lookalikes(surface_of(model))):
+        poses = lookalikes.of(one)
+        assert [turn_between(R, one.R[0]) for R in poses.R] == pytest.approx(turns, abs=1e-6)
+        middle = model.required.markers[0].centre
+        np.testing.assert_allclose(poses.R @ middle + poses.t, np.tile(one.R[0] @ middle + one.t[0], (len(turns), 1)))
 
 
 def at_end():
@@ -116,6 +134,21 @@ def test_from_a_pose_that_covers_most_of_a_grid_the_finder_comes_to_the_one_that
     found = finder._with_lookalikes(frame, finder._fit_all(frame, wrong).best(1, DEFAULTS.search))
     there = centres(model, found.poses)
     assert np.linalg.norm(there[:, None] - centres(model, true), axis=2).min(axis=1).max() < 0.01
+
+
+@pytest.mark.parametrize("jointed", [False, True])
+def test_from_a_marker_that_lies_on_itself_the_finder_comes_to_the_turn_that_all_else_tells(jointed):
+    hung = Joint("s", Pose.from_xyz_rpy((0.04, 0, 0)), np.array([0.0, 0.0, 1.0]), -0.5, 0.5) if jointed else None
+    square = marker("m", rectangle(0.05, 0.05), np.eye(3), (0, 0, 0))
+    tab = marker("m", rectangle(0.03, 0.02), np.eye(3), (0.03 if jointed else 0.07, 0, 0))
+    parts = Component("s", (square,), required=True), Component("tab", (tab,), joint=hung)
+    model, true = ObjectModel("tabbed", parts), at(0.05, 0.02, 0.6, 0.3, 0.4)
+    true = Poses(true.R, true.t, np.full((1, int(jointed)), 0.2))
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, true, RED)])), CAMERA)
+    finder = WholeObjectFinder(Target("tabbed", model, RED), DEFAULTS)
+    wrong = Poses(true.R @ rotation_from_rotvec([0.0, 0.0, np.pi / 2]), true.t, true.q)
+    found = finder._with_lookalikes(frame, finder._fit_all(frame, wrong).best(1, DEFAULTS.search))
+    assert turn_between(found.poses.R[0], true.R[0]) < 0.1
 
 
 def test_components_that_lookalikes_lead_to_need_no_guesses_of_their_own():

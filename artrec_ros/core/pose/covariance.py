@@ -5,10 +5,10 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
 
 * each contour point by itself: the residuals' own spread, with the degrees of freedom that the fit took from it;
   points nearer than a pixel see the same labels and count as one;
-* all points together, outwards or inwards: where in the seam that a segmenter leaves between two classes the edge
-  lies is not known, and is the same all around; nor is it where that may be a body of no class as well. Nor is where
-  between two blended colours it lies. Where several markers that stand apart are fitted it tells that itself, as one
-  parameter more, and little of it is left;
+* all points of a marker together, outwards or inwards: where in the seam that a segmenter leaves between two classes
+  the edge lies is not known, and is the same all around; nor is it where that may be a body of no class as well. Nor is
+  where between two blended colours it lies. What all markers that stand apart have in common of it the fit tells, as
+  one parameter more; but each has surroundings of its own, and of a joint its own marker's edges alone may tell;
 * each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
   estimate of Liang and Zeger, 1986).
 
@@ -105,7 +105,7 @@ def sources(
     seams_px = model.seams_px(frame.field, most=True)[use.argmax(axis=1)]
     starts = n_points * np.arange(c.stretches) // c.stretches
     each = Jw * np.sqrt(spread[:, None, None] / np.maximum(independent, 1e-3))[..., None]
-    outwards = Jw.sum(axis=(1, 2))[:, None]  # (H, 1, 7+J) of a pixel
+    outwards = Jw.sum(axis=2)  # (H, M, 7+J) of a pixel of each marker
     pull = np.add.reduceat(Jw * residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
     gain = np.asarray(np.linalg.inv(A)[:, :, :n_par], np.float64)
     by_pixel = _squared(outwards @ gain)

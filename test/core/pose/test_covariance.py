@@ -6,13 +6,31 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 from settings import DEFAULTS
-from solids import BACKGROUND, BODY, RED, camera_of, facing, jolted, pose, render, sign, slide, truck
+from solids import (
+    BACKGROUND,
+    BODY,
+    CAB,
+    RED,
+    RIGHT_SIDE,
+    camera_of,
+    facing,
+    jolted,
+    marker,
+    pose,
+    rectangle,
+    render,
+    sign,
+    slide,
+    truck,
+)  # fmt: skip
 
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.codes import UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.surface import INSIDE_POINTS
-from artrec_ros.core.pose.covariance import pose_covariances
+from artrec_ros.core.pose.covariance import pose_covariances, sources
 from artrec_ros.core.pose.pose_fit import fit_poses
 from artrec_ros.core.pose.surface_model import SpatialModel
 
@@ -142,6 +160,21 @@ def test_a_seam_makes_the_range_less_sure():
         surface, frame, use = scene(MODELS["truck"], truth, seam=seam, rng=rng)
         spread.append(pose_covariances(surface, frame, truth, use, DEFAULTS)[0][2, 2])
     assert spread[1] > 1.5 * spread[0]
+
+
+def test_where_in_a_seam_an_edge_lies_may_be_otherwise_around_each_marker():
+    """A flag stands before a floor, the plate's marker on a body: how wide the flag looks tells how far it is turned,
+    and no other marker tells how much wider it looks than it is."""
+    plate = Component("plate", (marker("face", CAB, RIGHT_SIDE, (0, 0, 0)),), required=True)
+    hinge = Joint("plate", Pose.from_xyz_rpy((0.0, 0.0, 0.1)), np.array([0.0, 0.0, 1.0]), -1.2, 1.2)
+    flag = Component("flag", (marker("face", rectangle(0.08, 0.06), RIGHT_SIDE, (0, 0, 0)),), joint=hinge)
+    model, turn = ObjectModel("flagged", (plate, flag)), 0.7
+    truth = pose(0, 0, 0.8, 0.0, 0.0, model, {"flag": turn})
+    surface, frame, use = scene(model, truth, seam=True, rng=np.random.default_rng(0))
+    found = sources(surface, frame, truth, use, known_before(surface, 0.8)[None], DEFAULTS)
+    half_px = CAMERA.focal_px / 0.8 * 0.04
+    by_px = np.sqrt(found.seam[0, 6, 6]) / found.seams_px[0]
+    assert by_px == pytest.approx(1 / (half_px * np.sin(turn)), rel=0.5)
 
 
 def test_what_may_be_a_seam_or_a_body_of_no_class_makes_it_as_unsure():

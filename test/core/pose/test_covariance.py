@@ -196,7 +196,8 @@ def test_labels_in_cells_of_pixels_are_known_to_be_rough(name):
 
 
 def test_blended_colours_make_the_range_less_sure_and_hardly_where_it_lies():
-    """An outline that is wider all around looks nearer, not elsewhere; how far apart several are it does not change."""
+    """An outline that is wider all around looks nearer, not elsewhere; how far apart several are that does not change,
+    but each may be wider by itself, and so several are less sure, too, by less."""
     ratios = []
     for name in ("sign", "truck"):
         truth = pose(0.0, 0.0, 0.6, 0.5, 0.1, MODELS[name])
@@ -205,7 +206,7 @@ def test_blended_colours_make_the_range_less_sure_and_hardly_where_it_lies():
         plain, blended = (np.diag(pose_covariances(surface, f, truth, use, DEFAULTS)[0]) for f in (frame, colours))
         ratios.append(blended[:3] / plain[:3])
     one, several = ratios
-    assert one[2] > 1.3 and np.all(one[:2] < 1.8) and np.all(several < 1.3)
+    assert one[2] > 1.3 and np.all(one[:2] < 1.8) and 1.3 < several[2] < 0.6 * one[2]
 
 
 @pytest.mark.parametrize("name", sorted(MODELS))

@@ -41,6 +41,37 @@ class BodyBoxes:
         return out
 
 
+class Opaque(NamedTuple):
+    """What hides things behind an object: K boxes in their components' frames.
+
+    :param component: (K,). :param R, t: (K, 3, 3), (K, 3). :param half: (K, 3) half of their sizes.
+    """
+
+    component: np.ndarray
+    R: Array
+    t: Array
+    half: Array
+
+
+def opaque_of(boxes: BodyBoxes, patches: Sequence[Patch], ignored: np.ndarray) -> Opaque:
+    """All boxes of bodies, and of markers that lie on none the rectangles that hold them.
+
+    :param ignored: (P, B) as of `BodyBoxes.behind_patches`.
+    """
+    plates, lies_on = [], np.any(ignored, axis=1).tolist()
+    for patch, on_box in zip(patches, lies_on, strict=True):
+        if patch.marker is not None and patch.marker.T_component_marker is not None and not on_box:
+            at, outline = patch.marker.T_component_marker, patch.marker.outline
+            low, high = outline.min(axis=0), outline.max(axis=0)
+            middle = at.apply(np.append((low + high) / 2, 0.0)[None])[0]
+            plates.append((patch.component, at.rotation, middle, np.append((high - low) / 2, _FLUSH_M)))
+    if not plates:
+        return Opaque(boxes.component, boxes.R, boxes.t, boxes.half)
+    component, R, t, half = map(np.array, zip(*plates, strict=True))
+    both = (boxes.component, component), (boxes.R, R), (boxes.t, t), (boxes.half, half)
+    return Opaque(*map(np.concatenate, both))
+
+
 class Hulls(NamedTuple):
     """Solids whose hulls cover an object: solid k has corners[starts[k]:starts[k + 1]]."""
 

@@ -22,7 +22,7 @@ from ..model.objects import ObjectModel
 from ..model.surface import Patch, free_contour, patches_of
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
-from .occlusion import BEHIND, BodyBoxes, hulls_of
+from .occlusion import BEHIND, BodyBoxes, hulls_of, opaque_of
 from .surface_kernels import Surface, SurfaceLimits
 from .vote_kernels import score_patches
 from .votes import VoteRoles
@@ -119,6 +119,7 @@ class SpatialModel:
         self.boxes = BodyBoxes(model)
         self.hulls = hulls_of(model)
         self.ignored = self.boxes.behind_patches(self.patches)
+        self.opaque = opaque_of(self.boxes, self.patches, self.ignored)
         required = [p for p in self.patches if p.component == self.root]
         # amid the required component's markers, in its frame
         self.anchor = np.concatenate([p.inside for p in required if p.marker is not None]).mean(axis=0)

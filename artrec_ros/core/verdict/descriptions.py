@@ -25,6 +25,7 @@ from .claims import claims_of
 from .identity import Identifier
 from .judge import Judge
 from .missing import MarkersInView, MissingParts
+from .nearer import hidden_by_others
 from .parts import part_probabilities
 
 
@@ -95,7 +96,7 @@ class Describer:
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
-        parts, view = self._instances(verdicts, told, frames, frame)
+        parts, view = self._instances(verdicts, told, frames, frame, among)
         missing = self._missing.of(verdicts, self._seen(verdicts, told), probable, view, frames, frame, among)
         detections = [
             replace(
@@ -208,16 +209,24 @@ class Describer:
         return [{c for c in of if c != root or v.required_shown} for v, of in zip(verdicts, told, strict=True)]
 
     def _instances(
-        self, verdicts: Sequence[Verdict], told: Sequence[_Parts], frames: Frames, frame: ImageFrame
+        self,
+        verdicts: Sequence[Verdict],
+        told: Sequence[_Parts],
+        frames: Frames,
+        frame: ImageFrame,
+        among: Sequence[Verdict],
     ) -> tuple[list[tuple[Instance, ...]], MarkersInView]:
         """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre. And
         what of all markers could be seen."""
         surface, camera = self.finder.surface, frame.camera
         X = surface.place(frames, self._points, self._on)
-        pixels = project(camera, X)
-        inside = pixels[:, : self._first_drawn[0]].reshape(len(pixels), *self._inside, 2)
+        pixels, samples = project(camera, X), slice(self._first_drawn[0])
+        inside = pixels[:, samples].reshape(len(pixels), *self._inside, 2)
         within = frame.field.at(inside) != OUTSIDE  # a view from above is larger than what the image shows of it
-        free = np.stack([v.claim.frame.field.at(inside[h]) != OWNED for h, v in enumerate(verdicts)])
+        if self.finder.facing:  # which one is nearer is not known
+            free = np.stack([v.claim.frame.field.at(inside[h]) != OWNED for h, v in enumerate(verdicts)])
+        else:
+            free = ~hidden_by_others(verdicts, among, X[:, samples]).reshape(within.shape)
         first = self._first_drawn[:-1]
         shown = surface.shown(frames, surface.markers, INSIDE_POINTS)
         drawn = [self._outline(pixels, row) for row in range(len(first))]

@@ -17,9 +17,11 @@ from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from ..pose.occlusion import BEHIND
 from .acceptance import Verdict
 from .claims import corners_m, widened
 
+_PARALLEL = 1e-9  # metres: a ray that goes along a side
 _OFF_PX = 2.0  # a silhouette of a candidate, with the seam around what is seen of it
 
 
@@ -35,6 +37,51 @@ def behind_others(verdicts: Sequence[Verdict], among: Sequence[Verdict], frame: 
         before = [widened(hull, _OFF_PX) for other in others for hull in other.before(mine)]
         out.append(frame.without(before, nearer=True))
     return out
+
+
+def hidden_by_others(verdicts: Sequence[Verdict], among: Sequence[Verdict], points: Array) -> NDArray[np.bool_]:
+    """(H, n) which points of some objects others hide that are nearer there: be their pixels whose they may.
+
+    :param among: all objects of the frame. :param points: (H, n, 3) in the camera's frame.
+    """
+    hidden = np.zeros(points.shape[:2], bool)
+    if len(among) < 2:
+        return hidden
+    for other in among:
+        solid = _InCamera.of(other)
+        for h, verdict in enumerate(verdicts):
+            if verdict.claim is not other.claim:
+                hidden[h] |= solid.hides(points[h])
+    return hidden
+
+
+@dataclass(frozen=True, eq=False)
+class _InCamera:
+    """The K opaque boxes of one object.
+
+    :param axes: (K, 3, 3) theirs are the columns. :param eye: (K, 3) the camera's centre in their frames.
+    :param half: (K, 3) half of their sizes.
+    """
+
+    axes: Array
+    eye: Array
+    half: Array
+
+    @classmethod
+    def of(cls, verdict: Verdict) -> _InCamera:
+        surface, poses = verdict.claim.finder.surface, verdict.claim.poses
+        frames, boxes = surface.kinematics.forward(poses.R, poses.t, poses.q), surface.opaque
+        R, t = frames.R[0, boxes.component], frames.t[0, boxes.component]
+        axes, middle = R @ boxes.R, (R @ boxes.t[..., None])[..., 0] + t
+        return cls(axes, -(middle[:, None] @ axes)[:, 0], boxes.half)
+
+    def hides(self, points: Array) -> NDArray[np.bool_]:
+        """(n,) whether one of them lies before points (n, 3): slab test."""
+        rays = points @ self.axes  # (K, n, 3)
+        rays = np.where(np.abs(rays) > _PARALLEL, rays, _PARALLEL)
+        low, high = ((side - self.eye)[:, None] / rays for side in (-self.half, self.half))
+        enter, leave = np.minimum(low, high).max(axis=2), np.maximum(low, high).min(axis=2)
+        return np.asarray((np.maximum(enter, 0.0) < np.minimum(leave, BEHIND)).any(axis=0))
 
 
 @dataclass(frozen=True, eq=False)

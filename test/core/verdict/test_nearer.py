@@ -2,18 +2,21 @@
 
 import numpy as np
 from settings import DEFAULTS
-from solids import BLUE, RED, camera_of, pose, render, truck
+from solids import BLUE, RED, camera_of, pose, render, sign, truck
 
+from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.image.codes import OWNED
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.surface import INSIDE_POINTS
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.at_rest import at_rest
-from artrec_ros.core.verdict.claims import claims_of
-from artrec_ros.core.verdict.nearer import behind_others
+from artrec_ros.core.verdict.claims import claims_of, silhouette
+from artrec_ros.core.verdict.descriptions import Describer
+from artrec_ros.core.verdict.nearer import behind_others, hidden_by_others
 
 CAMERA = camera_of((640, 480), 600.0)
 MODEL = truck()
@@ -64,3 +67,53 @@ def test_objects_are_told_in_their_order_whoever_hides_some():
     assert [f is frame for f in told.frames] == [False, True]
     one = at_rest(finder, [apart], [verdict, apart, other], frame)
     np.testing.assert_array_equal(told.poses.t[1], one.poses.t[0])
+
+
+def test_what_lies_before_points_hides_them_and_what_lies_behind_does_not():
+    _, verdicts, _ = scene(FAR, NEAR)
+    labels = verdicts[0].claim.frame.field.labels
+    points = [_facing_points(v) for v in verdicts]
+    hidden = [hidden_by_others([v], verdicts, X[None])[0] for v, X in zip(verdicts, points, strict=True)]
+    x, y = np.rint(project(CAMERA, points[0])).astype(int).T
+    assert 0.2 < hidden[0].mean() < 0.9
+    assert np.mean(hidden[0] == (labels[y, x] != RED)) > 0.95
+    assert not hidden[1].any()
+    assert not hidden_by_others(verdicts[:1], verdicts[:1], points[0][None]).any()
+
+
+def test_a_marker_without_a_body_hides_what_lies_behind_it():
+    model = sign()
+    _, (verdict, _), frame = scene(FAR, NEAR)
+    board = verdicts_of(
+        claims_of(WholeObjectFinder(Target("s", model, BLUE), DEFAULTS), pose(0, 0, 0.9, model=model), frame)
+    )[0]
+    middle = project(CAMERA, board.claim.finder.required.anchors(board.claim.poses))[0]
+    ray = np.array([*(middle - CAMERA.matrix[:2, 2]) / CAMERA.focal_px, 1.0])
+    points = np.stack([ray * 1.2, ray * 0.6, ray * 1.2 + (0.4, 0, 0)])
+    assert hidden_by_others([verdict], [verdict, board], points[None])[0].tolist() == [True, False, False]
+
+
+def test_a_component_lies_amid_what_is_seen_of_it_whoever_took_its_pixels_first():
+    (_, finder), (verdict, other), frame = scene(FAR, NEAR)
+    rest = frame.without(silhouette(other.claim.finder.surface, CAMERA, verdict.claim.poses))
+    taken = verdicts_of(claims_of(finder, NEAR, rest))[0]
+    whole, behind = (Describer(finder).describe([v], frame, [v, verdict])[0] for v in (other, taken))
+    assert taken.claim.scores.area_px.sum() < 0.9 * other.claim.scores.area_px.sum()
+    places = [{c.component: (c.x, c.y) for c in d.components} for d in (whole, behind)]
+    for name in places[0].keys() & places[1].keys():
+        np.testing.assert_allclose(places[1][name], places[0][name], atol=1.0)
+
+
+def _facing_points(verdict) -> np.ndarray:
+    """Points (n, 3) of all markers that face the camera and that the object itself does not hide."""
+    surface, poses = verdict.claim.finder.surface, verdict.claim.poses
+    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+    out = []
+    for p, shown in zip(
+        surface.markers.tolist(), surface.shown(frames, surface.markers, INSIDE_POINTS)[0], strict=True
+    ):
+        R, t = frames.R[0, surface.component[p]], frames.t[0, surface.component[p]]
+        X = surface.patches[p].inside[:INSIDE_POINTS] @ R.T + t
+        if (R @ surface.normal[p]) @ X.mean(axis=0) < 0:
+            out.append(X[shown])
+    return np.concatenate(out)

@@ -34,8 +34,14 @@ class Layouts:
     names: Array
 
     @classmethod
-    def around(cls, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Layouts:
-        """Those of H poses; of those for which there is no time none but themselves."""
+    def around(
+        cls, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, shows: Sequence[ImageFrame] = ()
+    ) -> Layouts:
+        """Those of H poses; of those for which there is no time none but themselves.
+
+        :param shows: of each pose the frame in which its names are read: what others own tells nothing of its name.
+            None: all of the frame is its own.
+        """
         found, odds = [poses], [np.zeros(0)]
         for h in range(len(poses)):
             if not finder.exchanges or frame.deadline.expired:
@@ -46,9 +52,14 @@ class Layouts:
             found.append(both[1:])
             odds.append(turn_odds(finder, frame, both[np.zeros(len(both) - 1, int)], both[1:]))
         every = Poses.concatenate(found)
-        names = finder.alternatives.evidence(frame, every) * finder.config.verdict.identity_independent
         of = np.repeat(np.arange(len(found) - 1), [len(more) for more in found[1:]])
-        return cls(every, of, np.concatenate(odds), names)
+        whose = np.concatenate([np.arange(len(poses)), of])
+        looks = {id(look): look for look in shows or [frame]}
+        which = np.array([id(look) for look in shows or [frame] * len(poses)], np.int64)[whose]
+        names = np.empty((len(every), len(finder.alternatives.identities)))
+        for key, look in looks.items():
+            names[which == key] = finder.alternatives.evidence(look, every[np.flatnonzero(which == key)])
+        return cls(every, of, np.concatenate(odds), names * finder.config.verdict.identity_independent)
 
     def evidence(self) -> Array:
         """(H, N) of the poses' identities, whichever way round they lie."""

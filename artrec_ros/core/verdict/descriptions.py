@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
@@ -25,7 +26,7 @@ from .claims import claims_of
 from .identity import Identifier
 from .judge import Judge
 from .missing import MarkersInView, MissingParts
-from .nearer import hidden_by_others
+from .nearer import hidden_by_each
 from .parts import part_probabilities
 
 
@@ -46,7 +47,7 @@ class Describer:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self.finder = finder
         surface = finder.surface
-        self._identifier, self._missing = Identifier(finder), MissingParts(finder)
+        self._identifier, self._missing, self._judge = Identifier(finder), MissingParts(finder), Judge.of(finder.config)
         patches = [surface.patches[p] for p in surface.markers]
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
@@ -91,7 +92,10 @@ class Describer:
         poses = rest.poses
         parts_of = self._parts(verdicts, poses, frame)
         told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
-        identities = self._identifier.identify(frame, poses, self._seen(verdicts, told))
+        # what hides part of what faces the camera is not known to be nearer
+        shows = [v.claim.frame for v in verdicts] if finder.facing else rest.frames
+        layouts = Layouts.around(finder, frame, poses, shows)
+        identities = self._identifier.identify(frame, poses, self._seen(verdicts, told), layouts)
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
@@ -110,16 +114,17 @@ class Describer:
     def _right_way_round(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict]
     ) -> tuple[Sequence[Verdict], Sequence[Verdict]]:
-        """The same, judged anew where an object that looks almost the same turned otherwise is likelier so: what all
-        are called together may tell that, too."""
+        """The same, judged anew where an object that looks almost the same turned otherwise is likelier so, if it is an
+        object so: what all are called together may tell that, too."""
         if not self.finder.exchanges:
             return verdicts, among
         poses = at_rest(self.finder, verdicts, among, frame).poses
         seen = self._seen(verdicts, self._told(self._parts(verdicts, poses, frame)))
-        layouts = Layouts.around(self.finder, frame, poses)
+        layouts = Layouts.around(self.finder, frame, poses, [v.claim.frame for v in verdicts])
         names = self._identifier.numbers(self._identifier.identify(frame, poses, seen, layouts))
         poses, changed = layouts.likelier(names)
-        anew = {id(verdicts[h]): self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
+        judged = {id(verdicts[h]): self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
+        anew = {key: v for key, v in judged.items() if self._judge.reason(v) is None and self._judge.tells(v)}
         return [anew.get(id(v), v) for v in verdicts], [anew.get(id(v), v) for v in among]
 
     def _judged_at(self, pose: Poses, verdict: Verdict) -> Verdict:
@@ -223,14 +228,11 @@ class Describer:
         pixels, samples = project(camera, X), slice(self._first_drawn[0])
         inside = pixels[:, samples].reshape(len(pixels), *self._inside, 2)
         within = frame.field.at(inside) != OUTSIDE  # a view from above is larger than what the image shows of it
-        if self.finder.facing:  # which one is nearer is not known
-            free = np.stack([v.claim.frame.field.at(inside[h]) != OWNED for h, v in enumerate(verdicts)])
-        else:
-            free = ~hidden_by_others(verdicts, among, X[:, samples]).reshape(within.shape)
+        free, by = self._free(verdicts, among, inside, X[:, samples])
         first = self._first_drawn[:-1]
         shown = surface.shown(frames, surface.markers, INSIDE_POINTS)
         drawn = [self._outline(pixels, row) for row in range(len(first))]
-        view = MarkersInView(pixels[:, first], X[:, first, 2], drawn, within, shown, free)
+        view = MarkersInView(pixels[:, first], X[:, first, 2], drawn, within, shown, free, by)
         weight = view.seen[..., None]
         count = weight.sum(axis=2)
         centroid, tail, head = (pixels[:, first + i] for i in range(3))  # (H, M, 2)
@@ -245,6 +247,17 @@ class Describer:
             for h, each in enumerate(told)
         ]
         return parts, view
+
+    def _free(
+        self, verdicts: Sequence[Verdict], among: Sequence[Verdict], inside: Array, points: Array
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_] | None]:
+        """`MarkersInView.free` and `by`. :param inside: (H, M, n, 2) pixels. :param points: (H, M n, 3) of the same."""
+        owned = np.stack([v.claim.frame.field.at(inside[h]) == OWNED for h, v in enumerate(verdicts)])
+        if self.finder.facing:  # which one is nearer is not known
+            return ~owned, None
+        slack, shape = self.finder.config.verdict.nearer, owned.shape
+        by = hidden_by_each(verdicts, among, points, owned.reshape(points.shape[:2]), slack).reshape(-1, *shape)
+        return np.all(~by, axis=0), by
 
     def _instance(
         self, patch: int, score: float, pixels: Array, x: float, y: float, theta: float, scale: float

@@ -33,7 +33,8 @@ class MarkersInView:
     :param centre: (H, M, 2) their centroids, pixels. :param depth: (H, M) of these, metres.
     :param outlines: of each of the M markers (H, n, 2), pixels.
     :param within: (H, M, n) in the image. :param open: (H, M, n) not hidden by the object itself, of markers that face
-        the camera. :param free: (H, M, n) not owned by another object.
+        the camera. :param free: (H, M, n) not owned, or hidden, by another object.
+    :param by: (N, H, M, n) which of the frame's N objects hides what; None: which one is nearer is not known.
     """
 
     centre: Array
@@ -42,6 +43,7 @@ class MarkersInView:
     within: NDArray[np.bool_]
     open: NDArray[np.bool_]
     free: NDArray[np.bool_]
+    by: NDArray[np.bool_] | None
 
     @cached_property
     def seen(self) -> NDArray[np.bool_]:
@@ -82,9 +84,8 @@ class MissingParts:
             return [()] * len(verdicts)
         states, out = self._states(view, frames, frame), list[tuple[Missing, ...]]()
         for h, verdict in enumerate(verdicts):
-            others = [v for v in among if v is not verdict]
             doubted = {c: p for c, p in probable[h].items() if c != self._surface.root}
-            out.append(tuple(self._missing(h, c, states[h], doubted, view, others, frame) for c in left[h]))
+            out.append(tuple(self._missing(h, c, states[h], doubted, view, verdict, among, frame) for c in left[h]))
         return out
 
     def _states(self, view: MarkersInView, frames: Frames, frame: ImageFrame) -> NDArray[np.int64]:
@@ -107,7 +108,8 @@ class MissingParts:
         states: NDArray[np.int64],
         doubted: dict[int, float],
         view: MarkersInView,
-        others: Sequence[Verdict],
+        verdict: Verdict,
+        among: Sequence[Verdict],
         frame: ImageFrame,
     ) -> Missing:
         mine = np.flatnonzero(self._of == component)
@@ -120,7 +122,8 @@ class MissingParts:
         if state == _HIDDEN:
             within = view.within[h, best]
             own, anothers = (int((within & ~by_whom[h, best]).sum()) for by_whom in (view.open, view.free))
-            by = _ITSELF if own >= anothers else _hider(others, (x, y), frame)
+            hider = None if own >= anothers else _hider(h, best, verdict, among, view, frame)
+            by = _ITSELF if own >= anothers else hider.claim.finder.target.name if hider else ""
         return Missing(name, _STATES[state], x, y, by)
 
     def _state(self, state: int, outline: Array) -> int:
@@ -132,11 +135,18 @@ class MissingParts:
         return _TOO_SMALL if 2 * cv2.contourArea(drawn) < self._thin_px * cv2.arcLength(drawn, True) else _NOT_SEEN
 
 
-def _hider(others: Sequence[Verdict], at: tuple[float, float], frame: ImageFrame) -> str:
-    """Which object covers a place in the image, of those that do the one in whose silhouette it lies deepest."""
-    around = [(_depth_px(v, at, frame), v.claim.finder.target.name) for v in others]
-    inside = [(px, name) for px, name in around if px >= 0]
-    return max(inside)[1] if inside else ""
+def _hider(
+    h: int, marker: int, verdict: Verdict, among: Sequence[Verdict], view: MarkersInView, frame: ImageFrame
+) -> Verdict | None:
+    """Which object hides a marker of another: most of it, or, where it is not known which one is nearer, of those that
+    cover its middle the one in whose silhouette it lies deepest."""
+    if view.by is not None:
+        hidden = view.by[:, h, marker].sum(axis=1)
+        return among[int(hidden.argmax())] if hidden.any() else None
+    x, y = view.centre[h, marker].tolist()
+    around = [(_depth_px(v, (x, y), frame), v) for v in among if v is not verdict]
+    px, deepest = max(around, key=lambda both: both[0], default=(-1.0, None))
+    return deepest if px >= 0 else None
 
 
 def _depth_px(verdict: Verdict, at: tuple[float, float], frame: ImageFrame) -> float:

@@ -17,7 +17,6 @@ from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from ..pose.occlusion import BEHIND
 from .acceptance import Verdict
 from .claims import corners_m, widened
 
@@ -39,19 +38,22 @@ def behind_others(verdicts: Sequence[Verdict], among: Sequence[Verdict], frame: 
     return out
 
 
-def hidden_by_others(verdicts: Sequence[Verdict], among: Sequence[Verdict], points: Array) -> NDArray[np.bool_]:
-    """(H, n) which points of some objects others hide that are nearer there: be their pixels whose they may.
+def hidden_by_each(
+    verdicts: Sequence[Verdict], among: Sequence[Verdict], points: Array, owned: NDArray[np.bool_], slack: float
+) -> NDArray[np.bool_]:
+    """(N, H, n) which points of H objects each of all N hides: what is nearer there, whose pixels they may be. Where
+    that is not sure, what took them.
 
     :param among: all objects of the frame. :param points: (H, n, 3) in the camera's frame.
+    :param owned: (H, n) whose pixels are another's. :param slack: share of the range by which one must be nearer.
     """
-    hidden = np.zeros(points.shape[:2], bool)
-    if len(among) < 2:
-        return hidden
-    for other in among:
+    hidden = np.zeros((len(among), *points.shape[:2]), bool)
+    for other, theirs in zip(among, hidden, strict=True) if len(among) > 1 else ():
         solid = _InCamera.of(other)
         for h, verdict in enumerate(verdicts):
             if verdict.claim is not other.claim:
-                hidden[h] |= solid.hides(points[h])
+                share = solid.met_at(points[h])
+                theirs[h] = (share < 1 - slack) | (owned[h] & (share < 1 + slack))
     return hidden
 
 
@@ -75,13 +77,13 @@ class _InCamera:
         axes, middle = R @ boxes.R, (R @ boxes.t[..., None])[..., 0] + t
         return cls(axes, -(middle[:, None] @ axes)[:, 0], boxes.half)
 
-    def hides(self, points: Array) -> NDArray[np.bool_]:
-        """(n,) whether one of them lies before points (n, 3): slab test."""
+    def met_at(self, points: Array) -> Array:
+        """(n,) at which share of the way to points (n, 3) one of them lies before or behind it; inf: at none."""
         rays = points @ self.axes  # (K, n, 3)
         rays = np.where(np.abs(rays) > _PARALLEL, rays, _PARALLEL)
         low, high = ((side - self.eye)[:, None] / rays for side in (-self.half, self.half))
-        enter, leave = np.minimum(low, high).max(axis=2), np.maximum(low, high).min(axis=2)
-        return np.asarray((np.maximum(enter, 0.0) < np.minimum(leave, BEHIND)).any(axis=0))
+        enter, leave = np.maximum(np.minimum(low, high).max(axis=2), 0.0), np.maximum(low, high).min(axis=2)
+        return np.asarray(np.where(enter < leave, enter, np.inf).min(axis=0, initial=np.inf))
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from settings import DEFAULTS, settings
@@ -11,6 +12,7 @@ from squares import COLOURS, TEAM, Placing, patch, plate, rendered, robot
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.geometry.transforms import wrap_angle
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
@@ -19,6 +21,9 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.other_layouts import Layouts
 from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.verdict.acceptance import verdicts_of
+from artrec_ros.core.verdict.claims import claims_of
+from artrec_ros.core.verdict.descriptions import Describer
 from artrec_ros.core.verdict.identity import Identifier
 
 ROUND = np.column_stack([np.cos(np.pi * np.arange(32) / 16), np.sin(np.pi * np.arange(32) / 16)])
@@ -87,6 +92,31 @@ def test_the_name_is_the_same_whichever_way_round_it_is_laid(name):
     finder, frame, *both = seen(Ant(70.0, 60.0, 0.8, 600.0, name))
     fits = [Identifier(finder).identify(frame, poses, [{0, 1}])[0] for poses in both]
     assert [fit.name for fit in fits] == [name, name]
+
+
+def test_what_another_owns_tells_nothing_of_a_name():
+    ant = Ant(70.0, 60.0, 0.8, 600.0, "gr")
+    finder, frame, truth, _ = seen(ant)
+    front = cv2.boundingRect(np.rint(ant.at(SMALL)).astype(np.int32))
+    x, y, width, height = front
+    corners = np.array([(x - 1, y - 1), (x + width, y - 1), (x + width, y + height), (x - 1, y + height)], np.float32)
+    rest = frame.without([corners])
+    gg, gr, rg, rr = Layouts.around(finder, frame, truth, [rest]).names[0]
+    assert gg == pytest.approx(gr) and rg == pytest.approx(rr) and gg > rg + 1
+    gg, gr, *_ = Layouts.around(finder, frame, truth).names[0]
+    assert gr > gg + 1
+
+
+def test_who_is_no_object_turned_otherwise_is_told_as_it_was_found(monkeypatch):
+    finder, frame, truth, turned = seen(Ant(70.0, 60.0, 0.8, 600.0, "gr"))
+    (verdict,) = verdicts_of(claims_of(finder, turned, frame))
+    doubted = replace(verdict.among, probability=verdict.among.probability * 0.01)[0]
+    describer = Describer(finder)
+    (told,) = describer.describe([verdict], frame, [verdict])
+    monkeypatch.setattr(describer, "_judged_at", lambda pose, of: doubted)
+    (kept,) = describer.describe([verdict], frame, [verdict])
+    assert abs(wrap_angle(told.image.theta - kept.image.theta)) > 3.0
+    assert kept.score == verdict.probability
 
 
 def test_a_name_that_is_known_tells_the_turn():

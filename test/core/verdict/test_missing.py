@@ -69,6 +69,19 @@ def test_what_another_object_covers_is_hidden_by_it():
     assert lacking["fore"].state == "hidden" and lacking["fore"].by == "lorry"
 
 
+def test_what_lies_behind_a_component_does_not_hide_it():
+    """Nor is it told as what does: of two that cover its middle the one before it."""
+    model = truck()
+    at, near, behind = (pose(x, y, z, 0.1, model=model) for x, y, z in ((0, 0, 0.9), (0.13, 0.07, 0.5), (0.06, 0, 1.4)))
+    whole = seen((model, behind), (model, at), (model, near))
+    finders = [WholeObjectFinder(Target(name, model, RED), DEFAULTS) for name in ("lorry", "van")]
+    owners = [verdicts_of(claims_of(f, p, whole))[0] for f, p in zip(finders, (near, behind), strict=True)]
+    lacking = missing_of(model, at, whole.without(silhouette(finders[0].surface, CAMERA, near)), owners)
+    assert lacking["fore"].state == "hidden" and lacking["fore"].by == "lorry"
+    alone = missing_of(model, at, seen((model, at)).without(silhouette(finders[1].surface, CAMERA, behind)), owners[1:])
+    assert not any(m.state == "hidden" for m in alone.values())
+
+
 def test_what_its_own_body_covers_is_hidden_by_itself():
     model = cabinet()
     shut = pose(0, 0, 1.2, 0.0, model=model, joints={"drawer": 0.0})

@@ -1,5 +1,7 @@
 """What lies before a marker does not end it: an object rests where it is though another one hides part of it."""
 
+from itertools import product
+
 import numpy as np
 from settings import DEFAULTS
 from solids import BLUE, RED, camera_of, pose, render, sign, truck
@@ -16,7 +18,7 @@ from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.at_rest import at_rest
 from artrec_ros.core.verdict.claims import claims_of, silhouette
 from artrec_ros.core.verdict.descriptions import Describer
-from artrec_ros.core.verdict.nearer import behind_others, hidden_by_others
+from artrec_ros.core.verdict.nearer import behind_others, hidden_by_each
 
 CAMERA = camera_of((640, 480), 600.0)
 MODEL = truck()
@@ -73,12 +75,20 @@ def test_what_lies_before_points_hides_them_and_what_lies_behind_does_not():
     _, verdicts, _ = scene(FAR, NEAR)
     labels = verdicts[0].claim.frame.field.labels
     points = [_facing_points(v) for v in verdicts]
-    hidden = [hidden_by_others([v], verdicts, X[None])[0] for v, X in zip(verdicts, points, strict=True)]
+    hidden = [hidden_from(v, verdicts, X).any(axis=0) for v, X in zip(verdicts, points, strict=True)]
     x, y = np.rint(project(CAMERA, points[0])).astype(int).T
     assert 0.2 < hidden[0].mean() < 0.9
     assert np.mean(hidden[0] == (labels[y, x] != RED)) > 0.95
     assert not hidden[1].any()
-    assert not hidden_by_others(verdicts[:1], verdicts[:1], points[0][None]).any()
+    assert not hidden_from(verdicts[0], verdicts[:1], points[0]).any()
+
+
+def test_where_it_is_not_sure_what_is_nearer_that_hides_which_took_the_pixels():
+    beside = pose(0.1, 0.02, 1.39, 0.1, model=MODEL)
+    _, verdicts, _ = scene(FAR, beside)
+    for (one, n), owned in product(zip(verdicts, (1, 0), strict=True), (True, False)):
+        hidden = hidden_from(one, verdicts, _facing_points(one), owned, slack=0.3)[n]
+        assert hidden.any() == owned
 
 
 def test_a_marker_without_a_body_hides_what_lies_behind_it():
@@ -90,7 +100,7 @@ def test_a_marker_without_a_body_hides_what_lies_behind_it():
     middle = project(CAMERA, board.claim.finder.required.anchors(board.claim.poses))[0]
     ray = np.array([*(middle - CAMERA.matrix[:2, 2]) / CAMERA.focal_px, 1.0])
     points = np.stack([ray * 1.2, ray * 0.6, ray * 1.2 + (0.4, 0, 0)])
-    assert hidden_by_others([verdict], [verdict, board], points[None])[0].tolist() == [True, False, False]
+    assert hidden_from(verdict, [verdict, board], points).tolist() == [[False] * 3, [True, False, False]]
 
 
 def test_a_component_lies_amid_what_is_seen_of_it_whoever_took_its_pixels_first():
@@ -102,6 +112,11 @@ def test_a_component_lies_amid_what_is_seen_of_it_whoever_took_its_pixels_first(
     places = [{c.component: (c.x, c.y) for c in d.components} for d in (whole, behind)]
     for name in places[0].keys() & places[1].keys():
         np.testing.assert_allclose(places[1][name], places[0][name], atol=1.0)
+
+
+def hidden_from(verdict, among, points: np.ndarray, owned: bool = True, slack: float = 0.03) -> np.ndarray:
+    """(N, n) which of N objects hides which of one's points, whose pixels are all another's, or its own."""
+    return hidden_by_each([verdict], among, points[None], np.full((1, len(points)), owned), slack)[:, 0]
 
 
 def _facing_points(verdict) -> np.ndarray:

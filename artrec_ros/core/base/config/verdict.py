@@ -45,6 +45,15 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="chains whose heads are hidden keep .57 to 1, quadrupeds whose chests are half hidden .25 at most",
     )
+    nearer: float = param(
+        0.03,
+        "share of its range by which an object must lie before another one to hide it, whoever took the pixels; nearer "
+        "to each other the one hides that took them, which is the one that explains more",
+        low=0,
+        high=1,
+        paths=("space",),
+        origin="in crowds 95 % of places err by less than 2.3 %, so that much between two of them",
+    )
     mirrored_votes: float = param(
         0.8,
         "share of the votes of a told pose, or of what a joint carries, from which on the mirrored turn or bend, "

@@ -28,6 +28,7 @@ _LEAST_BETTER = 0.85  # of the distance that remains: else the object file holds
 LEAST_VIEWS = 4
 MOST_VIEWS = 80  # seconds of work, and more tell hardly more
 _EXACT = 1e-5  # a step that betters the sum by a smaller share is the last one
+_MOST_STEPS = 100  # many parts and joints take 40
 
 
 class Far(NamedTuple):
@@ -179,6 +180,8 @@ class _Views:
 
 def _least(residuals: Callable[[Array], Array], pattern: lil_matrix) -> Array:
     """Numbers, from 0 on, at which residuals are least, mistakes counting for less."""
-    start = np.zeros(pattern.shape[1])
-    found = least_squares(residuals, start, jac_sparsity=pattern, loss="soft_l1", f_scale=_MISTAKEN, ftol=_EXACT)
+    found = least_squares(
+        residuals, np.zeros(pattern.shape[1]), jac_sparsity=pattern, loss="soft_l1", f_scale=_MISTAKEN, ftol=_EXACT,
+        x_scale="jac", max_nfev=_MOST_STEPS,  # turns, shifts and lengths weigh unlike: unscaled, steps come to no end
+    )  # fmt: skip
     return np.asarray(found.x)

@@ -22,6 +22,7 @@ from .pose.directions import Directions
 from .pose.distinct_kernels import few_of_places
 from .pose.facing_guesses import FacingGuesser
 from .pose.facing_limbs import FacingLimbs
+from .pose.facing_pairs import FacingPairs
 from .pose.finder import WholeObjectFinder
 from .pose.guesses import is_small
 from .pose.pose_fit import fit_component
@@ -43,6 +44,7 @@ class FacingSearch:
         self._directions = Directions.about_required(finder, config)
         self._guesser = FacingGuesser(model, surface, config, surface.root, self._directions.laid)
         self._limbs = FacingLimbs(model, surface, config)
+        self._pairs = FacingPairs(finder, self._guesser, config, self._directions.kept)
         first, last = config.facing.rounds
         self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
         self._sizes = FacingSizes(finder, config)
@@ -117,7 +119,7 @@ class FacingSearch:
         mine = self._in_view(frame, [b for b in blobs if b.label in self.finder.root_labels])
         if not mine and not limbs:
             return self.finder.surface.no_poses
-        found, blob, most, swollen = self._guesses(frame, mine, limits, sizes, limbs)
+        found, blob, most, swollen = self._guesses(frame, mine, blobs, limits, sizes, limbs)
         kept = self._best_of_each(frame, found, blob, most)
         found, swollen = found[kept], swollen[kept]
         found = self._sizes.each(swollen, lambda finder, rows: finder.moved(frame, found[rows], self._climbs[0]))
@@ -145,7 +147,13 @@ class FacingSearch:
         return [b for b, yes in zip(blobs, seen, strict=True) if yes]
 
     def _guesses(
-        self, frame: ImageFrame, mine: Sequence[Blob], limits: ScaleLimits, sizes: int, limbs: Sequence[Blob]
+        self,
+        frame: ImageFrame,
+        mine: Sequence[Blob],
+        blobs: Sequence[Blob],
+        limits: ScaleLimits,
+        sizes: int,
+        limbs: Sequence[Blob],
     ) -> tuple[Ranked, NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
         """Hypotheses that come near to the best of their blobs, of which blob and size each is (H,), how many of each
         of these shall go on, and whether its markers look larger than they are (H,)."""
@@ -156,8 +164,10 @@ class FacingSearch:
         of_limbs = self.finder.climber.within_limits(frame.camera, of_limbs)
         most = np.full(own + len(limbs), config.per_patch)
         most[:own] = self._directions.kept * -(-np.bincount(blob, minlength=own) // self._directions.laid)
+        # a blob in which smaller ones are looked for has no middle
+        paired, pair = self._pairs.guess(early, mine if sizes == 1 else (), blobs, limits)
         poses, blob = self._turned(early, poses, blob)
-        poses, blob = Poses.concatenate([poses, of_limbs]), np.concatenate([blob, own + limb])
+        poses, blob = Poses.concatenate([poses, paired, of_limbs]), np.concatenate([blob, pair, own + limb])
         long = np.array([not is_small(b, self._config.guesses) for b in mine] * sizes + [False] * len(limbs), bool)
         few = len(mine) <= config.swollen_most
         small = np.array([few and self._sizes.matter(b) for b in mine] * sizes + [False] * len(limbs), bool)

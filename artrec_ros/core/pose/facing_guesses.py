@@ -77,30 +77,34 @@ class FacingGuesser:
         """
         found = [Guesses(self._none, np.zeros(0), np.zeros(0, np.int64))]
         for part in frame.deadline.parts(len(blobs), _AT_ONCE):
-            within = np.tile((limits.least, limits.greatest), (len(blobs[part]), 1))
-            if frame.scene:
-                within = np.clip(frame.scene.scale_limits(centres(blobs[part])), limits.least, limits.greatest)
-            marked = zip(self._markers, self._banks, self._frames, strict=True)
-            for (marker, bank, place), size in product(marked, range(sizes)):
-                grid = self._grid(frame, blobs[part], within, marker, size)
+            within = _within(frame, blobs[part], limits)
+            for (m, bank), size in product(enumerate(self._banks), range(sizes)):
+                grid = self._grid(frame, blobs[part], within, self._markers[m], size)
                 most = int(grid.keep.sum()) * grid.turns
                 T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
                 n = best_on_grid(grid, bank.arrays, bank.look, frame.view, T, votes, of)
                 blob = of[:n] + part.start + size * len(blobs)
-                found.append(Guesses(self._lifted(T[:n], frame, *place), votes[:n], blob))
+                found.append(Guesses(self.lifted(T[:n], frame, m), votes[:n], blob))
         poses, votes, of = zip(*found, strict=True)
         return Guesses(Poses.concatenate(list(poses)), np.concatenate(votes), np.concatenate(of))
+
+    def scales(
+        self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, marker: Marker | None = None
+    ) -> Array:
+        """(B, 2) least and greatest scale of a marker in its blob. :param marker: None: the component's first one."""
+        blob_px = np.array([b.area_px for b in blobs])
+        _, least, most = self._sizes(blob_px, _within(frame, blobs, limits), marker or self._markers[0], 0)
+        return np.stack([least, most], axis=1)
+
+    def in_view(self, place: Array) -> Array:
+        """(2,) where the component's first marker, turned by nothing, sees a place (3,) of the object's frame."""
+        R_marker, origin = self._frames[0]
+        return np.asarray((R_marker @ place + origin)[:2])
 
     def _grid(self, frame: ImageFrame, blobs: Sequence[Blob], within: Array, marker: Marker, size: int) -> Grid:
         """:param within: (B, 2) least and greatest scales. :param size: the n-th smaller one."""
         config, blob_px = self._config.facing, np.array([b.area_px for b in blobs])
-        ratio, more = self._config.guesses.most_area_ratio, self._config.guesses.most_area_more_px
-        lowest, highest = within.T
-        one_px = np.minimum(blob_px, marker.area * highest**2)  # else others are merged with it, be they clutter
-        area = config.least_area_share**size * one_px
-        most = np.minimum(np.sqrt((area if size else ratio * area + more) / marker.area), highest)
-        least = np.minimum(np.sqrt(config.least_area_share * area / marker.area), most)  # a larger one: several merged
-        least = np.maximum(least, lowest)
+        area, least, most = self._sizes(blob_px, within, marker, size)
         keep = np.ceil(blob_px / (marker.area * np.maximum(least, 1e-9) ** 2)).astype(np.int64)
         spread = np.maximum(area, blob_px / _FINER)  # over as much a lattice is of about so many points
         return Grid(
@@ -115,13 +119,31 @@ class FacingGuesser:
             0.5,
         )
 
-    def _lifted(self, T: Array, frame: ImageFrame, R_marker: Array, origin: Array) -> Poses:
-        camera = frame.camera
+    def _sizes(self, blob_px: Array, within: Array, marker: Marker, size: int) -> tuple[Array, Array, Array]:
+        """(B,) areas in blobs and least and greatest scales; parameters as of `_grid`."""
+        config, ratio = self._config.facing, self._config.guesses.most_area_ratio
+        more, (lowest, highest) = self._config.guesses.most_area_more_px, within.T
+        one_px = np.minimum(blob_px, marker.area * highest**2)  # else others are merged with it, be they clutter
+        area = config.least_area_share**size * one_px
+        most = np.minimum(np.sqrt((area if size else ratio * area + more) / marker.area), highest)
+        least = np.minimum(np.sqrt(config.least_area_share * area / marker.area), most)  # a larger one: several merged
+        return area, np.maximum(least, lowest), most
+
+    def lifted(self, T: Array, frame: ImageFrame, marker: int = 0) -> Poses:
+        """Poses of which one of the component's markers lies so in the image (H, 4: x, y, turn, scale)."""
+        camera, (R_marker, origin) = frame.camera, self._frames[marker]
         c, s, roll = np.cos(T[:, 2]), np.sin(T[:, 2]), np.zeros((len(T), 3, 3))
         roll[:, 0, 0], roll[:, 0, 1], roll[:, 1, 0], roll[:, 1, 1], roll[:, 2, 2] = c, -s, s, c, 1.0
         depth = camera.focal_px / T[:, 3]
         t = np.column_stack([(T[:, :2] - camera.matrix[:2, 2]) * depth[:, None] / camera.focal_px, depth])
         return Poses(roll @ R_marker, t + roll @ origin, np.tile(self.bends.q[0], (len(T), 1)))
+
+
+def _within(frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Array:
+    """(B, 2) least and greatest scales of what is at blobs."""
+    if frame.scene:
+        return np.clip(frame.scene.scale_limits(centres(blobs)), limits.least, limits.greatest)
+    return np.tile((limits.least, limits.greatest), (len(blobs), 1))
 
 
 def _turn(marker: Marker) -> Array:

@@ -1,0 +1,108 @@
+"""First hypotheses of objects that face the camera from two blobs each: a disc, and another marker far from it.
+
+A disc tells no direction, and its pixels tell its scale no better than to half a step of those that are tried: markers
+many radii away lie beside their blobs then, whichever way the object is turned. The middles of two blobs tell place,
+turn and scale at once, and the better the farther they are from each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import RecognizerConfig
+from ..geometry.range_limits import ScaleLimits
+from ..geometry.transforms import Array
+from ..image.blobs import Blob, centres
+from ..image.image_frame import ImageFrame
+from ..model.objects import Marker
+from .facing_guesses import FacingGuesser
+from .finder import WholeObjectFinder
+from .ranked import first_of_each
+from .surface_model import Poses
+
+_AT_ONCE = 16  # blobs between two looks at the clock
+_MOST = 128  # pairs of one blob that are looked at: bounds the time in crowds, where few are right
+
+
+class FacingPairs:
+    """Takes a blob for the required component, and another for each marker that no joint moves against it and that is
+    so far out that half a step of the scale moves it by more than its own radius; none where an outline tells more."""
+
+    def __init__(self, finder: WholeObjectFinder, guesser: FacingGuesser, config: RecognizerConfig, keep: int) -> None:
+        """:param guesser: of the required component. :param keep: hypotheses of each blob that go on."""
+        self._surface, self._guesser, self._keep = finder.surface, guesser, keep
+        self._none = finder.surface.no_poses, np.zeros(0, np.int64)
+        surface, fixed, off_scale = finder.surface, _fixed(finder), np.sqrt(config.facing.scale_ratio) - 1
+        self._labels, self._markers, arms = list[Sequence[int]](), list[Marker](), list[Array]()
+        for p, marker, at in fixed if finder.target.model.needs_another else ():
+            arm = guesser.in_view(at)
+            if np.linalg.norm(arm) * off_scale > marker.radius:
+                arms.append(arm)
+                self._labels.append(surface.labels[surface.component[p]])
+                self._markers.append(marker)
+        self._arms = np.array(arms).reshape(-1, 2)
+        rigid = surface.component[[p for p, _, _ in fixed]]
+        self._patches = np.flatnonzero(np.isin(surface.component, rigid))
+
+    def guess(
+        self, frame: ImageFrame, mine: Sequence[Blob], blobs: Sequence[Blob], limits: ScaleLimits
+    ) -> tuple[Poses, NDArray[np.int64]]:
+        """The best of each of `mine` by the votes for all that no joint moves, and of which each is (H,).
+
+        :param mine: blobs that the required component may have made. :param blobs: those of all classes.
+        :param limits: of the scale.
+        """
+        if not len(self._arms) or not mine:
+            return self._none
+        found, of = [self._none[0]], [self._none[1]]
+        own, others = self._guesser.scales(frame, mine, limits), self._scales_of_others(frame, blobs, limits)
+        here, there = centres(mine), centres(blobs)
+        for part in frame.deadline.parts(len(mine), _AT_ONCE):
+            T, which = self._pairs(here[part], there, own[part], others)
+            poses = self._guesser.lifted(T, frame)
+            votes = self._surface.score(frame, poses, self._patches, occlusion=False).votes.sum(axis=1)
+            best = first_of_each(which, votes, self._keep)
+            found.append(poses[best])
+            of.append(part.start + which[best])
+        return Poses.concatenate(found), np.concatenate(of)
+
+    def _scales_of_others(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Array:
+        """(A, B, 2) least and greatest scale of each marker in each blob; none where its class is another one."""
+        label = np.array([b.label for b in blobs])
+        out = np.array([self._guesser.scales(frame, blobs, limits, m) for m in self._markers])
+        for scales, labels in zip(out, self._labels, strict=True):
+            scales[~np.isin(label, labels)] = np.inf, 0.0
+        return out
+
+    def _pairs(self, here: Array, there: Array, own: Array, others: Array) -> tuple[Array, NDArray[np.int64]]:
+        """Alignments (n, 4: x, y, turn, scale) of the required component, and with which of N blobs each is (n,).
+
+        :param here: (N, 2) these blobs' middles. :param there: (B, 2) others'. :param own: (N, 2) scales.
+        :param others: (A, B, 2) likewise.
+        """
+        way = there - here[:, None]
+        scale = np.linalg.norm(way, axis=2)[:, None] / np.linalg.norm(self._arms, axis=1)[:, None]
+        least = np.maximum(own[:, None, None, 0], others[..., 0])
+        most = np.minimum(own[:, None, None, 1], others[..., 1])
+        n, a, b = np.nonzero((scale >= least) & (scale <= most))
+        # in crowds those go on whose scale is most like what the disc's pixels tell
+        unlike = np.abs(np.log(scale[n, a, b] ** 2 / own[n].prod(axis=1)))
+        kept = first_of_each(n, -unlike, _MOST)
+        n, a, b = n[kept], a[kept], b[kept]
+        turn = np.arctan2(way[n, b, 1], way[n, b, 0]) - np.arctan2(self._arms[a, 1], self._arms[a, 0])
+        return np.column_stack([here[n], turn, scale[n, a, b]]), n
+
+
+def _fixed(finder: WholeObjectFinder) -> list[tuple[int, Marker, Array]]:
+    """Markers that no joint moves against the required component, with their patches, and where they are (3,) in the
+    object's frame with joints mid-range."""
+    surface, kin = finder.surface, finder.surface.kinematics
+    at, out = kin.in_object(kin.middle[None]), []
+    for p in surface.markers.tolist():
+        marker, c = surface.patches[p].marker, surface.component[p]
+        if marker is not None and (kin.moves[c] == kin.moves[finder.root]).all():
+            out.append((p, marker, at.R[0, c] @ marker.centre + at.t[0, c]))
+    return out

@@ -1,0 +1,72 @@
+"""Objects whose markers lie many radii from the disc that is required: its own pixels tell no scale that is good
+enough to find them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scene import disc
+from settings import settings
+from squares import TEAM, Placing, rendered
+
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.directions import Directions
+from artrec_ros.core.pose.facing_guesses import FacingGuesser
+from artrec_ros.core.pose.facing_pairs import FacingPairs
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.recognizer import Recognizer
+
+BALL = disc("ball", 0.043)
+NEAR = {"left": (-0.273, 0.075), "right": (0.259, -0.036)}
+FAR = {"shoulder": (-0.217, 1.113), "neck": (0.197, 0.979), "other": (0.501, 1.052)}
+
+
+def balls(others):
+    """One amid others, all of one class."""
+    at = {"hip": (0.0, 0.0), **others}
+    markers = {n: replace(BALL, T_component_marker=Pose(np.eye(3), np.array([*xy, 0.0]))) for n, xy in at.items()}
+    return ObjectModel("walker", tuple(Component(n, (m,), required=n == "hip") for n, m in markers.items()))
+
+
+class Walker(Placing):
+    """Beside other balls, which are nobody's."""
+
+    def patches(self):
+        places = [(0.0, 0.0), *NEAR.values(), *FAR.values(), (-0.5, -0.44), (0.13, -0.54), (-0.22, -1.19), (0.4, -1.0)]
+        return [(self.at(BALL.outline + at), TEAM) for at in places]
+
+
+@pytest.mark.parametrize("scale", [75.0, 92.0, 110.0])
+def test_balls_many_radii_away_are_found(scale):
+    """Of 3 to 5 px: the farthest is 27 radii away."""
+    rng = np.random.default_rng(int(scale))
+    engine = Recognizer(
+        (Target("walker", balls({**NEAR, **FAR}), TEAM),),
+        settings(time_budget_ms=60000, min_scale=45.0, max_scale=155.0),
+        Segmenter(ImageConfig()),
+    )
+    for turn in rng.uniform(-np.pi, np.pi, 6):
+        walker = Walker(160 + rng.uniform(), 150 + rng.uniform(), turn, scale)
+        found = engine.recognize(rendered(walker, size=(320, 300), fine=4)).detections
+        best = max(found, key=lambda d: d.score)
+        parts = {part.component: np.array([part.x, part.y]) for part in best.components}
+        for name, at in {**NEAR, **FAR}.items():
+            assert np.linalg.norm(parts[name] - walker.at([at])[0]) < BALL.radius * scale, (walker, name)
+
+
+def pairs_of(model):
+    config = settings()
+    finder = WholeObjectFinder(Target("walker", model, TEAM), config, facing=True)
+    directions = Directions.about_required(finder, config)
+    guesser = FacingGuesser(model, finder.surface, config, finder.root, directions.laid)
+    return FacingPairs(finder, guesser, config, directions.kept)
+
+
+def test_only_those_are_paired_that_half_a_step_of_the_scale_would_miss():
+    pairs = pairs_of(balls({**NEAR, **FAR}))
+    assert np.allclose(np.linalg.norm(pairs._arms, axis=1), [np.hypot(*at) for at in FAR.values()])
+    assert not len(pairs_of(balls(NEAR))._arms)

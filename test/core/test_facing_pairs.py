@@ -21,6 +21,7 @@ from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.recognizer import Recognizer
 
 BALL = disc("ball", 0.043)
+GLOW = 1.25  # so much larger balls look than they are: by a pixel all around
 NEAR = {"left": (-0.273, 0.075), "right": (0.259, -0.036)}
 FAR = {"shoulder": (-0.217, 1.113), "neck": (0.197, 0.979), "other": (0.501, 1.052)}
 
@@ -37,12 +38,12 @@ class Walker(Placing):
 
     def patches(self):
         places = [(0.0, 0.0), *NEAR.values(), *FAR.values(), (-0.5, -0.44), (0.13, -0.54), (-0.22, -1.19), (0.4, -1.0)]
-        return [(self.at(BALL.outline + at), TEAM) for at in places]
+        return [(self.at(GLOW * BALL.outline + at), TEAM) for at in places]
 
 
-@pytest.mark.parametrize("scale", [75.0, 92.0, 110.0])
+@pytest.mark.parametrize("scale", [75.0, 92.0])
 def test_balls_many_radii_away_are_found(scale):
-    """Of 3 to 5 px: the farthest is 27 radii away."""
+    """Of 3 and 4 px: the farthest is 27 radii away."""
     rng = np.random.default_rng(int(scale))
     engine = Recognizer(
         (Target("walker", balls({**NEAR, **FAR}), TEAM),),

@@ -25,7 +25,6 @@ from .pose.facing_limbs import FacingLimbs
 from .pose.facing_pairs import FacingPairs
 from .pose.finder import WholeObjectFinder
 from .pose.guesses import is_small
-from .pose.pose_fit import fit_component
 from .pose.ranked import Ranked, first_of_each
 from .pose.surface_model import Poses
 
@@ -176,8 +175,7 @@ class FacingSearch:
         found, blob, swollen = found[near], blob[near], swollen[near]
         # fits of the contours where they are long enough: a grid is coarse there
         large, limb = np.flatnonzero(long[blob]), np.flatnonzero(blob >= own)
-        surface, fit = self.finder.surface, self._config.fit
-        fitted = fit_component(surface, frame, found.poses[large], surface.root, fit, facing=True)
+        fitted = self._guesser.fitted(frame, found.poses[large])
         fitted = Poses.concatenate([fitted, self.finder.rest.fitted(frame, found.poses[limb])])
         found += with_joints(self.finder, frame, self.finder.climber.within_limits(frame.camera, fitted))
         swollen = np.concatenate([swollen, np.zeros(len(large) + len(limb), bool)])
@@ -190,7 +188,7 @@ class FacingSearch:
             return poses, blob
         found, of = [self.finder.surface.no_poses], [np.zeros(0, np.int64)]
         for part in frame.deadline.parts(len(poses), max(_TURNED_AT_ONCE // directions.turned, 1)):
-            turned, which = directions.turn(self.finder, frame, poses[part], self._config)
+            turned, which = directions.turn(self.finder, self._guesser, frame, poses[part])
             ranked = with_joints(self.finder, frame, turned)
             best = first_of_each(which, ranked.votes, directions.kept)
             found.append(ranked.poses[best])

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
+from .facing_guesses import FacingGuesser
 from .finder import WholeObjectFinder
-from .pose_fit import fit_component
 from .surface_model import Poses
 
 _MOST = 360  # directions: more would take long; of what is so small and far out a climb makes the rest good
@@ -42,10 +42,13 @@ class Directions:
         return cls(1, turned, max(alike, facing.per_patch))
 
     def turn(
-        self, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, config: RecognizerConfig
+        self, finder: WholeObjectFinder, guesser: FacingGuesser, frame: ImageFrame, poses: Poses
     ) -> tuple[Poses, NDArray[np.int64]]:
-        """Poses (H,), and these at rest on the disc's contour, in all directions; of which one each is."""
-        at_rest = fit_component(finder.surface, frame, poses, finder.root, config.fit, facing=True)
+        """Poses (H,), and these at rest on the disc's contour, in all directions; of which one each is.
+
+        :param guesser: that laid them.
+        """
+        at_rest = guesser.fitted(frame, poses)
         laid = Poses.concatenate([poses, finder.climber.within_limits(frame.camera, at_rest)])
         which, middle = np.repeat(np.arange(len(laid)), self.turned), finder.required.anchors(laid)
         turns = np.zeros((self.turned, 3))

@@ -16,6 +16,7 @@ from ..image.image_frame import ImageFrame
 from ..model.objects import Marker, ObjectModel
 from .bends import Bends
 from .grid_kernels import Grid, best_on_grid
+from .pose_fit import fit_component
 from .surface_model import Poses, SpatialModel
 from .view_bank import ViewBank
 from .views import FACING, view_bank
@@ -55,7 +56,7 @@ class FacingGuesser:
         part, labels = model.components[component], surface.labels[component]
         inside = surface.table[surface.roles.inside(labels)]
         ring = surface.table[surface.roles.ring(labels, part.body_labels)]
-        self._config, self._none, self._markers = config, surface.no_poses, part.markers
+        self._config, self._surface, self._component, self._markers = config, surface, component, part.markers
         self._banks = [
             ViewBank(view_bank(m, config.guesses, facing=True), inside, ring, surface.limits, config.guesses)
             for m in part.markers
@@ -75,7 +76,7 @@ class FacingGuesser:
         :param sizes: so many ranges of the component's size, one below the other, are looked through, each by itself: a
             large alignment that covers several merged components has more votes than a right one.
         """
-        found = [Guesses(self._none, np.zeros(0), np.zeros(0, np.int64))]
+        found = [Guesses(self._surface.no_poses, np.zeros(0), np.zeros(0, np.int64))]
         for part in frame.deadline.parts(len(blobs), _AT_ONCE):
             within = _within(frame, blobs[part], limits)
             for (m, bank), size in product(enumerate(self._banks), range(sizes)):
@@ -87,6 +88,24 @@ class FacingGuesser:
                 found.append(Guesses(self.lifted(T[:n], frame, m), votes[:n], blob))
         poses, votes, of = zip(*found, strict=True)
         return Guesses(Poses.concatenate(list(poses)), np.concatenate(votes), np.concatenate(of))
+
+    def fitted(self, frame: ImageFrame, poses: Poses) -> Poses:
+        """What was laid on blobs, fitted to the component's contours; those that the deadline leaves stay.
+
+        Lattice, scales and turns are coarser in proportion to the marker, and a fit finds no edge beyond its reach: so
+        the first steps reach as far as the lattice's points are apart, where that is more than usual."""
+        coarse = self._config.fit.coarse_reach_px
+        size_px = np.sqrt(max(m.area for m in self._markers)) * frame.camera.focal_px / poses.t[:, 2]
+        farther = np.ceil(size_px / (np.sqrt(self._config.facing.grid_points) * coarse[0])).astype(np.int64)
+        out = Poses(poses.R.copy(), poses.t.copy(), poses.q.copy())
+        for n in np.unique(farther).tolist():
+            rows = np.flatnonzero(farther == n)
+            reach_px = (*(n * reach for reach in coarse), *coarse) if n > 1 else coarse
+            fit = fit_component(
+                self._surface, frame, poses[rows], self._component, self._config.fit, reach_px, facing=True
+            )
+            out.R[rows], out.t[rows], out.q[rows] = fit.R, fit.t, fit.q
+        return out
 
     def scales(
         self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, marker: Marker | None = None

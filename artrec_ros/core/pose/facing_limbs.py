@@ -18,7 +18,6 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.objects import ObjectModel
 from .facing_guesses import FacingGuesser
-from .pose_fit import fit_component
 from .ranked import first_of_each
 from .surface_model import Poses, SpatialModel
 
@@ -33,7 +32,7 @@ class FacingLimbs:
     """
 
     def __init__(self, model: ObjectModel, surface: SpatialModel, config: RecognizerConfig) -> None:
-        self._surface, self._config, self._fit = surface, config.facing, config.fit
+        self._surface, self._config = surface, config.facing
         leads = surface.kinematics.n_joints > 0 or config.required == "visible"
         others = [c for c in range(len(model.components) * leads) if c != surface.root]
         self._guessers = {c: FacingGuesser(model, surface, config, c) for c in others}
@@ -51,7 +50,7 @@ class FacingLimbs:
             poses, first, blob = guesser.guess(frame, [blobs[n] for n in mine], limits)
             best = first_of_each(blob, first, self._config.limb_guesses)
             # a grid is coarse, and what it is off at a limb's end is more at the other end of the object
-            fitted = fit_component(self._surface, frame, poses[best], c, self._fit, facing=True)
+            fitted = guesser.fitted(frame, poses[best])
             found.append(guesser.bends.of(fitted))
             votes.append(self._votes(frame, found[-1], c))
             of.append(np.repeat(mine[blob[best]], len(guesser.bends)))

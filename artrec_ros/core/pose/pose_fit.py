@@ -104,12 +104,22 @@ def of_some(terms: Terms, part: slice) -> Terms:
 
 
 def fit_component(
-    model: SpatialModel, frame: ImageFrame, poses: Poses, component: int, config: FitConfig, *, facing: bool = False
+    model: SpatialModel,
+    frame: ImageFrame,
+    poses: Poses,
+    component: int,
+    config: FitConfig,
+    reach_px: tuple[int, ...] | None = None,
+    *,
+    facing: bool = False,
 ) -> Poses:
-    """Fit poses to the contours of one component alone, from afar; joints stay. As `fit_poses`."""
+    """Fit poses to the contours of one component alone, from afar; joints stay. As `fit_poses`.
+
+    :param reach_px: None: as configured.
+    """
     use = np.tile(model.component[model.markers] == component, (len(poses), 1))
-    pinned = np.zeros(poses.q.shape, bool)
-    return fit_poses(model, frame, poses, use, config.coarse_reach_px, config, pinned, facing=facing)
+    pinned, reach_px = np.zeros(poses.q.shape, bool), reach_px or config.coarse_reach_px
+    return fit_poses(model, frame, poses, use, reach_px, config, pinned, facing=facing)
 
 
 @dataclass(frozen=True)

@@ -93,10 +93,10 @@ class FacingGuesser:
         """What was laid on blobs, fitted to the component's contours; those that the deadline leaves stay.
 
         Lattice, scales and turns are coarser in proportion to the marker, and a fit finds no edge beyond its reach: so
-        the first steps reach about as far as the lattice's points are apart, where that is more than usual."""
+        the first steps reach as far as the lattice's points are apart, where that is more than usual."""
         coarse = self._config.fit.coarse_reach_px
         size_px = np.sqrt(max(m.area for m in self._markers)) * frame.camera.focal_px / poses.t[:, 2]
-        farther = np.rint(size_px / (np.sqrt(self._config.facing.grid_points) * max(coarse))).astype(np.int64)
+        farther = np.ceil(size_px / (np.sqrt(self._config.facing.grid_points) * max(coarse))).astype(np.int64)
         out = Poses(poses.R.copy(), poses.t.copy(), poses.q.copy())
         for n in np.unique(farther).tolist():
             rows = np.flatnonzero(farther == n)

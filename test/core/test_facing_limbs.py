@@ -87,12 +87,12 @@ def test_a_plain_one_is_found():
 
 
 def test_legs_tell_where_a_body_is_that_merged_with_others_of_its_class(monkeypatch):
-    found, *others = recognized(merged()).detections
+    found, *others = recognized(merged(columns=(0, 200))).detections
     assert np.less(error(found), (2.0, 3.0, 0.05)).all() and found.score > 0.8
     assert all(other.score < 0.6 for other in others)  # what is left of the blob may be another one, at the border
     monkeypatch.setattr(FacingSearch, "limbs", lambda *args: [])
     monkeypatch.setattr(Lookalikes, "__len__", lambda self: 0)  # turned onto itself it is found without them, too
-    assert not recognized(merged()).detections
+    assert not recognized(merged(columns=(0, 200))).detections
 
 
 @pytest.mark.parametrize("greatest", [0.0, 550.0])

@@ -306,7 +306,7 @@ def test_what_has_no_smaller_scale_to_try_is_not_looked_through_twice(monkeypatc
     engine = recognizer(robot(), max_scale=greatest)
     tasks.clear()  # of getting ready
     engine.recognize(picture)
-    assert tasks == ([1, 1] if again else [1])
+    assert set(tasks) == {1} and (len(tasks) > 1) == again
 
 
 def test_any_label_image_gives_a_result(robots):

@@ -83,11 +83,8 @@ def other_of(finder: WholeObjectFinder, poses: Poses, told: int, other: int, pro
 
 
 def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
-    """Mirrored turns of poses, and those that turn a marker of the required component onto itself, at rest on the
-    labels, with votes enough to be the true ones; and whose each one is."""
+    """Mirrored turns of poses, at rest on the labels, with votes enough to be the true ones; and whose each one is."""
     flips, of = finder.required.flips_of_each(poses)
-    flips = Poses.concatenate([flips, finder.in_place.of(poses)])
-    of = np.append(of, np.repeat(np.arange(len(poses)), len(finder.in_place)))
     if not len(flips):
         return flips, of
     told = finder.voter.votes(frame, poses, occlusion=True)

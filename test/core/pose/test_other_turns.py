@@ -7,13 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import RED, RIGHT_SIDE, camera_of, marker, pose, rectangle, render, sign, slide, truck, turn_between
+from solids import RED, camera_of, pose, render, sign, slide, truck, turn_between
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.image.codes import UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
-from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.other_turns import Evidence, evidence, likelier_turns, mirrored_turns
@@ -22,7 +20,7 @@ from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.descriptions import Describer
 
-CAMERA, SMALL = camera_of(), rectangle(0.04, 0.04)
+CAMERA = camera_of()
 
 
 def scene(model, *poses):
@@ -73,36 +71,6 @@ def test_far_from_the_images_middle_it_is_mirrored_about_the_line_of_sight(x):
 
 def _marker_turn(finder):
     return finder.target.model.required.markers[0].T_component_marker.rotation
-
-
-def tabbed(side):
-    """A bar or a square, and a tab beside it that tells which way it is turned."""
-    plate = Component("plate", (marker("face", rectangle(0.1, side), RIGHT_SIDE, (0, 0, 0)),), required=True)
-    return ObjectModel("tabbed", (plate, Component("tab", (marker("face", SMALL, RIGHT_SIDE, (0.12, 0, 0)),))))
-
-
-@pytest.mark.parametrize("side", [0.06, 0.1])
-@pytest.mark.parametrize("heading", [0.0, 0.4])
-def test_a_marker_that_lies_on_itself_may_be_turned_so(side, heading):
-    model = tabbed(side)
-    finder, frame, at = scene(model, pose(0, 0, 0.8, heading, 0.1, model))
-    wrong = finder.in_place.of(at)
-    assert len(wrong) == (3 if side == 0.1 else 1)
-    for h in range(len(wrong)):
-        told, (other,) = likelier_turns(finder, frame, wrong[[h]])
-        assert any(turn_between(R, at.R[0]) < 0.1 for R in (told.R[0], other.pose.rotation))
-
-
-def test_where_nothing_else_tells_both_turns_are_told_as_likely():
-    """The tab is behind something: half a turn is all that is known of it."""
-    model = tabbed(0.06)
-    finder, frame, at = scene(model, pose(0, 0, 0.8, 0.0, 0.0, model))
-    labels = frame.field.labels.copy()
-    blob = labels == RED
-    labels[~blob] = UNKNOWN
-    labels[:, np.flatnonzero(blob.any(axis=0))[-1] - 12 :] = UNKNOWN
-    _, (other,) = likelier_turns(finder, replace(frame, field=LabelField(labels)), at)
-    assert other is not None and other.probability > 0.2
 
 
 def test_what_does_not_stand_on_a_known_floor_is_none():

@@ -52,7 +52,7 @@ class FacingPairs:
     ) -> tuple[Poses, NDArray[np.int64]]:
         """The best of each of `mine` by the votes for all that no joint moves, and of which each is (H,).
 
-        :param mine: blobs that the required component may have made. :param blobs: those of all classes.
+        :param mine: blobs that the required component may have made. :param blobs: among which their partners are.
         :param limits: of the scale.
         """
         if not len(self._arms) or not mine:

@@ -21,6 +21,7 @@ _TURNS = 2 * np.pi * np.arange(144) / 144  # that are looked at: 2.5 degrees apa
 _SAMPLES = 48  # of an outline
 _ALIKE = 0.08  # outlines that differ by less are taken for one another: rms, as a share of the root of their area
 _NEAR = 0.25  # markers whose centres are nearer cover one another, as a share of the same
+_ROUND = 9  # turns that lay a marker onto itself: of one that has so many an outline tells no turn at all
 _SHARE = 1 / 3  # of a rigid object's markers that a lookalike must have where it has some; others are no rivals
 
 
@@ -89,22 +90,34 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
         covered = _covered(moved, markers)
         if covered >= least:
             led.add(there.component)
-        in_place = there is mine and not mine.marker.disc_radius
+        in_place = there is mine and len(_own_turns(mine.marker)) > 0
         if (in_place or least <= covered) and covered < len(markers):
-            key = tuple(np.rint(np.append(moved.rotation[:, :2].ravel(), moved.position / mine.marker.area**0.5) * 20))
-            out.setdefault(key, (covered, there.component, there.inside @ T @ mine.inside.inverse()))
+            out.setdefault(
+                _key(moved, mine.marker), (covered, there.component, there.inside @ T @ mine.inside.inverse())
+            )
     return [(c, T) for _, c, T in sorted(out.values(), key=lambda o: -o[0])], led
 
 
 def _turned_in_place(surface: SpatialModel) -> list[tuple[int, Pose]]:
-    """As of `_placements`; of discs none, which look the same in any turn."""
-    mine = [m for m in _placed_markers(surface) if m.component == surface.root and not m.marker.disc_radius]
-    return [
-        (surface.root, m.inside @ Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3)) @ m.inside.inverse())
-        for m in mine
-        for turn in turns_alike(m.marker, m.marker)
-        if np.cos(turn) < 1 - 1e-6
-    ]
+    """As of `_placements`; each turn of the object once."""
+    out: dict[tuple[float, ...], Pose] = {}
+    for m in (m for m in _placed_markers(surface) if m.component == surface.root):
+        for turn in _own_turns(m.marker):
+            T = Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
+            out.setdefault(_key(m.whole @ T @ m.whole.inverse(), m.marker), m.inside @ T @ m.inside.inverse())
+    return [(surface.root, T) for T in out.values()]
+
+
+def _own_turns(marker: Marker) -> list[float]:
+    """Those that lay a marker onto itself; of one that is round, be it drawn as a disc or not, none: it looks the same
+    in any turn."""
+    turns = [] if marker.disc_radius else [turn for turn in turns_alike(marker, marker) if np.cos(turn) < 1 - 1e-6]
+    return turns if len(turns) < _ROUND else []
+
+
+def _key(moved: Pose, marker: Marker) -> tuple[float, ...]:
+    """The same of poses that are alike to a twentieth of a marker's size."""
+    return tuple(np.rint(np.append(moved.rotation[:, :2].ravel(), moved.position / marker.area**0.5) * 20))
 
 
 def _placed_markers(surface: SpatialModel) -> list[_Placed]:

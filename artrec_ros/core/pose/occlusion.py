@@ -53,20 +53,15 @@ class Opaque(NamedTuple):
     half: Array
 
 
-def opaque_of(boxes: BodyBoxes, patches: Sequence[Patch], ignored: np.ndarray) -> Opaque:
-    """All boxes of bodies, and of markers that lie on none the rectangles that hold them.
-
-    :param ignored: (P, B) as of `BodyBoxes.behind_patches`.
-    """
-    plates, lies_on = [], np.any(ignored, axis=1).tolist()
-    for patch, on_box in zip(patches, lies_on, strict=True):
-        if patch.marker is not None and patch.marker.T_component_marker is not None and not on_box:
+def opaque_of(boxes: BodyBoxes, patches: Sequence[Patch]) -> Opaque:
+    """All boxes of bodies, and of markers the rectangles that hold them."""
+    plates = []
+    for patch in patches:
+        if patch.marker is not None and patch.marker.T_component_marker is not None:
             at, outline = patch.marker.T_component_marker, patch.marker.outline
             low, high = outline.min(axis=0), outline.max(axis=0)
             middle = at.apply(np.append((low + high) / 2, 0.0)[None])[0]
             plates.append((patch.component, at.rotation, middle, np.append((high - low) / 2, _FLUSH_M)))
-    if not plates:
-        return Opaque(boxes.component, boxes.R, boxes.t, boxes.half)
     component, R, t, half = map(np.array, zip(*plates, strict=True))
     both = (boxes.component, component), (boxes.R, R), (boxes.t, t), (boxes.half, half)
     return Opaque(*map(np.concatenate, both))

@@ -40,7 +40,7 @@ class Layouts:
         """Those of H poses; of those for which there is no time none but themselves.
 
         :param shows: of each pose the frame in which its names are read: what others own tells nothing of its name.
-            None: all of the frame is its own.
+            Not given: all of the frame is its own.
         """
         found, odds = [poses], [np.zeros(0)]
         for h in range(len(poses)):

@@ -119,7 +119,7 @@ class SpatialModel:
         self.boxes = BodyBoxes(model)
         self.hulls = hulls_of(model)
         self.ignored = self.boxes.behind_patches(self.patches)
-        self.opaque = opaque_of(self.boxes, self.patches, self.ignored)
+        self.opaque = opaque_of(self.boxes, self.patches)
         required = [p for p in self.patches if p.component == self.root]
         # amid the required component's markers, in its frame
         self.anchor = np.concatenate([p.inside for p in required if p.marker is not None]).mean(axis=0)

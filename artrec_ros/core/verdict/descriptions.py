@@ -26,7 +26,7 @@ from .claims import claims_of
 from .identity import Identifier
 from .judge import Judge
 from .missing import MarkersInView, MissingParts
-from .nearer import hidden_by_each
+from .nearer import hidden_by_each, met_by_each
 from .parts import part_probabilities
 
 
@@ -94,7 +94,7 @@ class Describer:
         told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
         # what hides part of what faces the camera is not known to be nearer
         shows = [v.claim.frame for v in verdicts] if finder.facing else rest.frames
-        layouts = Layouts.around(finder, frame, poses, shows)
+        layouts = Layouts.around(finder, frame, poses, shows) if self._identifier.identities else None
         identities = self._identifier.identify(frame, poses, self._seen(verdicts, told), layouts)
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
@@ -124,7 +124,7 @@ class Describer:
         names = self._identifier.numbers(self._identifier.identify(frame, poses, seen, layouts))
         poses, changed = layouts.likelier(names)
         judged = {id(verdicts[h]): self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
-        anew = {key: v for key, v in judged.items() if self._judge.reason(v) is None and self._judge.tells(v)}
+        anew = {key: v for key, v in judged.items() if self._judge.reason(v) is None}
         return [anew.get(id(v), v) for v in verdicts], [anew.get(id(v), v) for v in among]
 
     def _judged_at(self, pose: Poses, verdict: Verdict) -> Verdict:
@@ -255,9 +255,10 @@ class Describer:
         owned = np.stack([v.claim.frame.field.at(inside[h]) == OWNED for h, v in enumerate(verdicts)])
         if self.finder.facing:  # which one is nearer is not known
             return ~owned, None
-        slack, shape = self.finder.config.verdict.nearer, owned.shape
-        by = hidden_by_each(verdicts, among, points, owned.reshape(points.shape[:2]), slack).reshape(-1, *shape)
-        return np.all(~by, axis=0), by
+        slack, share = self.finder.config.verdict.nearer, met_by_each(verdicts, among, points).reshape(-1, *owned.shape)
+        by = hidden_by_each(share, owned, slack)
+        untold = owned & np.all(share == np.inf, axis=0)  # what took these is none of `among`
+        return ~(np.any(by, axis=0) | untold), by
 
     def _instance(
         self, patch: int, score: float, pixels: Array, x: float, y: float, theta: float, scale: float

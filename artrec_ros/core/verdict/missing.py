@@ -33,7 +33,7 @@ class MarkersInView:
     :param centre: (H, M, 2) their centroids, pixels. :param depth: (H, M) of these, metres.
     :param outlines: of each of the M markers (H, n, 2), pixels.
     :param within: (H, M, n) in the image. :param open: (H, M, n) not hidden by the object itself, of markers that face
-        the camera. :param free: (H, M, n) not owned, or hidden, by another object.
+        the camera. :param free: (H, M, n) not hidden by another one; where it is not known what is nearer, not owned.
     :param by: (N, H, M, n) which of the frame's N objects hides what; None: which one is nearer is not known.
     """
 
@@ -141,7 +141,7 @@ def _hider(
     """Which object hides a marker of another: most of it, or, where it is not known which one is nearer, of those that
     cover its middle the one in whose silhouette it lies deepest."""
     if view.by is not None:
-        hidden = view.by[:, h, marker].sum(axis=1)
+        hidden = (view.by[:, h, marker] & view.within[h, marker]).sum(axis=1)
         return among[int(hidden.argmax())] if hidden.any() else None
     x, y = view.centre[h, marker].tolist()
     around = [(_depth_px(v, (x, y), frame), v) for v in among if v is not verdict]

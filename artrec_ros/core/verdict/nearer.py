@@ -38,23 +38,37 @@ def behind_others(verdicts: Sequence[Verdict], among: Sequence[Verdict], frame: 
     return out
 
 
-def hidden_by_each(
-    verdicts: Sequence[Verdict], among: Sequence[Verdict], points: Array, owned: NDArray[np.bool_], slack: float
-) -> NDArray[np.bool_]:
-    """(N, H, n) which points of H objects each of all N hides: what is nearer there, whose pixels they may be. Where
-    that is not sure, what took them.
+def met_by_each(verdicts: Sequence[Verdict], among: Sequence[Verdict], points: Array) -> Array:
+    """(N, H, n) at which share of the way to points of H objects each of all N lies; inf: it is not before or behind.
 
     :param among: all objects of the frame. :param points: (H, n, 3) in the camera's frame.
-    :param owned: (H, n) whose pixels are another's. :param slack: share of the range by which one must be nearer.
     """
-    hidden = np.zeros((len(among), *points.shape[:2]), bool)
-    for other, theirs in zip(among, hidden, strict=True) if len(among) > 1 else ():
-        solid = _InCamera.of(other)
+    share, seen = np.full((len(among), *points.shape[:2]), np.inf), [_box_of(X) for X in points]
+    for other, theirs in zip(among, share, strict=True):
+        solid = None
+        box = _box_of(corners_m(other.claim.finder.surface, other.claim.poses)[0])
         for h, verdict in enumerate(verdicts):
-            if verdict.claim is not other.claim:
-                share = solid.met_at(points[h])
-                theirs[h] = (share < 1 - slack) | (owned[h] & (share < 1 + slack))
-    return hidden
+            if verdict.claim is not other.claim and (box[0] <= seen[h][1]).all() and (seen[h][0] <= box[1]).all():
+                solid = solid or _InCamera.of(other)
+                theirs[h] = solid.met_at(points[h])
+    return share
+
+
+def hidden_by_each(share: Array, owned: NDArray[np.bool_], slack: float) -> NDArray[np.bool_]:
+    """(N, ...) which points each of N objects hides: what lies before it, and where that is not sure what another took.
+
+    :param share: (N, ...) as of `met_by_each`. :param owned: (...) whose pixels are another's.
+    :param slack: share of the range by which one must be nearer to be so.
+    """
+    return np.asarray((share < 1 - slack) | (owned & (share < 1 + slack)))
+
+
+def _box_of(points: Array) -> tuple[Array, Array]:
+    """Least and greatest x / z, y / z of points (n, 3) in the camera's frame; all where some lie behind it."""
+    if (points[:, 2] <= _PARALLEL).any():
+        return np.full(2, -np.inf), np.full(2, np.inf)
+    at = points[:, :2] / points[:, 2:]
+    return at.min(axis=0), at.max(axis=0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,20 @@
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import BACKGROUND, CAB, RED, camera_of, marker, rectangle, render, truck, turn_between
+from solids import (
+    BACKGROUND,
+    CAB,
+    FRONT,
+    LEFT_SIDE,
+    RED,
+    RIGHT_SIDE,
+    camera_of,
+    marker,
+    rectangle,
+    render,
+    truck,
+    turn_between,
+)
 
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.blobs import find_blobs
@@ -115,6 +128,23 @@ def test_a_marker_is_turned_onto_itself_in_each_turn_that_its_outline_does_not_t
         assert [turn_between(R, one.R[0]) for R in poses.R] == pytest.approx(turns, abs=1e-6)
         middle = model.required.markers[0].centre
         np.testing.assert_allclose(poses.R @ middle + poses.t, np.tile(one.R[0] @ middle + one.t[0], (len(turns), 1)))
+
+
+@pytest.mark.parametrize("corners", [12, 32])
+def test_what_is_round_is_turned_onto_itself_in_no_turn_be_it_a_disc_or_drawn(corners):
+    angles = 2 * np.pi * np.arange(corners) / corners
+    outline = 0.03 * np.column_stack([np.cos(angles), np.sin(angles)])
+    plate = Component("s", (marker("m", outline, np.eye(3), (0, 0, 0)),), required=True)
+    tab = Component("tab", (marker("m", rectangle(0.01, 0.02), np.eye(3), (0.08, 0, 0)),))
+    surface = surface_of(ObjectModel("tabbed", (plate, tab)))
+    assert not len(Lookalikes(surface, in_place=True)) and not len(Lookalikes(surface))
+
+
+def test_like_markers_on_either_side_turn_an_object_about_one_axis_once():
+    sides, bar = ((RIGHT_SIDE, (0, -0.05, 0)), (LEFT_SIDE, (0, 0.05, 0)), (FRONT, (0.05, 0, 0))), rectangle(0.06, 0.03)
+    markers = tuple(marker(f"m{n}", bar, R, at) for n, (R, at) in enumerate(sides))
+    surface = surface_of(ObjectModel("box", (Component("box", markers, required=True),)))
+    assert len(Lookalikes(surface, in_place=True)) == 2
 
 
 def at_end():

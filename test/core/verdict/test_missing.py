@@ -67,6 +67,8 @@ def test_what_another_object_covers_is_hidden_by_it():
     rest = whole.without(silhouette(finder.surface, CAMERA, near))
     lacking = missing_of(model, far, rest, [owner])
     assert lacking["fore"].state == "hidden" and lacking["fore"].by == "lorry"
+    untold = missing_of(model, far, rest)
+    assert untold["fore"].state == "hidden" and untold["fore"].by == ""
 
 
 def test_what_lies_behind_a_component_does_not_hide_it():

@@ -1,15 +1,19 @@
 """What lies before a marker does not end it: an object rests where it is though another one hides part of it."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
+import pytest
 from settings import DEFAULTS
 from solids import BLUE, RED, camera_of, pose, render, sign, truck
 
 from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.codes import OWNED
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Box
 from artrec_ros.core.model.surface import INSIDE_POINTS
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
@@ -18,7 +22,7 @@ from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.at_rest import at_rest
 from artrec_ros.core.verdict.claims import claims_of, silhouette
 from artrec_ros.core.verdict.descriptions import Describer
-from artrec_ros.core.verdict.nearer import behind_others, hidden_by_each
+from artrec_ros.core.verdict.nearer import behind_others, hidden_by_each, met_by_each
 
 CAMERA = camera_of((640, 480), 600.0)
 MODEL = truck()
@@ -91,8 +95,13 @@ def test_where_it_is_not_sure_what_is_nearer_that_hides_which_took_the_pixels():
         assert hidden.any() == owned
 
 
-def test_a_marker_without_a_body_hides_what_lies_behind_it():
+@pytest.mark.parametrize("post", [True, False])
+def test_a_marker_hides_what_lies_behind_it(post):
+    """Be it without a body, or before one that is narrower."""
     model = sign()
+    if post:
+        box = Box(Pose.from_xyz_rpy((0.0, 0.5, 0.0)), np.array([0.02, 0.2, 0.02]))
+        model = replace(model, components=(replace(model.components[0], bodies=(box,)),))
     _, (verdict, _), frame = scene(FAR, NEAR)
     board = verdicts_of(
         claims_of(WholeObjectFinder(Target("s", model, BLUE), DEFAULTS), pose(0, 0, 0.9, model=model), frame)
@@ -110,13 +119,14 @@ def test_a_component_lies_amid_what_is_seen_of_it_whoever_took_its_pixels_first(
     whole, behind = (Describer(finder).describe([v], frame, [v, verdict])[0] for v in (other, taken))
     assert taken.claim.scores.area_px.sum() < 0.9 * other.claim.scores.area_px.sum()
     places = [{c.component: (c.x, c.y) for c in d.components} for d in (whole, behind)]
-    for name in places[0].keys() & places[1].keys():
+    assert len(places[1]) > 1 and places[1].keys() <= places[0].keys()
+    for name in places[1]:
         np.testing.assert_allclose(places[1][name], places[0][name], atol=1.0)
 
 
 def hidden_from(verdict, among, points: np.ndarray, owned: bool = True, slack: float = 0.03) -> np.ndarray:
     """(N, n) which of N objects hides which of one's points, whose pixels are all another's, or its own."""
-    return hidden_by_each([verdict], among, points[None], np.full((1, len(points)), owned), slack)[:, 0]
+    return hidden_by_each(met_by_each([verdict], among, points[None])[:, 0], np.full(len(points), owned), slack)
 
 
 def _facing_points(verdict) -> np.ndarray:

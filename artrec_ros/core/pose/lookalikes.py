@@ -110,9 +110,13 @@ def _turned_in_place(surface: SpatialModel) -> list[tuple[int, Pose]]:
 
 def _own_turns(marker: Marker) -> list[float]:
     """Those that lay a marker onto itself; of one that is round, be it drawn as a disc or not, none: it looks the same
-    in any turn."""
-    turns = [] if marker.disc_radius else [turn for turn in turns_alike(marker, marker) if np.cos(turn) < 1 - 1e-6]
-    return turns if len(turns) < _ROUND else []
+    in any turn. What is alike in one turn and not in the one back, as a T askew, only resembles itself."""
+    if marker.disc_radius:
+        return []
+    turns = np.array([turn for turn in turns_alike(marker, marker) if np.cos(turn) < 1 - 1e-6])
+    back = np.cos(turns[:, None] + turns) > np.cos(1.5 * _TURNS[1])
+    own = turns[back.any(axis=1)].tolist()
+    return own if len(own) < _ROUND else []
 
 
 def _key(moved: Pose, marker: Marker) -> tuple[float, ...]:

@@ -25,7 +25,7 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.lookalikes import Lookalikes
+from artrec_ros.core.pose.lookalikes import Lookalikes, turns_alike
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 
 CAMERA = camera_of()
@@ -128,6 +128,13 @@ def test_a_marker_is_turned_onto_itself_in_each_turn_that_its_outline_does_not_t
         assert [turn_between(R, one.R[0]) for R in poses.R] == pytest.approx(turns, abs=1e-6)
         middle = model.required.markers[0].centre
         np.testing.assert_allclose(poses.R @ middle + poses.t, np.tile(one.R[0] @ middle + one.t[0], (len(turns), 1)))
+
+
+def test_what_resembles_itself_in_one_turn_alone_is_not_turned_onto_itself():
+    """A T, as on a robot's chest, is like itself in a turn by 240 degrees, to 8 %, and not in one by 120."""
+    T = 0.005 * np.array([(-8, 6), (-8, 1), (-3, 1), (-3, -7), (3, -7), (3, 1), (8, 1), (8, 6)])
+    model = ObjectModel("chest", (Component("s", (marker("m", T, np.eye(3), (0, 0, 0)),), required=True),))
+    assert len(turns_alike(*model.required.markers * 2)) == 2 and not len(Lookalikes(surface_of(model), in_place=True))
 
 
 @pytest.mark.parametrize("corners", [12, 32])

@@ -122,8 +122,7 @@ class MissingParts:
         if state == _HIDDEN:
             within = view.within[h, best]
             own, anothers = (int((within & ~by_whom[h, best]).sum()) for by_whom in (view.open, view.free))
-            hider = None if own >= anothers else _hider(h, best, verdict, among, view, frame)
-            by = _ITSELF if own >= anothers else hider.claim.finder.target.name if hider else ""
+            by = _ITSELF if own >= anothers else _hider(h, best, verdict, among, view, frame)
         return Missing(name, _STATES[state], x, y, by)
 
     def _state(self, state: int, outline: Array) -> int:
@@ -137,16 +136,17 @@ class MissingParts:
 
 def _hider(
     h: int, marker: int, verdict: Verdict, among: Sequence[Verdict], view: MarkersInView, frame: ImageFrame
-) -> Verdict | None:
+) -> str:
     """Which object hides a marker of another: most of it, or, where it is not known which one is nearer, of those that
     cover its middle the one in whose silhouette it lies deepest."""
+    names = [v.claim.finder.target.name for v in among]
     if view.by is not None:
         hidden = (view.by[:, h, marker] & view.within[h, marker]).sum(axis=1)
-        return among[int(hidden.argmax())] if hidden.any() else None
+        return names[int(hidden.argmax())] if hidden.any() else ""
     x, y = view.centre[h, marker].tolist()
-    around = [(_depth_px(v, (x, y), frame), v) for v in among if v is not verdict]
-    px, deepest = max(around, key=lambda both: both[0], default=(-1.0, None))
-    return deepest if px >= 0 else None
+    around = [(_depth_px(v, (x, y), frame), n) for v, n in zip(among, names, strict=True) if v is not verdict]
+    inside = [(px, name) for px, name in around if px >= 0]
+    return max(inside)[1] if inside else ""
 
 
 def _depth_px(verdict: Verdict, at: tuple[float, float], frame: ImageFrame) -> float:

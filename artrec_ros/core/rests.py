@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
@@ -43,10 +45,14 @@ class Rests:
         return out
 
 
-def _parts(field: LabelField, finder: WholeObjectFinder, blob: Blob) -> tuple[Blob, ...]:
-    inside = np.zeros(field.codes.shape, np.uint8)
-    cv2.fillPoly(inside, [blob.pixels], blob.label)
-    return find_blobs(inside * (field.labels == blob.label), [blob.label], finder.config)
+def _parts(field: LabelField, finder: WholeObjectFinder, blob: Blob) -> list[Blob]:
+    left, top = np.maximum(blob.pixels.min(axis=0) - 1, 0).tolist()  # a pixel around: what ends there is not cut
+    right, bottom = (blob.pixels.max(axis=0) + 2).tolist()
+    labels = field.labels[top:bottom, left:right]
+    inside = np.zeros(labels.shape, np.uint8)
+    cv2.fillPoly(inside, [blob.pixels - (left, top)], blob.label)
+    rests = find_blobs(inside * (labels == blob.label), [blob.label], finder.config)
+    return [replace(r, pixels=r.pixels + np.int32((left, top)), contour=r.contour + (left, top)) for r in rests]
 
 
 def _cut_px(field: LabelField, rest: Blob) -> int:

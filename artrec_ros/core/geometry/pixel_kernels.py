@@ -64,6 +64,13 @@ def pixel(px: float, py: float, width: int, height: int) -> int:
     return row * (width + 2) + column
 
 
+@lean
+def codes_at(padded: Any, width: int, height: int, pixels: Any, out: Any) -> None:
+    """Fill out (n,) with a padded image's values at the nearest pixels to (n, 2)."""
+    for i in range(len(pixels)):
+        out[i] = padded[pixel(pixels[i, 0], pixels[i, 1], width, height)]
+
+
 @inlined
 def padded_pixel(x: float, y: float, view: LabelView) -> Any:
     """The same without branches, so that loops become vector instructions. x and y must be numbers: NaN would give any

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.config import SeamsConfig
+from ..geometry.pixel_kernels import codes_at
 from ..geometry.transforms import Array
 from .codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from .seam_kernels import SILENT, UNTOLD, gaps_px
@@ -64,12 +65,16 @@ class LabelField:
 
     def _empty(self) -> NDArray[np.uint8]:
         """(H, W) 255 where a pixel is unknown for sure, and all others are that are no farther than a seam is wide."""
-        known = cv2.LUT(self.codes, np.where(self.meaning.label == UNKNOWN, 0, 255).astype(np.uint8))
+        if self.meaning is LABELS:  # a comparison takes a tenth of the time of a table
+            unknown = cv2.compare(self.codes, UNKNOWN, cv2.CMP_EQ)
+            known = cv2.bitwise_not(unknown)
+        else:
+            unknown = cv2.LUT(self.codes, np.where(self.meaning.unknown, 255, 0).astype(np.uint8))
+            known = cv2.LUT(self.codes, np.where(self.meaning.label == UNKNOWN, 0, 255).astype(np.uint8))
         self._fill_ignored(known, 255)
         around = 2 * self._reach_px + 1
         near = cv2.dilate(known, np.ones((around, around), np.uint8))
-        unknown = np.where(self.meaning.unknown, 255, 0).astype(np.uint8)
-        return np.asarray(cv2.LUT(self.codes, unknown) & ~near)
+        return np.asarray(unknown & ~near)
 
     @cached_property
     def labels(self) -> NDArray[np.uint8]:
@@ -96,12 +101,13 @@ class LabelField:
     def at(self, pixels: Array) -> NDArray[np.uint8]:
         """Codes (...,) at the nearest pixels to (..., 2); OUTSIDE beyond the image."""
         height, width = self.codes.shape
-        place = np.clip(np.floor(pixels + 0.5), -1, (width, height)).astype(np.int32)
-        return self.padded[(place[..., 1] + 1) * (width + 2) + place[..., 0] + 1]
+        codes = np.empty(pixels.shape[:-1], np.uint8)
+        codes_at(self.padded, width, height, pixels.reshape(-1, 2), codes.reshape(-1))
+        return codes
 
     def owned_share(self, contour: Array) -> float:
         """Share of a blob's contour (n, 2) that lies on pixels which somebody owns."""
-        return float(np.mean(self.at(contour) == OWNED))
+        return np.count_nonzero(self.at(contour) == OWNED) / len(contour)
 
     def seam_px(self, label: int) -> float:
         """Half the width of the seam of unknown pixels that the segmenter leaves around a class; 0 without one.
@@ -194,7 +200,9 @@ class LabelField:
         labels = self.padded_labels.reshape(height + 2, width + 2)
         ends = cv2.compare(cv2.dilate(labels, around), cv2.erode(labels, around), cv2.CMP_NE)
         ends[:edge], ends[-edge:], ends[:, :edge], ends[:, -edge:] = 0, 0, 0, 0
-        return np.flatnonzero(ends)
+        places = cv2.findNonZero(ends)  # several times as fast as numpy's
+        columns, rows = (np.empty((0, 2)) if places is None else places).reshape(-1, 2).T.astype(np.int64)
+        return rows * (width + 2) + columns
 
     @property
     def unowned(self) -> LabelField:

@@ -27,7 +27,7 @@ from .evidence_kernels import Criteria, Curves, Found, Said, examine, probabilit
 # as evidence_kernels.py numbers them; then the same of what faces the camera in an image with colours
 _OF_LABELS = "alone", "deserted", "borne out", "unseen", "faded"
 CASES = (*_OF_LABELS, *(f"{case} in colour" for case in _OF_LABELS))
-_BORNE_OUT = [n for n, case in enumerate(CASES) if case.startswith("borne out")]
+_BORNE_OUT = np.array([case.startswith("borne out") for case in CASES])
 
 
 class Evidence(NamedTuple):
@@ -99,10 +99,9 @@ class Verdicts:
         """(H,) whether the required component is confirmed, or others are, and it shows too little to be so, as where
         something unknown lies over part of it, but what it shows speaks for it."""
         finder, root = self.claims.finder, self.claims.finder.root
-        patch = np.maximum(self.shown[:, root, None], 0)
-        agree = np.take_along_axis(self.claims.scores.agree, patch, axis=1)[:, 0]
+        agree = self.claims.scores.agree[np.arange(len(self)), np.maximum(self.shown[:, root], 0)]
         speaks = (self.marker_votes[:, root] > 0) & (agree > finder.config.verdict.told_agree)
-        return np.asarray(self.confirmed[:, root].astype(bool) | (speaks & np.isin(self.case, _BORNE_OUT)))
+        return np.asarray(self.confirmed[:, root].astype(bool) | (speaks & _BORNE_OUT[self.case]))
 
     def __getitem__(self, row: int) -> Verdict:
         return Verdict(self, range(len(self))[row])

@@ -16,6 +16,7 @@ from .base.config import RecognizerConfig
 from .base.deadline import Deadline
 from .base.deferred import Deferred
 from .base.errors import ConfigError
+from .base.patience import Patience
 from .blobless import blobless
 from .constraints.constraint_set import ConstraintSet
 from .facing_stage import FacingStage
@@ -157,13 +158,19 @@ class Recognizer:
         return self._recognize(image, camera, None)
 
     def follow(
-        self, image: NDArray, camera: Camera | None, stamp_ns: int, memory: Memory | None
+        self,
+        image: NDArray,
+        camera: Camera | None,
+        stamp_ns: int,
+        memory: Memory | None,
+        patience: Patience | None = None,
     ) -> tuple[FrameResult, Memory | None]:
         """All objects in the next image of a camera, and what is handed on with the image after that.
 
-        The same images with the same stamps give the same results, whoever holds the memory meanwhile.
+        The same images with the same stamps give the same results, whoever holds the memory meanwhile, as long as
+        there is patience.
 
-        :param memory: that the image before left; None: there was none.
+        :param memory: that the image before left; None: there was none. :param patience: None: as much as it takes.
         :raises ImageError: as `recognize`; the memory stays.
         """
         if not self._remembers[camera is not None]:
@@ -171,7 +178,7 @@ class Recognizer:
         height, width = image.shape[:2]
         if memory is not None and not memory.holds(stamp_ns, (width, height), camera):
             memory = None
-        recall = Recall(memory, stamp_ns, self._config.refresh_s, self._config.recall)
+        recall = Recall(memory, stamp_ns, self._config.refresh_s, self._config.recall, patience)
         result = self._recognize(image, camera, recall)
         return result, recall.left(result.size, camera)
 

@@ -46,13 +46,13 @@ class Rests:
 
 
 def _parts(field: LabelField, finder: WholeObjectFinder, blob: Blob) -> list[Blob]:
-    left, top = np.maximum(blob.pixels.min(axis=0) - 1, 0).tolist()  # a pixel around: what ends there is not cut
-    right, bottom = (blob.pixels.max(axis=0) + 2).tolist()
+    corner = np.maximum(blob.pixels.min(axis=0) - 1, 0)  # a pixel around: what ends there is not cut
+    (left, top), (right, bottom) = corner.tolist(), (blob.pixels.max(axis=0) + 2).tolist()
     labels = field.labels[top:bottom, left:right]
     inside = np.zeros(labels.shape, np.uint8)
-    cv2.fillPoly(inside, [blob.pixels - (left, top)], blob.label)
+    cv2.fillPoly(inside, [blob.pixels - corner], blob.label)
     rests = find_blobs(inside * (labels == blob.label), [blob.label], finder.config)
-    return [replace(r, pixels=r.pixels + np.int32((left, top)), contour=r.contour + (left, top)) for r in rests]
+    return [replace(r, pixels=r.pixels + corner, contour=r.contour + corner) for r in rests]
 
 
 def _cut_px(field: LabelField, rest: Blob) -> int:

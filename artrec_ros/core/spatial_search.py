@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache, partial
+from typing import TypeVar
 
 from .base.config import SearchConfig
 from .base.crew import Ahead, Crew
@@ -23,6 +24,7 @@ from .verdict.judge import Judge
 _Task = tuple[WholeObjectFinder, Blob]
 _MOST_IN_ONE = 12  # objects in one blob
 _Look = Callable[[ImageFrame, WholeObjectFinder, Blob], Poses | None]
+_Shown = TypeVar("_Shown")
 
 
 class SpatialSearch:
@@ -47,6 +49,7 @@ class SpatialSearch:
         self._seen: dict[tuple[int, int], ImageFrame] = {}  # in which a finder looked at a blob last
         self._rests = Rests()
         self._in_doubt: list[tuple[WholeObjectFinder, Poses]] = []  # by few guesses
+        self._put_off: dict[tuple[int, int], _Task] = {}  # of a finder and a blob
         # found, and whether sure; its pixels are still in the frames
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
@@ -74,6 +77,7 @@ class SpatialSearch:
         for finder, blob in all_blobs:
             if self._turns[finder].is_searched(blob) and self._explains(self._frame, blob):
                 self._turns[finder].explain(blob)
+        waiting += self._put_off.values()
         self._recall.waiting = sum(not self._is_explained(finder, blob) for finder, blob in waiting)
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
@@ -94,7 +98,7 @@ class SpatialSearch:
         frame, todo, number = self._frame, [*self._left_of(whole, queue), *queue], 0
         ahead = Ahead(crew, partial(_at, look, frame), todo, self._is_wanted)
         while True:
-            while number < len(todo) and not self._is_wanted(todo[number]):
+            while number < len(todo) and not self._is_due(look, todo[number]):
                 number += 1
             self._hide_found()
             if frame is not self._frame:  # what was begun was of other pixels
@@ -105,7 +109,7 @@ class SpatialSearch:
             if number == len(todo):
                 break
             finder, blob = todo[number]
-            found = ahead.take(number)
+            found = self._in_time(partial(ahead.take, number), is_long=look != self._looks.plain)
             self._seen[id(finder), id(blob)] = frame
             if not frame.deadline.expired:  # else it was cut short, and is looked at again
                 self._turns[finder].search(self._rests.whole(blob))
@@ -114,6 +118,22 @@ class SpatialSearch:
             number += 1
         ahead.close()
         return left
+
+    def _is_due(self, look: _Look, task: _Task) -> bool:
+        """Whether a blob is to be looked at now. A long look at it may be put off."""
+        if not self._is_wanted(task):
+            return False
+        if look == self._looks.plain or not self._recall.patience.is_over:
+            return True
+        finder, blob = task
+        self._turns[finder].put_off(self._rests.whole(blob))
+        self._put_off[id(finder), id(blob)] = task
+        return False
+
+    def _in_time(self, take: Callable[[], _Shown], *, is_long: bool) -> _Shown:
+        """What looks show; long ones ask for patience."""
+        share = self._recall.config.doubt_share
+        return self._recall.patience.spent_on(take, share) if is_long else take()
 
     def _left_of(self, whole: Sequence[_Task], queue: Sequence[_Task]) -> list[_Task]:
         """What objects leave of blobs, but of those that are yet to be looked at: one that is mostly explained, or was
@@ -137,7 +157,7 @@ class SpatialSearch:
                 in_vain = self._look(partial(self._looks.close, piece=piece), left, self._crew)
                 vain = {(id(finder), id(blob)) for finder, blob in in_vain}
                 left = [(f, b) for f, b in left if (id(f), id(b)) not in vain and self._is_wanted((f, b))]
-                if not left:
+                if not left or self._recall.patience.is_over:
                     break
 
     def _may_show_more(self, finder: WholeObjectFinder, blob: Blob) -> bool:
@@ -168,7 +188,9 @@ class SpatialSearch:
             rest = frame.without([s for other in taken if other is not f for s in solids[id(other)]])
             return (self._looks.full if in_full else self._looks.plain)(rest, f.finder, blob)
 
-        for (f, _, in_full), poses in zip(tasks, self._crew.each(look, tasks), strict=True):
+        looks = partial(self._crew.each, look, tasks)
+        shown = self._in_time(looks, is_long=bool(due))
+        for (f, _, in_full), poses in zip(tasks, shown, strict=True):
             if in_full and not frame.deadline.expired:
                 self._recall.challenge(f.known)
             if poses is not None and len(poses):

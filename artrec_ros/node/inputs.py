@@ -53,6 +53,11 @@ class Inputs:
         return self._worker.dropped
 
     @property
+    def is_late(self) -> bool:
+        """Whether a newer image waits while one is looked at."""
+        return self._worker.is_late
+
+    @property
     def busy_s(self) -> float:
         """Since when one image is looked at; 0: none is."""
         return self._worker.busy_s

@@ -99,7 +99,8 @@ class RecognizerNode(LifecycleNode):
             tf = transform_sender(self) if setup.node.publish_tf else None
             self._outputs = Publishers(self, setup.targets, tf)
             log = self.get_logger()
-            self._pipeline = Pipeline(setup, self._calibrations, self._outputs, log.error, log.info)
+            says = log.error, log.info
+            self._pipeline = Pipeline(setup, self._calibrations, self._outputs, *says, self._is_late)
             for line in setup.lacks():
                 self.get_logger().warning(line)
         except ArtrecError as error:
@@ -183,6 +184,11 @@ class RecognizerNode(LifecycleNode):
         else:
             if report is not None:
                 self.account(report)
+
+    def _is_late(self) -> bool:
+        """Whether a newer image waits while one is looked at."""
+        inputs = self._inputs
+        return inputs is not None and inputs.is_late
 
     @property
     def is_ready(self) -> bool:

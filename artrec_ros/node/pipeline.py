@@ -12,6 +12,7 @@ from std_msgs.msg import Header
 
 from ..core.base import kernel_cache
 from ..core.base.errors import one_line
+from ..core.base.patience import Patience
 from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
 from ..core.memory.memory import Memory
@@ -58,6 +59,7 @@ class Pipeline:
     :param on_fault: called, in another thread, with a line when a recogniser could not be built, or what is compiled
         for it not be kept.
     :param on_use: the same with a line when changed parameters hold: whoever changed them was answered before.
+    :param is_late: whether a newer image waits already; None: none ever does.
     """
 
     def __init__(
@@ -67,12 +69,14 @@ class Pipeline:
         publishers: Publishers,
         on_fault: Callable[[str], None] = lambda line: None,
         on_use: Callable[[str], None] = lambda line: None,
+        is_late: Callable[[], bool] | None = None,
     ) -> None:
         self._calibrations, self._publishers = calibrations, publishers
         self._on_fault, self._on_use = on_fault, on_use
         self._names, self._classes = [t.name for t in setup.targets], setup.image.named_labels
         self._tracker = Tracker(setup.tracking, setup.targets, setup.in_doubt)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
+        self._patience = Patience(is_late)
         self._memory: tuple[Recognizer, Memory | None] | None = None  # whose it is, and what the last image left
         self._withdrawn = 0  # counts
         self._news = threading.Condition()  # of the recogniser, or that nobody waits for it any more
@@ -164,7 +168,7 @@ class Pipeline:
             self._share = None
         began = time.perf_counter()
         memory = self._memory[1] if self._memory and self._memory[0] is recognizer else None
-        result, memory = recognizer.follow(image, camera, stamp_ns, memory)
+        result, memory = recognizer.follow(image, camera, stamp_ns, memory, self._patience)
         self._memory = recognizer, memory
         self._tracker.configure(setup.tracking, setup.in_doubt)
         frame_id = (msg.header.frame_id or camera.frame_id) if camera else ""

@@ -13,7 +13,7 @@ Item = TypeVar("Item")
 
 _PATIENCE_S = 2.0
 _REMEMBERED = 30  # items: a second of a camera
-_KEEPS_UP = 0.8  # of the time between items: what waits is made up for within a few of them
+_KEEPS_UP = 0.9  # of the time between items: what waits is made up for within some of them, and doubt gives way
 
 
 class Pace:
@@ -55,6 +55,11 @@ class LiveQueue(Generic[Item]):
     @property
     def dropped(self) -> int:
         return self._dropped
+
+    @property
+    def is_late(self) -> bool:
+        """Whether an item waits while another one is worked on."""
+        return bool(self._waiting)
 
     @property
     def busy_s(self) -> float:

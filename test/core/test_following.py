@@ -2,12 +2,14 @@
 
 import dataclasses
 import json
+import time
 
 import numpy as np
 import pytest
 from solids import BLUE, RED, camera_of, pose, render, truck
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.base.patience import Patience
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.memory.memory import Known
 from artrec_ros.core.model.target import Target
@@ -105,6 +107,36 @@ def test_doubt_is_paid_once_and_told_to_wait(looks):
     assert looks["close"] <= 3  # soon once more, and then ever later
     assert [r.waiting for r in results[:2]] == [0, 1] and sum(r.waiting for r in results) >= 5
     assert [len(r.detections) for r in results] == [1] * 8
+
+
+def impatient():
+    """Who has just taken a long look, while newer images wait."""
+    patience = Patience(lambda: True)
+    patience.spent_on(lambda: time.sleep(1e-3), 1e-9)
+    return patience
+
+
+def test_while_newer_images_wait_doubt_waits_and_what_is_known_is_told(looks):
+    images = [np.where(CLUTTER == RED, RED, picture(driving(k))) for k in range(8)]
+    memory = None
+    for k, image in enumerate(images[:4]):
+        result, memory = ONE.follow(image, CAMERA, k * STEP_NS, memory, impatient())
+        assert len(result.detections) == 1 and result.waiting == 1
+    assert not looks["close"]
+    for k, image in enumerate(images[4:], 4):  # what was put off is searched soon, and not ever later
+        _, memory = ONE.follow(image, CAMERA, k * STEP_NS, memory)
+    assert looks["close"] == 1
+
+
+def test_the_place_of_a_known_object_is_searched_again_when_there_is_time(looks):
+    images = [picture(driving(0))] * 16
+    memory, looked = None, []
+    for k, image in enumerate(images):
+        looks.update(plain=0)
+        who = impatient() if k < 12 else None
+        _, memory = recognizer_of_short_memory.follow(image, CAMERA, k * STEP_NS, memory, who)
+        looked.append(looks["plain"])
+    assert sum(looked[1:12]) == 0 and sum(looked[12:]) >= 1
 
 
 def test_everything_is_searched_again_within_the_time_given(looks):

@@ -86,6 +86,16 @@ def test_once_ended_nothing_more_is_taken_though_the_thread_still_works() -> Non
     assert seen == [1]
 
 
+def test_it_tells_whether_a_newer_item_waits() -> None:
+    worker, _, go_on = at_work()
+    assert not worker.is_late
+    worker.offer(2)
+    assert worker.is_late
+    go_on.set()
+    assert wait_until(lambda: not worker.is_late)
+    worker.close()
+
+
 def test_it_tells_how_long_it_works_on_one_item() -> None:
     begun, go_on = threading.Event(), threading.Event()
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..base.config import RecallConfig
+from ..base.patience import Patience
 from ..base.stamps import seconds_since
 from ..geometry.camera import Camera
 from ..image.blobs import Blob
@@ -32,7 +33,10 @@ class Recall:
         stamp_ns: int = 0,
         refresh_s: float = 1.0,
         config: RecallConfig = _DEFAULTS,
+        patience: Patience | None = None,
     ) -> None:
+        """:param patience: of whoever waits for what is found."""
+        self.patience = patience or Patience()
         self._memory, self._stamp_ns, self._refresh_s, self.config = memory, stamp_ns, refresh_s, config
         self._passed_s = seconds_since(memory.stamp_ns if memory else None, stamp_ns)
         self.clock_s = memory.clock_s + self._passed_s if memory else 0.0
@@ -47,7 +51,8 @@ class Recall:
 
     def due(self, known: Sequence[Known], behind: Sequence[Known]) -> list[Known]:
         """Those in whose place others are looked for in this frame: all for which the next one would be too late, else
-        the one for which it is the longest time ago, if that is half the time.
+        the one for which it is the longest time ago, if that is half the time. Where a newer image waits, one of them,
+        while there is patience.
 
         :param behind: those of them that are followed in what others leave: what is taken for what is easily mistaken
             there, and their time is that of blobs that are searched in vain.
@@ -56,7 +61,9 @@ class Recall:
         age_s = {id(k): self.clock_s - k.challenged_s for k in known}
         late = [k for k in known if age_s[id(k)] + self._passed_s > wait_s.get(id(k), self._refresh_s)]
         old = [k for k in known if age_s[id(k)] > self._refresh_s / 2]
-        return late or sorted(old, key=lambda k: -age_s[id(k)])[:1]
+        if late and not self.patience.is_late:
+            return late
+        return [] if self.patience.is_over else sorted(late or old, key=lambda k: -age_s[id(k)])[:1]
 
     def challenge(self, known: Known) -> None:
         """Others were looked for in the place of an object."""

@@ -62,6 +62,10 @@ class Turns:
         """It is searched now. Where that is in vain it is searched again soon, and then ever later."""
         self._searched.add(self.number(blob))
 
+    def put_off(self, blob: Blob) -> None:
+        """Its search did not come to an end, and goes on soon."""
+        self._wait_s[self.number(blob)] = self._retry_s
+
     def is_searched(self, blob: Blob) -> bool:
         return self.number(blob) in self._searched
 

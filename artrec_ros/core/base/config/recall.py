@@ -23,6 +23,14 @@ class RecallConfig(Room):
         paths=_WHOLE,
         origin="what is found in most frames is missed for a tenth of a second, what never is costs four looks more",
     )
+    doubt_share: float = param(
+        0.25,
+        "while newer images wait, the share of time that is left to close looks at what is in doubt",
+        low=0.001,
+        high=1,
+        paths=_WHOLE,
+        origin="what is known comes first; a blob in doubt takes as long as following some ten objects",
+    )
     moved_px: float = param(
         6.0,
         "a blob that was searched is the same where it moved by no more from one frame to the next",

@@ -1,8 +1,9 @@
 """Which objects of one name would be in one place: there is room for one there.
 
 A detection that lies farther from its track than that can have come is another object to a filter. Where it lies on the
-place of one that nobody else has seen it is that one, which leapt; else one object would have two tracks, each of which
-hides the other, and take their names in turn.
+place of one that nobody else has seen it is that one, which leapt, be it the place that is expected, or, as where the
+camera is shaken, the one before; else one object would have two tracks, each of which hides the other, and take their
+names in turn.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from .sightings import Sightings
 from .tracks import Tracks
 
 _APART = 0.5  # of the required component's size: bodies that are narrow stand side by side at little more
+_LEAP = 2.0  # as `Places.apart`: so far, by the size itself, one is from where it was in the frame before
+_YOUNG_S = 0.2  # what is older stays for its own sake
 
 
 class Places(NamedTuple):
@@ -40,9 +43,42 @@ class Places(NamedTuple):
         position = np.where(tracks.in_camera[:, None], tracks.bodies.motion.place[:, :3], np.nan)
         return cls(tracks.names, position, place[:, :2], size_m, size_m * np.exp(place[:, 2]))
 
+    @classmethod
+    def last(cls, tracks: Tracks, sizes: Mapping[str, float]) -> Places:
+        """Where they were seen last."""
+        size_m = np.array([sizes.get(name, 0.0) for name in tracks.names])
+        position = np.array([(np.nan,) * 3 if d.pose is None else d.pose.position for d in tracks.last]).reshape(-1, 3)
+        image = np.array([(d.image.x, d.image.y, d.image.scale) for d in tracks.last]).reshape(-1, 3)
+        position = np.where(tracks.in_camera[:, None], position, np.nan)
+        return cls(tracks.names, position, image[:, :2], size_m, size_m * image[:, 2])
+
     def apart(self, others: Places) -> Array:
         """(N, M) how far each is from others of its name, 1 from where on both have room; infinite of another name."""
         metres = np.linalg.norm(self.position[:, None] - others.position, axis=-1) / self.size_m[:, None].clip(1e-9)
         pixels = np.linalg.norm(self.pixels[:, None] - others.pixels, axis=-1) / self.size_px[:, None].clip(1e-9)
         same = np.array(self.names)[:, None] == np.array(others.names)
         return np.where(same, np.where(np.isnan(metres), pixels, metres) / _APART, np.inf)
+
+
+def leaps(found: Places, lost: Tracks, sizes: Mapping[str, float], dt_s: float) -> Array:
+    """(N, M) how far detections are from tracks that nothing continues, 1 from where on they are none of these: from
+    where they are expected, or from where they were, and farther from where they were in the frame before, dt_s ago."""
+    apart = np.minimum(*(found.apart(of(lost, sizes)) for of in (Places.expected, Places.last)))
+    return np.asarray(apart / np.where(lost.age_s <= 1.5 * dt_s, _LEAP, 1.0), np.float64)
+
+
+def doubles(tracks: Tracks, here: Sequence[int], before_s: Array, sizes: Mapping[str, float]) -> set[int]:
+    """Rows of tracks in the places of those that are seen, where one of both is young: who have stood side by side for
+    a while are two, if narrow ones. And of those a little beside them that were seen since these were seen before: who
+    are seen by turns are one that leaps.
+
+    :param here: rows of those that are seen. :param before_s: (T,) since each was seen before that; 0: never.
+    """
+    lost = [row for row in range(len(tracks)) if row not in here]
+    if not here or not lost:
+        return set()
+    there, seen = (Places.expected(tracks[list(rows)], sizes) for rows in (lost, here))
+    young = tracks.lived_s < _YOUNG_S
+    apart, by_turns = there.apart(seen), before_s[list(here)] > tracks.age_s[lost][:, None]
+    double = ((apart < 1) & (young[lost][:, None] | young[list(here)])) | ((apart < _LEAP) & by_turns)
+    return {lost[k] for k in np.flatnonzero(double.any(axis=1)).tolist()}

@@ -45,6 +45,22 @@ def test_neighbours_stay_two(apart):
     assert [sum(d.predicted for d in found) for found in detections[9:12]] == [0, 1, 0]
 
 
+@pytest.mark.parametrize("shake", [0.05, 0.08])
+def test_what_leaps_to_and_fro_by_up_to_its_size_is_itself(shake):
+    """As where a near one is shaken with the camera more than a far one."""
+    steady, shakes = sure(posed(0.4, z=2.0)), np.random.default_rng(4).uniform(-shake, shake, (60, 2))
+    near = [sure(posed(-0.4 + 0.003 * k + x, y, z=2.0)) for k, (x, y) in enumerate(shakes.tolist())]
+    detections = told([[one, steady] for one in near])
+    assert {tuple(sorted((d.id, d.predicted) for d in found)) for found in detections} == {((0, False), (1, False))}
+
+
+def test_who_is_seen_by_turns_is_one():
+    left, right, other = (sure(posed(x, z=2.0)) for x in (0.0, 0.15, -0.6))
+    detections = told([[left, other]] * 10 + [[left, right, other]] * 8 + [[left, other], [right, other]] * 8)
+    assert [len(found) for found in detections[-8:]] == [2] * 8
+    assert len({d.id for found in detections[-8:] for d in found}) == 2
+
+
 def test_in_the_image_it_is_the_same():
     there, leapt = flat(200.0), flat(225.0)  # of 60 pixels
     ids = [[d.id for d in found] for found in told([[there]] * 10 + [[leapt], [there]])]

@@ -33,11 +33,14 @@ class Resting:
 
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
-        whose votes fall far."""
-        fitted = self._fitted(frame, poses, used, last=True)
-        both = Poses.concatenate([poses, fitted])
-        before, after = self._voter.votes(frame, both, occlusion=True).reshape(2, -1)
-        return both[np.arange(len(poses)) + len(poses) * (after > self._config.search.settled_votes * before)]
+        whose votes fall far, and those that leave a marker in use: a rest is finer, and gives up nothing that speaks
+        for what rests."""
+        both = Poses.concatenate([poses, self._fitted(frame, poses, used, last=True)])
+        scores = self._voter.judge(frame, both, occlusion=True)
+        before, after = self._voter.total(scores).reshape(2, -1)
+        had, has = self._voter.supported(scores).reshape(2, *used.shape)
+        kept = (after > self._config.search.settled_votes * before) & ~(used & had & ~has).any(axis=1)
+        return both[np.arange(len(poses)) + len(poses) * kept]
 
     def at_rest(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), and on what the image's colours show; of what

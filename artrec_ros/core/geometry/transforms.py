@@ -32,6 +32,15 @@ def readonly(values: ArrayLike) -> Array:
     return array
 
 
+def rows_of(index: NDArray | list[int] | slice, *values: NDArray) -> tuple[NDArray, ...]:
+    """Rows of arrays, each as `values[index]`, which takes three times as long where there are few."""
+    if isinstance(index, slice):
+        return tuple(v[index] for v in values)
+    index = np.array(index, np.intp) if isinstance(index, list) else index
+    number = np.flatnonzero(index) if index.dtype == np.bool_ else index
+    return tuple(v.take(number, axis=0) for v in values)
+
+
 def rotation_from_rotvec(rotvec: ArrayLike) -> Array:
     """Rodrigues' formula on a batch: (..., 3) rotation vectors to (..., 3, 3) matrices."""
     v = np.asarray(rotvec, float)

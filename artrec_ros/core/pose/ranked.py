@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.config import SearchConfig
-from ..geometry.transforms import Array
+from ..geometry.transforms import Array, rows_of
 from .distinct import best_distinct
 from .surface_model import Poses
 
@@ -24,7 +24,7 @@ class Ranked:
         return len(self.poses)
 
     def __getitem__(self, index: NDArray | list[int] | slice) -> Ranked:
-        return Ranked(self.poses[index], self.votes[index])
+        return Ranked(self.poses[index], *rows_of(index, self.votes))
 
     def __add__(self, other: Ranked) -> Ranked:
         return Ranked(Poses.concatenate([self.poses, other.poses]), np.concatenate([self.votes, other.votes]))

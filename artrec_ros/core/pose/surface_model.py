@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..base.config import VotesConfig
 from ..base.jit import LANES
-from ..geometry.transforms import Array
+from ..geometry.transforms import Array, rows_of
 from ..image.codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from ..image.image_frame import ImageFrame
 from ..image.label_field import LabelField
@@ -43,7 +43,7 @@ class Poses:
         return len(self.R)
 
     def __getitem__(self, index: NDArray | list[int] | slice) -> Poses:
-        return Poses(self.R[index], self.t[index], self.q[index])
+        return Poses(*rows_of(index, self.R, self.t, self.q))
 
     @classmethod
     def concatenate(cls, parts: list[Poses]) -> Poses:
@@ -63,7 +63,7 @@ class PatchScores:
         return self.votes, self.area_px, self.agree
 
     def __getitem__(self, index: NDArray | list[int] | slice) -> PatchScores:
-        return PatchScores(self.votes[index], self.area_px[index], self.agree[index])
+        return PatchScores(*rows_of(index, *self.arrays))
 
 
 def _limits(votes: VotesConfig) -> SurfaceLimits:

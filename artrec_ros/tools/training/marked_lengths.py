@@ -14,7 +14,8 @@ from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array
 from ...core.learning.lengths import Change
 from ...core.learning.marked_views import LEAST_WORST_PX, WORST_SHARE, marks_of
-from ...core.learning.size_fit import LEAST_VIEWS, Far, Measured, TooFew, measure
+from ...core.learning.size_fit import LEAST_VIEWS, Measured, TooFew, measure
+from ...core.learning.view_fit import Far
 from ...core.model.objects import ObjectModel
 from ...io.learned.annotations import Annotations
 from ...simulation.records import keypoint_names

@@ -82,6 +82,8 @@ def test_lengths_of_a_flat_object_are_found_beside_its_base():
     post = found.component("mast").markers[0].T_component_marker
     np.testing.assert_allclose(post.position, (0.02, 0.03, 0.0), atol=1e-3)
     assert found.is_flat
+    assert not measured.limits and not measured.outside  # what holds all that is marked stays
+    assert [(c.joint.lower, c.joint.upper) for c in found.joint_components] == [(-2.0, 2.0), (-1.5, 1.5)]
 
 
 def test_an_object_file_that_holds_is_left_alone():
@@ -117,6 +119,7 @@ def test_lengths_in_space_are_found_with_a_calibrated_camera():
     measured = measure(guessed, views_in_space(true, camera, 40, rng), camera)
     assert measured.helps and measured.after_px < 0.4 * measured.before_px
     assert misplaced(measured.model, true) < 0.35 * misplaced(guessed, true)
+    assert not measured.limits
 
 
 def views_in_space(model, camera, count, rng):

@@ -46,6 +46,7 @@ def add_parser(subparsers: Any) -> None:
         "every problem; exit code 1 where there is one.",
     )
     p.add_argument("paths", nargs="+", type=path, metavar="PATH", help="files and folders; of a folder, what is in it")
+    p.add_argument("--images", type=path, metavar="DIR", help="where annotated images lie (default: beside each file)")
     p.add_argument(
         "--scene",
         type=path,
@@ -57,7 +58,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code 1 where something is wrong or does not fit."""
-    items = take_stock(args.paths)
+    items = take_stock(args.paths, args.images)
     for item in items:
         for n, line in enumerate(describe(item)):
             print(f"{'  ' if n else ''}{line}")

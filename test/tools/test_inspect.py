@@ -167,6 +167,9 @@ def test_annotations_must_be_of_the_object_and_their_images_there(tmp_path, conf
     (tmp_path / "coco.json").write_text(json.dumps(content))
     code, _, problems = inspect(capsys, tmp_path / "coco.json", config / "objects/excavator.yaml")
     assert code == 1 and len(problems) == 1 and "a.png" in problems[0]
+    (tmp_path / "elsewhere").mkdir()
+    cv2.imwrite(str(tmp_path / "elsewhere/a.png"), np.zeros((30, 40), np.uint8))
+    assert inspect(capsys, tmp_path / "coco.json", "--images", tmp_path / "elsewhere")[0] == 0
     cv2.imwrite(str(tmp_path / "a.png"), np.zeros((30, 40), np.uint8))
     assert inspect(capsys, tmp_path / "coco.json", config / "objects/excavator.yaml")[0] == 0
     code, _, problems = inspect(capsys, tmp_path / "coco.json", config / "objects/vss.yaml")

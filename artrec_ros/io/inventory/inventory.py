@@ -48,14 +48,16 @@ _LISTED = 3  # files by name on a line
 _SAMPLES = 5  # images of a bag or folder that are looked at, evenly spread
 
 
-def take_stock(paths: Sequence[Path]) -> list[Item]:
+def take_stock(paths: Sequence[Path], images_folder: Path | None = None) -> list[Item]:
     """What each path holds; of a folder that is neither bag nor images, what lies in it. Nothing is raised.
 
     Parameter files without objects are read after each of those that have some, in the order given.
+
+    :param images_folder: where annotated images lie; without it, beside each file.
     """
     more = [p for p in paths if _is_supplement(p)]
     looked = bar(paths, "looking into", unit="path", delay=1, leave=False)
-    return [item for path in looked for item in _look(path, more)]
+    return [item for path in looked for item in _look(path, more, images_folder)]
 
 
 def _is_supplement(path: Path) -> bool:
@@ -65,18 +67,18 @@ def _is_supplement(path: Path) -> bool:
         return False  # another kind of file, or one whose problem is told when it is read
 
 
-def _look(path: Path, more: Sequence[Path]) -> Iterator[Item]:
+def _look(path: Path, more: Sequence[Path], images_folder: Path | None) -> Iterator[Item]:
     if path.is_dir() and not _is_bag(path) and not images_of(path):
         inside = sorted(path.iterdir())
         parts = [p for p in inside if _known_kind(p)] or [p for p in inside if p.is_dir() and images_of(p)]
         if not parts:
             yield Item(path, "folder", error="neither a bag, nor images, nor files that artrec reads")
         for part in parts:
-            yield from _look(part, more)
+            yield from _look(part, more, images_folder)
         return
     kind = "unknown" if path.exists() else MISSING
     try:
-        kind, read = _reader(path, more)
+        kind, read = _reader(path, more, images_folder)
         yield Item(path, kind, read(path))
     except ArtrecError as error:
         yield Item(path, kind, error=str(error).removeprefix(f"{path}: "))
@@ -91,7 +93,7 @@ def _known_kind(path: Path) -> bool:
 _OTHERS = ("metadata.yaml", JOURNAL_FILE)
 
 
-def _reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Content]]:
+def _reader(path: Path, more: Sequence[Path], images_folder: Path | None) -> tuple[str, Callable[[Path], Content]]:
     """The kind of a path, and what reads it."""
     if not path.exists():
         raise SourceError(f"{path}: there is no such file or folder{like_it(path)}")
@@ -105,7 +107,7 @@ def _reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Con
     if suffix == ".json":
         value = read_json(path)
         if kind_of(value.raw) == COCO or "annotations" in value.entries():
-            return "annotations", lambda p: load_coco([p])
+            return "annotations", lambda p: load_coco([p], images_folder)
         return "report", lambda _: read_report(value)
     if suffix == ".svg":
         return "drawing", read_drawing

@@ -63,11 +63,15 @@ SHOWN = {
     "latency_ms_median": Shown("latency, median", "ms", 1, -1, "time a frame took"),
     "latency_ms_p95": Shown("latency, 95 %", "ms", 1, -1, "95 of 100 frames took less"),
     "brier_score": Shown(
-        "Brier score", "", 3, -1, "mean squared difference of score and whether it lies on an object (1 or 0)"
+        "Brier score (place)", "", 3, -1, "mean squared difference of score and whether it lies on an object (1 or 0)"
     ),
     "calibration_error": Shown(
-        "calibration error", "", 3, -1, "mean distance of score and the share that lies on an object, over bins"
-    ),
+        "calibration error (place)",
+        "",
+        3,
+        -1,
+        "mean distance of score and the share that lies on an object, over bins; right components are not asked for",
+    ),  # fmt: skip
 }
 FACTORS = {
     **dict.fromkeys(("position_error_median", "position_error_p95"), 100.0),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -111,11 +111,10 @@ def run(args: argparse.Namespace) -> int:
     model, notes = _model_of(args)
     found = find_ambiguities(model, shown=_COMPARED)
     print(summary(model))
-    print(
-        f"With a camera of {camera.size[0]} x {camera.size[1]} pixels and a focal length of {focal_px(camera):.0f} px, "
-        "markers seen straight on; turned by 60 degrees, half as far:"
-    )
-    for line in [*table(found, camera), *notes, *advice(found, camera, args.distance)]:
+    metric = not args.marks or args.camera_info is not None or args.distance is not None
+    for line in _reach(found, camera) if metric else ():
+        print(line)
+    for line in [*notes, *advice(found, camera if metric else None, args.distance)]:
         print(line)
     if args.output:
         as_given = Labels.as_in(args.sources[0]) if _kind(args.sources[0]) == "object" else None
@@ -128,6 +127,15 @@ def run(args: argparse.Namespace) -> int:
         pages = print_pages(args.printed, model, args.label, args.paper)
         print(f"Wrote {args.printed}: {pages} of {args.paper}; print at 100 % and measure the ruler.")
     return 0
+
+
+def _reach(found: Ambiguities, camera: Camera) -> Iterator[str]:
+    """From how far markers are told."""
+    yield (
+        f"With a camera of {camera.size[0]} x {camera.size[1]} pixels and a focal length of {focal_px(camera):.0f} px, "
+        "markers seen straight on; turned by 60 degrees, half as far:"
+    )
+    yield from table(found, camera)
 
 
 def print_pages(path: Path, model: ObjectModel, label: int, paper: str = "A4") -> int:
@@ -203,10 +211,11 @@ def _cut_back(path: Path) -> list[str]:
 
 
 def _measured(model: ObjectModel, args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
-    """The object with the lengths that marked images tell, where these are better."""
+    """The object with the lengths that marked images tell, where these are better. Without calibration a length is in
+    whatever the object file has: metres, or pixels of one picture."""
     camera = load_camera(args.camera_info) if args.camera_info else None
     measured = measured_by(load_coco(args.marks), model, camera)
-    return measured.model if measured.helps else model, list(lines(measured))
+    return measured.model if measured.helps else model, list(lines(measured, camera is not None))
 
 
 def _kind(source: Path) -> str:

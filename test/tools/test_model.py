@@ -252,7 +252,9 @@ def test_marked_pictures_measure_an_object_file(tmp_path, capsys):
     assert run(source, "--marks", marks, "-o", tmp_path / "measured.yaml") == 0
     told = capsys.readouterr()
     assert "Measuring 'jointed' in 12 marked objects" in told.err
-    assert "All sizes are beside base/bar's, which stays;" in told.out
+    assert "All sizes are beside base/bar's, which stays." in told.out
+    assert "moved, % of object" in told.out and " mm" not in told.out and "With a camera" not in told.out
+    assert "Limits of joints stay" in told.out
     row = next(line for line in told.out.splitlines() if line.startswith("  arm/rod"))
     assert float(row.split()[2]) == pytest.approx(8 / 7, abs=0.01)
     assert any("annotations[5]" in line and "tail and head" in line for line in told.out.splitlines())
@@ -266,8 +268,19 @@ def test_an_object_file_with_which_marks_agree_stays(tmp_path, capsys):
     source, marks = marked(tmp_path)
     source.write_text(JOINTED.replace("ROD", "0.08"))
     assert run(source, "--marks", marks, "-o", tmp_path / "same.yaml") == 0
-    assert "holds as it is" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "holds as it is" in told and "warning: joint" not in told
     assert load_object(tmp_path / "same.yaml").component("arm").markers[0].head[0] == pytest.approx(0.08)
+
+
+def test_limits_that_hold_less_than_marks_show_are_widened(tmp_path, capsys):
+    source, marks = marked(tmp_path)
+    source.write_text(JOINTED.replace("ROD", "0.07").replace("[-2, 2]", "[-2, 1.3]"))  # bends go to 1.49
+    assert run(source, "--marks", marks, "-o", tmp_path / "wider.yaml") == 0
+    (told,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("  arm: "))
+    assert "limits -2.000..1.300 become -2.000..1.4" in told and "annotations[7] (7.png)" in told
+    joint = load_object(tmp_path / "wider.yaml").component("arm").joint
+    assert joint.lower == -2.0 and joint.upper == pytest.approx(1.49, abs=0.01)
 
 
 def test_marks_that_measure_nothing_are_refused_with_the_reason(tmp_path):

@@ -3,7 +3,8 @@
 Where an axis or a marker on it moves, the same picture has another value. How a component is turned at its joint's
 zero marks hardly tell, so values may drift, all alike, out of limits that were laid about them. Where marked values
 come near to a limit, or beyond it, and did not before, the zero is laid where they are as they were, in the median;
-what limits then still lack of the room that they left is added. Elsewhere zero and limits stay as they are.
+what limits then still lack of the room that they left is added. Elsewhere zero and limits stay as they are: limits
+may be those of a mechanism, and the zero that lengths give is the likeliest.
 """
 
 from __future__ import annotations
@@ -101,7 +102,8 @@ def carried(kin: Kinematics, before: JointValues, after: JointValues) -> Carried
     left, had = _least_room(kin, new), np.maximum(0.0, _least_room(kin, old))
     squeezed = ~kin.endless & (left < np.minimum(_LEAST_ROOM * had, _next_beyond(new)) - noise)
     moved = _median(new - old)
-    zero = np.where(squeezed & (_least_room(kin, new - moved) > left), moved, 0.0)
+    back = squeezed & (np.abs(moved) > noise) & (_least_room(kin, new - moved) > left)
+    zero = np.where(back, moved, 0.0)
     needs = np.where(squeezed, new - zero, np.nan)
     lower, below = _kept(kin.lower, old, needs, noise)
     upper, above = _kept(-kin.upper, -old, -needs, noise)

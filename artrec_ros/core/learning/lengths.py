@@ -46,8 +46,8 @@ class Lengths:
     Of each shape but the required component's first one a size; of each marker but that one a shift and a turn; of each
     joint a shift. A flat object stays flat.
 
-    :ivar names: component and marker of each marker. :ivar components: (m,) number of its component. :ivar discs: (m,)
-        which are discs.
+    :ivar extent_m: the object's diagonal. :ivar names: component and marker of each marker.
+    :ivar components: (m,) number of its component. :ivar discs: (m,) which are discs.
     """
 
     def __init__(self, model: ObjectModel) -> None:
@@ -63,7 +63,8 @@ class Lengths:
         self._first_of = {model.components[c].name: T for c, _, T in reversed(self._known)}
         self._splits = np.cumsum([len(free), len(self._movable) * len(self._directions), len(self._movable)])
         self.none = np.zeros(self._splits[-1] + len(self._joints) * len(self._directions))
-        self._place_m = _PLACE * self._extent_m()
+        self.extent_m = self._extent_m()
+        self._place_m = _PLACE * self.extent_m
         self.names = [(model.components[c].name, m.name) for c, m, _ in self._known]
         self.components = self._figure.component
         self.discs = np.array([m.disc_radius is not None for _, m, _ in self._known])

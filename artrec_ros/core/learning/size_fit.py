@@ -28,6 +28,7 @@ MOST_VIEWS = 80  # seconds of work, and more tell hardly more
 @dataclass(frozen=True)
 class Measured:
     """:param model: the object with what was measured. :param views: how many were.
+    :param extent_m: its diagonal as it was, all joints at 0.
     :param limits: joints whose zero or limits change with it. :param outside: joints whose limits in the object as it
         was hold not all that is marked, and the limits that would.
     :param before_px, after_px: median distance of marked ends from where they should be, joints within limits, by the
@@ -37,6 +38,7 @@ class Measured:
     """
 
     model: ObjectModel
+    extent_m: float
     changes: tuple[Change, ...]
     limits: tuple[LimitChange, ...]
     outside: tuple[LimitChange, ...]
@@ -96,7 +98,8 @@ def _measured(model: ObjectModel, eye: Eye, marks: Sequence[Marks], starts: Sequ
     best, joints = views.measured()
     places = [start.marks.place for start in starts]
     return Measured(
-        joints.model(lengths.model_of(best)), tuple(lengths.changes(best)), tuple(joints.changes(model, places)),
-        tuple(views.as_marked().changes(model, places)), len(starts), float(np.median(before)),
-        float(np.median(after)), tuple(views.far(best)), tuple(m.place for m in marks if id(m) not in used),
+        joints.model(lengths.model_of(best)), lengths.extent_m, tuple(lengths.changes(best)),
+        tuple(joints.changes(model, places)), tuple(views.as_marked().changes(model, places)), len(starts),
+        float(np.median(before)), float(np.median(after)), tuple(views.far(best)),
+        tuple(m.place for m in marks if id(m) not in used),
     )  # fmt: skip

@@ -85,13 +85,16 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def advice(found: Ambiguities, camera: Camera, distance_m: float | None) -> list[str]:
-    """One line for everything that will be ambiguous, hidden or too small: 'warning: ...', then 'note: ...'."""
+def advice(found: Ambiguities, camera: Camera | None, distance_m: float | None) -> list[str]:
+    """One line for everything that will be ambiguous, hidden or too small: 'warning: ...', then 'note: ...'.
+
+    :param camera: None: nothing of what depends on how far off the object is.
+    """
     lines = [
         *(f"warning: {line}" for line in (*buried(found.model), *odd_units(found.model), *on_own_colour(found.model))),
         *_own_turns(found),
         *_same(found),
-        *_range(found, camera, distance_m),
+        *(_range(found, camera, distance_m) if camera is not None else ()),
         *_structure(found.model),
     ]
     return sorted(lines, key=lambda line: line.startswith("note"))

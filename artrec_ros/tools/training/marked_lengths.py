@@ -12,6 +12,7 @@ import numpy as np
 from ...core.base.errors import ConfigError
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array
+from ...core.learning.joint_limits import LimitChange
 from ...core.learning.lengths import Change
 from ...core.learning.marked_views import LEAST_WORST_PX, WORST_SHARE, marks_of
 from ...core.learning.size_fit import LEAST_VIEWS, Measured, TooFew, measure
@@ -88,12 +89,15 @@ def hint(annotations: Annotations, model: ObjectModel, camera: Camera | None, pa
         yield (
             f"Marked ends lie {measured.before_px:.2f} px (median) from where {path} has them, and "
             f"{measured.after_px:.2f} px with lengths that the marks themselves measure: "
-            "artrec model --marks writes these."
+            "artrec model --marks writes these, and limits of joints that go with them."
         )
 
 
-def lines(measured: Measured) -> Iterator[str]:
-    """What was measured, for people to read."""
+def lines(measured: Measured, metric: bool) -> Iterator[str]:
+    """What was measured, for people to read.
+
+    :param metric: lengths are metres; else they may be anything, and shifts are told beside the object's size.
+    """
     model = measured.model
     first = model.required.markers[0].name
     yield (
@@ -102,29 +106,63 @@ def lines(measured: Measured) -> Iterator[str]:
     )
     if not measured.helps:
         yield "The object file holds as it is: nothing is measured better, and it is copied."
+        yield from map(_too_narrow, measured.outside)
     else:
-        yield f"All sizes are beside {model.required.name}/{first}'s, which stays; so do limits of joints."
-        yield from _table(measured.changes)
+        yield f"All sizes are beside {model.required.name}/{first}'s, which stays."
+        yield from _table(measured.changes, None if metric else measured.extent_m)
+        yield from _limits(measured.limits)
     for place in measured.left_out[:_FEW_FAR]:
         yield (
-            f"{place}: its marks do not fit '{model.name}' in any pose, and it was left out: tail and head, left and "
-            "right swapped, or the file far off?"
+            f"{place}: its marks do not fit '{model.name}' in any pose within its joints' limits, and it was left out: "
+            "tail and head, left and right swapped, limits far too narrow, or the file far off?"
         )
     for far in _worth_a_look(measured):
         yield f"{far.place}: {far.component}/{far.marker} lies {far.off_px:.0f} px off: tail and head, left and right?"
 
 
-def _table(changes: tuple[Change, ...]) -> Iterator[str]:
+def _table(changes: tuple[Change, ...], extent_m: float | None) -> Iterator[str]:
+    """:param extent_m: what shifts are shares of; None: they are told in millimetres."""
+    unit, factor = ("mm", 1e3) if extent_m is None else ("% of object", 100 / extent_m)
     width = max([len(f"{c.component}/{c.marker}") for c in changes], default=6)
-    yield f"  {'marker':{width}}  size      moved, mm               turned    its component's joint moved, mm"
+    yield f"  {'marker':{width}}  size      {f'moved, {unit}':22}  turned    its component's joint moved, {unit}"
     for c in changes:
         name, turned = f"{c.component}/{c.marker}", f"{math.degrees(c.turn):5.1f} deg"
-        joint = _mm(c.joint_shift) if c.joint_shift.any() else ""
-        yield f"  {name:{width}}  x {c.size:.3f}   {_mm(c.shift)}   {turned}   {joint}".rstrip()
+        joint = _row(factor * c.joint_shift) if c.joint_shift.any() else ""
+        yield f"  {name:{width}}  x {c.size:.3f}   {_row(factor * c.shift)}   {turned}   {joint}".rstrip()
 
 
-def _mm(shift: Array) -> str:
-    return " ".join(f"{1e3 * v + 0.0:6.1f}" for v in shift)
+def _row(shift: Array) -> str:
+    return " ".join(f"{v + 0.0:6.1f}" for v in shift)
+
+
+def _limits(changes: tuple[LimitChange, ...]) -> Iterator[str]:
+    """What became of joints whose marked values moved towards their limits."""
+    if not changes:
+        yield "Limits of joints stay: they hold all that is marked."
+        return
+    yield "So that limits hold all that is marked, where joints have other values now:"
+    for c in changes:
+        turned = f"{math.degrees(c.zero):.1f} deg" if c.kind == "revolute" else f"{c.zero:.4g} along its axis"
+        zero = f"its zero moves by {turned}, " if c.zero else ""
+        limits = f"limits {_span(c.old)} stay" if c.new == c.old else f"limits {_span(c.old)} become {_span(c.new)}"
+        yield f"  {c.name}: {zero}{limits}{_shown_by(c)}"
+    yield "Limits of all other joints stay."
+
+
+def _too_narrow(change: LimitChange) -> str:
+    return (
+        f"warning: joint {change.name}: limits {_span(change.old)} hold less than what is marked; "
+        f"{_span(change.new)} would hold it{_shown_by(change)}"
+    )
+
+
+def _span(limits: tuple[float, float]) -> str:
+    return f"{limits[0]:.3f}..{limits[1]:.3f}"
+
+
+def _shown_by(change: LimitChange) -> str:
+    places = ", ".join(dict.fromkeys(filter(None, change.shown_by)))
+    return f" (for {places})" if places else ""
 
 
 def _worth_a_look(measured: Measured) -> tuple[Far, ...]:

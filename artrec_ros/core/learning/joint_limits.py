@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, Pose, rotation_from_rotvec, short_way
 from ..model.kinematics import Kinematics
@@ -99,15 +100,26 @@ def carried(kin: Kinematics, before: JointValues, after: JointValues) -> Carried
     new = old + short_way(after.q - before.q, kin.revolute)
     old, new = np.where(told & told_before, old, np.nan), np.where(told, new, np.nan)
     noise = _NOISE * _median(np.where(told, after.deviation, np.nan))
-    left, had = _least_room(kin, new), np.maximum(0.0, _least_room(kin, old))
-    squeezed = ~kin.endless & (left < np.minimum(_LEAST_ROOM * had, _next_beyond(new)) - noise)
+    common = noise / np.sqrt(np.maximum(1, told.sum(axis=0)))  # of what moves all values alike
+    squeezed = ~kin.endless & _squeezed(kin, old, new, noise, common)
     moved = _median(new - old)
-    back = squeezed & (np.abs(moved) > noise) & (_least_room(kin, new - moved) > left)
+    back = squeezed & (np.abs(moved) > common) & (_least_room(kin, new - moved) > _least_room(kin, new))
     zero = np.where(back, moved, 0.0)
     needs = np.where(squeezed, new - zero, np.nan)
-    lower, below = _kept(kin.lower, old, needs, noise)
-    upper, above = _kept(-kin.upper, -old, -needs, noise)
+    lower, below = _kept(kin.lower, old, needs, common)
+    upper, above = _kept(-kin.upper, -old, -needs, common)
     return Carried(zero, lower, -upper, np.stack([below, above]))
+
+
+def _squeezed(kin: Kinematics, old: Array, new: Array, noise: Array, common: Array) -> NDArray[np.bool_]:
+    """(J,) whether limits hold values (n, J) worse than they held the old ones, or do not hold them.
+
+    :param noise, common: (J,) of one value, and of what moves all alike.
+    """
+    left, had = _least_room(kin, new), _least_room(kin, old)
+    worse = np.where(np.isfinite(had), left < had - common, False)
+    tight = left < np.minimum(_LEAST_ROOM * np.maximum(0.0, had), _next_beyond(new))
+    return np.asarray((worse & tight) | (left < -noise))
 
 
 def _least_room(kin: Kinematics, values: Array) -> Array:

@@ -54,7 +54,7 @@ class Inputs:
 
     @property
     def is_late(self) -> bool:
-        """Whether a newer image waits while one is looked at."""
+        """Whether a newer image waits while one is looked at, or images come faster than they can be looked at."""
         return self._worker.is_late
 
     @property

@@ -186,7 +186,7 @@ class RecognizerNode(LifecycleNode):
                 self.account(report)
 
     def _is_late(self) -> bool:
-        """Whether a newer image waits while one is looked at."""
+        """Whether a newer image waits while one is looked at, or soon will."""
         inputs = self._inputs
         return inputs is not None and inputs.is_late
 

@@ -59,7 +59,7 @@ class Pipeline:
     :param on_fault: called, in another thread, with a line when a recogniser could not be built, or what is compiled
         for it not be kept.
     :param on_use: the same with a line when changed parameters hold: whoever changed them was answered before.
-    :param is_late: whether a newer image waits already; None: none ever does.
+    :param is_late: whether a newer image waits already, or soon will; None: none ever does.
     """
 
     def __init__(

@@ -27,9 +27,11 @@ class Pace:
         self.between_s: deque[float] = deque(maxlen=_REMEMBERED)
 
     @property
-    def keeps_up(self) -> bool:
-        known = len(self.work_s) == len(self.between_s) == _REMEMBERED
-        return known and fmean(self.work_s) < _KEEPS_UP * median(self.between_s)
+    def keeps_up(self) -> bool | None:
+        """None: it is not known yet."""
+        if len(self.work_s) < _REMEMBERED or len(self.between_s) < _REMEMBERED:
+            return None
+        return fmean(self.work_s) < _KEEPS_UP * median(self.between_s)
 
 
 class LiveQueue(Generic[Item]):
@@ -58,8 +60,8 @@ class LiveQueue(Generic[Item]):
 
     @property
     def is_late(self) -> bool:
-        """Whether an item waits while another one is worked on."""
-        return bool(self._waiting)
+        """Whether an item waits while another one is worked on, or work does not keep up with items."""
+        return bool(self._waiting) or self._pace.keeps_up is False
 
     @property
     def busy_s(self) -> float:

@@ -14,7 +14,7 @@ class Patience:
     """Of whoever follows a camera. While a newer image waits, long looks take a share of the time that passes at most:
     what they might find comes a moment later, and what is known is told in time.
 
-    :param is_late: whether a newer image waits; None: none ever does, as where recorded images are read.
+    :param is_late: whether a newer image waits, or soon will; None: none ever does, as where recorded images are read.
     """
 
     def __init__(self, is_late: Callable[[], bool] | None = None) -> None:
@@ -22,7 +22,7 @@ class Patience:
 
     @property
     def is_late(self) -> bool:
-        """Whether a newer image waits."""
+        """Whether a newer image waits, or soon will."""
         return self._is_late is not None and self._is_late()
 
     @property

@@ -19,7 +19,6 @@ from .tracks import Tracks
 
 _APART = 0.5  # of the required component's size: bodies that are narrow stand side by side at little more
 _LEAP = 2.0  # as `Places.apart`: so far, by the size itself, one is from where it was in the frame before
-_YOUNG_S = 0.2  # what is older stays for its own sake
 
 
 class Places(NamedTuple):
@@ -62,23 +61,6 @@ class Places(NamedTuple):
 
 def leaps(found: Places, lost: Tracks, sizes: Mapping[str, float], dt_s: float) -> Array:
     """(N, M) how far detections are from tracks that nothing continues, 1 from where on they are none of these: from
-    where they are expected, or from where they were, and farther from where they were in the frame before, dt_s ago."""
-    apart = np.minimum(*(found.apart(of(lost, sizes)) for of in (Places.expected, Places.last)))
-    return np.asarray(apart / np.where(lost.age_s <= 1.5 * dt_s, _LEAP, 1.0), np.float64)
-
-
-def doubles(tracks: Tracks, here: Sequence[int], before_s: Array, sizes: Mapping[str, float]) -> set[int]:
-    """Rows of tracks in the places of those that are seen, where one of both is young: who have stood side by side for
-    a while are two, if narrow ones. And of those a little beside them that were seen since these were seen before: who
-    are seen by turns are one that leaps.
-
-    :param here: rows of those that are seen. :param before_s: (T,) since each was seen before that; 0: never.
-    """
-    lost = [row for row in range(len(tracks)) if row not in here]
-    if not here or not lost:
-        return set()
-    there, seen = (Places.expected(tracks[list(rows)], sizes) for rows in (lost, here))
-    young = tracks.lived_s < _YOUNG_S
-    apart, by_turns = there.apart(seen), before_s[list(here)] > tracks.age_s[lost][:, None]
-    double = ((apart < 1) & (young[lost][:, None] | young[list(here)])) | ((apart < _LEAP) & by_turns)
-    return {lost[k] for k in np.flatnonzero(double.any(axis=1)).tolist()}
+    where these are expected, or, farther, from where they were in the frame before, dt_s ago."""
+    before = np.where(lost.age_s <= 1.5 * dt_s, found.apart(Places.last(lost, sizes)) / _LEAP, np.inf)
+    return np.asarray(np.minimum(found.apart(Places.expected(lost, sizes)), before), np.float64)

@@ -21,7 +21,7 @@ from ..base.stamps import seconds_since
 from ..geometry.transforms import Array
 from ..model.found import Detection, FrameResult
 from ..model.target import Target
-from .doubles import Places, doubles, leaps
+from .doubles import Places, leaps
 from .existence import Continuity, newcomers
 from .following import begun, followed
 from .joints import Joints, units_of
@@ -33,6 +33,7 @@ from .tracks import Tracks
 
 _SAME = 0.5  # probability from which a newcomer is an object that is lost
 _MOST_LATE = 3  # frames in a row that come out of their order
+_YOUNG_S = 0.2  # what is older stays for its own sake
 _NAMED = 0.5  # probability from which an object that is not seen keeps its identity from others
 
 
@@ -105,7 +106,7 @@ class Tracker:
         row_of = {n: row for n, row in row_of.items() if goes_on * odds[row] >= 1 - goes_on}
         row_of |= self._leapt(found, sightings, row_of, dt_s) if goes_on > 1 - goes_on else {}
         result, sightings = self._turned(result, row_of, sightings)
-        found, before_s = result.detections, self._tracks.age_s
+        found = result.detections
         self._tracks = followed(
             self._tracks, found, sightings, row_of, goes_on, dt_s, result.size, self._motion, self._config
         )
@@ -121,7 +122,7 @@ class Tracker:
         # as a body does its joints begin anew
         anew = {row for row in by_row if self._tracks.times[row] == 1 and not self._tracks.strange[row]}
         self._joints = self._joints.without(anew).seen(by_row, dt_s, self._motion, self._units, self._config)
-        return self._told(result, row_of, np.append(before_s, np.zeros(len(new))))
+        return self._told(result, row_of)
 
     def _advance(self, stamp_ns: int, size: tuple[int, int], frame_id: str) -> tuple[bool, float]:
         """Let time pass up to a frame. Whether it is the first one, and the time since the one before. A frame may
@@ -178,6 +179,17 @@ class Tracker:
         apart = leaps(there, self._tracks[lost], self._sizes, dt_s)
         return {new[n]: lost[k] for n, k in _assign(apart - 1).items()}
 
+    def _doubles(self, here: Sequence[int]) -> set[int]:
+        """Tracks in the places of those that are seen, where one of both is young: who have stood side by side for a
+        while are two, if narrow ones. :param here: rows of those that are seen."""
+        lost = [row for row in range(len(self._tracks)) if row not in here]
+        if not here or not lost:
+            return set()
+        there, seen = (Places.expected(self._tracks[list(rows)], self._sizes) for rows in (lost, here))
+        young = self._tracks.lived_s < _YOUNG_S
+        double = (there.apart(seen) < 1) & (young[lost][:, None] | young[list(here)])
+        return {lost[k] for k in np.flatnonzero(double.any(axis=1)).tolist()}
+
     def _turned(
         self, result: FrameResult, row_of: Mapping[int, int], sightings: Sightings
     ) -> tuple[FrameResult, Sightings]:
@@ -209,11 +221,8 @@ class Tracker:
             return 1.0, False
         return probability, bool(just_seen.any()) and not odds.any()
 
-    def _told(self, result: FrameResult, row_of: dict[int, int], before_s: Array) -> FrameResult:
-        """What is told, with names; tracks that have given theirs away are forgotten.
-
-        :param before_s: (T,) since each was seen before this frame; 0: never.
-        """
+    def _told(self, result: FrameResult, row_of: dict[int, int]) -> FrameResult:
+        """What is told, with names; tracks that have given theirs away are forgotten."""
         found, least = result.detections, self._config.existence.least
         likely = self._tracks.existence.probability.tolist()
         told = [
@@ -230,7 +239,7 @@ class Tracker:
         here, whose = set(row_of.values()), list(zip(self._tracks.names, self._tracks.ids, strict=True))
         taken = {whose[row] for row in here if self._tracks.ids[row] is not None}
         # who was alone and has been lost has given the id away
-        gone = here | given_away | doubles(self._tracks, sorted(here), before_s, self._sizes)
+        gone = here | given_away | self._doubles(sorted(here))
         away = [row for row in range(len(whose)) if row not in gone and whose[row] not in taken]
         expected = teller.expected(away)
         kept = np.zeros(len(whose), bool)

@@ -54,11 +54,15 @@ def test_what_leaps_to_and_fro_by_up_to_its_size_is_itself(shake):
     assert {tuple(sorted((d.id, d.predicted) for d in found)) for found in detections} == {((0, False), (1, False))}
 
 
-def test_who_is_seen_by_turns_is_one():
-    left, right, other = (sure(posed(x, z=2.0)) for x in (0.0, 0.15, -0.6))
-    detections = told([[left, other]] * 10 + [[left, right, other]] * 8 + [[left, other], [right, other]] * 8)
-    assert [len(found) for found in detections[-8:]] == [2] * 8
-    assert len({d.id for found in detections[-8:] for d in found}) == 2
+@pytest.mark.parametrize("apart", [0.13, 0.19])
+def test_neighbours_that_come_and_go_keep_their_names(apart):
+    """They are hidden by turns, and together: nobody takes another's place."""
+    left, right, other = (sure(posed(x, z=2.0)) for x in (0.0, apart, -0.6))
+    rng = np.random.default_rng(2)
+    shown = [[d for d in (left, right) if rng.uniform() < 0.85] for _ in range(200)]
+    for found, frame_ in zip(told([[left, right, other]] * 10 + [[*s, other] for s in shown])[10:], shown, strict=True):
+        names = {round(d.pose.position[0], 2): d.id for d in found if not d.predicted}
+        assert all(names[round(d.pose.position[0], 2)] == (0 if d is left else 1) for d in frame_)
 
 
 def test_in_the_image_it_is_the_same():

@@ -62,14 +62,16 @@ class SpatialSearch:
             self._turns[finder] = self._recall.turns(finder.target.name, [b for f, b in queue if f is finder])
         all_blobs = queue
         self._roots = [(f, b) for f, b in queue if b.label in f.root_labels]
-        self._look_for_known()
+        self._look_for_known(queue)
         queue, waiting = self._without_waiting(queue)
         limbs = [(f, b) for f, b in queue if b.label not in f.root_labels]
         queue = [(f, b) for f, b in queue if b.label in f.root_labels]
         # most are of objects, which change what is next
         whole, queue = queue, self._look(self._looks.plain, queue, Crew(1), self._config.beyond_doubt)
-        self._look(self._looks.thorough, queue, self._crew, whole=whole)
-        limbs = self._look(self._looks.close, limbs, self._crew)
+        # what others begin for who is late may not be taken any more
+        crew = Crew(1) if self._recall.patience.is_late else self._crew
+        self._look(self._looks.thorough, queue, crew, whole=whole)
+        limbs = self._look(self._looks.close, limbs, crew)
         self._look_for_pieces(queue + limbs if self._judge.unseen else queue)
         self._hide_found()
         for finder, poses in self._in_doubt if self._frame.deadline.expired else ():
@@ -77,12 +79,25 @@ class SpatialSearch:
         for finder, blob in all_blobs:
             if self._turns[finder].is_searched(blob) and self._explains(self._frame, blob):
                 self._turns[finder].explain(blob)
-        waiting += self._put_off.values()
+        waiting += [self._put_off[key] for key in self._put_off.keys() - {(id(f), id(b)) for f, b in waiting}]
         self._recall.waiting = sum(not self._is_explained(finder, blob) for finder, blob in waiting)
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
+    def _due(self, queue: Sequence[_Task]) -> list[_Task]:
+        """Blobs that were searched before, that nothing explains, and whose turn it is."""
+        turns = self._turns
+        return [(f, b) for f, b in queue if not (turns[f].is_new(b) or turns[f].waits(b)) and self._is_wanted((f, b))]
+
+    def _age_s(self, task: _Task) -> float:
+        return self._turns[task[0]].age_s(task[1])
+
     def _without_waiting(self, queue: list[_Task]) -> tuple[list[_Task], list[_Task]]:
-        """Blobs that are looked at in this frame where nothing explains them, and those that are left alone."""
+        """Blobs that are looked at in this frame where nothing explains them, and those that are left alone. Where a
+        newer image waits, of those that are not new one at a time, the one that has waited for the longest time."""
+        if self._recall.patience.is_late:
+            due = sorted(self._due(queue), key=self._age_s, reverse=True)
+            for finder, blob in due if self._recall.patience.is_over else due[1:]:
+                self._turns[finder].leave(blob)
         waits = [self._turns[finder].waits(blob) for finder, blob in queue]
         split = [[task for task, wait in zip(queue, waits, strict=True) if wait == which] for which in (False, True)]
         return split[0], split[1]
@@ -98,7 +113,7 @@ class SpatialSearch:
         frame, todo, number = self._frame, [*self._left_of(whole, queue), *queue], 0
         ahead = Ahead(crew, partial(_at, look, frame), todo, self._is_wanted)
         while True:
-            while number < len(todo) and not self._is_due(look, todo[number]):
+            while number < len(todo) and not self._or_puts_off(look, todo[number]):
                 number += 1
             self._hide_found()
             if frame is not self._frame:  # what was begun was of other pixels
@@ -119,15 +134,19 @@ class SpatialSearch:
         ahead.close()
         return left
 
-    def _is_due(self, look: _Look, task: _Task) -> bool:
-        """Whether a blob is to be looked at now. A long look at it may be put off."""
+    def _or_puts_off(self, look: _Look, task: _Task) -> bool:
+        """Whether a blob is looked at now, where that is wanted; else a long look at it is put off."""
         if not self._is_wanted(task):
             return False
         if look == self._looks.plain or not self._recall.patience.is_over:
             return True
-        finder, blob = task
-        self._turns[finder].put_off(self._rests.whole(blob))
-        self._put_off[id(finder), id(blob)] = task
+        finder, blob = task[0], self._rests.whole(task[1])
+        if look in (
+            self._looks.thorough,
+            self._looks.close,
+        ):  # else it had one of these, and pieces come when they come
+            self._turns[finder].put_off(blob)
+        self._put_off[id(finder), id(blob)] = finder, blob
         return False
 
     def _in_time(self, take: Callable[[], _Shown], *, is_long: bool) -> _Shown:
@@ -167,19 +186,27 @@ class SpatialSearch:
             return False
         return blob.label not in finder.root_labels or self._seen.get((id(finder), id(blob))) is not self._frame
 
-    def _look_for_known(self) -> None:
+    def _look_for_known(self, queue: Sequence[_Task]) -> None:
         """Known objects take their pixels. Where it is their turn, or they show less than they did, others are looked
-        for in what the rest of them leave, as if they were not known: what is found may prove to be better."""
+        for in what the rest of them leave, as if they were not known: what is found may prove to be better.
+
+        :param queue: all blobs. Where a newer image waits they and known objects are searched in full in turn.
+        """
         frame, followed = self._frame, self._follow()
-        due = self._recall.due([f.known for f in followed], [f.known for f in followed if f.behind])
-        again = [(f, f.known in due) for f in followed if f.known in due or not f.well]
+        late = self._recall.patience.is_late
+        doubt_s = max((self._age_s(task) for task in self._due(queue)), default=0.0) if late else 0.0
+        due = self._recall.due([f.known for f in followed], [f.known for f in followed if f.behind], doubt_s)
+        again = [f for f in followed if f.known in due or not f.well]
         blobs = [
             self._turns[f.finder].largest(
                 f.finder.root_labels, *f.finder.required.discs(frame.camera, f.found.poses[:1])
             )
-            for f, _ in again
+            for f in again
         ]
-        tasks = [(f, blob, in_full) for (f, in_full), blob in zip(again, blobs, strict=True) if blob is not None]
+        tasks = [(f, blob, f.known in due) for f, blob in zip(again, blobs, strict=True) if blob is not None]
+        if late:
+            oldest = min((f for f, _, in_full in tasks if in_full), key=lambda f: f.known.challenged_s, default=None)
+            tasks = [(f, blob, f is oldest) for f, blob, _ in tasks if f is oldest or not f.well]
         taken = [f for f in followed if f.trust > self._config.sure]
         solids = {id(f): silhouette(f.finder.surface, frame.camera, f.found.poses[:1]) for f in taken if tasks}
 
@@ -189,8 +216,7 @@ class SpatialSearch:
             return (self._looks.full if in_full else self._looks.plain)(rest, f.finder, blob)
 
         looks = partial(self._crew.each, look, tasks)
-        shown = self._in_time(looks, is_long=bool(due))
-        for (f, _, in_full), poses in zip(tasks, shown, strict=True):
+        for (f, _, in_full), poses in zip(tasks, self._in_time(looks, is_long=bool(due)), strict=True):
             if in_full and not frame.deadline.expired:
                 self._recall.challenge(f.known)
             if poses is not None and len(poses):

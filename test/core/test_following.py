@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import time
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -117,15 +118,35 @@ def impatient():
 
 
 def test_while_newer_images_wait_doubt_waits_and_what_is_known_is_told(looks):
-    images = [np.where(CLUTTER == RED, RED, picture(driving(k))) for k in range(8)]
+    images = [np.where(CLUTTER == RED, RED, picture(driving(k))) for k in range(5)]
     memory = None
     for k, image in enumerate(images[:4]):
         result, memory = ONE.follow(image, CAMERA, k * STEP_NS, memory, impatient())
         assert len(result.detections) == 1 and result.waiting == 1
     assert not looks["close"]
-    for k, image in enumerate(images[4:], 4):  # what was put off is searched soon, and not ever later
-        _, memory = ONE.follow(image, CAMERA, k * STEP_NS, memory)
-    assert looks["close"] == 1
+    ONE.follow(images[4], CAMERA, 4 * STEP_NS, memory)
+    assert looks["close"] == 1  # what was put off is searched as soon as there is time
+
+
+def test_who_is_always_late_looks_at_all_that_is_in_doubt_in_turn(monkeypatch):
+    now_s, seen = [0.0], Counter()
+    monkeypatch.setattr(time, "monotonic", lambda: now_s[0])
+
+    def thorough(self, frame, finder, blob):
+        seen[round(blob.area_px)] += 1
+        now_s[0] += 0.06
+        return finder.surface.no_poses
+
+    monkeypatch.setattr(SpatialLooks, "thorough", thorough)
+    image, memory, late = picture(driving(0)), None, Patience(lambda: True)
+    for n in range(4):
+        image[10:22, 30 + 60 * n : 40 + 61 * n] = RED  # the last one is the largest
+    for _ in range(100):
+        result, memory = ONE.follow(image, CAMERA, round(now_s[0] * 1e9), memory, late)
+        assert len(result.detections) == 1
+        now_s[0] += STEP_NS * 1e-9
+    assert len(seen) == 4 and max(seen.values()) - min(seen.values()) <= 2
+    assert sum(seen.values()) * 0.06 < 0.3 * now_s[0]
 
 
 def test_the_place_of_a_known_object_is_searched_again_when_there_is_time(looks):

@@ -303,3 +303,20 @@ def test_messages_are_made_for_those_who_listen(
 
         assert wait_until(is_made) and peer.spin_until(lambda: heard)
     assert set(made) == {"geometry_msgs/msg/PoseArray"} and len(heard[0].poses) == 1
+
+
+@pytest.mark.parametrize("is_late", [False, True])
+def test_the_recognizer_is_told_whether_a_newer_image_waits(
+    node: RecognizerNode, picture: np.ndarray, is_late: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[bool] = []
+    original = Recognizer.follow
+
+    def follow(self: Recognizer, *arguments: Any) -> Any:
+        told.append(arguments[-1].is_late)
+        return original(self, *arguments)
+
+    monkeypatch.setattr(Inputs, "is_late", property(lambda self: is_late))
+    monkeypatch.setattr(Recognizer, "follow", follow)
+    node.take_image(label_image(picture), time.time_ns())
+    assert told == [is_late]

@@ -35,5 +35,6 @@ class Patience:
         began_s = time.monotonic()
         found = look()
         ended_s = time.monotonic()
-        self._rests_until_s = ended_s + (ended_s - began_s) * (1 / share - 1)
+        rests_until_s = ended_s + (ended_s - began_s) * (1 / share - 1)
+        self._rests_until_s = max(self._rests_until_s, rests_until_s)
         return found

@@ -49,11 +49,12 @@ class Recall:
         """The objects of a name that may be there, the most votes first."""
         return self._memory.known.get(name, ()) if self._memory else ()
 
-    def due(self, known: Sequence[Known], behind: Sequence[Known]) -> list[Known]:
+    def due(self, known: Sequence[Known], behind: Sequence[Known], doubt_s: float = 0.0) -> list[Known]:
         """Those in whose place others are looked for in this frame: all for which the next one would be too late, else
-        the one for which it is the longest time ago, if that is half the time. Where a newer image waits, one of them,
-        while there is patience.
+        the one for which it is the longest time ago, if that is half the time. Where a newer image waits those that are
+        too late for longer than any blob, while there is patience.
 
+        :param doubt_s: since the blob whose turn it is was searched that has waited for the longest time.
         :param behind: those of them that are followed in what others leave: what is taken for what is easily mistaken
             there, and their time is that of blobs that are searched in vain.
         """
@@ -61,9 +62,9 @@ class Recall:
         age_s = {id(k): self.clock_s - k.challenged_s for k in known}
         late = [k for k in known if age_s[id(k)] + self._passed_s > wait_s.get(id(k), self._refresh_s)]
         old = [k for k in known if age_s[id(k)] > self._refresh_s / 2]
-        if late and not self.patience.is_late:
-            return late
-        return [] if self.patience.is_over else sorted(late or old, key=lambda k: -age_s[id(k)])[:1]
+        if self.patience.is_late:
+            return [k for k in late if age_s[id(k)] >= doubt_s and not self.patience.is_over]
+        return late or sorted(old, key=lambda k: -age_s[id(k)])[:1]
 
     def challenge(self, known: Known) -> None:
         """Others were looked for in the place of an object."""

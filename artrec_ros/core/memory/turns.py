@@ -11,6 +11,8 @@ from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from .looks import Looks
 
+_SOON_S = 1e-6  # less than passes between two frames
+
 
 class Turns:
     """Of the blobs of one frame in which an object of one name may be.
@@ -30,7 +32,7 @@ class Turns:
     ) -> None:
         self._blobs = blobs
         self._number = {id(blob): n for n, blob in enumerate(blobs)}
-        self._now = Looks.of(blobs, now_s)
+        self._now, self._now_s = Looks.of(blobs, now_s), now_s
         self._same = before.same(self._now, config)
         self._before = before
         self._retry_s, self._refresh_s = min(config.retry_s, refresh_s), refresh_s
@@ -41,7 +43,7 @@ class Turns:
         self._at_s[old] = were.at_s
         grown = were.grown(self._now[old], config)
         wait_s[old] = np.where(grown, np.minimum(were.wait_s, self._retry_s), were.wait_s)
-        self._wait_s[old] = np.where(grown, self._retry_s, np.minimum(2 * were.wait_s, refresh_s))
+        self._wait_s[old] = np.where(grown, self._retry_s, np.clip(2 * were.wait_s, self._retry_s, refresh_s))
         self._waiting = set(old.tolist()) - _due(now_s - self._at_s, wait_s, passed_s)
         self._searched: set[int] = set()
 
@@ -63,8 +65,23 @@ class Turns:
         self._searched.add(self.number(blob))
 
     def put_off(self, blob: Blob) -> None:
-        """Its search did not come to an end, and goes on soon."""
-        self._wait_s[self.number(blob)] = self._retry_s
+        """Its search did not come to an end: it is its turn again in the next frame, and it counts from when it was."""
+        number = self.number(blob)
+        self._wait_s[number] = _SOON_S
+        self._now.at_s[number] = self._now_s - self.age_s(blob)
+
+    def leave(self, blob: Blob) -> None:
+        """It waits for another frame, though its turn has come."""
+        self._waiting.add(self.number(blob))
+
+    def age_s(self, blob: Blob) -> float:
+        """Since a blob was searched in full; 0 of a new one."""
+        at_s = float(self._at_s[self.number(blob)])
+        return self._now_s - at_s if np.isfinite(at_s) else 0.0
+
+    def is_new(self, blob: Blob) -> bool:
+        """Whether the frame before did not show it."""
+        return bool(self._same[self.number(blob)] < 0)
 
     def is_searched(self, blob: Blob) -> bool:
         return self.number(blob) in self._searched
@@ -107,6 +124,6 @@ def _due(age_s: Array, wait_s: Array, passed_s: float) -> set[int]:
     known = np.flatnonzero(np.isfinite(age_s))
     order = known[np.argsort(-(age_s / wait_s)[known], kind="stable")]
     late = order[age_s[order] + passed_s > wait_s[order]]
-    share = int(np.ceil((passed_s / (wait_s[known] / 2)).sum()))
+    share = int(np.ceil(np.minimum(passed_s / (wait_s[known] / 2), 1).sum()))
     early = order[age_s[order] > wait_s[order] / 2][: share if len(known) == len(age_s) else 0]
     return set(late.tolist()) | set(early.tolist())

@@ -33,8 +33,7 @@ class Resting:
 
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
-        whose votes fall far, and those that leave a marker in use: a rest is finer, and gives up nothing that speaks
-        for what rests."""
+        whose votes fall far, and those that would leave a marker in use: what speaks for an object is not given up."""
         both = Poses.concatenate([poses, self._fitted(frame, poses, used, last=True)])
         scores = self._voter.judge(frame, both, occlusion=True)
         before, after = self._voter.total(scores).reshape(2, -1)

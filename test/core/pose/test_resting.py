@@ -33,7 +33,8 @@ def test_no_rest_leaves_a_marker_that_spoke_for_what_rests(bend, taken, monkeypa
 
 def test_a_marker_that_did_not_speak_for_it_before_is_none_to_lose(monkeypatch):
     poses = AT.pose(FRAME.camera)
-    off = Poses(poses.R, poses.t, poses.q + 0.8)
+    off, elsewhere = (Poses(poses.R, poses.t, poses.q + bend) for bend in (0.8, -0.8))
+    assert not (FINDER.voter.supports(FRAME, off).all() or FINDER.voter.supports(FRAME, elsewhere).all())
     used = np.ones((1, len(FINDER.surface.markers)), bool)
-    monkeypatch.setattr(resting, "fit_poses", lambda *args, **options: off)
-    np.testing.assert_array_equal(FINDER.rest.settled(FRAME, off, used).q, off.q)
+    monkeypatch.setattr(resting, "fit_poses", lambda *args, **options: elsewhere)
+    np.testing.assert_array_equal(FINDER.rest.settled(FRAME, off, used).q, elsewhere.q)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache, partial
-from typing import TypeVar
 
 from .base.config import SearchConfig
 from .base.crew import Ahead, Crew
+from .haste import Haste, Task
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .memory.memory import Known
@@ -21,10 +21,8 @@ from .spatial_looks import Followed, SpatialLooks
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
 
-_Task = tuple[WholeObjectFinder, Blob]
 _MOST_IN_ONE = 12  # objects in one blob
 _Look = Callable[[ImageFrame, WholeObjectFinder, Blob], Poses | None]
-_Shown = TypeVar("_Shown")
 
 
 class SpatialSearch:
@@ -44,12 +42,12 @@ class SpatialSearch:
         self._turns: dict[WholeObjectFinder, Turns] = {}
         self._found: dict[WholeObjectFinder, list[Poses]] = {}
         self._unexplained: dict[WholeObjectFinder, ImageFrame] = {}  # without the pixels of its likely objects, too
-        self._roots: list[_Task] = []  # that the required component may have made
+        self._roots: list[Task] = []  # that the required component may have made
         self._near: dict[tuple[int, int], list[Blob]] = {}  # of a finder and a limb's blob
         self._seen: dict[tuple[int, int], ImageFrame] = {}  # in which a finder looked at a blob last
         self._rests = Rests()
+        self._haste = Haste(self._recall, self._turns, self._rests, self._is_wanted)
         self._in_doubt: list[tuple[WholeObjectFinder, Poses]] = []  # by few guesses
-        self._put_off: dict[tuple[int, int], _Task] = {}  # of a finder and a blob
         # found, and whether sure; its pixels are still in the frames
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
@@ -69,7 +67,7 @@ class SpatialSearch:
         # most are of objects, which change what is next
         whole, queue = queue, self._look(self._looks.plain, queue, Crew(1), self._config.beyond_doubt)
         # what others begin for who is late may not be taken any more
-        crew = Crew(1) if self._recall.patience.is_late else self._crew
+        crew = Crew(1) if self._haste.is_late else self._crew
         self._look(self._looks.thorough, queue, crew, whole=whole)
         limbs = self._look(self._looks.close, limbs, crew)
         self._look_for_pieces(queue + limbs if self._judge.unseen else queue)
@@ -79,41 +77,29 @@ class SpatialSearch:
         for finder, blob in all_blobs:
             if self._turns[finder].is_searched(blob) and self._explains(self._frame, blob):
                 self._turns[finder].explain(blob)
-        waiting += [self._put_off[key] for key in self._put_off.keys() - {(id(f), id(b)) for f, b in waiting}]
-        self._recall.waiting = sum(not self._is_explained(finder, blob) for finder, blob in waiting)
+        self._recall.waiting = sum(not self._is_explained(*task) for task in self._haste.waiting(waiting))
         return [(finder, Poses.concatenate(poses)) for finder, poses in self._found.items()]
 
-    def _due(self, queue: Sequence[_Task]) -> list[_Task]:
-        """Blobs that were searched before, that nothing explains, and whose turn it is."""
-        turns = self._turns
-        return [(f, b) for f, b in queue if not (turns[f].is_new(b) or turns[f].waits(b)) and self._is_wanted((f, b))]
-
-    def _age_s(self, task: _Task) -> float:
-        return self._turns[task[0]].age_s(task[1])
-
-    def _without_waiting(self, queue: list[_Task]) -> tuple[list[_Task], list[_Task]]:
+    def _without_waiting(self, queue: list[Task]) -> tuple[list[Task], list[Task]]:
         """Blobs that are looked at in this frame where nothing explains them, and those that are left alone. Where a
         newer image waits, of those that are not new one at a time, the one that has waited for the longest time."""
-        if self._recall.patience.is_late:
-            due = sorted(self._due(queue), key=self._age_s, reverse=True)
-            for finder, blob in due if self._recall.patience.is_over else due[1:]:
-                self._turns[finder].leave(blob)
+        self._haste.leave_all_but_one(queue)
         waits = [self._turns[finder].waits(blob) for finder, blob in queue]
         split = [[task for task, wait in zip(queue, waits, strict=True) if wait == which] for which in (False, True)]
         return split[0], split[1]
 
     def _look(
-        self, look: _Look, queue: list[_Task], crew: Crew, least: float | None = None, whole: Sequence[_Task] = ()
-    ) -> list[_Task]:
+        self, look: _Look, queue: list[Task], crew: Crew, least: float | None = None, whole: Sequence[Task] = ()
+    ) -> list[Task]:
         """Look at all blobs, one after the other; those in which no sure object was found, but one may be.
 
         :param least: see `_take`. :param whole: blobs of which what sure objects leave is looked at, too, and first.
         """
-        left: list[_Task] = []
+        left: list[Task] = []
         frame, todo, number = self._frame, [*self._left_of(whole, queue), *queue], 0
         ahead = Ahead(crew, partial(_at, look, frame), todo, self._is_wanted)
         while True:
-            while number < len(todo) and not self._or_puts_off(look, todo[number]):
+            while number < len(todo) and not self._is_due(look, todo[number]):
                 number += 1
             self._hide_found()
             if frame is not self._frame:  # what was begun was of other pixels
@@ -124,7 +110,8 @@ class SpatialSearch:
             if number == len(todo):
                 break
             finder, blob = todo[number]
-            found = self._in_time(partial(ahead.take, number), is_long=look != self._looks.plain)
+            take = partial(ahead.take, number)
+            found = take() if look == self._looks.plain else self._haste.spent_on(take)
             self._seen[id(finder), id(blob)] = frame
             if not frame.deadline.expired:  # else it was cut short, and is looked at again
                 self._turns[finder].search(self._rests.whole(blob))
@@ -134,27 +121,13 @@ class SpatialSearch:
         ahead.close()
         return left
 
-    def _or_puts_off(self, look: _Look, task: _Task) -> bool:
-        """Whether a blob is looked at now, where that is wanted; else a long look at it is put off."""
-        if not self._is_wanted(task):
-            return False
-        if look == self._looks.plain or not self._recall.patience.is_over:
-            return True
-        finder, blob = task[0], self._rests.whole(task[1])
-        if look in (
-            self._looks.thorough,
-            self._looks.close,
-        ):  # else it had one of these, and pieces come when they come
-            self._turns[finder].put_off(blob)
-        self._put_off[id(finder), id(blob)] = finder, blob
-        return False
+    def _is_due(self, look: _Look, task: Task) -> bool:
+        """Whether a blob is to be looked at, and a long look at it is not put off."""
+        if not self._is_wanted(task) or look == self._looks.plain:
+            return self._is_wanted(task)
+        return not self._haste.puts_off(task, again=look in (self._looks.thorough, self._looks.close))
 
-    def _in_time(self, take: Callable[[], _Shown], *, is_long: bool) -> _Shown:
-        """What looks show; long ones ask for patience."""
-        share = self._recall.config.doubt_share
-        return self._recall.patience.spent_on(take, share) if is_long else take()
-
-    def _left_of(self, whole: Sequence[_Task], queue: Sequence[_Task]) -> list[_Task]:
+    def _left_of(self, whole: Sequence[Task], queue: Sequence[Task]) -> list[Task]:
         """What objects leave of blobs, but of those that are yet to be looked at: one that is mostly explained, or was
         looked at before, may be another object's, too."""
         self._hide_found()
@@ -166,7 +139,7 @@ class SpatialSearch:
             for rest in self._rests.of(self._unexplained.get(finder, self._frame).field, finder, blob)
         ]
 
-    def _look_for_pieces(self, queue: list[_Task]) -> None:
+    def _look_for_pieces(self, queue: list[Task]) -> None:
         """Blobs that nothing explains may be of several objects: these are looked for in one range of sizes after the
         other, for one large alignment over several has more votes than a right one; and again where one was found."""
         several = [task for task in queue if self._may_show_more(*task)]
@@ -176,7 +149,7 @@ class SpatialSearch:
                 in_vain = self._look(partial(self._looks.close, piece=piece), left, self._crew)
                 vain = {(id(finder), id(blob)) for finder, blob in in_vain}
                 left = [(f, b) for f, b in left if (id(f), id(b)) not in vain and self._is_wanted((f, b))]
-                if not left or self._recall.patience.is_over:
+                if not left or self._haste.is_over:
                     break
 
     def _may_show_more(self, finder: WholeObjectFinder, blob: Blob) -> bool:
@@ -186,16 +159,15 @@ class SpatialSearch:
             return False
         return blob.label not in finder.root_labels or self._seen.get((id(finder), id(blob))) is not self._frame
 
-    def _look_for_known(self, queue: Sequence[_Task]) -> None:
+    def _look_for_known(self, queue: Sequence[Task]) -> None:
         """Known objects take their pixels. Where it is their turn, or they show less than they did, others are looked
         for in what the rest of them leave, as if they were not known: what is found may prove to be better.
 
         :param queue: all blobs. Where a newer image waits they and known objects are searched in full in turn.
         """
         frame, followed = self._frame, self._follow()
-        late = self._recall.patience.is_late
-        doubt_s = max((self._age_s(task) for task in self._due(queue)), default=0.0) if late else 0.0
-        due = self._recall.due([f.known for f in followed], [f.known for f in followed if f.behind], doubt_s)
+        behind, doubt_s = [f.known for f in followed if f.behind], self._haste.longest_s(queue)
+        due = self._recall.due([f.known for f in followed], behind, doubt_s)
         again = [f for f in followed if f.known in due or not f.well]
         blobs = [
             self._turns[f.finder].largest(
@@ -204,7 +176,7 @@ class SpatialSearch:
             for f in again
         ]
         tasks = [(f, blob, f.known in due) for f, blob in zip(again, blobs, strict=True) if blob is not None]
-        if late:
+        if self._haste.is_late:
             oldest = min((f for f, _, in_full in tasks if in_full), key=lambda f: f.known.challenged_s, default=None)
             tasks = [(f, blob, f is oldest) for f, blob, _ in tasks if f is oldest or not f.well]
         taken = [f for f in followed if f.trust > self._config.sure]
@@ -216,7 +188,8 @@ class SpatialSearch:
             return (self._looks.full if in_full else self._looks.plain)(rest, f.finder, blob)
 
         looks = partial(self._crew.each, look, tasks)
-        for (f, _, in_full), poses in zip(tasks, self._in_time(looks, is_long=bool(due)), strict=True):
+        shown = self._haste.spent_on(looks) if any(in_full for _, _, in_full in tasks) else looks()
+        for (f, _, in_full), poses in zip(tasks, shown, strict=True):
             if in_full and not frame.deadline.expired:
                 self._recall.challenge(f.known)
             if poses is not None and len(poses):
@@ -273,7 +246,7 @@ class SpatialSearch:
         gone = [f for f in followed if not f.well and f.trust <= self._config.sure]
         return 2 * sum(f.known.votes for f in gone) > sum(f.known.votes for f in followed)
 
-    def _is_wanted(self, task: _Task) -> bool:
+    def _is_wanted(self, task: Task) -> bool:
         """Whether there is something of a blob left to explain, and time for it."""
         return not (self._frame.deadline.expired or self._is_explained(*task)) and self._may_show_required(*task)
 
@@ -326,5 +299,5 @@ class SpatialSearch:
             self._frame = rest(self._frame)
 
 
-def _at(look: _Look, frame: ImageFrame, task: _Task) -> Poses | None:
+def _at(look: _Look, frame: ImageFrame, task: Task) -> Poses | None:
     return look(frame, *task)

@@ -64,6 +64,10 @@ class Haste:
         self._put_off[id(finder), id(blob)] = finder, blob
         return True
 
+    def has_put_off(self, task: Task) -> bool:
+        """Whether a long look at a blob was."""
+        return (id(task[0]), id(self._rests.whole(task[1]))) in self._put_off
+
     def spent_on(self, look: Callable[[], _Shown]) -> _Shown:
         """What a long look shows."""
         return self._recall.patience.spent_on(look, self._recall.config.doubt_share)

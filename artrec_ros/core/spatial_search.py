@@ -47,7 +47,7 @@ class SpatialSearch:
         self._seen: dict[tuple[int, int], ImageFrame] = {}  # in which a finder looked at a blob last
         self._rests = Rests()
         self._haste = Haste(self._recall, self._turns, self._rests, self._is_wanted)
-        self._in_doubt: list[tuple[WholeObjectFinder, Poses]] = []  # by few guesses
+        self._in_doubt: list[tuple[Task, Poses]] = []  # by few guesses
         # found, and whether sure; its pixels are still in the frames
         self._to_hide: tuple[WholeObjectFinder, Poses, bool] | None = None
 
@@ -72,8 +72,9 @@ class SpatialSearch:
         limbs = self._look(self._looks.close, limbs, crew)
         self._look_for_pieces(queue + limbs if self._judge.unseen else queue)
         self._hide_found()
-        for finder, poses in self._in_doubt if self._frame.deadline.expired else ():
-            self._found.setdefault(finder, []).append(poses)
+        for task, poses in self._in_doubt:
+            if self._frame.deadline.expired or self._haste.has_put_off(task):
+                self._found.setdefault(task[0], []).append(poses)
         for finder, blob in all_blobs:
             if self._turns[finder].is_searched(blob) and self._explains(self._frame, blob):
                 self._turns[finder].explain(blob)
@@ -93,7 +94,8 @@ class SpatialSearch:
     ) -> list[Task]:
         """Look at all blobs, one after the other; those in which no sure object was found, but one may be.
 
-        :param least: see `_take`. :param whole: blobs of which what sure objects leave is looked at, too, and first.
+        :param least: see `_take`: what has less is kept for the case that there is no time to look again.
+        :param whole: blobs of which what sure objects leave is looked at, too, and first.
         """
         left: list[Task] = []
         frame, todo, number = self._frame, [*self._left_of(whole, queue), *queue], 0
@@ -117,6 +119,8 @@ class SpatialSearch:
                 self._turns[finder].search(self._rests.whole(blob))
             if found is not None and not self._take(finder, found, least):
                 left.append((finder, blob))
+                if least is not None:
+                    self._in_doubt.append(((finder, blob), found))
             number += 1
         ahead.close()
         return left
@@ -273,13 +277,11 @@ class SpatialSearch:
         A likely one may share them with a rival, but its own target's is not sought for them again. One whose required
         component has no place of its own takes none: whose it lies across is yet to be found.
 
-        :param least: trust that makes it sure; the blobs of what has less are looked at again, and it is kept for the
-            case that there is no time for that.
+        :param least: trust that makes it sure; the blobs of what has less are looked at again.
         """
         trust, placed = self._judge.trust_and_place(finder, poses, self._frame)
         sure = placed and trust > (self._config.sure if least is None else least)
         if least is not None and not sure:
-            self._in_doubt.append((finder, poses))
             return False
         self._found.setdefault(finder, []).append(poses)
         if placed and (sure or trust > self._config.likely):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from solids import BLUE, RED, camera_of, pose, render, truck
 
-from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig, SearchConfig
 from artrec_ros.core.base.patience import Patience
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.memory.memory import Known
@@ -126,6 +126,15 @@ def test_while_newer_images_wait_doubt_waits_and_what_is_known_is_told(looks):
     assert not looks["close"]
     ONE.follow(images[4], CAMERA, 4 * STEP_NS, memory)
     assert looks["close"] == 1  # what was put off is searched as soon as there is time
+
+
+def test_what_few_guesses_show_is_told_where_a_closer_look_is_put_off(looks):
+    doubtful = recognizer(search=SearchConfig(beyond_doubt=1.0))
+    image = picture(driving(0))
+    result, _ = doubtful.follow(image, CAMERA, 0, None, impatient())
+    assert not looks["close"] and result.waiting
+    (found,) = result.detections
+    np.testing.assert_allclose(found.pose.position, driving(0).t[0], atol=0.03)
 
 
 def test_who_is_always_late_looks_at_all_that_is_in_doubt_in_turn(monkeypatch):

@@ -192,12 +192,22 @@ def test_a_blob_of_several_things_is_looked_at_in_all_sizes(monkeypatch, several
 
 @pytest.mark.parametrize(("trust", "sure"), [(0.99, True), (0.9, False)])
 @pytest.mark.parametrize("late", [False, True])
-def test_what_few_guesses_find_counts_where_it_is_beyond_doubt_or_there_is_no_time(finder, trust, sure, late):
-    frame = ImageFrame(LabelField(np.zeros((240, 320), np.uint8)), CAMERA, Deadline(-1.0 if late else 100.0))
-    search = SpatialSearch(frame, Certain(), DEFAULTS.search)
+def test_what_few_guesses_find_counts_where_it_is_beyond_doubt_or_there_is_no_time(
+    finder, trust, sure, late, monkeypatch
+):
+    labels = np.zeros((240, 320), np.uint8)
+    labels[100:140, 100:160] = RED
+    frame = ImageFrame(LabelField(labels), CAMERA, Deadline(100.0))
     found = Poses(LEFT.R, LEFT.t * 0 + np.array([[0, 0, trust]]), LEFT.q)
-    assert search._take(finder, found, DEFAULTS.search.beyond_doubt) == sure
-    told = search.run([finder], ())
+
+    def plain(self, *args):
+        if late:
+            monkeypatch.setattr(Deadline, "expired", True)
+        return found
+
+    monkeypatch.setattr(SpatialLooks, "plain", plain)
+    monkeypatch.setattr(SpatialLooks, "thorough", lambda *args: None)
+    told = SpatialSearch(frame, Certain(), DEFAULTS.search).run([finder], find_blobs(labels, {RED}, DEFAULTS))
     assert sum(len(poses) for _, poses in told) == int(sure or late)
 
 

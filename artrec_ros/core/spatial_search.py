@@ -70,7 +70,7 @@ class SpatialSearch:
         crew = Crew(1) if self._haste.is_late else self._crew
         self._look(self._looks.thorough, queue, crew, whole=whole)
         limbs = self._look(self._looks.close, limbs, crew)
-        self._look_for_pieces(queue + limbs if self._judge.unseen else queue)
+        self._look_for_pieces(queue + limbs if self._judge.unseen else queue, crew)
         self._hide_found()
         for task, poses in self._in_doubt:
             if self._frame.deadline.expired or self._haste.has_put_off(task):
@@ -127,9 +127,10 @@ class SpatialSearch:
 
     def _is_due(self, look: _Look, task: Task) -> bool:
         """Whether a blob is to be looked at, and a long look at it is not put off."""
-        if not self._is_wanted(task) or look == self._looks.plain:
-            return self._is_wanted(task)
-        return not self._haste.puts_off(task, again=look in (self._looks.thorough, self._looks.close))
+        if not self._is_wanted(task):
+            return False
+        closely = look in (self._looks.thorough, self._looks.close)
+        return look == self._looks.plain or not self._haste.puts_off(task, again=closely)
 
     def _left_of(self, whole: Sequence[Task], queue: Sequence[Task]) -> list[Task]:
         """What objects leave of blobs, but of those that are yet to be looked at: one that is mostly explained, or was
@@ -143,14 +144,14 @@ class SpatialSearch:
             for rest in self._rests.of(self._unexplained.get(finder, self._frame).field, finder, blob)
         ]
 
-    def _look_for_pieces(self, queue: list[Task]) -> None:
+    def _look_for_pieces(self, queue: list[Task], crew: Crew) -> None:
         """Blobs that nothing explains may be of several objects: these are looked for in one range of sizes after the
         other, for one large alignment over several has more votes than a right one; and again where one was found."""
         several = [task for task in queue if self._may_show_more(*task)]
         for piece in range(1, self._config.pieces + 1):
             left = several
             for _ in range(_MOST_IN_ONE):
-                in_vain = self._look(partial(self._looks.close, piece=piece), left, self._crew)
+                in_vain = self._look(partial(self._looks.close, piece=piece), left, crew)
                 vain = {(id(finder), id(blob)) for finder, blob in in_vain}
                 left = [(f, b) for f, b in left if (id(f), id(b)) not in vain and self._is_wanted((f, b))]
                 if not left or self._haste.is_over:

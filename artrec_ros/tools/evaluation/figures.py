@@ -71,7 +71,7 @@ SHOWN = {
         3,
         -1,
         "mean distance of score and the share that lies on an object, over bins; right components are not asked for",
-    ),  # fmt: skip
+    ),
 }
 FACTORS = {
     **dict.fromkeys(("position_error_median", "position_error_p95"), 100.0),

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..base.config import SightingsConfig
 from ..geometry.transforms import Array
 from .sightings import Sightings
 from .tracks import Tracks
@@ -42,15 +43,6 @@ class Places(NamedTuple):
         position = np.where(tracks.in_camera[:, None], tracks.bodies.motion.place[:, :3], np.nan)
         return cls(tracks.names, position, place[:, :2], size_m, size_m * np.exp(place[:, 2]))
 
-    @classmethod
-    def last(cls, tracks: Tracks, sizes: Mapping[str, float]) -> Places:
-        """Where they were seen last."""
-        size_m = np.array([sizes.get(name, 0.0) for name in tracks.names])
-        position = np.array([(np.nan,) * 3 if d.pose is None else d.pose.position for d in tracks.last]).reshape(-1, 3)
-        image = np.array([(d.image.x, d.image.y, d.image.scale) for d in tracks.last]).reshape(-1, 3)
-        position = np.where(tracks.in_camera[:, None], position, np.nan)
-        return cls(tracks.names, position, image[:, :2], size_m, size_m * image[:, 2])
-
     def apart(self, others: Places) -> Array:
         """(N, M) how far each is from others of its name, 1 from where on both have room; infinite of another name."""
         metres = np.linalg.norm(self.position[:, None] - others.position, axis=-1) / self.size_m[:, None].clip(1e-9)
@@ -59,8 +51,9 @@ class Places(NamedTuple):
         return np.where(same, np.where(np.isnan(metres), pixels, metres) / _APART, np.inf)
 
 
-def leaps(found: Places, lost: Tracks, sizes: Mapping[str, float], dt_s: float) -> Array:
+def leaps(found: Places, lost: Tracks, sizes: Mapping[str, float], dt_s: float, config: SightingsConfig) -> Array:
     """(N, M) how far detections are from tracks that nothing continues, 1 from where on they are none of these: from
     where these are expected, or, farther, from where they were in the frame before, dt_s ago."""
-    before = np.where(lost.age_s <= 1.5 * dt_s, found.apart(Places.last(lost, sizes)) / _LEAP, np.inf)
+    last = Places.found(lost.names, Sightings.of(lost.last, sizes, config))
+    before = np.where(lost.age_s <= 1.5 * dt_s, found.apart(last) / _LEAP, np.inf)
     return np.asarray(np.minimum(found.apart(Places.expected(lost, sizes)), before), np.float64)

@@ -176,7 +176,7 @@ class Tracker:
         if not new or not lost:
             return {}
         there = Places.found([found[n].object for n in new], s[new])
-        apart = leaps(there, self._tracks[lost], self._sizes, dt_s)
+        apart = leaps(there, self._tracks[lost], self._sizes, dt_s, self._config.sightings)
         return {new[n]: lost[k] for n, k in _assign(apart - 1).items()}
 
     def _doubles(self, here: Sequence[int]) -> set[int]:

@@ -10,6 +10,7 @@ from solids import RED, StubJudge, camera_of, marker, pose, rectangle, render, t
 
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.finds import Finds
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -216,11 +217,11 @@ def test_whose_required_component_has_no_outline_takes_no_pixels(finder, tilt, s
     """It lies across something of its class that another hypothesis may explain."""
     frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, LEFT, RED)])), CAMERA)
     one = pose(-0.25, 0, 1.0, 0.3, tilt, model=TRUCK)
-    search = SpatialSearch(frame, StubJudge(given=lambda verdict: 1.0), DEFAULTS.search)
-    assert search._judge.trust_in(finder, one, frame) == 1.0
-    assert search._take(finder, one) == sure
-    search._hide_found()
-    assert (search._frame is frame) == (not sure)
+    judge = StubJudge(given=lambda verdict: 1.0)
+    finds = Finds(frame, judge, DEFAULTS.search)
+    assert judge.trust_in(finder, one, frame) == 1.0
+    assert finds.take(finder, one) == sure
+    assert (finds.frame is frame) == (not sure)
 
 
 def test_what_sure_objects_leave_of_a_blob_that_they_share_is_looked_at():

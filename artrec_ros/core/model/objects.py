@@ -8,7 +8,7 @@ component, the joint's frame turned by the joint angle (URDF's link frame).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -242,6 +242,15 @@ class ObjectModel:
         for name in (n for n in self.joint_names if self.joint_names.count(n) > 1):
             raise ConfigError(f"object '{self.name}': two joints have the same name '{name}'")
         self._check_identities()
+        object.__setattr__(self, "components", tuple(map(self._narrowed, self.components)))
+
+    def _narrowed(self, component: Component) -> Component:
+        """With those classes that some identity bears, where identities are declared: others are something else's, and
+        would make a blob of theirs an object that does not exist."""
+        borne = {identity.classes[component.name] for identity in self.identities if component.classes}
+        if not borne or borne >= component.classes.keys():
+            return component
+        return replace(component, classes={k: label for k, label in component.classes.items() if k in borne})
 
     @cached_property
     def is_on_unknown(self) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..geometry.transforms import Array
 from ..model.found import IdentityFit
-from ..verdict.identity import named
+from ..verdict.identity import doubted, named
 from .motion import Flags
 
 
@@ -101,10 +101,13 @@ def same_by_name(
 
 
 def identified(
-    names: Sequence[str], fits: Sequence[IdentityFit | None], likely: Flags
+    names: Sequence[str], fits: Sequence[IdentityFit | None], likely: Flags, there: Array, misnamed: float
 ) -> tuple[IdentityFit | None, ...]:
     """The same, told which one each is by what has been seen of it so far; all of an object's together that are
-    `likely` (T,) to be there."""
+    `likely` (T,) to be there.
+
+    :param there, misnamed: as of `doubted`.
+    """
     out = list(fits)
     mine: dict[str, list[int]] = {}
     for n, fit in enumerate(fits):
@@ -114,6 +117,7 @@ def identified(
         known = [fit for fit in (fits[n] for n in rows) if fit is not None]
         each = list(known[0].evidence)
         evidence = np.array([[fit.evidence[k] for k in each] for fit in known])
-        for n, fit in zip(rows, named(evidence, each, known[0].unique, known[0].least), strict=True):
+        told = named(evidence, each, known[0].unique, known[0].least)
+        for n, fit in zip(rows, doubted(told, there[rows].tolist(), misnamed), strict=True):
             out[n] = fit
     return tuple(out)

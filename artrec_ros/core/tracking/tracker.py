@@ -261,8 +261,9 @@ class Tracker:
         if not new or not lost:
             return set()
         known = tracks.are_told & np.isin(np.arange(len(tracks)), list(here))
-        named_by_now = identified(tracks.names, fits, known)
-        same = same_by_name(tracks.names, named_by_now, tracks.existence.probability, new, lost)
+        there = tracks.existence.probability
+        named_by_now = identified(tracks.names, fits, known, there, self._config.sightings.misnamed)
+        same = same_by_name(tracks.names, named_by_now, there, new, lost)
         found = {new[n]: lost[k] for n, k in _assign(_SAME - same).items()}
         for row, before in found.items():
             ids[row], ids[before] = ids[before], None
@@ -280,9 +281,10 @@ class Tracker:
                 ids[row] = self._numbers.new(tracks.names[row])
             else:
                 self._numbers.keep(tracks.names[row], number)
-        likely = tracks.existence.probability >= _NAMED
+        there = tracks.existence.probability
+        likely = there >= _NAMED
         likely[list(rows)] = True
-        identities = identified(tracks.names, tracks.identities, likely)
+        identities = identified(tracks.names, tracks.identities, likely, there, self._config.sightings.misnamed)
         self._tracks = replace(tracks, ids=tuple(ids), identities=identities)
 
 

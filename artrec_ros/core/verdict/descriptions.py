@@ -23,7 +23,7 @@ from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
 from .at_rest import AtRest, at_rest, candidates
 from .claims import claims_of
-from .identity import Identifier
+from .identity import Identifier, doubted
 from .judge import Judge
 from .missing import MarkersInView, MissingParts
 from .nearer import hidden_by_each, met_by_each
@@ -95,7 +95,11 @@ class Describer:
         # what hides part of what faces the camera is not known to be nearer
         shows = [v.claim.frame for v in verdicts] if finder.facing else rest.frames
         layouts = Layouts.around(finder, frame, poses, shows) if self._identifier.identities else None
-        identities = self._identifier.identify(frame, poses, self._seen(verdicts, told), layouts)
+        identities = doubted(
+            self._identifier.identify(frame, poses, self._seen(verdicts, told), layouts),
+            [v.probability for v in verdicts],
+            finder.config.verdict.misread,
+        )
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)

@@ -4,7 +4,8 @@ The place, turn and joints of an object are found with alternatives open: a pixe
 speaks for it. Of rivals at one place that are found that one comes first which shows an identity that exists. Then is
 asked which it is: each identity is as likely as the pixels on its components are under it. Where each identity occurs
 once, objects are named together (assignment), and an object's probability is that of the best naming of all against
-the best one in which it has another name.
+the best one in which it has another name. Who is given a name against what its pixels show has it only as far as it is
+likelier that these were misread than that it is none of these objects.
 """
 
 from __future__ import annotations
@@ -119,6 +120,29 @@ def named(evidence: Array, names: Sequence[str], unique: bool, least: float) -> 
     evidence = np.hstack([evidence, np.tile(evidence.mean(axis=1, keepdims=True), spare)])
     best = choose(evidence)
     return [_fit(evidence, names, unique, least, choose, best, i) for i in range(len(best))]
+
+
+def doubted(fits: Sequence[IdentityFit | None], there: Sequence[float], misread: float) -> list[IdentityFit | None]:
+    """The same; names that are told against what pixels show are less probable, for what is there may be none of these
+    objects.
+
+    Pixels that are misread show any name, and so does what has none. What others leave over tells no name by itself.
+
+    :param there: (H,) how probable each object is. :param misread: how often all of an object's pixels are.
+    """
+    return [
+        fit if fit is None or fit.name is None or not fit.evidence else _doubted(fit, fit.name, probability, misread)
+        for fit, probability in zip(fits, there, strict=True)
+    ]
+
+
+def _doubted(fit: IdentityFit, name: str, there: float, misread: float) -> IdentityFit:
+    evidence = np.array(list(fit.evidence.values()))
+    share = float(np.exp(fit.evidence[name] - logsumexp(evidence)))
+    # against pixels that show any name
+    shows = min((1 - misread) * share * len(evidence) + misread, 1.0)
+    probability = fit.probability * shows / (1 - there * (1 - shows))
+    return replace(fit, name=name if probability >= fit.least else None, probability=probability)
 
 
 def surplus(evidence: Array, odds: Array, wrong: float) -> NDArray[np.bool_]:

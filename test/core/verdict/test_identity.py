@@ -25,7 +25,7 @@ from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.verdict.acceptance import _of_several, verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
-from artrec_ros.core.verdict.identity import Identifier, named, surplus
+from artrec_ros.core.verdict.identity import Identifier, doubted, named, surplus
 from artrec_ros.core.verdict.judge import Judge
 
 NAMES = ("a", "b", "c", "d", "e")
@@ -312,3 +312,50 @@ def test_colours_that_no_identity_has_count_against_a_claim():
     lost = replace(wrong.claims, contradicted=2 * wrong.claims.votes)
     assert judge.worth(replace(wrong, claims=lost))[0] > 0  # it comes last, but may be there
     assert judge.trust(wrong[0]) < wrong.probability[0]
+
+
+@pytest.mark.parametrize(
+    ("evidence", "score", "name"),
+    [
+        ((0.0, -20.0), 0.9, "b"),  # the other one shows a plainly: this one is left over, and shows a, too
+        ((0.0, -20.0), 0.9999, "b"),
+        ((-0.1, 0.0), 0.5, "b"),  # it shows what it is called
+        ((-3.0, -3.0), 0.5, "b"),  # it shows nothing: the name that is left
+    ],
+)
+def test_what_is_left_over_is_a_name_as_far_as_pixels_may_be_misread(evidence, score, name):
+    """One name is left; against its pixels an object has it only if it is surely there."""
+    fits = told([[100.0, 0.0], evidence])
+    assert names(fits) == ["a", name] and fits[1].probability > 0.9
+    sure, one = doubted(fits, [0.5, score], 0.02)
+    assert sure == fits[0]
+    against = evidence[0] - evidence[1] > 10
+    odds = score / (1 - score)
+    expected = (0.02 * odds / (1 + 0.02 * odds)) / score if against else 1.0
+    assert one.probability == pytest.approx(expected * fits[1].probability, rel=0.05)
+    assert one.name == (name if one.probability >= 0.8 else None)
+    assert one.evidence == fits[1].evidence
+
+
+def test_who_has_no_name_stays_without():
+    (fit,) = told([[0.0, -0.1]])
+    assert doubted([fit, None], [0.9, 0.9], 0.02) == [fit, None]
+
+
+def test_classes_that_no_identity_shows_are_none_of_the_components():
+    model = robot(identities=[("gr", "g", "r"), ("vr", "v", "r")])
+    assert list(model.component("left").classes) == ["g", "v"] and list(model.component("right").classes) == ["r"]
+    assert robot(identities=[]).component("left").classes == COLOURS  # then all combinations exist
+
+
+def test_a_plain_blob_of_the_teams_colour_is_no_robot():
+    """Of a robot that may bear patches of that colour, which none does."""
+    plain = rendered(ONE)
+    plain[plain > 0] = TEAM
+    either = {**COLOURS, "t": TEAM}
+    bearing = tuple(replace(c, classes=either if c.classes else {}) for c in robot().components)
+    model = replace(robot(), components=bearing)
+    finder = WholeObjectFinder(Target("robot", model, TEAM), DEFAULTS, facing=True)
+    frame = ImageFrame(LabelField(plain), None).faced()
+    (verdict,) = verdicts_of(claims_of(finder, poses_of(frame, ONE), frame))
+    assert verdict.probability < DEFAULTS.min_probability

@@ -124,3 +124,12 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="a pixel in fifty shows something else: no pixel decides alone",
     )
+    misread: float = param(
+        0.02,
+        "share of objects all of whose pixels show another identity than theirs",
+        low=0.0001,
+        high=1,
+        paths=("space", "facing"),
+        origin="overhead robots: as sightings.misnamed; names are told by what others leave where that is as likely as "
+        "that the object is none",
+    )

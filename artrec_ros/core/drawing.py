@@ -131,12 +131,16 @@ def _colour_word(name: str) -> str | None:
 def _told_rejections(result: FrameResult) -> list[tuple[Rejection, int]]:
     """The rejected candidates worth a text, and how many others lie near each.
 
-    Of neighbours the best, a few in all; none that has no place, or lies on an object that was found.
+    Of neighbours the best, a few in all; none that has no place, or lies on an object that was found, nor a blob that
+    led to none where its object was found elsewhere: beside a robot stripes of its colour want no sentence each.
     """
+    seen = {d.object for d in result.detections if not d.predicted}
     outlines = [np.float32(c.contour) for d in result.detections for c in d.components if len(c.contour) >= 3]
     told: list[tuple[Rejection, int]] = []
     for rejection in sorted(result.rejected, key=lambda r: -r.score):
         place = (float(rejection.x), float(rejection.y))
+        if not rejection.score and rejection.object in seen:
+            continue
         if place == (0.0, 0.0) or any(cv2.pointPolygonTest(o, place, True) > -_NEAR_PX for o in outlines):
             continue
         for i, (known, others) in enumerate(told):

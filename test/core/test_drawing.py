@@ -108,6 +108,14 @@ def test_rejected_candidates_are_marked_once_a_place_and_never_on_an_object():
     assert not changed(FrameResult((200, 160), rejected=(Rejection("arm", "no place"),))).any()
 
 
+def test_a_blob_that_led_to_nothing_has_a_text_only_where_its_object_is_not_found():
+    blob = Rejection("arm", "no candidate", 0.0, 30, 130)
+    assert changed(FrameResult((200, 160), rejected=(blob,)))[130, 30]
+    beside = FrameResult((200, 160), found().detections, (blob, replace(blob, object="leg", x=160)))
+    drawn = changed(beside)
+    assert not drawn[130, 30] and drawn[130, 160]
+
+
 def texts(monkeypatch, image, result, names=("arm",)):
     """What is written in the overlay, and the boxes (left, top, right, bottom) in which it stands."""
     found = []

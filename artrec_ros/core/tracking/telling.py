@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,10 +26,13 @@ class Teller:
         joints: Joints,
         config: TrackingConfig,
         size: tuple[int, int],
+        sizes: Mapping[str, float],
         scores: Sequence[float] | None,
     ) -> None:
-        """:param scores: of the tracks; None: detections keep theirs."""
+        """:param sizes: of objects' required components, metres. :param scores: of the tracks; None: detections keep
+        theirs."""
         self._tracks, self._config, self._size, self._scores = tracks, config, size, scores
+        self._sizes = sizes
         self._joints, self._endless = joints.told(), joints.endless_ones
         self._posed, self._times = tracks.posed.tolist(), tracks.times.tolist()
 
@@ -68,11 +71,22 @@ class Teller:
         tracks, c = self._tracks, self._config
         likely = tracks.existence.probability
         for row in rows:
-            told = tracks.ids[row] is not None and likely[row] >= c.existence.least
-            if told and tracks.age_s[row] <= c.predict:
-                detection = self._predicted(row, float(likely[row]))
-                if detection is not None:
-                    yield detection
+            if tracks.ids[row] is None or tracks.age_s[row] > c.predict:
+                continue
+            score = float(likely[row]) * self._in_its_place(row)
+            if score >= c.existence.least and (detection := self._predicted(row, score)) is not None:
+                yield detection
+
+    def _in_its_place(self, row: int) -> float:
+        """Probability that an object that is there lies so near to where it is expected, across the line of sight or on
+        the plane, that its required component's middle would still be on itself; of one whose size is not known 1."""
+        tracks, half = self._tracks, self._sizes.get(self._tracks.names[row], 0.0) / 2
+        if self._posed[row]:
+            covariance = tracks.bodies.motion.place_covariance[row]
+        else:
+            covariance, half = tracks.image.place_covariance[row], half * float(np.exp(tracks.expected[row, 2]))
+        variance = (covariance[0, 0] + covariance[1, 1]) / 2
+        return float(-np.expm1(-(half**2) / (2 * variance))) if half and variance > 0 else 1.0
 
     def _predicted(self, row: int, score: float) -> Detection | None:
         """None: it would be out of view."""

@@ -233,7 +233,7 @@ class Tracker:
         given_away = self._find_again(set(row_of.values()), [row_of[n] for n in told])
         self._name([row_of[n] for n in told])
         teller = Teller(
-            self._tracks, self._joints, self._config, result.size, scores=likely if self._in_doubt else None
+            self._tracks, self._joints, self._config, result.size, self._sizes, likely if self._in_doubt else None
         )
         seen = [teller.seen(found[n], row_of[n]) for n in told]
         here, whose = set(row_of.values()), list(zip(self._tracks.names, self._tracks.ids, strict=True))

@@ -204,6 +204,27 @@ def test_what_is_hidden_is_told_where_it_is_expected_for_so_long():
     assert (np.diff(spread) > 0).all() and (np.diff([d.score for d in expected[:6]]) < 0).all()
 
 
+@pytest.mark.parametrize("make", [at, lambda x: flat(300 + 500 * x)])
+def test_a_prediction_is_as_probable_as_it_lies_on_what_it_predicts(make):
+    """Where it may be is soon wider than a small object; a large one is still there."""
+
+    def scores(size_m):
+        model = robot()
+        larger = size_m / np.ptp(model.required.markers[0].outline, axis=0).max()
+        marker = replace(model.required.markers[0], outline=larger * model.required.markers[0].outline)
+        components = (replace(model.components[0], markers=(marker,)), *model.components[1:])
+        target = Target("red", replace(model, components=components), TEAM)
+        walk = np.random.default_rng(6).normal(0, 0.004, 30).cumsum()
+        steps = [[make(0.0), make(0.3 + 0.01 * k + x)] for k, x in enumerate(walk.tolist())]
+        steps = [[replace(d, score=0.99) for d in found] for found in [*steps, *[[make(0.0)]] * 6]]
+        detections = told(steps, TrackingConfig(predict=1.0), targets=[target])
+        return [next((d.score for d in found if d.predicted), 0.0) for found in detections[30:]]
+
+    small, large = scores(0.02), scores(1.0)
+    assert (np.array(small) < large).all() and min(large) > 0.4
+    assert small[-1] == 0.0  # likelier elsewhere than there
+
+
 def test_in_the_image_a_prediction_goes_where_its_pose_does():
     """What was seen of it last was what the border left, whose middle runs the other way."""
     steps = [at(0.3 + 0.01 * k) for k in range(30)]

@@ -34,7 +34,7 @@ from artrec_ros.core.pose.covariance import deviations_without_image, pose_covar
 from artrec_ros.core.pose.restarts import scatter
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.verdict import descriptions
+from artrec_ros.core.verdict import at_rest
 from artrec_ros.simulation.simulator import SimulatedFrame
 
 SHARES = ("spread_share", "seam_share", "stretch_share", "restart_share", "seam_gain")  # what is fitted
@@ -52,7 +52,7 @@ class Recorder:
 
     def __init__(self) -> None:
         self.kept: dict[bytes, tuple[tuple[str, ...], Array, Array, float]] = {}
-        descriptions.pose_covariances = self
+        at_rest.pose_covariances = self
 
     def __call__(
         self,

@@ -12,8 +12,10 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
 * each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
   estimate of Liang and Zeger, 1986).
 
-Where labels' edges lie farther from contours than those of exact labels and a seam do, as where a network gives labels
-for cells of pixels, all of it counts for more: corners are rounded, and cells err together.
+How far from a contour an edge may lie by chance the labels along its normal tell: rounding, seams, stray and lost
+pixels leave its place open, each point's by itself. Where edges are farther off they lie elsewhere, and neighbours do
+together: networks give labels for cells of pixels, round corners and tear borders. Few points then say something of
+their own, and all of it counts for more.
 
 To this comes what no derivative tells: where the same fit comes to rest when it begins elsewhere (`restarts.py`). And
 where a segmenter leaves wide seams all of it counts for more: its shade and blur move edges in ways of their own.
@@ -109,8 +111,10 @@ def sources(
     pull = np.add.reduceat(Jw * residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
     gain = np.asarray(np.linalg.inv(A)[:, :, :n_par], np.float64)
     by_pixel = _squared(outwards @ gain)
-    rough_px = np.maximum(np.sqrt(square) - c.exact_px - seams_px, 0.0) * (frame.image is None)
-    more = (1 + c.rough_gain * rough_px)[:, None, None]
+    # weights are 1 / (1 + variance of the edge's place): by these weights the mean of the variances
+    left_open = np.where(w > 0, 1 - w, 0.0).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9)
+    rough_px2 = np.maximum(square - c.exact_share * left_open, 0.0) * (frame.image is None)
+    more = (1 + c.rough_gain * rough_px2)[:, None, None]
     return Sources(
         known=_transposed(gain) @ prior @ gain,
         spread=more * _squared(_stacked(each) @ gain),

@@ -89,24 +89,26 @@ class CovarianceConfig(Room):
         paths=_WHOLE,
         origin=_FITTED,
     )
-    exact_px: float = param(
-        0.5,
-        "root mean square of the residuals that exact labels leave",
-        unit="px",
+    exact_share: float = param(
+        0.75,
+        "mean square of the residuals that exact labels leave, as a share of the variance that the labels along the "
+        "normals leave to the places of edges",
         low=0,
         high=10,
         paths=_WHOLE,
-        origin="drawn arms whose pixels have the label of most of them: .48 to .53; quadrupeds of a segmenter with "
-        "seams: .24 to .75",
+        origin="three drawn objects whose pixels have the label of most of them: .72 to .84; less than all of it, for "
+        "where labels leave it open an edge is taken to lie near the contour",
     )
     rough_gain: float = param(
-        4.0,
-        "by how much more all of this counts for each pixel of residuals beyond that and half a seam",
+        5.5,
+        "by how much more all of this counts for each square pixel by which residuals' mean square is beyond that",
+        unit="1/px^2",
         low=0,
-        high=20,
+        high=50,
         paths=_WHOLE,
-        origin="arms whose labels come in cells of four pixels, or smoothed over them: 90 % regions hold .27 and .28 "
-        "without, nine in ten need deviations of 1.9 and 1.6 times as much, at residuals of 1.2 and .9 px",
+        origin="three drawn objects, labels in cells of 4 px, ragged or mixed up by 1 and 2 px: 90 % regions hold .78, "
+        ".63, .66, .88 and .54 by how far residuals are beyond half a pixel, by this .89, .83, .87, .89 and .89; by "
+        "3.5 and 7 they are farther from nine in ten",
     )
     least_freedom: float = param(
         0.25,

@@ -108,6 +108,12 @@ class SpatialLooks:
         found = self.plain(frame, finder, blob)
         return found if found is None or len(found) else self.close(frame, finder, blob)
 
+    def again(self, frame: ImageFrame, finder: WholeObjectFinder, poses: Poses) -> Poses | None:
+        """One object bent anew, and begun from what its first components say; None where that explains no more."""
+        found = finder.ranked(frame, poses)
+        bent = finder.rebent(frame, found, self._plain_climb, finder.beginnings(frame, poses))
+        return bent.poses[:1] if bent.votes[0] > found.votes[0] else None
+
     def _is_hopeless(self, verdicts: Verdicts, *, climbs: int) -> bool:
         """Whether no climb will make an object of any of them: what they lack to be one they do not find on their way.
 

@@ -14,12 +14,12 @@ from .memory.recall import Recall
 from .model.found import Detection, Rejection
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
+from .second_looks import SecondLooks
 from .spatial_search import SpatialSearch
 from .turned_down import turned_down
 from .verdict.acceptance import Verdict
 from .verdict.descriptions import Describer
 from .verdict.judge import Judge
-from .verdict.ownership import share_out
 
 
 class SpatialStage:
@@ -43,7 +43,7 @@ class SpatialStage:
         search = self._config.search
         search_of = SpatialSearch(frame.hurried(search.search_share), self._judge, search, recall, self._crew)
         found = search_of.run(self._finders, blobs)
-        accepted, others = share_out(found, frame, self._judge)
+        accepted, others = SecondLooks(frame, self._judge, search, recall).shared(found)
         detections, surplus = list[Detection](), list[Verdict]()
         for finder, describer in zip(self._finders, self._describers, strict=True):
             told, none_left = describer.without_surplus(accepted, frame, self._judge)

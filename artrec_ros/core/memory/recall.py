@@ -70,6 +70,11 @@ class Recall:
         """Others were looked for in the place of an object."""
         self._challenged.append(known)
 
+    def rests(self, finder: WholeObjectFinder, poses: Poses) -> bool:
+        """Whether an object is known, and it is not its turn to be looked for in this frame."""
+        known = self._nearest(poses, self.known(finder.target.name), finder.surface.extent)
+        return known is not None and known not in self._challenged
+
     def was_there(self, known: Known) -> bool:
         """Whether it was seen in the frame before, and not only earlier."""
         return self._memory is not None and known.seen_s == self._memory.clock_s

@@ -31,7 +31,7 @@ from .required_place import RequiredPlace
 from .resting import Resting
 from .seeds import Seeds
 from .stand_ins import StandIns
-from .surface_model import Poses, SpatialModel
+from .surface_model import PatchScores, Poses, SpatialModel
 from .voter import Voter
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
@@ -182,6 +182,27 @@ class WholeObjectFinder:
                 best = best if better is best else self._bent_anew(frame, better, climb)
         return best + found if best.votes[0] > found.votes[0] else found
 
+    @property
+    def bends_on(self) -> bool:
+        """Whether its joints carry joints: it may be bent anew."""
+        return self._rebends.any
+
+    def may_bend(self, scores: PatchScores, votes: float) -> bool:
+        """Whether one hypothesis has something to win by another bend. :param scores: of it. :param votes: its own."""
+        m = self.surface.markers[self._jointed]
+        lost = np.maximum(float(self.config.votes.inside[0]) * scores.area_px[0, m] - scores.votes[0, m], 0.0).sum()
+        return bool(lost > self._search.bend_least * votes)
+
+    def ranked(self, frame: ImageFrame, poses: Poses) -> Ranked:
+        """Hypotheses and their votes."""
+        return Ranked(poses, self.voter.votes(frame, poses, occlusion=True))
+
+    def beginnings(self, frame: ImageFrame, poses: Poses) -> Poses:
+        """One hypothesis as it fits the contours of its first half alone, its first fourth, and so on: what was drawn
+        onto others' labels behind these does not move its required component."""
+        used = self.voter.supports(frame, poses) & self._rebends.first_parts
+        return self.rest.fitted(frame, poses[np.zeros(len(used), int)], used)
+
     def _bent_anew(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
         """One hypothesis with all joints sought anew while that is better, as it is turned and in its mirrored turns:
         these look alike, but with joints that were found for another one what hangs on the required component is
@@ -210,9 +231,7 @@ class WholeObjectFinder:
     def _may_win(self, frame: ImageFrame, best: Ranked) -> bool:
         """Whether markers of the first hypothesis that joints carry, and that should be in view, lie so far off their
         labels that another bend has something to win."""
-        m, said = self.surface.markers[self._jointed], self.voter.judge(frame, best.poses, occlusion=True)
-        lost = np.maximum(float(self.config.votes.inside[0]) * said.area_px[0, m] - said.votes[0, m], 0.0).sum()
-        return bool(lost > self._search.bend_least * best.votes[0])
+        return self.may_bend(self.voter.judge(frame, best.poses, occlusion=True), float(best.votes[0]))
 
     def rejointed(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
         """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better."""

@@ -55,17 +55,35 @@ def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     turned, probability = weighed(log_odds, config)
     off = _off(finder, poses, bends)
     more[bends.of, bends.joint] = np.where(probability > config.least_other_turn, probability * off**2, 0.0)
-    return _bent(poses, bends.where(turned), log_odds[turned]), more
+    return _bent(finder, poses, bends.where(turned), log_odds[turned]), more
 
 
-def _bent(poses: Poses, bends: Bends, log_odds: Array) -> Poses:
-    """Poses as the likeliest bend of each has it, with the joints of its others."""
+def _bent(finder: WholeObjectFinder, poses: Poses, bends: Bends, log_odds: Array) -> Poses:
+    """Poses as the likeliest bend of each has it, with the joints of its others, and what these carry.
+
+    Of joints that carry each other the likeliest alone is bent: each was judged with the others as they were, and bent
+    as well they would put what hangs on them where nobody has looked.
+    """
     R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
-    order = np.argsort(log_odds, kind="stable")
-    for n in order.tolist():
-        R[bends.of[n]], t[bends.of[n]], q[bends.of[n]] = bends.poses.R[n], bends.poses.t[n], bends.poses.q[n]
-    q[bends.of, bends.joint] = bends.q
+    carries = _carries(finder)
+    along, taken = carries | carries.T, np.zeros(q.shape, bool)
+    for n in np.argsort(-log_odds, kind="stable").tolist():
+        h, joint = bends.of[n], bends.joint[n]
+        if (taken[h] & along[joint]).any():
+            continue
+        if taken[h].any():
+            moved = carries[joint]
+            q[h, moved] = bends.poses.q[n, moved]
+        else:
+            R[h], t[h], q[h] = bends.poses.R[n], bends.poses.t[n], bends.poses.q[n]
+        taken[h, joint] = True
     return Poses(R, t, q)
+
+
+def _carries(finder: WholeObjectFinder) -> NDArray[np.bool_]:
+    """(J, J) joints that each one carries, itself among them."""
+    kin = finder.surface.kinematics
+    return np.asarray(kin.moves[kin.carried].T, bool)
 
 
 def mirrored_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Bends:
@@ -141,7 +159,7 @@ def _with_carried(finder: WholeObjectFinder, frame: ImageFrame, bends: Bends) ->
     """Their poses with what the joints carry on further joints where the labels like it best."""
     poses, surface = bends.poses, finder.surface
     kin, q = surface.kinematics, bends.poses.q.copy()
-    further = kin.moves[kin.carried].T & ~np.eye(kin.n_joints, dtype=bool)  # (J, J) whom each one carries
+    further = _carries(finder) & ~np.eye(kin.n_joints, dtype=bool)
     for n in np.flatnonzero(further[bends.joint].any(axis=1)).tolist():
         grids = finder.first_grids.copy()
         stays = ~further[bends.joint[n]]

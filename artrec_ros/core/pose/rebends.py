@@ -7,7 +7,10 @@ search joint by joint has chosen by then; one that follows several ways to bend 
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import SearchConfig
 from ..image.image_frame import ImageFrame
@@ -30,6 +33,14 @@ class Rebends:
         joint_of = np.array(kin.joint_of)
         self._branches = Branches(kin.line, (kin.moves.sum(axis=1) == 1) & (joint_of >= 0), *surface.by_component)
         self.any = bool((kin.moves.sum(axis=1) > 1).any())  # else a climb finds all there is
+
+    @cached_property
+    def first_parts(self) -> NDArray[np.bool_]:
+        """(K, M) markers of the first half of the components from the root on, of the first fourth, and so on down to
+        one component."""
+        s, line = self._surface, self._branches.line
+        numbers = [len(line) >> k for k in range(1, len(line).bit_length())]
+        return np.stack([np.isin(s.component[s.markers], line[:n]) for n in numbers])
 
     def of(self, frame: ImageFrame, poses: Poses) -> Poses:
         """The first hypothesis with all joints where the labels like its components best together."""

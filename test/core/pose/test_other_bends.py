@@ -1,6 +1,6 @@
 """A marker that leans from the camera may lean towards it: what is seen tells, or the joint's deviation counts it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -13,8 +13,9 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose import other_bends
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.other_bends import likelier_bends, mirrored_bends
+from artrec_ros.core.pose.other_bends import Bends, likelier_bends, mirrored_bends
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
@@ -85,3 +86,43 @@ def test_deviations_that_are_told_count_it_while_there_is_time():
 
     assert told(2.0, -0.6, -0.21) > 0.35 > 0.1 > told(NEAR, 0.6, -0.1)
     assert told(2.0, -0.6, -0.21, budget_s=-1.0) < 0.1
+
+
+def two_arms():
+    """A plate with two arms of two flags each: of one arm the first joint carries the second."""
+    parts = [Component("post", (marker("face", CAB * 2, RIGHT_SIDE, (0, 0, 0)),), required=True)]
+    for side in (-1, 1):
+        parent, at = "post", Pose.from_xyz_rpy((0.21 * side, 0, 0))
+        for name in ("upper", "lower"):
+            flag = marker("face", rectangle(0.09, 0.06, (0.05 * side, 0)), RIGHT_SIDE, (0, 0, 0))
+            joint = Joint(parent, at, np.array([0.0, 0.0, 1.0]), -1.2, 1.2)
+            parts.append(Component(f"{name}{side}", (flag,), joint=joint))
+            parent, at = parts[-1].name, Pose.from_xyz_rpy((0.1 * side, 0, 0))
+    return ObjectModel("arms", tuple(parts))
+
+
+def test_of_joints_that_carry_each_other_the_likeliest_alone_is_bent(monkeypatch):
+    """Each bend brought with it what it carries; both together are a pose that nobody has judged."""
+    finder, frame, at = seen(two_arms(), 1.5, 0.0)
+    there = np.array([[0.5, -0.4, 0.1, 0.2], [0.1, 0.3, 0.0, 0.0], [0.0, 0.0, -0.6, 0.7]])  # each at rest by itself
+    bends = Bends(Poses(np.repeat(at.R, 3, 0), np.repeat(at.t, 3, 0), there), np.zeros(3, int), np.array([0, 1, 2]))
+    monkeypatch.setattr(other_bends, "mirrored_bends", lambda *_: bends)
+
+    def told(odds):
+        monkeypatch.setattr(other_bends, "bend_evidence", lambda *_: Said(np.array(odds)))
+        return likelier_bends(finder, frame, at)[0].q[0].tolist()
+
+    assert told((3.0, 2.0, -3.0)) == [0.5, -0.4, 0.1, 0.2]
+    assert told((2.0, 3.0, -3.0)) == [0.1, 0.3, 0.0, 0.0]
+    assert told((3.0, -3.0, 2.0)) == [0.5, -0.4, -0.6, 0.7]  # arms do not carry each other
+    assert told((-3.0, -3.0, -3.0)) == [0.0, 0.0, 0.0, 0.0]
+
+
+@dataclass
+class Said:
+    """Evidence of known log odds."""
+
+    odds: np.ndarray
+
+    def log_odds(self, weights):
+        return self.odds

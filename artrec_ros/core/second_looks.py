@@ -1,0 +1,64 @@
+"""Objects that were found, bent anew once it is known what the others are.
+
+While blobs are looked at one after the other, an object whose joints carry joints may take the end of a neighbour that
+crosses it, or go astray where that took some of its own. When all are found, what does not lie on its labels is sought
+anew: in what the others leave, and in all of the image, as if they had taken too much. What comes of it is a candidate
+beside those that the search has found: the pixels are shared out anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from .base.config import SearchConfig
+from .image.image_frame import ImageFrame
+from .memory.recall import Recall
+from .pose.finder import WholeObjectFinder
+from .pose.surface_model import Poses
+from .spatial_looks import SpatialLooks
+from .verdict.acceptance import Verdict
+from .verdict.claims import silhouette
+from .verdict.judge import Judge
+from .verdict.ownership import share_out
+
+_ROUNDS = 3  # what an object gives back in one its neighbour may take in the next
+_Found = Sequence[tuple[WholeObjectFinder, Poses]]
+
+
+class SecondLooks:
+    """Those of one frame. :param recall: what earlier frames say of it; a known object is looked at in its turn."""
+
+    def __init__(self, frame: ImageFrame, judge: Judge, config: SearchConfig, recall: Recall | None = None) -> None:
+        self._frame, self._judge, self._recall = frame, judge, recall or Recall()
+        self._hurried, self._looks = frame.hurried(config.search_share), SpatialLooks(judge, config)
+        self._seen: set[tuple[bytes, bytes]] = set()  # poses, and the labels in which they were bent anew
+
+    def shared(self, found: _Found) -> tuple[list[Verdict], Sequence[Verdict]]:
+        """What `share_out` makes of candidates, and of what second looks add to them."""
+        of = dict(found)
+        shared = share_out(found, self._frame, self._judge)
+        for _ in range(_ROUNDS):
+            more = [(v.claim.finder, poses) for v in shared[0] for poses in self._bent(v, shared[0])]
+            if not more:
+                break
+            for finder, poses in more:
+                of[finder] = Poses.concatenate([of[finder], poses])
+            shared = share_out(list(of.items()), self._frame, self._judge)
+        return shared
+
+    def _bent(self, one: Verdict, told: Sequence[Verdict]) -> Iterator[Poses]:
+        """One object bent otherwise, where that explains more."""
+        finder, poses = one.claim.finder, one.claim.poses
+        if not (finder.bends_on and finder.may_bend(one.claim.scores, one.claim.votes)):
+            return
+        if self._recall.patience.is_late or self._recall.rests(finder, poses):
+            return
+        others = [silhouette(v.claim.finder.surface, self._frame.camera, v.claim.poses) for v in told if v is not one]
+        left = self._hurried.without([hull for hulls in others for hull in hulls])
+        for frame in (left, self._hurried) if others else (left,):
+            key = poses.t.tobytes() + poses.q.tobytes(), frame.field.labels.tobytes()
+            if key not in self._seen and not frame.deadline.expired:
+                self._seen.add(key)
+                bent = self._looks.again(frame, finder, poses)
+                if bent is not None:
+                    yield bent

@@ -23,6 +23,7 @@ from .turned_down import left_by, turned_down
 from .verdict.acceptance import Verdict
 from .verdict.descriptions import Describer
 from .verdict.judge import Judge
+from .verdict.other_places import sure_enough
 from .verdict.ownership import share_out
 
 # blobs of the required component's class, and those of others' in which an object is looked for, too
@@ -58,17 +59,19 @@ class FacingStage:
     ) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
         """As `recognize`, in a frame whose camera objects face."""
         accepted, others = self.verdicts(faced, blobs, limits)
-        detections, surplus = list[Detection](), list[Verdict]()
+        detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()
         for describer in self.describers:
             told, none_left = describer.without_surplus(accepted, faced, self._judge)
-            detections += [
-                self._placer.faced(detection, faced) for detection in describer.describe(told, faced, accepted)
-            ]
+            sure, in_doubt = sure_enough(describer.describe(told, faced, accepted), self._judge.min_probability)
+            detections += [self._placer.faced(detection, faced) for detection in sure]
+            doubtful += in_doubt
             surplus += none_left
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs
         verdicts = accepted, surplus, others
-        return tuple(detections), Deferred(lambda: turned_down(faced, self._judge, verdicts, finders, looked_at))
+        return tuple(detections), Deferred(
+            lambda: (*doubtful, *turned_down(faced, self._judge, verdicts, finders, looked_at))
+        )
 
     def verdicts(
         self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits

@@ -67,6 +67,7 @@ def in_image(detections: Sequence[Detection], view: TopView) -> tuple[Detection,
         replace(
             d,
             image=ImagePose(*next(rows)),
+            other_place=None if d.other_place is None else replace(d.other_place, image=ImagePose(*next(rows))),
             components=tuple(_instance(part, next(rows), next(outlines)) for part in d.components),
             missing=tuple(_missing(part, view) for part in d.missing),
         )
@@ -76,6 +77,8 @@ def in_image(detections: Sequence[Detection], view: TopView) -> tuple[Detection,
 
 def _placed(detection: Detection) -> Iterator[ImagePose | Instance]:
     yield detection.image
+    if detection.other_place is not None:
+        yield detection.other_place.image
     yield from detection.components
 
 

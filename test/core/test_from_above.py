@@ -7,7 +7,7 @@ from artrec_ros.core.from_above import in_image, rejection_in_image
 from artrec_ros.core.geometry.range_limits import ScaleLimits
 from artrec_ros.core.geometry.scene import Scene
 from artrec_ros.core.geometry.top_view import TopView
-from artrec_ros.core.model.found import Detection, ImagePose, Missing, Rejection
+from artrec_ros.core.model.found import Detection, ImagePose, Missing, OtherPlace, Rejection
 
 SIZE, HEIGHT_M, FOCAL_PX, DOWN = (640, 480), 0.3, 300.0, np.radians(20.0)
 MARKS = np.array([[0.5, 0.2], [0.5, -0.2], [2.0, 0.6], [2.0, -0.6]])
@@ -40,3 +40,11 @@ def test_what_is_behind_the_camera_is_told_beyond_the_border() -> None:
     for place in (far, told.image, rejection_in_image(Rejection("toy", "too few", 0.1, *behind), view)):
         assert np.isfinite((place.x, place.y)).all() and place.y > SIZE[1]
     assert np.isfinite((told.image.theta, told.image.scale)).all()
+
+
+def test_another_place_is_told_in_the_image() -> None:
+    view, before, beside = low_view(), (300.0, 200.0), (340.0, 220.0)
+    other = OtherPlace(ImagePose(*beside, 0.4, 40.0), 0.3)
+    one = Detection("toy", 0, 0.5, ImagePose(*before, 0.1, 40.0), (), other_place=other)
+    told, same = in_image([one, Detection("toy", 1, 0.5, other.image, ())], view)
+    assert told.other_place == OtherPlace(same.image, 0.3) and told.image != same.image

@@ -21,6 +21,7 @@ from artrec_ros.core.model.found import (
     Instance,
     Missing,
     Motion,
+    OtherPlace,
     OtherTurn,
     Rejection,
 )
@@ -87,6 +88,14 @@ def test_another_turn_comes_back():
     assert (back.probability, back.joints) == (0.35, {"arm": 0.25}) and np.allclose(
         back.pose.rotation, other.pose.rotation, atol=1e-8
     )
+
+
+def test_another_place_comes_back():
+    other = OtherPlace(ImagePose(12.5, 80.25, -2.5, 310.0), 0.35)
+    line = FrameRecord.of(7, "/cam", replace(RESULT, detections=(replace(DETECTION, other_place=other),))).to_json()
+    told = json.loads(line)["objects"][0]["other_place"]
+    assert told == {"probability": 0.35, "x": 12.5, "y": 80.25, "theta": -2.5, "scale": 310.0}
+    assert FrameRecord.from_json(line).detections[0].other_place == other
 
 
 def test_an_unusable_frame_has_its_error_and_no_objects():

@@ -91,6 +91,17 @@ class ImagePose:
 
 
 @dataclass(frozen=True)
+class OtherPlace:
+    """Where else in the image an object found flat may lie: what of it is seen looks there like other parts of it.
+
+    :param image: of its required component. :param probability: 0..1, that it is there; others may be as likely.
+    """
+
+    image: ImagePose
+    probability: float
+
+
+@dataclass(frozen=True)
 class ClassFit:
     """The class of configurations that an object shows.
 
@@ -177,6 +188,7 @@ class Detection:
     :param filtered: None where it is not asked for, or not known.
     :param missing: why each of the other components is not told; of what is found as a whole alone.
     :param other_turn: None where there is none; else the covariance and the joints' deviations count it.
+    :param other_place: None where there is none; else `score` counts it.
     """
 
     object: str
@@ -198,6 +210,7 @@ class Detection:
     filtered: Filtered | None = field(default=None, repr=False, compare=False)
     missing: tuple[Missing, ...] = field(default=(), repr=False, compare=False)
     other_turn: OtherTurn | None = field(default=None, repr=False, compare=False)
+    other_place: OtherPlace | None = field(default=None, repr=False, compare=False)
 
     @property
     def is_in_doubt(self) -> bool:

@@ -11,19 +11,37 @@ from numpy.typing import NDArray
 from .surface_model import Poses, SpatialModel
 
 # what a contour's fit can yet bring onto another marker, and an image of few pixels does not tell from it
-_OFF = 0.5  # of the root of a marker's area: how far apart their middles may be
-_LIKE = 0.5, 2.0  # areas of markers that may be taken for each other, one over the other
-_STRETCH = 0.15  # by so much distances of such markers differ
+OFF = 0.5  # of the root of a marker's area: how far apart their middles may be
+LIKE = 0.5, 2.0  # areas of markers that may be taken for each other, one over the other
+STRETCH = 0.15  # by so much distances of such markers differ
 _SAME = 1e-3  # of sizes and places: what differs by less is the same, and nothing tells its turns apart
 
 _Points = NDArray[np.complex128]  # x + iy in the object's plane
 
 
-class Exchanges:
-    """Those of one object; of one with joints none: what lies on what depends on them.
+class Placements:
+    """Ways to lay a flat object otherwise, in its plane.
 
     :ivar angle_rad: (K,) by which it is turned, counter-clockwise.
     """
+
+    def __init__(self, turn: _Points, shift: _Points) -> None:
+        """:param turn: (K,) about its origin, of length one. :param shift: (K,) metres, after that."""
+        self.angle_rad, cos, sin, nil = np.angle(turn), turn.real, turn.imag, np.zeros(len(turn))
+        self._R = np.stack([cos, -sin, nil, sin, cos, nil, nil, nil, nil + 1], axis=1).reshape(-1, 3, 3)
+        self._t = np.stack([shift.real, shift.imag, nil], axis=1)
+
+    def __len__(self) -> int:
+        return len(self.angle_rad)
+
+    def of(self, pose: Poses) -> Poses:
+        """K poses: one that is laid so."""
+        (R,), (t,), (q,) = pose.R, pose.t, pose.q
+        return Poses(R @ self._R, t + self._t @ R.T, np.tile(q, (len(self), 1)))
+
+
+class Exchanges(Placements):
+    """Those of one object; of one with joints none: what lies on what depends on them."""
 
     def __init__(self, surface: SpatialModel) -> None:
         markers, kin = surface.markers, surface.kinematics
@@ -33,18 +51,7 @@ class Exchanges:
         labels = [set(surface.patches[p].labels) for p in markers.tolist()]
         found = [] if kin.n_joints else _turns(x + 1j * y - middle, surface.area[markers], labels)
         turn = np.array(found, complex)
-        self.angle_rad, cos, sin, nil = np.angle(turn), turn.real, turn.imag, np.zeros(len(turn))
-        moved = middle - turn * middle
-        self._R = np.stack([cos, -sin, nil, sin, cos, nil, nil, nil, nil + 1], axis=1).reshape(-1, 3, 3)
-        self._t = np.stack([moved.real, moved.imag, nil], axis=1)
-
-    def __len__(self) -> int:
-        return len(self.angle_rad)
-
-    def of(self, pose: Poses) -> Poses:
-        """K poses: one that is so turned."""
-        (R,), (t,), (q,) = pose.R, pose.t, pose.q
-        return Poses(R @ self._R, t + self._t @ R.T, np.tile(q, (len(self), 1)))
+        super().__init__(turn, middle - turn * middle)
 
 
 def _turns(at: _Points, area: NDArray[np.float64], labels: list[set[int]]) -> list[complex]:
@@ -56,7 +63,7 @@ def _turns(at: _Points, area: NDArray[np.float64], labels: list[set[int]]) -> li
     first = max(along.values(), key=abs)
     found: dict[tuple[int, ...], complex] = {tuple(range(len(at))): 1.0}
     for other in along.values():
-        if abs(abs(other) - abs(first)) > _STRETCH * abs(first):
+        if abs(abs(other) - abs(first)) > STRETCH * abs(first):
             continue
         turned = at * np.exp(1j * np.angle(other / first))
         on = abs(turned[:, None] - at).argmin(axis=1)
@@ -78,6 +85,6 @@ def _lies_on(
     """Whether each marker lies on one that may be of its class and is of its size, and something tells that from how it
     was: places, sizes, or classes that may be others."""
     ratio, like = area / of_area, np.array([bool(a & b) for a, b in zip(labels, of_labels, strict=True)])
-    lies = (off < _OFF * np.sqrt(np.minimum(area, of_area))) & (ratio > _LIKE[0]) & (ratio < _LIKE[1]) & like
+    lies = (off < OFF * np.sqrt(np.minimum(area, of_area))) & (ratio > LIKE[0]) & (ratio < LIKE[1]) & like
     differs = (off > _SAME * np.sqrt(area)) | (abs(ratio - 1) > _SAME) | [len(own) > 1 for own in labels]
     return bool(lies.all() and differs.any())

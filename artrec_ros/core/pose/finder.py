@@ -30,6 +30,7 @@ from .refit import Refit
 from .required_place import RequiredPlace
 from .resting import Resting
 from .seeds import Seeds
+from .seen_alike import SeenAlike
 from .stand_ins import StandIns
 from .surface_model import PatchScores, Poses, SpatialModel
 from .voter import Voter
@@ -64,6 +65,7 @@ class WholeObjectFinder:
         self._equip()
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.exchanges = Exchanges(self.surface) if facing else None
+        self.seen_alike = SeenAlike(self.surface) if facing else None
         self.required = RequiredPlace(target.model, self.surface)
         self._lookalikes, self.in_place = Lookalikes(self.surface), Lookalikes(self.surface, in_place=True)
         kin = self.surface.kinematics

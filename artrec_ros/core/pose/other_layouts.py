@@ -2,12 +2,13 @@
 
 Votes count pixels, and a search keeps the first turn that has many. Both turns are brought to rest alike, and compared
 by votes and by how near to their contours the labels' edges lie, as mirrored turns in space are, and by the names that
-they show.
+they show. So is what lies elsewhere with other markers where seen ones are: of several that the image bears out alike
+each is as probable.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from .exchanges import Placements
 from .finder import WholeObjectFinder
 from .other_turns import turn_odds
 from .surface_model import Poses
@@ -22,44 +24,50 @@ from .surface_model import Poses
 
 @dataclass(frozen=True, eq=False)
 class Layouts:
-    """H poses at rest, and behind them n that lie where they do, turned so that each marker lies on a like one.
+    """H poses at rest, and behind them n others: turned so that each marker lies on a like one where they do; or so
+    that like ones lie where those are that are seen, and the others elsewhere.
 
     :param of: (n,) of which pose each of these is. :param log_odds: (n,) that it is the true one, names apart.
+    :param by_seen: (n,) whether it is by the markers that are seen alone.
     :param names: (H + n, N) log-likelihood of the pixels on the components under each identity.
     """
 
     poses: Poses
     of: NDArray[np.int64]
     log_odds: Array
+    by_seen: NDArray[np.bool_]
     names: Array
 
     @classmethod
     def around(
-        cls, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, shows: Sequence[ImageFrame] = ()
+        cls,
+        finder: WholeObjectFinder,
+        frame: ImageFrame,
+        poses: Poses,
+        shows: Sequence[ImageFrame] = (),
+        seen: Sequence[Collection[int]] = (),
     ) -> Layouts:
-        """Those of H poses; of those for which there is no time none but themselves.
+        """Those of H poses; of those for which there is no time none but what seen markers ask for, all as likely.
 
         :param shows: of each pose the frame in which its names are read: what others own tells nothing of its name.
-            Not given: all of the frame is its own.
+            Not given: all of the frame is its own. :param seen: of each its components that are. Not given: all.
         """
-        found, odds = [poses], [np.zeros(0)]
-        for h in range(len(poses)):
-            if not finder.exchanges or frame.deadline.expired:
-                break
-            one = poses[h : h + 1]
-            both = Poses.concatenate([one, finder.exchanges.of(one)])
-            both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
-            found.append(both[1:])
-            odds.append(turn_odds(finder, frame, both[np.zeros(len(both) - 1, int)], both[1:]))
-        every = Poses.concatenate(found)
-        of = np.repeat(np.arange(len(found) - 1), [len(more) for more in found[1:]])
-        whose = np.concatenate([np.arange(len(poses)), of])
-        looks = {id(look): look for look in shows or [frame]}
-        which = np.array([id(look) for look in shows or [frame] * len(poses)], np.int64)[whose]
+        looks = list(shows) or [frame] * len(poses)
+        found, odds, of, by_seen = [poses], [np.zeros(0)], list[int](), list[bool]()
+        for h, look in enumerate(looks):
+            for turns, where, partly in _asked(finder, frame, look, seen[h] if seen else None):
+                others, log_odds = _compared(finder, frame, where, poses[h : h + 1], turns, by_seen=partly)
+                found.append(others)
+                odds.append(log_odds)
+                of += [h] * len(others)
+                by_seen += [partly] * len(others)
+        every, whose = Poses.concatenate(found), np.array([*range(len(poses)), *of], np.int64)
+        which = np.array([id(look) for look in looks], np.int64)[whose]
         names = np.empty((len(every), len(finder.alternatives.identities)))
-        for key, look in looks.items():
+        for key, look in {id(look): look for look in looks}.items():
             names[which == key] = finder.alternatives.evidence(look, every[np.flatnonzero(which == key)])
-        return cls(every, of, np.concatenate(odds), names * finder.config.verdict.identity_independent)
+        names *= finder.config.verdict.identity_independent
+        return cls(every, whose[len(poses) :], np.concatenate(odds), np.array(by_seen, bool), names)
 
     def evidence(self) -> Array:
         """(H, N) of the poses' identities, whichever way round they lie."""
@@ -73,14 +81,56 @@ class Layouts:
 
         :param names: of each its identity: all together may tell it though the pose does not. None: of any.
         """
+        likelihood, h = self._likelihood(names), len(self.poses) - len(self.of)
+        rows = np.arange(h)
+        for n, whose in enumerate(self.of.tolist(), h):
+            if likelihood[n] > likelihood[rows[whose]]:
+                rows[whose] = n
+        return self.poses[rows], np.flatnonzero(rows >= h)
+
+    def shares(self, names: Sequence[int | None] = ()) -> Array:
+        """(H + n,) how probable each pose is among those that lay like markers where its own are seen, and these; 0 of
+        what turns the whole object. :param names: as of `likelier`."""
+        likelihood, h = self._likelihood(names), len(self.poses) - len(self.of)
+        likelihood[h:][~self.by_seen] = -np.inf
+        total = likelihood[:h].copy()
+        np.logaddexp.at(total, self.of, likelihood[h:])
+        return np.asarray(np.exp(likelihood - np.concatenate([total, total[self.of]])))
+
+    def _likelihood(self, names: Sequence[int | None]) -> Array:
+        """(H + n,) logarithms, of each pose and its others up to a constant. :param names: as of `likelier`."""
         h, named = len(self.poses) - len(self.of), np.zeros(len(self.poses))
         whose = np.concatenate([np.arange(h), self.of])
         if self.names.shape[1]:
             named = np.logaddexp.reduce(self.names, axis=1)
             known = [row for row, n in enumerate(whose.tolist()) if names and names[n] is not None]
             named[known] = [self.names[row, names[whose[row]]] for row in known]
-        likelihood, rows = named + np.concatenate([np.zeros(h), self.log_odds]), np.arange(h)
-        for n in range(h, len(whose)):
-            if likelihood[n] > likelihood[rows[whose[n]]]:
-                rows[whose[n]] = n
-        return self.poses[rows], np.flatnonzero(rows >= h)
+        return np.asarray(named + np.concatenate([np.zeros(h), self.log_odds]))
+
+
+def _asked(
+    finder: WholeObjectFinder, frame: ImageFrame, look: ImageFrame, seen: Collection[int] | None
+) -> Iterator[tuple[Placements, ImageFrame, bool]]:
+    """Which other placements of an object are to be compared, by what, and whether by the markers that are seen alone.
+
+    :param look: in which no pixels are others': where an unseen marker would be these may have its class.
+    """
+    if finder.exchanges and not frame.deadline.expired:
+        yield finder.exchanges, frame, False
+    if finder.seen_alike is not None and seen is not None and (others := finder.seen_alike.of(seen)):
+        yield others, look, True
+
+
+def _compared(
+    finder: WholeObjectFinder, frame: ImageFrame, look: ImageFrame, pose: Poses, turns: Placements, *, by_seen: bool
+) -> tuple[Poses, Array]:
+    """A pose laid otherwise, at rest, and log odds that it lies so: even ones where there is no time, and, by the
+    markers seen, where it is likelier but not clearly so, as of mirrored turns."""
+    others, least = turns.of(pose), finder.config.verdict.least_turn_odds
+    if frame.deadline.expired:
+        return others, np.zeros(len(others))
+    both = Poses.concatenate([pose, others])
+    both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
+    others = both[1:]
+    odds = turn_odds(finder, look, both[np.zeros(len(others), int)], others)
+    return others, np.where(odds > least, odds, np.minimum(odds, 0.0)) if by_seen else odds

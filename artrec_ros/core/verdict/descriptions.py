@@ -27,6 +27,7 @@ from .identity import Identifier, doubted
 from .judge import Judge
 from .missing import MarkersInView, MissingParts
 from .nearer import hidden_by_each, met_by_each
+from .other_places import beside_other_places
 from .parts import part_probabilities
 
 
@@ -94,9 +95,11 @@ class Describer:
         told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
         # what hides part of what faces the camera is not known to be nearer
         shows = [v.claim.frame for v in verdicts] if finder.facing else rest.frames
-        layouts = Layouts.around(finder, frame, poses, shows) if self._identifier.identities else None
+        seen = self._seen(verdicts, told)
+        compared = self._identifier.identities or self._may_be_others(seen)
+        layouts = Layouts.around(finder, frame, poses, shows, seen) if compared else None
         identities = doubted(
-            self._identifier.identify(frame, poses, self._seen(verdicts, told), layouts),
+            self._identifier.identify(frame, poses, seen, layouts),
             [v.probability for v in verdicts],
             finder.config.verdict.misread,
         )
@@ -105,7 +108,7 @@ class Describer:
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
         parts, view = self._instances(verdicts, told, frames, frame, among)
-        missing = self._missing.of(verdicts, self._seen(verdicts, told), probable, view, frames, frame, among)
+        missing = self._missing.of(verdicts, seen, probable, view, frames, frame, among)
         detections = [
             replace(
                 self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n]), missing=lacks
@@ -113,18 +116,21 @@ class Describer:
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
         detections = [replace(_beside(d, e), other_turn=None) for d, e in zip(detections, rest.elsewhere, strict=True)]
-        return [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
+        detections = [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
+        if layouts is None or not layouts.by_seen.any():
+            return detections
+        return beside_other_places(finder, frame.camera, layouts, self._identifier.numbers(identities), detections)
 
     def _right_way_round(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict]
     ) -> tuple[Sequence[Verdict], Sequence[Verdict]]:
         """The same, judged anew where an object that looks almost the same turned otherwise is likelier so, if it is an
         object so: what all are called together may tell that, too."""
-        if not self.finder.exchanges:
+        if not self.finder.exchanges and not self._may_be_others(self._seen(verdicts, self._told(_judged(verdicts)))):
             return verdicts, among
         poses = at_rest(self.finder, verdicts, among, frame).poses
         seen = self._seen(verdicts, self._told(self._parts(verdicts, poses, frame)))
-        layouts = Layouts.around(self.finder, frame, poses, [v.claim.frame for v in verdicts])
+        layouts = Layouts.around(self.finder, frame, poses, [v.claim.frame for v in verdicts], seen)
         names = self._identifier.numbers(self._identifier.identify(frame, poses, seen, layouts))
         poses, changed = layouts.likelier(names)
         judged = {id(verdicts[h]): self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
@@ -192,10 +198,7 @@ class Describer:
         """What shows each component, and how probably, as candidates were judged. Of what faces the camera judged at
         rest, too, while there is time, where that lacks some: markers that look larger than they are make a candidate
         that is too large, beside which lies what is at the end of a limb."""
-        out = [
-            {c: _Part(v.shown[c], p) for c, p in of.items()}
-            for v, of in zip(verdicts, part_probabilities(verdicts), strict=True)
-        ]
+        out = _judged(verdicts)
         whole = len(self.finder.target.model.components)
         lacking = [h for h, told in enumerate(self._told(out)) if len(told) < whole] if self.finder.facing else []
         for h in lacking:
@@ -216,6 +219,11 @@ class Describer:
         """Of those that are told the components without a required one that is not confirmed: of that no marker is."""
         root = self.finder.root
         return [{c for c in of if c != root or v.required_shown} for v, of in zip(verdicts, told, strict=True)]
+
+    def _may_be_others(self, seen: Sequence[set[int]]) -> bool:
+        """Whether of some of these the components that are seen lie on like ones of the object laid otherwise."""
+        others = self.finder.seen_alike
+        return others is not None and any(len(others.of(of)) for of in seen)
 
     def _instances(
         self,
@@ -277,6 +285,12 @@ class Describer:
     def _outline(self, pixels: Array, row: int) -> Array:
         """(..., m, 2) of the marker of a row, of all markers' points (..., n, 2): behind centroid, tail and head."""
         return pixels[..., self._first_drawn[row] + 3 : self._first_drawn[row + 1], :]
+
+
+def _judged(verdicts: Sequence[Verdict]) -> list[_Parts]:
+    """What shows each component of one target's objects, and how probably, as they were judged."""
+    probable = part_probabilities(verdicts)
+    return [{c: _Part(v.shown[c], p) for c, p in of.items()} for v, of in zip(verdicts, probable, strict=True)]
 
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:

@@ -29,6 +29,7 @@ from ...core.model.found import (
     Instance,
     Missing,
     Motion,
+    OtherPlace,
     OtherTurn,
     Rejection,
 )
@@ -66,7 +67,7 @@ _TYPES = {
     kind.__name__: kind
     for kind in (
         ClassFit, ConstraintFailure, Detection, Filtered, FrameResult, IdentityFit, ImagePose, Instance, Known, Looks,
-        Memory, Missing, Motion, OtherTurn, Pose, Recognised, Rejection,
+        Memory, Missing, Motion, OtherPlace, OtherTurn, Pose, Recognised, Rejection,
     )
 }  # fmt: skip
 

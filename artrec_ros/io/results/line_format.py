@@ -31,6 +31,14 @@ class OtherPlace(_OtherPlace, total=False):
     joints: _Joints
 
 
+class OtherImagePlace(TypedDict):
+    probability: Share
+    x: float
+    y: float
+    theta: float
+    scale: float
+
+
 class _FilteredPlace(Place):
     covariance: tuple[float, ...]
     joints: _Joints
@@ -85,6 +93,7 @@ class _Told(_FoundObject, total=False):
     predicted: bool
     filtered: FilteredPlace | None
     other_turn: OtherPlace | None
+    other_place: OtherImagePlace | None
     missing: tuple[_MissingWhy, ...]
 
 

@@ -21,12 +21,14 @@ from ...core.model.found import (
     Instance,
     Missing,
     Motion,
+    OtherPlace,
     OtherTurn,
     Rejection,
 )
 from ..base.json_lines import at_line, lines_of, parsed_line
 from ..base.typed import UnfitError, typed
-from .line_format import FilteredPlace, FoundObject, Line, OtherPlace, Place
+from .line_format import FilteredPlace, FoundObject, Line, OtherImagePlace, Place
+from .line_format import OtherPlace as OtherSpatialPlace
 
 DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
 
@@ -140,6 +142,11 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
             **_pose_to_dict(other.pose),
             "joints": {name: _f(value, 6) for name, value in other.joints.items()},
         }
+    if d.other_place is not None:
+        told["other_place"] = {
+            "probability": _f(d.other_place.probability, 4),
+            **_place_to_dict(d.other_place.image),
+        }
     if d.missing:
         told["missing"] = [_missing_to_dict(m) for m in d.missing]
     if d.filtered is not None:
@@ -211,6 +218,7 @@ def _pose(p: Place, place: str) -> Pose:
 def _built(o: FoundObject, place: str) -> Detection:
     """:param place: its key in the line."""
     pose, filtered, other, fit = o["pose"], o.get("filtered"), o.get("other_turn"), o.get("class")
+    elsewhere = o.get("other_place")
     return Detection(
         object=o["object"],
         id=o["id"],
@@ -232,6 +240,7 @@ def _built(o: FoundObject, place: str) -> Detection:
         motion=_motion(filtered) if filtered else None,
         filtered=_filtered(filtered, f"{place}.filtered") if filtered else None,
         other_turn=_other_turn(other, f"{place}.other_turn") if other else None,
+        other_place=_other_place(elsewhere) if elsewhere else None,
         missing=tuple(
             Missing(m["name"], m["state"], m["x"], m["y"], m.get("by", ""), m.get("score", 0.0))
             for m in o.get("missing", ())
@@ -239,8 +248,12 @@ def _built(o: FoundObject, place: str) -> Detection:
     )
 
 
-def _other_turn(o: OtherPlace, place: str) -> OtherTurn:
+def _other_turn(o: OtherSpatialPlace, place: str) -> OtherTurn:
     return OtherTurn(_pose(o, place), o["probability"], o.get("joints", {}))
+
+
+def _other_place(o: OtherImagePlace) -> OtherPlace:
+    return OtherPlace(ImagePose(o["x"], o["y"], o["theta"], o["scale"]), o["probability"])
 
 
 def _filtered(f: FilteredPlace, place: str) -> Filtered:

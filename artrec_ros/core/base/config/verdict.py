@@ -94,18 +94,20 @@ class VerdictConfig(Room):
     )
     least_turn_odds: float = param(
         1.0,
-        "log odds from which on the mirrored turn is told in place of the one found; below, both are as likely",
+        "log odds from which on the mirrored turn is told in place of the one found, of flat objects another place in "
+        "which like markers lie where they are seen; below, both are as likely",
         low=0,
         high=20,
-        paths=("space",),
+        paths=("space", "facing"),
         origin="of random objects as many are right at less; what was found has more for it than is compared here",
     )
     least_other_turn: float = param(
         0.1,
-        "how probable a mirrored turn is at least that is told beside a pose, and counted in its covariance",
+        "how probable a mirrored turn is at least that is told beside a pose, and counted in its covariance; of flat "
+        "objects another place, of it and the one told",
         low=0,
         high=0.5,
-        paths=("space",),
+        paths=("space", "facing"),
         origin="of what is less probable 90 % regions need not know",
     )
     identity_independent: float = param(

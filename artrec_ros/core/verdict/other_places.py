@@ -1,0 +1,91 @@
+"""How sure the places are of flat objects whose seen parts look like other parts of them, laid otherwise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..geometry.camera import Camera
+from ..geometry.projection import project
+from ..geometry.transforms import Array
+from ..model.found import Detection, ImagePose, Instance, OtherPlace, Rejection
+from ..pose.exchanges import OFF
+from ..pose.finder import WholeObjectFinder
+from ..pose.other_layouts import Layouts
+from ..pose.surface_model import Poses, SpatialModel
+
+
+def beside_other_places(
+    finder: WholeObjectFinder,
+    camera: Camera,
+    layouts: Layouts,
+    names: Sequence[int | None],
+    detections: Sequence[Detection],
+) -> list[Detection]:
+    """H detections, whose scores count how probable each is among its layouts, with the likeliest other one beside it;
+    a component's score counts all those that leave it where it is.
+
+    :param names: of each its identity; None: of any.
+    """
+    surface, shares, h = finder.surface, layouts.shares(names), len(detections)
+    places = _places(surface, camera, layouts.poses)
+    off_px = np.linalg.norm(places[h:, :, :2] - places[layouts.of, :, :2], axis=2)
+    same = off_px < OFF * (np.sqrt(surface.area[surface.markers]) * places[layouts.of, :, 3])
+    stays = np.repeat(shares[:h, None], places.shape[1], axis=1)
+    np.add.at(stays, layouts.of, same * shares[h:, None])
+    out = list(detections)
+    for n in sorted(set(layouts.of[layouts.by_seen].tolist())):
+        d, others = detections[n], h + np.flatnonzero(layouts.of == n)
+        parts = tuple(replace(c, score=c.score * float(stays[n, _row(surface, c)])) for c in d.components)
+        best, told = int(others[np.argmax(shares[others])]), float(shares[n])
+        place = OtherPlace(_laid(finder, d, places[best]), float(shares[best]))
+        likely = place.probability > finder.config.verdict.least_other_turn * (place.probability + told)
+        out[n] = replace(d, score=d.score * told, components=parts, other_place=place if likely else None)
+    return out
+
+
+def _laid(finder: WholeObjectFinder, detection: Detection, places: Array) -> ImagePose:
+    """The required component's place. :param places: (M, 4) of all markers."""
+    shown = detection.instance_of(finder.target.model.required.name)
+    root = finder.surface.markers.tolist().index(finder.surface.markers_of[finder.root][0])
+    return ImagePose(*places[root if shown is None else _row(finder.surface, shown)].tolist())
+
+
+def _row(surface: SpatialModel, part: Instance) -> int:
+    """Which of all markers shows a component."""
+    names = [c.name for c in surface.model.components]
+    shown = ((surface.patches[p].component, surface.patches[p].marker) for p in surface.markers.tolist())
+    return next(
+        row
+        for row, (c, marker) in enumerate(shown)
+        if marker is not None and (names[c], marker.name) == (part.component, part.marker)
+    )
+
+
+def _places(surface: SpatialModel, camera: Camera, poses: Poses) -> Array:
+    """(H, M, 4) x, y, theta and scale of all markers, as of `Instance`."""
+    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+    points = np.concatenate([surface.patches[p].drawn[:3] for p in surface.markers.tolist()])
+    X = surface.place(frames, points, np.repeat(surface.component[surface.markers], 3))
+    pixels = project(camera, X).reshape(len(poses), -1, 3, 2)
+    along = pixels[:, :, 2] - pixels[:, :, 1]
+    turn, scale = np.arctan2(along[..., 1], along[..., 0]), camera.focal_px / X[:, ::3, 2]
+    return np.concatenate([pixels[:, :, 0], turn[..., None], scale[..., None]], axis=2)
+
+
+def sure_enough(detections: Sequence[Detection], least: float) -> tuple[list[Detection], list[Rejection]]:
+    """Those that are told, the most probable first, and those that are not, for their other places make them less
+    probable than an object must be."""
+    ordered = sorted(detections, key=lambda d: -d.score)
+    unsure = [d for d in ordered if d.other_place is not None and d.score < least]
+    told = [d for d in ordered if not any(d is other for other in unsure)]
+    reasons = [Rejection(d.object, _doubt(d, least), d.score, d.image.x, d.image.y) for d in unsure]
+    return [replace(d, id=n) for n, d in enumerate(told)], reasons
+
+
+def _doubt(detection: Detection, least: float) -> str:
+    told = math.floor(100 * detection.score) / 100  # rounded up it might be what is wanted
+    return f"probability {told:.2f} is below {least:g}: what is seen of it looks like other parts of it, laid otherwise"

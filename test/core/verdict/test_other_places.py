@@ -1,0 +1,86 @@
+"""How sure the place of an object is whose seen parts may be other ones of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from settings import settings
+from squares import TEAM, rendered
+from wedges import DOTS, Wedge, dotted
+
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.found import Detection, ImagePose, OtherPlace
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.verdict.other_places import sure_enough
+
+SCALE = 500.0
+LIMITS = {"time_budget_ms": 60000.0, "min_scale": 400.0, "max_scale": 600.0}
+TOLD, PLACE = 0.05, ImagePose(3.0, 4.0, 0.1, 500.0)
+
+
+def recognized(wedge, **told):
+    engine = Recognizer((Target("wedge", dotted(), TEAM),), settings(**LIMITS, **told), Segmenter(ImageConfig()))
+    return engine.recognize(rendered(wedge))
+
+
+def is_there(image, wedge):
+    """Whether its required disc and its turn are its own."""
+    off = np.hypot(*(wedge.at([DOTS["front"]])[0] - (image.x, image.y)))
+    return off < 3 and np.cos(image.theta + wedge.turn) > 0.97
+
+
+def placed(hidden, n):
+    rng = np.random.default_rng(n)
+    return Wedge(rng.uniform(60, 90), rng.uniform(50, 70), rng.uniform(-np.pi, np.pi), SCALE, hidden)
+
+
+@pytest.mark.parametrize("n", range(4))
+def test_one_that_is_seen_whole_is_sure(n):
+    wedge = placed("", n)
+    (found,) = recognized(wedge).detections
+    assert is_there(found.image, wedge) and found.score > 0.95 and found.other_place is None
+
+
+@pytest.mark.parametrize("hidden", ["left", "right"])
+def test_of_one_in_four_places_no_more_is_said_than_how_often_it_is_right(hidden):
+    """Nothing but two discs: each of four places is as good."""
+    scores, right = list[float](), 0
+    for n in range(12):
+        wedge = placed(hidden, n)
+        (found,) = recognized(wedge, min_probability=TOLD).detections
+        other = found.other_place
+        assert other is not None and other.probability <= found.score
+        assert np.hypot(other.image.x - found.image.x, other.image.y - found.image.y) > 20 or (
+            abs(np.cos(other.image.theta - found.image.theta)) < 0.97
+        )
+        assert not (is_there(found.image, wedge) and is_there(other.image, wedge))
+        scores.append(found.score)
+        right += is_there(found.image, wedge)
+    assert max(scores) < 0.5 and np.mean(scores) == pytest.approx(right / len(scores), abs=0.25)
+
+
+def test_a_part_is_surer_than_the_object_where_another_place_leaves_it_there():
+    (found,) = recognized(placed("left", 0), min_probability=TOLD).detections
+    front = found.instance_of("front")
+    assert front is not None and front.score > 1.3 * found.score
+    assert all(part.score < 0.7 for part in found.components)
+
+
+def test_what_is_less_probable_than_an_object_must_be_is_turned_down_with_the_reason():
+    result = recognized(placed("left", 0), min_probability=0.5)
+    assert not result.detections
+    assert any("looks like other parts of it, laid otherwise" in r.reason for r in result.rejected)
+
+
+def test_who_is_turned_down_leaves_no_number():
+    one, two, three = (
+        Detection("toy", n, score, PLACE, (), other_place=OtherPlace(PLACE, 0.3))
+        for n, score in enumerate((0.3, 0.6, 0.9))
+    )
+    told, others = sure_enough([one, two, three, replace(one, other_place=None, id=3)], 0.4)
+    assert [(d.id, d.score) for d in told] == [(0, 0.9), (1, 0.6), (2, 0.3)] and told[2].other_place is None
+    assert [(r.score, r.x, r.y) for r in others] == [(0.3, 3.0, 4.0)]

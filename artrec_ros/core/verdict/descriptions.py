@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
-from ..image.codes import OUTSIDE, OWNED
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn, Rejection
-from ..model.kinematics import Frames
-from ..model.surface import INSIDE_POINTS
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
 from ..pose.surface_kernels import LEAST_DEPTH_M
@@ -24,40 +19,21 @@ from .acceptance import Verdict, verdicts_of
 from .at_rest import AtRest, at_rest, candidates
 from .claims import claims_of
 from .identity import Identifier, doubted
+from .in_view import Part, Parts, PartsInView
 from .judge import Judge
-from .missing import MarkersInView, MissingParts
-from .nearer import hidden_by_each, met_by_each
+from .missing import MissingParts
 from .other_places import beside_other_places
 from .parts import part_probabilities
 
-
-class _Part(NamedTuple):
-    """A component that is seen: the patch that shows it, and the probability that it lies there."""
-
-    patch: int
-    probability: float
-
-
-_Parts = dict[int, _Part]  # by the component's index
-_NO_PART = _Part(-1, 0.0)
+_NO_PART = Part(-1, 0.0)
 
 
 class Describer:
     """Describes all of one target's objects in a frame together."""
 
     def __init__(self, finder: WholeObjectFinder) -> None:
-        self.finder = finder
-        surface = finder.surface
+        self.finder, self._in_view = finder, PartsInView(finder)
         self._identifier, self._missing, self._judge = Identifier(finder), MissingParts(finder), Judge.of(finder.config)
-        patches = [surface.patches[p] for p in surface.markers]
-        self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
-        # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
-        self._inside = len(patches), INSIDE_POINTS
-        self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
-        n_drawn = [len(p.drawn) for p in patches]
-        component = surface.component[surface.markers]
-        self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
-        self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
 
     def without_surplus(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, judge: Judge
@@ -107,7 +83,7 @@ class Describer:
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
-        parts, view = self._instances(verdicts, told, frames, frame, among)
+        parts, view = self._in_view.of(verdicts, told, frames, frame, among)
         missing = self._missing.of(verdicts, seen, probable, view, frames, frame, among)
         detections = [
             replace(
@@ -194,7 +170,7 @@ class Describer:
                 left = [n for n, there in zip(left, same.tolist(), strict=True) if not there]
         return first
 
-    def _parts(self, verdicts: Sequence[Verdict], poses: Poses, frame: ImageFrame) -> list[_Parts]:
+    def _parts(self, verdicts: Sequence[Verdict], poses: Poses, frame: ImageFrame) -> list[Parts]:
         """What shows each component, and how probably, as candidates were judged. Of what faces the camera judged at
         rest, too, while there is time, where that lacks some: markers that look larger than they are make a candidate
         that is too large, beside which lies what is at the end of a limb."""
@@ -207,15 +183,15 @@ class Describer:
             again = self._judged_at(poses[h : h + 1], verdicts[h])
             for c, p in part_probabilities([again])[0].items():
                 if c != self.finder.root and p > out[h].get(c, _NO_PART).probability:
-                    out[h][c] = _Part(again.shown[c], p)
+                    out[h][c] = Part(again.shown[c], p)
         return out
 
-    def _told(self, parts: Sequence[_Parts]) -> list[_Parts]:
+    def _told(self, parts: Sequence[Parts]) -> list[Parts]:
         """Of those that something shows the components that are told of each."""
         least, root = self.finder.config.min_component_probability, self.finder.root
         return [{c: part for c, part in of.items() if c == root or part.probability >= least} for of in parts]
 
-    def _seen(self, verdicts: Sequence[Verdict], told: Sequence[_Parts]) -> list[set[int]]:
+    def _seen(self, verdicts: Sequence[Verdict], told: Sequence[Parts]) -> list[set[int]]:
         """Of those that are told the components without a required one that is not confirmed: of that no marker is."""
         root = self.finder.root
         return [{c for c in of if c != root or v.required_shown} for v, of in zip(verdicts, told, strict=True)]
@@ -225,72 +201,11 @@ class Describer:
         others = self.finder.seen_alike
         return others is not None and any(len(others.of(of)) for of in seen)
 
-    def _instances(
-        self,
-        verdicts: Sequence[Verdict],
-        told: Sequence[_Parts],
-        frames: Frames,
-        frame: ImageFrame,
-        among: Sequence[Verdict],
-    ) -> tuple[list[tuple[Instance, ...]], MarkersInView]:
-        """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre. And
-        what of all markers could be seen."""
-        surface, camera = self.finder.surface, frame.camera
-        X = surface.place(frames, self._points, self._on)
-        pixels, samples = project(camera, X), slice(self._first_drawn[0])
-        inside = pixels[:, samples].reshape(len(pixels), *self._inside, 2)
-        within = frame.field.at(inside) != OUTSIDE  # a view from above is larger than what the image shows of it
-        free, by = self._free(verdicts, among, inside, X[:, samples])
-        first = self._first_drawn[:-1]
-        shown = surface.shown(frames, surface.markers, INSIDE_POINTS)
-        drawn = [self._outline(pixels, row) for row in range(len(first))]
-        view = MarkersInView(pixels[:, first], X[:, first, 2], drawn, within, shown, free, by)
-        weight = view.seen[..., None]
-        count = weight.sum(axis=2)
-        centroid, tail, head = (pixels[:, first + i] for i in range(3))  # (H, M, 2)
-        # by how far the middle of what is seen is off that of all: the samples' own middle is not quite the centroid
-        off = (inside * weight).sum(axis=2) / np.maximum(count, 1) - inside.mean(axis=2)
-        centre = np.where(count, centroid + off, centroid)
-        theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
-        scale = camera.focal_px / np.maximum(view.depth, 1e-6)  # at the outline's centroid
-        values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
-        parts = [
-            tuple(self._instance(patch, p, pixels[h], *values[h][self._row[patch]]) for patch, p in each.values())
-            for h, each in enumerate(told)
-        ]
-        return parts, view
 
-    def _free(
-        self, verdicts: Sequence[Verdict], among: Sequence[Verdict], inside: Array, points: Array
-    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_] | None]:
-        """`MarkersInView.free` and `by`. :param inside: (H, M, n, 2) pixels. :param points: (H, M n, 3) of the same."""
-        owned = np.stack([v.claim.frame.field.at(inside[h]) == OWNED for h, v in enumerate(verdicts)])
-        if self.finder.facing:  # which one is nearer is not known
-            return ~owned, None
-        slack, share = self.finder.config.verdict.nearer, met_by_each(verdicts, among, points).reshape(-1, *owned.shape)
-        by = hidden_by_each(share, owned, slack)
-        untold = owned & np.all(share == np.inf, axis=0)  # what took these is none of `among`
-        return ~(np.any(by, axis=0) | untold), by
-
-    def _instance(
-        self, patch: int, score: float, pixels: Array, x: float, y: float, theta: float, scale: float
-    ) -> Instance:
-        """The component that a patch shows. :param pixels: (n, 2) of all markers' points."""
-        shown, row = self.finder.surface.patches[patch], self._row[patch]
-        assert shown.marker is not None  # what shows a component is a marker
-        name = self.finder.target.model.components[shown.component].name
-        outline = self._outline(pixels, row).copy()
-        return Instance(name, shown.marker.name, score, x, y, theta, scale, outline)
-
-    def _outline(self, pixels: Array, row: int) -> Array:
-        """(..., m, 2) of the marker of a row, of all markers' points (..., n, 2): behind centroid, tail and head."""
-        return pixels[..., self._first_drawn[row] + 3 : self._first_drawn[row + 1], :]
-
-
-def _judged(verdicts: Sequence[Verdict]) -> list[_Parts]:
+def _judged(verdicts: Sequence[Verdict]) -> list[Parts]:
     """What shows each component of one target's objects, and how probably, as they were judged."""
     probable = part_probabilities(verdicts)
-    return [{c: _Part(v.shown[c], p) for c, p in of.items()} for v, of in zip(verdicts, probable, strict=True)]
+    return [{c: Part(v.shown[c], p) for c, p in of.items()} for v, of in zip(verdicts, probable, strict=True)]
 
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:

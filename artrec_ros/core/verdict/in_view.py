@@ -1,0 +1,111 @@
+"""Components of told objects as the image shows them, and what of all their markers could be seen there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.projection import project
+from ..geometry.transforms import Array
+from ..image.codes import OUTSIDE, OWNED
+from ..image.image_frame import ImageFrame
+from ..model.found import Instance
+from ..model.kinematics import Frames
+from ..model.surface import INSIDE_POINTS
+from ..pose.finder import WholeObjectFinder
+from .acceptance import Verdict
+from .missing import MarkersInView
+from .nearer import hidden_by_each, met_by_each
+
+
+class Part(NamedTuple):
+    """A component that is seen: the patch that shows it, and the probability that it lies there."""
+
+    patch: int
+    probability: float
+
+
+Parts = dict[int, Part]  # by the component's index
+
+
+class PartsInView:
+    """Those of one target's objects."""
+
+    def __init__(self, finder: WholeObjectFinder) -> None:
+        self._finder, surface = finder, finder.surface
+        patches = [surface.patches[p] for p in surface.markers]
+        self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
+        # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
+        self._inside = len(patches), INSIDE_POINTS
+        self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
+        n_drawn = [len(p.drawn) for p in patches]
+        component = surface.component[surface.markers]
+        self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
+        self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
+
+    def of(
+        self,
+        verdicts: Sequence[Verdict],
+        told: Sequence[Parts],
+        frames: Frames,
+        frame: ImageFrame,
+        among: Sequence[Verdict],
+    ) -> tuple[list[tuple[Instance, ...]], MarkersInView]:
+        """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre. And
+        what of all markers could be seen."""
+        surface, camera = self._finder.surface, frame.camera
+        X = surface.place(frames, self._points, self._on)
+        pixels, samples = project(camera, X), slice(self._first_drawn[0])
+        inside = pixels[:, samples].reshape(len(pixels), *self._inside, 2)
+        within = frame.field.at(inside) != OUTSIDE  # a view from above is larger than what the image shows of it
+        free, by = self._free(verdicts, among, inside, X[:, samples])
+        first = self._first_drawn[:-1]
+        shown = surface.shown(frames, surface.markers, INSIDE_POINTS)
+        drawn = [self._outline(pixels, row) for row in range(len(first))]
+        view = MarkersInView(pixels[:, first], X[:, first, 2], drawn, within, shown, free, by)
+        weight = view.seen[..., None]
+        count = weight.sum(axis=2)
+        centroid, tail, head = (pixels[:, first + i] for i in range(3))  # (H, M, 2)
+        # by how far the middle of what is seen is off that of all: the samples' own middle is not quite the centroid
+        off = (inside * weight).sum(axis=2) / np.maximum(count, 1) - inside.mean(axis=2)
+        centre = np.where(count, centroid + off, centroid)
+        theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
+        scale = camera.focal_px / np.maximum(view.depth, 1e-6)  # at the outline's centroid
+        values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
+        parts = [
+            tuple(self._instance(patch, p, pixels[h], *values[h][self._row[patch]]) for patch, p in each.values())
+            for h, each in enumerate(told)
+        ]
+        return parts, view
+
+    def _free(
+        self, verdicts: Sequence[Verdict], among: Sequence[Verdict], inside: Array, points: Array
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_] | None]:
+        """`MarkersInView.free` and `by`. :param inside: (H, M, n, 2) pixels. :param points: (H, M n, 3) of the same."""
+        owned = np.stack([v.claim.frame.field.at(inside[h]) == OWNED for h, v in enumerate(verdicts)])
+        if self._finder.facing:  # which one is nearer is not known
+            return ~owned, None
+        slack, share = (
+            self._finder.config.verdict.nearer,
+            met_by_each(verdicts, among, points).reshape(-1, *owned.shape),
+        )
+        by = hidden_by_each(share, owned, self._finder.config.verdict.nearer)
+        untold = owned & np.all(share == np.inf, axis=0)  # what took these is none of `among`
+        return ~(np.any(by, axis=0) | untold), by
+
+    def _instance(
+        self, patch: int, score: float, pixels: Array, x: float, y: float, theta: float, scale: float
+    ) -> Instance:
+        """The component that a patch shows. :param pixels: (n, 2) of all markers' points."""
+        shown, row = self._finder.surface.patches[patch], self._row[patch]
+        assert shown.marker is not None  # what shows a component is a marker
+        name = self._finder.target.model.components[shown.component].name
+        outline = self._outline(pixels, row).copy()
+        return Instance(name, shown.marker.name, score, x, y, theta, scale, outline)
+
+    def _outline(self, pixels: Array, row: int) -> Array:
+        """(..., m, 2) of the marker of a row, of all markers' points (..., n, 2): behind centroid, tail and head."""
+        return pixels[..., self._first_drawn[row] + 3 : self._first_drawn[row + 1], :]

@@ -124,7 +124,7 @@ VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] =
     "without the local search on votes": (patches((FINDER, "_climb", unclimbed), (FINDER, "_sweep", unclimbed)), {}),
     "without the bodies' faces": (patches((surface, "_face_patches", faceless)), {}),
     "votes of the likeliest class, not of its share": (patches((Codes, "votes", hard)), {}),
-    "without mirrored turns": (patches((FINDER, "_flips", lambda self, found: self.surface.no_poses)), {}),
+    "without mirrored turns": (patches((FINDER, "flips", lambda self, found: self.surface.no_poses)), {}),
     "without lookalikes": (patches((lookalikes, "_placements", no_rivals)), {}),
     "without taking sure objects' pixels first": (
         patches(), {"search": {"sure": 2.0, "likely": 2.0}}),

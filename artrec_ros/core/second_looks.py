@@ -49,7 +49,7 @@ class SecondLooks:
     def _bent(self, one: Verdict, told: Sequence[Verdict]) -> Iterator[Poses]:
         """One object bent otherwise, where that explains more."""
         finder, poses = one.claim.finder, one.claim.poses
-        if not (finder.bends_on and finder.may_bend(one.claim.scores, one.claim.votes)):
+        if not (finder.bending.any and finder.bending.may_win(one.claim.scores, one.claim.votes)):
             return
         if self._recall.patience.is_late or self._recall.rests(finder, poses):
             return

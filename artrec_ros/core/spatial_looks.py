@@ -70,7 +70,7 @@ class SpatialLooks:
         if self.judge.trust(verdicts[0]) <= self._config.sure:
             return found.poses[:0]
         begun, found = found.poses, finder.climbed(frame, found, self._plain_climb, sure=True)
-        return finder.rebent(frame, found, self._plain_climb, begun).poses
+        return finder.bending.bent(frame, found, self._plain_climb, begun).poses
 
     def close(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob, piece: int = 0) -> Poses:
         """Hypotheses of which a component made a blob, or part of one, best first. :param piece: see `scale_range`."""
@@ -85,7 +85,7 @@ class SpatialLooks:
             if not sure or climb is self._climbs[-1]:
                 found = finder.climbed(frame, found, climb, sure=sure)
         # bent otherwise, what is in doubt would find parts of others
-        return (finder.rebent(frame, found, self._plain_climb) if sure else found).poses
+        return (finder.bending.bent(frame, found, self._plain_climb) if sure else found).poses
 
     def thorough(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses:
         """A close look, and where what it shows is not beyond doubt, at a blob that several things may make up, one in
@@ -111,7 +111,7 @@ class SpatialLooks:
     def again(self, frame: ImageFrame, finder: WholeObjectFinder, poses: Poses) -> Poses | None:
         """One object bent anew, and begun from what its first components say; None where that explains no more."""
         found = finder.ranked(frame, poses)
-        bent = finder.rebent(frame, found, self._plain_climb, finder.beginnings(frame, poses))
+        bent = finder.bending.bent(frame, found, self._plain_climb, finder.bending.beginnings(frame, poses))
         return bent.poses[:1] if bent.votes[0] > found.votes[0] else None
 
     def _is_hopeless(self, verdicts: Verdicts, *, climbs: int) -> bool:

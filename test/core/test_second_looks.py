@@ -77,7 +77,7 @@ def test_where_nothing_is_in_doubt_or_no_time_is_left_nothing_is_bent(finder):
     astray = Poses.concatenate([bent(-0.08, 0.0, ASTRAY), right])
     assert told(finder, seen(left, right, deadline=Deadline(-1.0)), astray)[1]
     lorry = WholeObjectFinder(Target("truck", truck(), RED), DEFAULTS)
-    assert lorry.bends_on is False
+    assert lorry.bending.any is False
 
 
 def test_a_known_object_is_looked_at_again_in_its_turn(finder, monkeypatch):

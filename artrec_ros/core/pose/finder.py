@@ -19,20 +19,20 @@ from ..image.codes import LABELS, Codes
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from .alternatives import Alternatives
+from .bending import Bending
 from .climber import Climb, Climber
 from .distinct import apart
 from .exchanges import Exchanges
 from .lookalikes import Lookalikes
 from .other_joints import OtherJoints
 from .ranked import Ranked
-from .rebends import Rebends
 from .refit import Refit
 from .required_place import RequiredPlace
 from .resting import Resting
 from .seeds import Seeds
 from .seen_alike import SeenAlike
 from .stand_ins import StandIns
-from .surface_model import PatchScores, Poses, SpatialModel
+from .surface_model import Poses, SpatialModel
 from .voter import Voter
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
@@ -72,12 +72,11 @@ class WholeObjectFinder:
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
         fine = kin.grids(self._search.fine_joint_step)
         self.stand_ins = StandIns(self.surface, fine, config.verdict.stand_in)
-        self._jointed = kin.moves[self.surface.component[self.surface.markers]].any(axis=1)  # (M,) markers
-        self._rebends = Rebends(self.surface, self._search, self.voter.value.hidden_cost)
         step, most, plain = self._search.fine_joint_step, self._search.other_joints, float(config.votes.inside[0])
         self._other_joints = OtherJoints(
             self.surface, self.voter.value, step, most, plain, 1 - self._search.near_joints
         )
+        self.bending = Bending(self)
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
         # classes of whose blobs an object is guessed
@@ -151,7 +150,7 @@ class WholeObjectFinder:
         found = self._with_bent(frame, found).best(climb.most, search)
         found = self._with_rival_flips(frame, self.climber.sweep(frame, found))
         found = self.climber.climb(frame, found, climb)
-        return self._with_lookalikes(frame, self._fit_all(frame, found.poses).best(len(found), search))
+        return self._with_lookalikes(frame, self.fit_all(frame, found.poses).best(len(found), search))
 
     def followed(self, frame: ImageFrame, expected: Poses, votes: float, left: float, climb: Climb) -> Ranked:
         """Where an object is that is expected near some poses, and its mirrored turns, best first.
@@ -159,81 +158,19 @@ class WholeObjectFinder:
         :param votes: that it had. :param left: share of them without which a first fit is not worth more.
         """
         search = self._search
-        found = self._fit_all(frame, expected).best(1, search)
+        found = self.fit_all(frame, expected).best(1, search)
         if found.votes[0] < left * votes:
             return found[:0]
         found = self._with_bent(frame, found)
         found = self.climber.climb(frame, self.climber.sweep(frame, found.best(1, search)), climb)
-        found = self._fit_all(frame, found.poses).best(1, search)
+        found = self.fit_all(frame, found.poses).best(1, search)
         if found.votes[0] < search.near_joints * votes:  # else its joints are no worse than they were
             found = self.rejointed(frame, found, climb)
         return self._with_rival_flips(frame, found).best(search.flip_keep, search)
 
-    def rebent(self, frame: ImageFrame, found: Ranked, climb: Climb, begun: Poses | None = None) -> Ranked:
-        """The same, the first one with joints bent otherwise where labels like that better.
-
-        :param begun: poses with which the search has begun: their required component may be turned otherwise.
-        """
-        if not len(found):
-            return found
-        best = self.rejointed(frame, found[:1], climb)
-        if self._rebends.any:
-            best = self._bent_anew(frame, best, climb)
-            if begun is not None and len(begun) and self._may_win(frame, best):
-                better = self._better_bent(frame, best, begun, climb)
-                best = best if better is best else self._bent_anew(frame, better, climb)
-        return best + found if best.votes[0] > found.votes[0] else found
-
-    @property
-    def bends_on(self) -> bool:
-        """Whether its joints carry joints: it may be bent anew."""
-        return self._rebends.any
-
-    def may_bend(self, scores: PatchScores, votes: float) -> bool:
-        """Whether one hypothesis has something to win by another bend. :param scores: of it. :param votes: its own."""
-        m = self.surface.markers[self._jointed]
-        lost = np.maximum(float(self.config.votes.inside[0]) * scores.area_px[0, m] - scores.votes[0, m], 0.0).sum()
-        return bool(lost > self._search.bend_least * votes)
-
     def ranked(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their votes."""
         return Ranked(poses, self.voter.votes(frame, poses, occlusion=True))
-
-    def beginnings(self, frame: ImageFrame, poses: Poses) -> Poses:
-        """One hypothesis as it fits the contours of its first half alone, its first fourth, and so on: what was drawn
-        onto others' labels behind these does not move its required component."""
-        used = self.voter.supports(frame, poses) & self._rebends.first_parts
-        return self.rest.fitted(frame, poses[np.zeros(len(used), int)], used)
-
-    def _bent_anew(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
-        """One hypothesis with all joints sought anew while that is better, as it is turned and in its mirrored turns:
-        these look alike, but with joints that were found for another one what hangs on the required component is
-        elsewhere."""
-        while not frame.deadline.expired and self._may_win(frame, best):
-            starts = Poses.concatenate([best.poses, self._flips(best)])
-            bent = self._better_bent(frame, best, starts, climb)
-            if bent is best:
-                break
-            best = bent
-        return best
-
-    def _better_bent(self, frame: ImageFrame, best: Ranked, starts: Poses, climb: Climb) -> Ranked:
-        """What some hypotheses come to with all joints sought anew, where that is better than the best; else that."""
-        search, found = self._search, best[:0]
-        for n in range(len(starts)):
-            if len(found) and frame.deadline.expired:
-                break
-            bent = self._rebends.of(frame, starts[n : n + 1])
-            tried = Ranked(bent, self.voter.votes(frame, bent, occlusion=True))
-            tried = self.climber.sweep(frame, tried[np.argsort(-tried.votes, kind="stable")[: search.bend_keep]])
-            found = found + self._fit_all(frame, tried.poses).best(search.bend_keep, search)
-        found = self.polished(frame, found.best(search.bend_keep, search), climb).best(1, search)
-        return found if found.votes[0] > best.votes[0] else best
-
-    def _may_win(self, frame: ImageFrame, best: Ranked) -> bool:
-        """Whether markers of the first hypothesis that joints carry, and that should be in view, lie so far off their
-        labels that another bend has something to win."""
-        return self.may_bend(self.voter.judge(frame, best.poses, occlusion=True), float(best.votes[0]))
 
     def rejointed(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
         """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better."""
@@ -241,10 +178,10 @@ class WholeObjectFinder:
             if frame.deadline.expired:
                 break
             others = self._other_joints.of(frame, best.poses, float(best.votes[0]))
-            found = self._fit_all(frame, others).best(1, self._search) if len(others) else best[:0]
+            found = self.fit_all(frame, others).best(1, self._search) if len(others) else best[:0]
             found = found[found.votes > self._search.near_joints * best.votes[0]]
             if len(found) and found.votes[0] <= best.votes[0]:
-                found = self._fit_all(frame, self.climber.climb(frame, found, climb).poses).best(1, self._search)
+                found = self.fit_all(frame, self.climber.climb(frame, found, climb).poses).best(1, self._search)
             if not len(found) or found.votes[0] <= best.votes[0]:
                 break
             best = found
@@ -261,7 +198,7 @@ class WholeObjectFinder:
 
     def polished(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Hypotheses after a climb on the votes, and a fit to the contours."""
-        return self._fit_all(frame, self.moved(frame, found, climb).poses)
+        return self.fit_all(frame, self.moved(frame, found, climb).poses)
 
     def _with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
@@ -269,9 +206,9 @@ class WholeObjectFinder:
         poses = self._standing(frame, poses)
         poses = self.surface.search_joints(frame, poses, self.first_grids)
         found = Ranked(poses, self.voter.votes(frame, poses, occlusion=False)).best(search.joint_keep, search)
-        poses = Poses.concatenate([found.poses, self._flips(found)])
+        poses = Poses.concatenate([found.poses, self.flips(found)])
         poses = self._standing(frame, poses)
-        found = self._fit_all(frame, poses).best(search.fit_keep, search)
+        found = self.fit_all(frame, poses).best(search.fit_keep, search)
         return self._with_lookalikes(frame, found)
 
     def _standing(self, frame: ImageFrame, poses: Poses) -> Poses:
@@ -291,7 +228,7 @@ class WholeObjectFinder:
             others = others[others.votes > search.rival * found.votes[0]]
             if not len(others):
                 break
-            best, others = found.votes[0], self._fit_all(frame, others.poses)
+            best, others = found.votes[0], self.fit_all(frame, others.poses)
             found = (found + others).best(search.fit_keep, search)
             if found.votes[0] <= best:
                 break
@@ -299,10 +236,10 @@ class WholeObjectFinder:
 
     def _with_rival_flips(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the best one's siblings that come near to it."""
-        flips = self._flips(found[:1])
+        flips = self.flips(found[:1])
         if not len(flips):
             return found
-        fitted = self._fit_all(frame, flips).best(self._search.flip_keep, self._search)
+        fitted = self.fit_all(frame, flips).best(self._search.flip_keep, self._search)
         return found + fitted[fitted.votes > self._search.rival * found.votes[0]]
 
     def strayed(self, poses: Poses, expected: Poses) -> float:
@@ -312,10 +249,10 @@ class WholeObjectFinder:
         cosine = (np.einsum("kij,ij->k", expected.R, near.R[0]) - 1) / 2
         return float(np.maximum(off, np.arccos(np.clip(cosine, -1, 1)) / niche.niche_rad).min())
 
-    def _flips(self, found: Ranked) -> Poses:
+    def flips(self, found: Ranked) -> Poses:
         """Siblings of the best."""
         return self.required.flips(found.best(self._search.flip_keep, self._search).poses)
 
-    def _fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
+    def fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
         return self.refit.of(frame, poses, self.climber.depths(frame.camera))

@@ -88,10 +88,7 @@ class PartsInView:
         owned = np.stack([v.claim.frame.field.at(inside[h]) == OWNED for h, v in enumerate(verdicts)])
         if self._finder.facing:  # which one is nearer is not known
             return ~owned, None
-        slack, share = (
-            self._finder.config.verdict.nearer,
-            met_by_each(verdicts, among, points).reshape(-1, *owned.shape),
-        )
+        share = met_by_each(verdicts, among, points).reshape(-1, *owned.shape)
         by = hidden_by_each(share, owned, self._finder.config.verdict.nearer)
         untold = owned & np.all(share == np.inf, axis=0)  # what took these is none of `among`
         return ~(np.any(by, axis=0) | untold), by

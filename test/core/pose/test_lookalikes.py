@@ -168,7 +168,7 @@ def test_from_a_pose_that_covers_most_of_a_grid_the_finder_comes_to_the_one_that
     wrong = Poses(R, true.t + true.R[0] @ (*(PITCH * np.array(shift)), 0.0), true.q)
     assert 8 <= covered(centres(model, wrong), centres(model, true)) <= 9
     finder = WholeObjectFinder(Target("grid", model, RED), DEFAULTS)
-    found = finder._with_lookalikes(frame, finder._fit_all(frame, wrong).best(1, DEFAULTS.search))
+    found = finder._with_lookalikes(frame, finder.fit_all(frame, wrong).best(1, DEFAULTS.search))
     there = centres(model, found.poses)
     assert np.linalg.norm(there[:, None] - centres(model, true), axis=2).min(axis=1).max() < 0.01
 
@@ -184,7 +184,7 @@ def test_from_a_marker_that_lies_on_itself_the_finder_comes_to_the_turn_that_all
     frame = ImageFrame(LabelField(render(CAMERA, [(model, true, RED)])), CAMERA)
     finder = WholeObjectFinder(Target("tabbed", model, RED), DEFAULTS)
     wrong = Poses(true.R @ rotation_from_rotvec([0.0, 0.0, np.pi / 2]), true.t, true.q)
-    found = finder._with_lookalikes(frame, finder._fit_all(frame, wrong).best(1, DEFAULTS.search))
+    found = finder._with_lookalikes(frame, finder.fit_all(frame, wrong).best(1, DEFAULTS.search))
     assert turn_between(found.poses.R[0], true.R[0]) < 0.1
 
 

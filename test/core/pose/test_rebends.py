@@ -58,12 +58,12 @@ def test_what_hangs_on_a_link_tells_which_way_it_leans(finder, lean):
     wrong = pose(0.0, 0.05, 0.7, 0.2, model=arm(), joints={"upper": -lean, "fore": -1.3})
     frame = ImageFrame(LabelField(render(CAMERA, [(arm(), truth, RED)])), CAMERA)
     found = ranked(finder, frame, wrong)
-    better = finder.rebent(frame, found, Climb(1, 4, 1.0))
+    better = finder.bending.bent(frame, found, Climb(1, 4, 1.0))
     best = ranked(finder, frame, truth).votes[0]
     assert found.votes[0] < 0.8 * best
     assert better.votes[0] > 0.95 * best and len(better) == 2
     np.testing.assert_allclose(better.poses.q[0], truth.q[0], atol=0.08)
-    assert finder.rebent(frame, better[:1], Climb(1, 4, 1.0)).votes[0] == better.votes[0]
+    assert finder.bending.bent(frame, better[:1], Climb(1, 4, 1.0)).votes[0] == better.votes[0]
 
 
 def rebends_of(model):
@@ -121,7 +121,7 @@ def found_and_true(seed):
     joints = {c.name: q for c, q in zip(model.components[1:], rng.uniform(-0.55, 0.55, 8), strict=True)}
     truth = pose(0.0, 0.12, 0.6, 0.6 if seed % 2 else -0.6, model=model, joints=joints)
     frame = ImageFrame(LabelField(render(CAMERA, [(model, truth, RED)])), CAMERA)
-    bent = ranked(finder, frame, finder._rebends.of(frame, finder.required.flips(truth)))
+    bent = ranked(finder, frame, finder.bending._rebends.of(frame, finder.required.flips(truth)))
     best = finder.polished(frame, bent[[int(np.argmax(bent.votes))]], Climb(1, 11, 1.0))
     return finder, frame, best.best(1, DEFAULTS.search), truth
 
@@ -132,7 +132,7 @@ def test_joints_are_sought_for_the_mirrored_turn_of_the_head_too(seed):
     finder, frame, wrong, truth = found_and_true(seed)
     best = ranked(finder, frame, truth).votes[0]
     assert wrong.votes[0] < 0.8 * best
-    better = finder.rebent(frame, wrong, Climb(3, 13, 0.7))
+    better = finder.bending.bent(frame, wrong, Climb(3, 13, 0.7))
     assert better.votes[0] > (1 - DEFAULTS.search.bend_least) * best
     np.testing.assert_allclose(better.poses.q[0], truth.q[0], atol=0.1)
 
@@ -142,10 +142,10 @@ def test_where_parts_are_not_on_their_labels_other_beginnings_are_bent_too():
     astray = pose(0.0, 0.12, 0.9, 0.0, 1.5, model=chain(8), joints={})
     begun = Poses(truth.R, truth.t, astray.q)
     best, climb = ranked(finder, frame, truth), Climb(3, 13, 0.7)
-    found = finder.rebent(frame, ranked(finder, frame, astray), climb)[:1]
+    found = finder.bending.bent(frame, ranked(finder, frame, astray), climb)[:1]
     assert found.votes[0] < 0.2 * best.votes[0]
-    assert finder.rebent(frame, found, climb, begun).votes[0] > best.votes[0]
-    assert len(finder.rebent(frame, best, climb, wrong.poses)) == 1  # nothing is left to be explained
+    assert finder.bending.bent(frame, found, climb, begun).votes[0] > best.votes[0]
+    assert len(finder.bending.bent(frame, best, climb, wrong.poses)) == 1  # nothing is left to be explained
 
 
 def leaning(name, parent, at, axis=(1.0, 0, 0), limit=0.6):

@@ -24,13 +24,14 @@ from unittest import mock
 import numpy as np
 import yaml
 
-from artrec_ros.core import spatial_stage
+from artrec_ros.core import second_looks
 from artrec_ros.core.base.config import RecognizerConfig, rooms_of
 from artrec_ros.core.image.codes import Codes
 from artrec_ros.core.model import surface
-from artrec_ros.core.pose import finder as whole_object
-from artrec_ros.core.pose import lookalikes, seeds
+from artrec_ros.core.pose import lookalikes, resting, seeds
 from artrec_ros.core.pose import view_bank as bank
+from artrec_ros.core.pose.climber import Climber
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.tools.main import main
@@ -45,12 +46,17 @@ COLUMNS = {
 }
 
 
-FINDER = whole_object.WholeObjectFinder
+FINDER = WholeObjectFinder
 
 
 def unfitted(model: Any, frame: Any, poses: Any, *_: Any, **__: Any) -> Any:
     """In place of `pose_fit.fit_poses` and `fit_component`: leaves hypotheses where they are."""
     return poses
+
+
+def ranked(self: Any, frame: Any, poses: Any) -> Any:
+    """In place of `WholeObjectFinder.fit_all`: leaves hypotheses where they are, with their votes."""
+    return self.ranked(frame, poses)
 
 
 def unclimbed(self: Any, frame: Any, found: Any, *_: Any) -> Any:
@@ -118,10 +124,10 @@ VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] =
     "all of it": (patches(), {}),
     "each frame alone: no memory": (patches(), {"memory": False}),
     "without fits to contours": (
-        patches((whole_object, "fit_poses", unfitted), (seeds, "fit_component", unfitted)),
+        patches((FINDER, "fit_all", ranked), (resting, "fit_poses", unfitted), (seeds, "fit_component", unfitted)),
         {},
     ),
-    "without the local search on votes": (patches((FINDER, "_climb", unclimbed), (FINDER, "_sweep", unclimbed)), {}),
+    "without the local search on votes": (patches((Climber, "climb", unclimbed), (Climber, "sweep", unclimbed)), {}),
     "without the bodies' faces": (patches((surface, "_face_patches", faceless)), {}),
     "votes of the likeliest class, not of its share": (patches((Codes, "votes", hard)), {}),
     "without mirrored turns": (patches((FINDER, "flips", lambda self, found: self.surface.no_poses)), {}),
@@ -131,7 +137,7 @@ VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] =
     "starting from the required component alone": (
         patches((seeds.Seeds, "_of_limbs", lambda self, *_: self._surface.no_poses)), {}),
     "blobs aligned by moments alone": (patches((bank, "blob_couples", no_couples)), {}),
-    "the best at each place, no pixels owned": (patches((spatial_stage, "share_out", by_place)), {}),
+    "the best at each place, no pixels owned": (patches((second_looks, "share_out", by_place)), {}),
     "required component need not be confirmed": (
         patches((Judge, "accepts", lambda self, all_: likely(self, all_.claims.votes, all_.probability)),
                 (Judge, "reason", unconfirmed)), {}),

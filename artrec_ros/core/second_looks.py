@@ -9,6 +9,11 @@ beside those that the search has found: the pixels are shared out anew.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
+from hashlib import sha256
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .base.config import SearchConfig
 from .image.image_frame import ImageFrame
@@ -31,10 +36,11 @@ class SecondLooks:
     def __init__(self, frame: ImageFrame, judge: Judge, config: SearchConfig, recall: Recall | None = None) -> None:
         self._frame, self._judge, self._recall = frame, judge, recall or Recall()
         self._hurried, self._looks = frame.hurried(config.search_share), SpatialLooks(judge, config)
-        self._seen: set[tuple[bytes, bytes]] = set()  # poses, and the labels in which they were bent anew
+        self._seen: set[tuple[int, bytes, bytes]] = set()  # of a finder poses, and the labels in which these were bent
 
     def shared(self, found: _Found) -> tuple[list[Verdict], Sequence[Verdict]]:
-        """What `share_out` makes of candidates, and of what second looks add to them."""
+        """What `share_out` makes of candidates, and of what second looks add to them: while there is time, for what is
+        shared out late leaves objects out."""
         of = dict(found)
         shared = share_out(found, self._frame, self._judge)
         for _ in range(_ROUNDS):
@@ -43,7 +49,10 @@ class SecondLooks:
                 break
             for finder, poses in more:
                 of[finder] = Poses.concatenate([of[finder], poses])
-            shared = share_out(list(of.items()), self._frame, self._judge)
+            anew = share_out(list(of.items()), self._frame, self._judge)
+            if self._frame.deadline.expired:
+                break
+            shared = anew
         return shared
 
     def _bent(self, one: Verdict, told: Sequence[Verdict]) -> Iterator[Poses]:
@@ -51,14 +60,33 @@ class SecondLooks:
         finder, poses = one.claim.finder, one.claim.poses
         if not (finder.bending.any and finder.bending.may_win(one.claim.scores, one.claim.votes)):
             return
-        if self._recall.patience.is_late or self._recall.rests(finder, poses):
+        if self._recall.rests(finder, poses):
             return
-        others = [silhouette(v.claim.finder.surface, self._frame.camera, v.claim.poses) for v in told if v is not one]
+        camera, patience = self._frame.camera, self._recall.patience
+        others = [silhouette(v.claim.finder.surface, camera, v.claim.poses) for v in told if v is not one]
         left = self._hurried.without([hull for hulls in others for hull in hulls])
+        reach = _reach(silhouette(finder.surface, camera, poses), self._frame.size)
         for frame in (left, self._hurried) if others else (left,):
-            key = poses.t.tobytes() + poses.q.tobytes(), frame.field.labels.tobytes()
-            if key not in self._seen and not frame.deadline.expired:
-                self._seen.add(key)
-                bent = self._looks.again(frame, finder, poses)
-                if bent is not None:
-                    yield bent
+            # what others do beyond its reach changes nothing
+            key = id(finder), _bytes(poses), sha256(frame.field.labels[reach].tobytes()).digest()
+            if key in self._seen or frame.deadline.expired or patience.is_late:
+                continue
+            self._seen.add(key)
+            again = partial(self._looks.again, frame, finder, poses)
+            bent = patience.spent_on(again, self._recall.config.doubt_share)
+            if bent is not None:
+                yield bent
+
+
+def _reach(hulls: Sequence[NDArray[np.float32]], size: tuple[int, int]) -> tuple[slice, slice]:
+    """Rows and columns of an image of `size` (width, height) where an object may be, bent otherwise: as far around it
+    as it is long."""
+    points = np.concatenate(hulls)
+    low, high = points.min(axis=0), points.max(axis=0)
+    length = float(np.linalg.norm(high - low))
+    first, last = np.maximum(low - length, 0).astype(int), np.minimum(high + length + 1, size).astype(int)
+    return slice(int(first[1]), int(last[1])), slice(int(first[0]), int(last[0]))
+
+
+def _bytes(poses: Poses) -> bytes:
+    return b"".join(values.tobytes() for values in (poses.R, poses.t, poses.q))

@@ -114,6 +114,8 @@ def test_a_blob_that_led_to_nothing_has_a_text_only_where_its_object_is_not_foun
     beside = FrameResult((200, 160), found().detections, (blob, replace(blob, object="leg", x=160)))
     drawn = changed(beside)
     assert not drawn[130, 30] and drawn[130, 160]
+    predicted = replace(found().detections[0], predicted=True, components=())  # nobody has seen it
+    assert changed(FrameResult((200, 160), (predicted,), (blob,)))[130, 30]
 
 
 def texts(monkeypatch, image, result, names=("arm",)):

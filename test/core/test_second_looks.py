@@ -6,6 +6,7 @@ from settings import DEFAULTS
 from solids import RED, camera_of, marker, pose, rectangle, render, truck
 
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.base.patience import Patience
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -15,6 +16,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.second_looks import SecondLooks
+from artrec_ros.core.spatial_looks import SpatialLooks
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.core.verdict.ownership import share_out
 
@@ -78,6 +80,60 @@ def test_where_nothing_is_in_doubt_or_no_time_is_left_nothing_is_bent(finder):
     assert told(finder, seen(left, right, deadline=Deadline(-1.0)), astray)[1]
     lorry = WholeObjectFinder(Target("truck", truck(), RED), DEFAULTS)
     assert lorry.bending.any is False
+
+
+class Ending(Deadline):
+    """Expires when it is told to; all of its parts with it."""
+
+    over = False
+
+    @property
+    def expired(self):
+        return self.over
+
+    def part(self, share):
+        return self
+
+
+def test_what_is_shared_out_late_takes_nothing_from_what_was_told(finder, monkeypatch):
+    left, right = bent(-0.06, 0.0, LEFT), bent(0.07, 0.0, RIGHT)
+    ending = Ending()
+    frame, found = seen(left, right, deadline=ending), Poses.concatenate([bent(-0.06, 0.0, ASTRAY), right])
+    begun = share_out([(finder, found)], frame, JUDGE)[0]
+    look = SpatialLooks.again
+
+    def last_look(*args):
+        bent_anew = look(*args)
+        ending.over = True
+        return bent_anew
+
+    monkeypatch.setattr(SpatialLooks, "again", last_look)
+    told_late = SecondLooks(frame, JUDGE, DEFAULTS.search).shared([(finder, found)])[0]
+    assert len(told_late) == len(begun) == 2
+
+
+def test_while_a_newer_image_waits_nothing_is_bent(finder):
+    left, right = bent(-0.08, 0.0, LEFT), bent(0.1, 0.0, RIGHT)
+    frame, found = seen(left, right), Poses.concatenate([bent(-0.08, 0.0, ASTRAY), right])
+    assert not told(finder, frame, found, Recall(patience=Patience(lambda: False)))[1]
+    assert told(finder, frame, found, Recall(patience=Patience(lambda: True)))[1]
+
+
+def test_what_did_not_change_is_not_looked_at_again(finder, monkeypatch):
+    """A chain far away that nothing bends better costs one look, however many rounds its neighbours take."""
+    camera = camera_of(size=(960, 240))
+    placed = [bent(-0.4, 0.0, LEFT), bent(0.3, 0.0, LEFT), bent(0.47, 0.0, RIGHT)]
+    frame = ImageFrame(LabelField(render(camera, [(snake(), p, RED) for p in placed])), camera)
+    found = Poses.concatenate([bent(-0.4, 0.0, ASTRAY), bent(0.3, 0.0, ASTRAY), placed[2]])
+    looked, look = [], SpatialLooks.again
+
+    def counted(self, frame, finder, poses):
+        looked.append(round(float(poses.t[0, 0]), 1))
+        return None if poses.t[0, 0] < -0.3 else look(self, frame, finder, poses)
+
+    monkeypatch.setattr(SpatialLooks, "again", counted)
+    SecondLooks(frame, JUDGE, DEFAULTS.search).shared([(finder, found)])
+    assert looked.count(-0.4) == 1 and looked.count(0.3) > 1
 
 
 def test_a_known_object_is_looked_at_again_in_its_turn(finder, monkeypatch):

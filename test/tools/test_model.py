@@ -75,6 +75,16 @@ def test_what_will_be_ambiguous_is_told(toy):
     assert [line.split(":")[0] for line in lines] == sorted((line.split(":")[0] for line in lines), reverse=True)
 
 
+def test_classes_that_no_identity_shows_are_named(tmp_path):
+    text = (OBJECTS / "mirosot.yaml").read_text()
+    first = text[: text.index("  gv: {left: g")] + "unique: true\n"  # gr alone
+    (path := tmp_path / "robot.yaml").write_text(first)
+    lines = advice(find_ambiguities(load_object(path, dict(green=2, red=3, violet=4))), None, None)
+    assert "warning: no identity has the class 'r', 'v' for 'left': what shows it is no left" in lines
+    whole = load_object(OBJECTS / "mirosot.yaml", dict(green=2, red=3, violet=4))
+    assert not [line for line in advice(find_ambiguities(whole), None, None) if "no identity has" in line]
+
+
 def test_long_lists_of_markers_are_shortened():
     lines = advice(find_ambiguities(load_object(QUADRUPED, {})), pinhole_camera((640, 480), 60), None)
     assert not [line for line in lines if line.count("/") > 8]

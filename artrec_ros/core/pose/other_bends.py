@@ -54,12 +54,16 @@ def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     log_odds = bend_evidence(finder, frame, poses, bends).log_odds(weights)
     turned, probability = weighed(log_odds, config)
     off = _off(finder, poses, bends)
+    bent, taken = _bent(finder, poses, bends.where(turned), log_odds[turned])
+    # what is likelier and yet not bent is what may be otherwise
+    probability = np.where(turned & ~taken[bends.of, bends.joint], 1 - probability, probability)
     more[bends.of, bends.joint] = np.where(probability > config.least_other_turn, probability * off**2, 0.0)
-    return _bent(finder, poses, bends.where(turned), log_odds[turned]), more
+    return bent, more
 
 
-def _bent(finder: WholeObjectFinder, poses: Poses, bends: Bends, log_odds: Array) -> Poses:
-    """Poses as the likeliest bend of each has it, with the joints of its others, and what these carry.
+def _bent(finder: WholeObjectFinder, poses: Poses, bends: Bends, log_odds: Array) -> tuple[Poses, NDArray[np.bool_]]:
+    """Poses as the likeliest bend of each has it, with the joints of its others, and what these carry; and which joints
+    are bent (H, J).
 
     Of joints that carry each other the likeliest alone is bent: each was judged with the others as they were, and bent
     as well they would put what hangs on them where nobody has looked.
@@ -77,7 +81,7 @@ def _bent(finder: WholeObjectFinder, poses: Poses, bends: Bends, log_odds: Array
         else:
             R[h], t[h], q[h] = bends.poses.R[n], bends.poses.t[n], bends.poses.q[n]
         taken[h, joint] = True
-    return Poses(R, t, q)
+    return Poses(R, t, q), taken
 
 
 def _carries(finder: WholeObjectFinder) -> NDArray[np.bool_]:

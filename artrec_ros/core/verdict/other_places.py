@@ -80,7 +80,7 @@ def sure_enough(detections: Sequence[Detection], least: float) -> tuple[list[Det
     """Those that are told, the most probable first, and those that are not, for their other places make them less
     probable than an object must be."""
     ordered = sorted(detections, key=lambda d: -d.score)
-    unsure = [d for d in ordered if d.other_place is not None and d.score < least]
+    unsure = [d for d in ordered if d.score < least]
     told = [d for d in ordered if not any(d is other for other in unsure)]
     reasons = [Rejection(d.object, _doubt(d, least), d.score, d.image.x, d.image.y) for d in unsure]
     return [replace(d, id=n) for n, d in enumerate(told)], reasons

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -91,7 +92,7 @@ def advice(found: Ambiguities, camera: Camera | None, distance_m: float | None) 
     :param camera: None: nothing of what depends on how far off the object is.
     """
     lines = [
-        *(f"warning: {line}" for line in (*buried(found.model), *odd_units(found.model), *on_own_colour(found.model))),
+        *(f"warning: {line}" for line in _hardly_meant(found.model, 0)),
         *_own_turns(found),
         *_same(found),
         *(_range(found, camera, distance_m) if camera is not None else ()),
@@ -107,6 +108,14 @@ def buried(model: ObjectModel) -> Iterator[str]:
             f"{component}/{marker} lies within its component's body or looks into it and will never be seen; "
             "check its pose and which way its z axis (x_axis cross y_axis) points"
         )
+
+
+def unborne(model: ObjectModel) -> Iterator[str]:
+    """A line for each component with classes that no identity shows."""
+    for c in model.components:
+        if c.unborne:
+            names = ", ".join(f"'{name}'" for name in c.unborne)
+            yield f"no identity has the class {names} for '{c.name}': what shows it is no {c.name}"
 
 
 def odd_units(model: ObjectModel) -> Iterator[str]:
@@ -220,8 +229,11 @@ def on_own_colour(model: ObjectModel, label: int = 0) -> Iterator[str]:
 
 def oddities(target: Target) -> Iterator[str]:
     """A line for what is hardly meant in the object file of something that is looked for or drawn."""
-    for lines in (odd_units(target.model), buried(target.model), on_own_colour(target.model, target.label)):
-        yield from (f"{target.name}: {line}" for line in lines)
+    yield from (f"{target.name}: {line}" for line in _hardly_meant(target.model, target.label))
+
+
+def _hardly_meant(model: ObjectModel, label: int) -> Iterator[str]:
+    return chain(buried(model), odd_units(model), on_own_colour(model, label), unborne(model))
 
 
 def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iterator[str]:

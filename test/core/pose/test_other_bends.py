@@ -116,6 +116,11 @@ def test_of_joints_that_carry_each_other_the_likeliest_alone_is_bent(monkeypatch
     assert told((2.0, 3.0, -3.0)) == [0.1, 0.3, 0.0, 0.0]
     assert told((3.0, -3.0, 2.0)) == [0.5, -0.4, -0.6, 0.7]  # arms do not carry each other
     assert told((-3.0, -3.0, -3.0)) == [0.0, 0.0, 0.0, 0.0]
+    # the one that is not bent may be: its own evidence says so
+    monkeypatch.setattr(other_bends, "bend_evidence", lambda *_: Said(np.array((8.0, 9.0, -9.0))))
+    poses, more = likelier_bends(finder, frame, at)
+    assert poses.q[0].tolist() == [0.1, 0.3, 0.0, 0.0]
+    np.testing.assert_allclose(more[0], [0.5**2, 0.0, 0.0, 0.0], rtol=1e-2)
 
 
 @dataclass

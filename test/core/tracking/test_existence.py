@@ -225,6 +225,26 @@ def test_a_prediction_is_as_probable_as_it_lies_on_what_it_predicts(make):
     assert small[-1] == 0.0  # likelier elsewhere than there
 
 
+def test_off_the_axis_a_prediction_is_as_probable():
+    """How far off it is along the line of sight changes nothing of where it is seen."""
+
+    def scores(angle):
+        sight = np.array([np.sin(angle), 0.0, np.cos(angle)])
+        covariance = np.eye(6) * 1e-4
+        covariance[:3, :3] = 1e-6 * np.eye(3) + 0.08**2 * np.outer(sight, sight)
+        model = robot()
+        target = Target("red", model, TEAM)
+        ranges = 1.0 + np.random.default_rng(1).normal(0, 0.08, 30)
+        one = [at(float(r * sight[0]), z=float(r * sight[2])) for r in ranges]
+        one = [replace(d, pose_covariance=covariance) for d in one]
+        steps = [*[[at(-0.3), d] for d in one], *[[at(-0.3)]] * 4]
+        detections = told(steps, TrackingConfig(predict=1.0), targets=[target])
+        return [next((d.score for d in found if d.predicted), 0.0) for found in detections[30:]]
+
+    np.testing.assert_allclose(scores(0.6), scores(0.0), atol=0.03)
+    assert scores(0.0)[0] > 0.5
+
+
 def test_in_the_image_a_prediction_goes_where_its_pose_does():
     """What was seen of it last was what the border left, whose middle runs the other way."""
     steps = [at(0.3 + 0.01 * k) for k in range(30)]

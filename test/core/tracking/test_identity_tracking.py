@@ -84,6 +84,15 @@ def test_a_wrong_name_in_one_frame_begins_nobody_new(wrong):
     assert {tuple(d.id for d in detections) for detections in told} == {(0, 1)}
 
 
+@pytest.mark.parametrize(("score", "name"), [(0.6, None), (0.9999, "gv")])
+def test_what_is_left_over_is_no_name_of_what_may_be_none(score, name):
+    """Both show gr, the first more plainly: whether the other is gv depends on whether it is there at all."""
+    told = followed([seen((100, (0, -100, -100)), (300, (0, -20, -60)))])
+    (one, other) = told[0]
+    again = frame(one, replace(other, score=score))
+    assert names(followed([again])[0]) == ["gr", name]
+
+
 def test_names_that_occur_more_than_once_keep_nobody_apart():
     before = seen((100, (0, -30, -30)), (300, (-30, 0, -30)), unique=False)
     after = seen((100, (-30, 0, -30)), (300, (0, -30, -30)), unique=False)

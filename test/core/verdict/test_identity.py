@@ -345,6 +345,7 @@ def test_who_has_no_name_stays_without():
 def test_classes_that_no_identity_shows_are_none_of_the_components():
     model = robot(identities=[("gr", "g", "r"), ("vr", "v", "r")])
     assert list(model.component("left").classes) == ["g", "v"] and list(model.component("right").classes) == ["r"]
+    assert model.component("left").unborne == ("r",) and model.component("right").unborne == ("g", "v")
     assert robot(identities=[]).component("left").classes == COLOURS  # then all combinations exist
 
 

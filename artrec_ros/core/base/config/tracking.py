@@ -38,7 +38,7 @@ class TrackingConfig:
     predict: float = param(
         0.0,
         "an object that is hidden or missed is told so long at most where it is expected, marked as predicted, while "
-        "it is likely there (expert.existence.least); 0: never",
+        "it is likely there, about where it is expected (expert.existence.least); 0: never",
         unit="s",
         low=0,
         high=3600,

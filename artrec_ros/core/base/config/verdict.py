@@ -128,10 +128,11 @@ class VerdictConfig(Room):
     )
     misread: float = param(
         0.02,
-        "share of objects all of whose pixels show another identity than theirs",
+        "share of objects all of whose pixels show another identity than theirs; of what is followed "
+        "sightings.misnamed",
         low=0.0001,
         high=1,
         paths=("space", "facing"),
-        origin="overhead robots: as sightings.misnamed; names are told by what others leave where that is as likely as "
-        "that the object is none",
+        origin="overhead robots, as sightings.misnamed: against its pixels an object has a name that others leave from "
+        "a score of .995 on",
     )

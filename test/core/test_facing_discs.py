@@ -115,6 +115,29 @@ def test_a_disc_alone_is_nothing_for_it_tells_no_direction():
     assert len(ball.recognize(labels).detections) == 2
 
 
+THREE = {"front": (0.0418, 0.0), "left": (-0.0418, 0.0215), "right": (-0.0418, -0.0215)}
+
+
+class Three(Placing):
+    """Discs that are all alike."""
+
+    def patches(self):
+        return [(self.at(DOT.outline + at), TEAM) for at in THREE.values()]
+
+
+@pytest.mark.parametrize(("x", "y", "turn"), [(-8, 60, 2.6), (-8, 60, 2.2), (80, -8, -1.9)])
+def test_nor_does_one_of_the_others_alone(x, y, turn):
+    """The required one lies beyond the border: of the others but one is seen."""
+    parts = [
+        Component(n, (replace(DOT, T_component_marker=Pose(np.eye(3), np.array([*at, 0.0]))),), required=n == "front")
+        for n, at in THREE.items()
+    ]
+    looks = settings(required="visible", time_budget_ms=60000, min_scale=200.0, max_scale=260.0)
+    engine = Recognizer((Target("three", ObjectModel("three", tuple(parts)), TEAM),), looks, Segmenter(ImageConfig()))
+    labels = rendered(Three(x, y, turn, 220.0), size=(160, 120), fine=4)
+    assert labels.any() and not engine.recognize(labels).detections
+
+
 def about(model):
     config = settings()
     return Directions.about_required(

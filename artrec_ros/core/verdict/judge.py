@@ -141,7 +141,7 @@ class Judge:
         if confirmed < wanted:
             return f"{confirmed} of its components confirmed, {wanted} are wanted"
         if not _has_direction(verdict.among)[verdict.row]:
-            return "nothing but its required component is seen, a disc, which tells no direction"
+            return "nothing but one component is seen, a disc, which tells no direction"
         if verdict.probability < self.min_probability:
             told = math.floor(100 * verdict.probability) / 100  # rounded up it might be what is wanted
             return f"probability {told:.2f} is below {self.min_probability:g}: {verdict.doubt}"
@@ -156,15 +156,18 @@ def _trust(verdicts: Verdicts) -> Array:
 
 
 def _has_direction(verdicts: Verdicts) -> NDArray[np.bool_]:
-    """(H,) whether something tells a direction of what faces the camera: where its required component is a disc one of
-    the others must be confirmed, or all together speak for it, as dots of few pixels do."""
+    """(H,) whether something tells a direction of what faces the camera: where its required component is a disc two
+    components must be confirmed, or one that is none; or beside the required one all others together speak for it, as
+    dots of few pixels do."""
     claims = verdicts.claims
     finder, surface = claims.finder, claims.finder.surface
     if not (finder.facing and finder.target.model.needs_another):
         return np.ones(len(claims), bool)
-    others = np.delete(np.asarray(verdicts.confirmed, bool), finder.root, axis=1).any(axis=1)
+    confirmed = np.asarray(verdicts.confirmed, bool)
+    discs = np.array([all(m.disc_radius for m in c.markers) for c in finder.target.model.components])
+    told = (confirmed & ~discs).any(axis=1) | (confirmed.sum(axis=1) > 1)
     around = surface.markers[surface.component[surface.markers] != finder.root]
-    return np.asarray(others | (claims.scores.votes[:, around].sum(axis=1) > 0))
+    return np.asarray(told | (confirmed[:, finder.root] & (claims.scores.votes[:, around].sum(axis=1) > 0)))
 
 
 def _is_free(verdicts: Verdicts) -> NDArray[np.bool_]:

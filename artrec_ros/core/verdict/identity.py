@@ -10,6 +10,7 @@ likelier that these were misread than that it is none of these objects.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
@@ -137,8 +138,8 @@ def doubted(fits: Sequence[IdentityFit | None], there: Sequence[float], misread:
 
 
 def _doubted(fit: IdentityFit, name: str, there: float, misread: float) -> IdentityFit:
-    evidence = np.array(list(fit.evidence.values()))
-    share = float(np.exp(fit.evidence[name] - logsumexp(evidence)))
+    own, evidence = fit.evidence[name], fit.evidence.values()
+    share = 1 / sum(math.exp(min(value - own, 700.0)) for value in evidence)  # beyond 700 there is no number for it
     # against pixels that show any name
     shows = min((1 - misread) * share * len(evidence) + misread, 1.0)
     probability = fit.probability * shows / (1 - there * (1 - shows))

@@ -73,4 +73,4 @@ def with_joints(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> R
     """The same with joints at which the labels like the other components best, and their votes."""
     if poses.q.shape[1]:
         poses = finder.surface.search_joints(frame, poses, finder.first_grids)
-    return Ranked(poses, finder.voter.votes(frame, poses, occlusion=True))
+    return finder.ranked(frame, poses)

@@ -21,6 +21,7 @@ from .memory.recall import Recall
 from .pose.finder import WholeObjectFinder
 from .pose.surface_model import Poses
 from .spatial_looks import SpatialLooks
+from .turned_down import left_by
 from .verdict.acceptance import Verdict
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
@@ -62,11 +63,9 @@ class SecondLooks:
             return
         if self._recall.rests(finder, poses):
             return
-        camera, patience = self._frame.camera, self._recall.patience
-        others = [silhouette(v.claim.finder.surface, camera, v.claim.poses) for v in told if v is not one]
-        left = self._hurried.without([hull for hulls in others for hull in hulls])
-        reach = _reach(silhouette(finder.surface, camera, poses), self._frame.size)
-        for frame in (left, self._hurried) if others else (left,):
+        patience, others = self._recall.patience, [v.claim for v in told if v is not one]
+        reach = _reach(silhouette(finder.surface, self._frame.camera, poses), self._frame.size)
+        for frame in (left_by(self._hurried, others), self._hurried)[: 1 + bool(others)]:
             # what others do beyond its reach changes nothing
             key = id(finder), _bytes(poses), sha256(frame.field.labels[reach].tobytes()).digest()
             if key in self._seen or frame.deadline.expired or patience.is_late:

@@ -76,8 +76,7 @@ class Bending:
         for n in range(len(starts)):
             if len(found) and frame.deadline.expired:
                 break
-            bent = self._rebends.of(frame, starts[n : n + 1])
-            tried = Ranked(bent, self._voter.votes(frame, bent, occlusion=True))
+            tried = self._finder.ranked(frame, self._rebends.of(frame, starts[n : n + 1]))
             first = np.argsort(-tried.votes, kind="stable")[: search.bend_keep]
             tried = self._finder.climber.sweep(frame, tried[first])
             found = found + self._finder.fit_all(frame, tried.poses).best(search.bend_keep, search)

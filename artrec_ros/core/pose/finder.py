@@ -113,7 +113,7 @@ class WholeObjectFinder:
     def warm_up(self, frame: ImageFrame, poses: Poses) -> None:
         """Have the compiled code that counts votes and climbs on them ready, by a step from some poses."""
         self.voter.total(self.voter.judge(frame, poses, occlusion=True))
-        found = Ranked(poses, self.voter.votes(frame, poses, occlusion=True))
+        found = self.ranked(frame, poses)
         self.climber.climb(frame, self.climber.sweep(frame, found), Climb(1, 1, 1.0))
 
     def plain_guesses(self, frame: ImageFrame, blob: Blob) -> Ranked:
@@ -190,7 +190,7 @@ class WholeObjectFinder:
     def _with_bent(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the same with joints sought anew: a better pose may show a limb that a worse one missed."""
         bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, self._grids)])
-        return Ranked(bent, self.voter.votes(frame, bent, occlusion=True))
+        return self.ranked(frame, bent)
 
     def moved(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Hypotheses after a climb on the votes."""
@@ -224,7 +224,7 @@ class WholeObjectFinder:
         for _ in range(_MOST_MOVES * (len(found) > 0 and len(self._lookalikes) > 0)):
             poses = self._lookalikes.of(found.poses[:1])
             poses = self.surface.search_joints(frame, poses, self.first_grids)
-            others = Ranked(poses, self.voter.votes(frame, poses, occlusion=True)).best(search.flip_keep, search)
+            others = self.ranked(frame, poses).best(search.flip_keep, search)
             others = others[others.votes > search.rival * found.votes[0]]
             if not len(others):
                 break

@@ -81,15 +81,13 @@ class Teller:
         """Probability that an object that is there lies so near to where it is expected, across the line of sight or on
         the plane, that its required component's middle would still be on itself; of one whose size is not known 1."""
         tracks, half = self._tracks, self._sizes.get(self._tracks.names[row], 0.0) / 2
+        state, sight = tracks.bodies.motion, np.array([0.0, 0.0, 1.0])  # on a plane, and in the image
         if not self._posed[row]:
-            half *= float(np.exp(tracks.expected[row, 2]))  # pixels
-            variance = float(np.trace(tracks.image.place_covariance[row][:2, :2])) / 2
-        elif not tracks.in_camera[row]:
-            variance = float(np.trace(tracks.bodies.motion.place_covariance[row][:2, :2])) / 2
-        else:
-            place, covariance = tracks.bodies.motion.place[row, :3], tracks.bodies.motion.place_covariance[row][:3, :3]
-            sight = place / max(float(np.linalg.norm(place)), 1e-9)
-            variance = float(np.trace(covariance) - sight @ covariance @ sight) / 2
+            state, half = tracks.image, half * float(np.exp(tracks.expected[row, 2]))  # pixels
+        elif tracks.in_camera[row]:
+            sight = state.place[row, :3] / max(float(np.linalg.norm(state.place[row, :3])), 1e-9)
+        covariance = state.place_covariance[row][:3, :3]
+        variance = float(np.trace(covariance) - sight @ covariance @ sight) / 2
         return float(-np.expm1(-(half**2) / (2 * variance))) if half and variance > 0 else 1.0
 
     def _predicted(self, row: int, score: float) -> Detection | None:

@@ -102,6 +102,8 @@ class Describer:
     ) -> tuple[Sequence[Verdict], Sequence[Verdict]]:
         """The same, judged anew where an object that looks almost the same turned otherwise is likelier so, if it is an
         object so: what all are called together may tell that, too."""
+        if not self.finder.facing:
+            return verdicts, among
         if not self.finder.exchanges and not self._may_be_others(self._seen(verdicts, self._told(_judged(verdicts)))):
             return verdicts, among
         poses = at_rest(self.finder, verdicts, among, frame).poses

@@ -143,9 +143,14 @@ class Judge:
         if not _has_direction(verdict.among)[verdict.row]:
             return "nothing but one component is seen, a disc, which tells no direction"
         if verdict.probability < self.min_probability:
-            told = math.floor(100 * verdict.probability) / 100  # rounded up it might be what is wanted
-            return f"probability {told:.2f} is below {self.min_probability:g}: {verdict.doubt}"
+            return too_low(verdict.probability, self.min_probability, verdict.doubt)
         return None
+
+
+def too_low(probability: float, least: float, doubt: str) -> str:
+    """Why what is less probable than an object must be is none. :param doubt: what speaks against it."""
+    told = math.floor(100 * probability) / 100  # rounded up it might be what is wanted
+    return f"probability {told:.2f} is below {least:g}: {doubt}"
 
 
 def _trust(verdicts: Verdicts) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -16,6 +15,9 @@ from ..pose.exchanges import OFF
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
 from ..pose.surface_model import Poses, SpatialModel
+from .judge import too_low
+
+_DOUBT = "what is seen of it looks like other parts of it, laid otherwise"
 
 
 def beside_other_places(
@@ -81,11 +83,5 @@ def sure_enough(detections: Sequence[Detection], least: float) -> tuple[list[Det
     probable than an object must be."""
     ordered = sorted(detections, key=lambda d: -d.score)
     unsure = [d for d in ordered if d.score < least]
-    told = [d for d in ordered if not any(d is other for other in unsure)]
-    reasons = [Rejection(d.object, _doubt(d, least), d.score, d.image.x, d.image.y) for d in unsure]
-    return [replace(d, id=n) for n, d in enumerate(told)], reasons
-
-
-def _doubt(detection: Detection, least: float) -> str:
-    told = math.floor(100 * detection.score) / 100  # rounded up it might be what is wanted
-    return f"probability {told:.2f} is below {least:g}: what is seen of it looks like other parts of it, laid otherwise"
+    reasons = [Rejection(d.object, too_low(d.score, least, _DOUBT), d.score, d.image.x, d.image.y) for d in unsure]
+    return [replace(d, id=n) for n, d in enumerate(d for d in ordered if d.score >= least)], reasons

@@ -36,22 +36,27 @@ class Turns:
         self._same = before.same(self._now, config)
         self._before = before
         self._retry_s, self._refresh_s = min(config.retry_s, refresh_s), refresh_s
-        self._wait_s = np.full(len(blobs), self._retry_s)  # if it is searched now, and in vain
+        little = np.array([blob.area_px < config.little_px for blob in blobs], bool)
+        self._vain_s = np.where(little, refresh_s, self._retry_s)
+        self._wait_s = self._vain_s.copy()  # if it is searched now, and in vain
         self._at_s, wait_s = np.full(len(blobs), -np.inf), np.full(len(blobs), refresh_s)
         old = np.flatnonzero(self._same >= 0)
         were = before[self._same[old]]
         self._at_s[old] = were.at_s
-        grown = were.grown(self._now[old], config)
+        grown = were.grown(self._now[old], config) & ~little[old]
         wait_s[old] = np.where(grown, np.minimum(were.wait_s, self._retry_s), were.wait_s)
-        self._wait_s[old] = np.where(grown, self._retry_s, np.clip(2 * were.wait_s, self._retry_s, refresh_s))
+        again_s = np.clip(2 * were.wait_s, self._vain_s[old], refresh_s)
+        self._wait_s[old] = np.where(grown, self._retry_s, again_s)
         self._waiting = set(old.tolist()) - _due(now_s - self._at_s, wait_s, passed_s)
-        self._searched: set[int] = set()
+        # a new one that is too little to tell anything has its turn later, as if it were searched now
+        self._searched = set(np.flatnonzero(little & (self._same < 0)).tolist()) if passed_s else set()
+        self._waiting |= self._searched
 
     def forget(self) -> None:
         """All blobs are new."""
         self._same[:] = -1
-        self._wait_s[:] = self._retry_s
-        self._waiting = set()
+        self._wait_s[:] = self._vain_s
+        self._waiting, self._searched = set(), set()
 
     def number(self, blob: Blob) -> int:
         return self._number[id(blob)]

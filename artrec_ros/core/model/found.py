@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
@@ -132,6 +133,7 @@ class IdentityFit:
     :param unique: whether there is one of each name.
     :param least: probability below which no name is told.
     :param evidence: name -> log-likelihood of what was seen, up to a constant.
+    :param listed: log odds that what was seen is one of these, and none that is not declared.
     """
 
     name: str | None
@@ -140,6 +142,7 @@ class IdentityFit:
     unique: bool = False
     least: float = field(default=0.5, repr=False, compare=False)
     evidence: Mapping[str, float] = field(default_factory=dict, repr=False, compare=False)
+    listed: float = field(default=math.inf, repr=False, compare=False)
 
 
 @dataclass(frozen=True)

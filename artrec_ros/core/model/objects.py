@@ -159,7 +159,7 @@ class Component:
     :param classes: class name -> label, where its markers may be of one of several classes, which tell the object's
         identity; `label` is then None. A label is None where it is not known, and does not matter (training).
     :param bodies: boxes that hide what is behind them, coloured `body_label` (None: colour unknown).
-    :param unborne: names of further classes, which no identity of its object shows.
+    :param unborne: further classes by name, which no identity of its object shows.
     """
 
     name: str
@@ -170,7 +170,7 @@ class Component:
     bodies: tuple[Box, ...] = ()
     body_label: int | None = None
     classes: Mapping[str, int | None] = field(default_factory=dict)
-    unborne: tuple[str, ...] = ()
+    unborne: Mapping[str, int | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_name(self.name, "component")
@@ -252,8 +252,8 @@ class ObjectModel:
         borne = {identity.classes[component.name] for identity in self.identities if component.classes}
         if not borne or borne >= component.classes.keys():
             return component
-        classes = {k: label for k, label in component.classes.items() if k in borne}
-        return replace(component, classes=classes, unborne=tuple(k for k in component.classes if k not in borne))
+        split = [{k: v for k, v in component.classes.items() if (k in borne) == which} for which in (True, False)]
+        return replace(component, classes=split[0], unborne=split[1])
 
     @cached_property
     def is_on_unknown(self) -> bool:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from scipy.special import logsumexp
 
 from ..base.config import VerdictConfig
 from ..geometry.transforms import Array
@@ -10,6 +13,8 @@ from ..image.image_frame import ImageFrame
 from ..model.identities import identities_of
 from .alternatives_kernels import likelihoods
 from .surface_model import Poses, SpatialModel
+
+_LEAST = 1e-12  # rest of a share that rounds to all
 
 
 class Alternatives:
@@ -25,20 +30,42 @@ class Alternatives:
         several = [(p, component) for p, component in of_patch if component.classes]
         self._patches = np.array([p for p, _ in several], np.int64)
         self.components = frozenset(c for c, component in enumerate(model.components) if component.classes)
-        shown = [[c.classes[identity.classes[c.name]] for _, c in several] for identity in self.identities]
-        labels = [sorted(set(column)) for column in zip(*shown, strict=True)]
-        # (N, M) which of a marker's labels it has under each identity
-        self._which = np.array([[own.index(v) for own, v in zip(labels, row, strict=True)] for row in shown], int)
-        self._which = self._which.reshape(len(self.identities), len(several))
+        # another of its kind may show any of these anywhere
+        labels = {label for _, c in several for label in (*c.classes.values(), *c.unborne.values())}
+        palette = sorted(label for label in labels if label is not None)
+        shown = [[c.classes[i.classes[c.name]] for _, c in several] for i in self.identities]
+        # (N, M) which of the palette a marker has under each identity
+        self._which = np.searchsorted(palette, np.array(shown, np.int64).reshape(len(self.identities), len(several)))
+        self._different, self._combinations = np.unique(self._which, axis=0), float(len(palette)) ** len(several)
         log_share = np.log(np.maximum(surface.codes.share.T, config.identity_floor))  # (256 labels, 256 codes)
-        most = max(map(len, labels), default=0)
-        self._says = np.full((len(several), most, log_share.shape[1]), -np.inf)
-        for m, own in enumerate(labels):
-            self._says[m, : len(own)] = log_share[own]
+        self._says = np.tile(log_share[palette], (len(several), 1, 1))
+        self._independent, self._misread = config.identity_independent, config.misread
 
-    def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
-        """(H, N) log-likelihood of all pixels on the components under each identity, as if each told by itself."""
-        return self._of_identities(self._by_class(frame, poses))
+    def evidence(self, frame: ImageFrame, poses: Poses) -> tuple[Array, Array]:
+        """(H, N) log-likelihood of the pixels on the components under each identity, and (H,) log odds that each object
+        is one of these."""
+        by_class = self._independent * self._by_class(frame, poses)
+        return self._of_identities(by_class), self._listed(by_class)
+
+    def _listed(self, by_class: Array) -> Array:
+        """(H,) logarithms of the odds that what is seen is one of the declared identities, and not another combination
+        of classes: these are all as likely as each other, and some object in fifty is of one that is not declared. As
+        many components show another class than theirs, for a light on them or what lies over them; else one of many
+        would be as good as all.
+
+        :param by_class: (H, M, classes)
+        """
+        n = len(self._different)
+        if not by_class.size or n >= self._combinations:
+            return np.full(len(by_class), np.inf)
+        less = by_class - by_class.max(axis=2, keepdims=True)
+        declared = less[:, np.arange(less.shape[1]), self._different]  # (H, n, M)
+        every = logsumexp(less, axis=2).sum(axis=1)  # of all combinations together
+        share = np.exp(np.minimum(logsumexp(declared.sum(axis=2), axis=1) - every, 0.0))
+        others = every + np.log(np.maximum(1 - share, _LEAST)) - math.log(self._combinations - n)
+        some_misread = np.log((1 - self._misread) * np.exp(declared) + self._misread).sum(axis=2)
+        one = logsumexp(some_misread, axis=1) - math.log(n)
+        return np.asarray(one - others + math.log((1 - self._misread) / self._misread))
 
     def contradicted(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H,) by how much pixels on the components are likelier with the class of each that they show best than under

@@ -29,7 +29,8 @@ class Layouts:
 
     :param of: (n,) of which pose each of these is. :param log_odds: (n,) that it is the true one, names apart.
     :param by_seen: (n,) whether it is by the markers that are seen alone.
-    :param names: (H + n, N) log-likelihood of the pixels on the components under each identity.
+    :param names: (H + n, N) log-likelihood of the pixels on the components under each identity. :param listed: (H + n,)
+        log odds that they show one of these.
     """
 
     poses: Poses
@@ -37,6 +38,7 @@ class Layouts:
     log_odds: Array
     by_seen: NDArray[np.bool_]
     names: Array
+    listed: Array
 
     @classmethod
     def around(
@@ -63,17 +65,25 @@ class Layouts:
                 by_seen += [partly] * len(others)
         every, whose = Poses.concatenate(found), np.array([*range(len(poses)), *of], np.int64)
         which = np.array([id(look) for look in looks], np.int64)[whose]
-        names = np.empty((len(every), len(finder.alternatives.identities)))
+        names, listed = np.empty((len(every), len(finder.alternatives.identities))), np.empty(len(every))
         for key, look in {id(look): look for look in looks}.items():
-            names[which == key] = finder.alternatives.evidence(look, every[np.flatnonzero(which == key)])
-        names *= finder.config.verdict.identity_independent
-        return cls(every, whose[len(poses) :], np.concatenate(odds), np.array(by_seen, bool), names)
+            mine = which == key
+            names[mine], listed[mine] = finder.alternatives.evidence(look, every[np.flatnonzero(mine)])
+        return cls(every, whose[len(poses) :], np.concatenate(odds), np.array(by_seen, bool), names, listed)
 
     def evidence(self) -> Array:
         """(H, N) of the poses' identities, whichever way round they lie."""
         told, turned = np.split(self.names, [len(self.names) - len(self.of)])
         out = told.copy()
         np.logaddexp.at(out, self.of, turned + self.log_odds[:, None])
+        return out
+
+    def one_of_them(self) -> Array:
+        """(H,) log odds that the poses' objects are of the identities that are declared, the way round that shows one
+        best."""
+        told, turned = np.split(self.listed, [len(self.listed) - len(self.of)])
+        out = told.copy()
+        np.maximum.at(out, self.of, turned)
         return out
 
     def likelier(self, names: Sequence[int | None] = ()) -> tuple[Poses, NDArray[np.int64]]:

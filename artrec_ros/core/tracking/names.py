@@ -70,7 +70,8 @@ def remembered(now: IdentityFit | None, before: IdentityFit | None, memory: floa
         return now
     told = now.evidence or dict.fromkeys(before.evidence, 0.0)  # who shows nothing now is who it was
     evidence = {k: v + memory * before.evidence.get(k, 0.0) for k, v in told.items()}
-    return replace(now, evidence=evidence)
+    seen = now.listed if now.evidence else 0.0
+    return replace(now, evidence=evidence, listed=seen + (memory * before.listed if memory else 0.0))
 
 
 def same_by_name(
@@ -118,6 +119,7 @@ def identified(
         each = list(known[0].evidence)
         evidence = np.array([[fit.evidence[k] for k in each] for fit in known])
         told = named(evidence, each, known[0].unique, known[0].least)
+        told = [replace(one, listed=fit.listed) for one, fit in zip(told, known, strict=True)]
         for n, fit in zip(rows, doubted(told, there[rows].tolist(), misnamed), strict=True):
             out[n] = fit
     return tuple(out)

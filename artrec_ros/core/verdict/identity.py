@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
-from scipy.special import logit, logsumexp
+from scipy.special import expit, logit, logsumexp
 
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
@@ -52,10 +52,14 @@ class Identifier:
         if not self.identities or not len(poses):
             return [None] * len(poses)
         names, least = [i.name for i in self.identities], self._config.min_identity_probability
-        shows, evidence = self._shown(layouts or Layouts.around(self._finder, frame, poses), told)
+        layouts = layouts or Layouts.around(self._finder, frame, poses)
+        shows, evidence = self._shown(layouts, told)
+        fits = named(evidence, names, self._unique, least)
         return [
-            fit if shown else replace(fit, name=None, probability=0.0, runner_up=None, evidence={})
-            for fit, shown in zip(named(evidence, names, self._unique, least), shows, strict=True)
+            replace(fit, listed=listed)
+            if shown
+            else replace(fit, name=None, probability=0.0, runner_up=None, evidence={})
+            for fit, shown, listed in zip(fits, shows, layouts.one_of_them().tolist(), strict=True)
         ]
 
     def _shown(self, layouts: Layouts, told: Sequence[Collection[int]]) -> tuple[NDArray[np.bool_], Array]:
@@ -125,7 +129,7 @@ def named(evidence: Array, names: Sequence[str], unique: bool, least: float) -> 
 
 def doubted(fits: Sequence[IdentityFit | None], there: Sequence[float], misread: float) -> list[IdentityFit | None]:
     """The same; names that are told against what pixels show are less probable, for what is there may be none of these
-    objects.
+    objects, or another of their kind, whose combination is not declared.
 
     Pixels that are misread show any name, and so does what has none. What others leave over tells no name by itself.
 
@@ -142,7 +146,7 @@ def _doubted(fit: IdentityFit, name: str, there: float, misread: float) -> Ident
     share = 1 / sum(math.exp(min(value - own, 700.0)) for value in evidence)  # beyond 700 there is no number for it
     # against pixels that show any name
     shows = min((1 - misread) * share * len(evidence) + misread, 1.0)
-    probability = fit.probability * shows / (1 - there * (1 - shows))
+    probability = fit.probability * shows / (1 - there * (1 - shows)) * float(expit(fit.listed))
     return replace(fit, name=name if probability >= fit.least else None, probability=probability)
 
 

@@ -46,6 +46,14 @@ def test_evidence_over_frames_decides_a_doubtful_one():
         assert np.log(p / (1 - p)) == pytest.approx((1 - memory ** (k + 1)) / (1 - memory))
 
 
+def test_what_is_none_of_the_declared_ones_gets_no_name_in_a_sequence_and_a_glare_takes_none():
+    (shown,) = seen((100, (0, -9, -9))).detections
+    as_told = [frame(replace(flat(100), identity=replace(shown.identity, listed=odds))) for odds in (6.0, -6.0)]
+    usual, against = as_told
+    assert names([d for (d,) in followed([usual] * 5 + [against] + [usual] * 3)]) == ["gr"] * 9
+    assert names([d for (d,) in followed([against] * 6)]) == [None] * 6
+
+
 def test_a_slip_of_one_frame_changes_no_name_and_a_lasting_change_does():
     slip, usual = seen((100, (-1, 0, -9))), seen((100, (0, -3, -9)))
     told = [names(d)[0] for d in followed([usual] * 6 + [slip] + [usual] * 3 + [slip] * 20)]

@@ -294,8 +294,36 @@ def test_what_is_turned_away_says_nothing(name, heading):
     surface, frame = flags(at, name)
     alternatives = Alternatives(surface, DEFAULTS.verdict)
     assert alternatives.contradicted(frame, at)[0] == pytest.approx(0.0, abs=1e-6)
-    evidence = alternatives.evidence(frame, at)[0]
+    evidence = alternatives.evidence(frame, at)[0][0]
     assert alternatives.identities[int(evidence.argmax())].name == name
+
+
+@pytest.mark.parametrize(
+    ("shown", "least", "most"),
+    [
+        ("gr", 0.98, 1.0),
+        ("gg", 0.7, 0.8),  # a light on the right patch, or another's over it; or a robot that is not declared
+        ("rv", 0.0, 0.2),  # neither patch is as any name says
+    ],
+)
+def test_who_shows_a_combination_that_is_not_declared_has_hardly_a_name(shown, least, most):
+    at = replace(ONE, name=shown)
+    identifier = identifier_of(robot(identities=(("gr", "g", "r"), ("vr", "v", "r"))))
+    frame = frame_of(at)
+    (fit,) = identifier.identify(frame, poses_of(frame, at), [{0, 1, 2}])
+    called = replace(fit, name="gr", probability=0.99)  # another one is vr: what is left
+    (fit,) = doubted([called], [0.99], DEFAULTS.verdict.misread)
+    assert least < fit.probability < most and fit.name == ("gr" if least > 0.8 else None)
+    (sure,) = doubted([replace(called, listed=np.inf)], [0.99], DEFAULTS.verdict.misread)
+    assert sure.name == "gr"
+
+
+def test_where_all_combinations_exist_nothing_speaks_against_a_name():
+    identifier = identifier_of(robot(identities=()))
+    at = replace(ONE, name="rv")
+    frame = frame_of(at)
+    (fit,) = identifier.identify(frame, poses_of(frame, at), [{0, 1, 2}])
+    assert fit.name == "r_v" and fit.listed == np.inf
 
 
 def test_colours_that_no_identity_has_count_against_a_claim():
@@ -345,7 +373,7 @@ def test_who_has_no_name_stays_without():
 def test_classes_that_no_identity_shows_are_none_of_the_components():
     model = robot(identities=[("gr", "g", "r"), ("vr", "v", "r")])
     assert list(model.component("left").classes) == ["g", "v"] and list(model.component("right").classes) == ["r"]
-    assert model.component("left").unborne == ("r",) and model.component("right").unborne == ("g", "v")
+    assert list(model.component("left").unborne) == ["r"] and list(model.component("right").unborne) == ["g", "v"]
     assert robot(identities=[]).component("left").classes == COLOURS  # then all combinations exist
 
 

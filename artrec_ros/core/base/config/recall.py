@@ -66,6 +66,16 @@ class RecallConfig(Room):
         paths=_WHOLE,
         origin="a pixel at each end, which noise takes and gives",
     )
+    little_px: float = param(
+        40.0,
+        "a blob of fewer pixels is searched once, and then every refresh_s only, whatever it does, until it is larger",
+        unit="px^2",
+        low=0,
+        high=1e6,
+        paths=_WHOLE,
+        origin="what comes out from behind another grows past it within a few frames; below, one look in some two "
+        "hundred finds an object, and takes as long as others",
+    )
     steadiness: float = param(
         0.5,
         "what an object's speeds of before count against those of the last step",

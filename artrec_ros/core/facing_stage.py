@@ -22,8 +22,8 @@ from .pose.surface_model import Poses
 from .turned_down import left_by, turned_down
 from .verdict.acceptance import Verdict
 from .verdict.descriptions import Describer
+from .verdict.enough import enough_of
 from .verdict.judge import Judge
-from .verdict.other_places import sure_enough
 from .verdict.ownership import share_out
 
 # blobs of the required component's class, and those of others' in which an object is looked for, too
@@ -62,7 +62,7 @@ class FacingStage:
         detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()
         for describer in self.describers:
             told, none_left = describer.without_surplus(accepted, faced, self._judge)
-            sure, in_doubt = sure_enough(describer.describe(told, faced, accepted), self._judge.min_probability)
+            sure, in_doubt = enough_of(describer.describe(told, faced, accepted), describer.finder, self._judge)
             detections += [self._placer.faced(detection, faced) for detection in sure]
             doubtful += in_doubt
             surplus += none_left

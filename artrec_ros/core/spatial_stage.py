@@ -19,6 +19,7 @@ from .spatial_search import SpatialSearch
 from .turned_down import turned_down
 from .verdict.acceptance import Verdict
 from .verdict.descriptions import Describer
+from .verdict.enough import enough_of
 from .verdict.judge import Judge
 
 
@@ -44,13 +45,17 @@ class SpatialStage:
         search_of = SpatialSearch(frame.hurried(search.search_share), self._judge, search, recall, self._crew)
         found = search_of.run(self._finders, blobs)
         accepted, others = SecondLooks(frame, self._judge, search, recall).shared(found)
-        detections, surplus = list[Detection](), list[Verdict]()
+        detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()
         for finder, describer in zip(self._finders, self._describers, strict=True):
             told, none_left = describer.without_surplus(accepted, frame, self._judge)
-            detections += describer.describe(told, frame, accepted)
+            sure, in_doubt = enough_of(describer.describe(told, frame, accepted), finder, self._judge)
+            detections += sure
+            doubtful += in_doubt
             surplus += none_left
             if recall is not None:
                 recall.accept(finder, told, frame.camera)
         looked_at = [] if frame.deadline.hit or (recall and recall.waiting) else blobs
         verdicts = accepted, surplus, others
-        return tuple(detections), Deferred(lambda: turned_down(frame, self._judge, verdicts, self._finders, looked_at))
+        return tuple(detections), Deferred(
+            lambda: (*doubtful, *turned_down(frame, self._judge, verdicts, self._finders, looked_at))
+        )

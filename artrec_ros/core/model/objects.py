@@ -192,6 +192,11 @@ class Component:
         return next(m for m in self.markers if m.name == name)
 
     @property
+    def is_disc(self) -> bool:
+        """Whether each of its markers is a disc: seen alone it tells no direction."""
+        return all(m.disc_radius is not None for m in self.markers)
+
+    @property
     def body_labels(self) -> tuple[int, ...]:
         """The class label of its bodies; none where their colour is not known."""
         return () if self.body_label is None else (self.body_label,)

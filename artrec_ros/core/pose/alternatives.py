@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.special import logsumexp
 
 from ..base.config import VerdictConfig
 from ..geometry.transforms import Array
@@ -60,11 +59,11 @@ class Alternatives:
             return np.full(len(by_class), np.inf)
         less = by_class - by_class.max(axis=2, keepdims=True)
         declared = less[:, np.arange(less.shape[1]), self._different]  # (H, n, M)
-        every = logsumexp(less, axis=2).sum(axis=1)  # of all combinations together
-        share = np.exp(np.minimum(logsumexp(declared.sum(axis=2), axis=1) - every, 0.0))
+        every = np.logaddexp.reduce(less, axis=2).sum(axis=1)  # of all combinations together
+        share = np.exp(np.minimum(np.logaddexp.reduce(declared.sum(axis=2), axis=1) - every, 0.0))
         others = every + np.log(np.maximum(1 - share, _LEAST)) - math.log(self._combinations - n)
         some_misread = np.log((1 - self._misread) * np.exp(declared) + self._misread).sum(axis=2)
-        one = logsumexp(some_misread, axis=1) - math.log(n)
+        one = np.logaddexp.reduce(some_misread, axis=1) - math.log(n)
         return np.asarray(one - others + math.log((1 - self._misread) / self._misread))
 
     def contradicted(self, frame: ImageFrame, poses: Poses) -> Array:

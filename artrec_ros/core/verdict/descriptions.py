@@ -50,9 +50,10 @@ class Describer:
         told = self._told(self._parts(mine, poses, frame))
         surplus = self._identifier.surplus(frame, poses, self._seen(mine, told), alone.probability)
         kept, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
+        left_out = [alone[i] for i in none_left]  # as they were compared
         if len(kept) == 1 and kept != [0]:  # the first one's pixels are its own again
-            return [alone[kept[0]]], [mine[i] for i in none_left]
-        return [mine[i] for i in kept], [mine[i] for i in none_left]
+            return [alone[kept[0]]], left_out
+        return [mine[i] for i in kept], left_out
 
     def describe(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict] = ()

@@ -29,7 +29,7 @@ from ..pose.other_layouts import Layouts
 from ..pose.surface_model import Poses
 
 _LEAST = 1e-9  # nothing is surer than that
-NONE_LEFT = "it occurs once, or its identities do (unique), and likelier ones are told"
+NONE_LEFT = "it occurs once, or its identities do (unique), and others are likelier"
 _NOT_KNOWN = -1e9  # instead of a forbidden pair: linear_sum_assignment wants numbers
 
 

@@ -19,6 +19,7 @@ from .claims import Seen, claims_of
 from .reach import Reach
 
 _LEAST = 1e-3  # who shows no identity comes last, but may be there
+NO_DIRECTION = "nothing but one component is seen, a disc, which tells no direction"
 _WITHOUT_REQUIRED = [n for n, case in enumerate(CASES) if case.startswith(("unseen", "faded"))]
 
 
@@ -141,7 +142,7 @@ class Judge:
         if confirmed < wanted:
             return f"{confirmed} of its components confirmed, {wanted} are wanted"
         if not _has_direction(verdict.among)[verdict.row]:
-            return "nothing but one component is seen, a disc, which tells no direction"
+            return NO_DIRECTION
         if verdict.probability < self.min_probability:
             return too_low(verdict.probability, self.min_probability, verdict.doubt)
         return None
@@ -169,7 +170,7 @@ def _has_direction(verdicts: Verdicts) -> NDArray[np.bool_]:
     if not (finder.facing and finder.target.model.needs_another):
         return np.ones(len(claims), bool)
     confirmed = np.asarray(verdicts.confirmed, bool)
-    discs = np.array([all(m.disc_radius for m in c.markers) for c in finder.target.model.components])
+    discs = np.array([c.is_disc for c in finder.target.model.components])
     told = (confirmed & ~discs).any(axis=1) | (confirmed.sum(axis=1) > 1)
     around = surface.markers[surface.component[surface.markers] != finder.root]
     return np.asarray(told | (confirmed[:, finder.root] & (claims.scores.votes[:, around].sum(axis=1) > 0)))

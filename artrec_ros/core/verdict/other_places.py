@@ -10,14 +10,11 @@ import numpy as np
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array
-from ..model.found import Detection, ImagePose, Instance, OtherPlace, Rejection
+from ..model.found import Detection, ImagePose, Instance, OtherPlace
 from ..pose.exchanges import OFF
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
 from ..pose.surface_model import Poses, SpatialModel
-from .judge import too_low
-
-_DOUBT = "what is seen of it looks like other parts of it, laid otherwise"
 
 
 def beside_other_places(
@@ -76,12 +73,3 @@ def _places(surface: SpatialModel, camera: Camera, poses: Poses) -> Array:
     along = pixels[:, :, 2] - pixels[:, :, 1]
     turn, scale = np.arctan2(along[..., 1], along[..., 0]), camera.focal_px / X[:, ::3, 2]
     return np.concatenate([pixels[:, :, 0], turn[..., None], scale[..., None]], axis=2)
-
-
-def sure_enough(detections: Sequence[Detection], least: float) -> tuple[list[Detection], list[Rejection]]:
-    """Those that are told, the most probable first, and those that are not, for their other places make them less
-    probable than an object must be."""
-    ordered = sorted(detections, key=lambda d: -d.score)
-    unsure = [d for d in ordered if d.score < least]
-    reasons = [Rejection(d.object, too_low(d.score, least, _DOUBT), d.score, d.image.x, d.image.y) for d in unsure]
-    return [replace(d, id=n) for n, d in enumerate(d for d in ordered if d.score >= least)], reasons

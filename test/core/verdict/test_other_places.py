@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from settings import settings
@@ -12,10 +10,9 @@ from wedges import DOTS, Wedge, dotted
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.model.found import Detection, ImagePose, OtherPlace
+from artrec_ros.core.model.found import ImagePose
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.verdict.other_places import sure_enough
 
 SCALE = 500.0
 LIMITS = {"time_budget_ms": 60000.0, "min_scale": 400.0, "max_scale": 600.0}
@@ -74,14 +71,3 @@ def test_what_is_less_probable_than_an_object_must_be_is_turned_down_with_the_re
     result = recognized(placed("left", 0), min_probability=0.5)
     assert not result.detections
     assert any("looks like other parts of it, laid otherwise" in r.reason for r in result.rejected)
-
-
-def test_who_is_turned_down_leaves_no_number():
-    one, two, three = (
-        Detection("toy", n, score, PLACE, (), other_place=OtherPlace(PLACE, 0.3))
-        for n, score in enumerate((0.3, 0.6, 0.9))
-    )
-    many = replace(one, other_place=None, id=3)  # so many that none of them is worth being told
-    told, others = sure_enough([one, two, three, many], 0.4)
-    assert [(d.id, d.score) for d in told] == [(0, 0.9), (1, 0.6)]
-    assert [(r.score, r.x, r.y) for r in others] == [(0.3, 3.0, 4.0)] * 2

@@ -128,8 +128,8 @@ class VerdictConfig(Room):
     )
     misread: float = param(
         0.02,
-        "share of objects all of whose pixels show another identity than theirs; of what is followed "
-        "sightings.misnamed",
+        "share of objects all of whose pixels show another identity than theirs (of what is followed "
+        "sightings.misnamed), or that are of none that is declared; and of components that show another class",
         low=0.0001,
         high=1,
         paths=("space", "facing"),

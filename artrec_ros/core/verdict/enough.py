@@ -1,0 +1,46 @@
+"""Which objects are told, by what is told of them: of what is there too little may be sure to tell any of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..model.found import Detection, Rejection
+from ..model.objects import ObjectModel
+from ..pose.finder import WholeObjectFinder
+from .judge import NO_DIRECTION, Judge, too_low
+
+_OTHER_PLACES = "what is seen of it looks like other parts of it, laid otherwise"
+
+
+def enough_of(
+    detections: Sequence[Detection], finder: WholeObjectFinder, judge: Judge
+) -> tuple[list[Detection], list[Rejection]]:
+    """Those of one target that are told, the most probable first, and why the others are not."""
+    ordered = sorted(detections, key=lambda d: -d.score)
+    lacking = [_lack(d, finder, judge) for d in ordered]
+    told = [d for d, lack in zip(ordered, lacking, strict=True) if lack is None]
+    reasons = [
+        Rejection(d.object, lack, d.score, d.image.x, d.image.y)
+        for d, lack in zip(ordered, lacking, strict=True)
+        if lack is not None
+    ]
+    return [replace(d, id=n) for n, d in enumerate(told)], reasons
+
+
+def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
+    """Why an object is not told; None where it is."""
+    if d.score < judge.min_probability:
+        return too_low(d.score, judge.min_probability, _OTHER_PLACES)
+    model, seen = finder.target.model, {part.component for part in d.components}
+    wanted = min(judge.min_components, len(model.components))
+    if len(seen) < wanted:
+        return f"{len(seen)} of its components are sure enough to be told, {wanted} are wanted"
+    return NO_DIRECTION if finder.facing and model.needs_another and _is_lone_disc(d, model) else None
+
+
+def _is_lone_disc(d: Detection, model: ObjectModel) -> bool:
+    """Whether nothing is told but a disc, and not because others have few pixels: all together these tell a turn."""
+    seen = {part.component for part in d.components}
+    small = any(lack.state == "too small" for lack in d.missing)
+    return len(seen) == 1 and not small and all(model.component(name).is_disc for name in seen)

@@ -1,0 +1,65 @@
+"""Which objects are told, by what is told of them."""
+
+from dataclasses import replace
+
+import pytest
+from settings import DEFAULTS
+from squares import ROBOT, TEAM
+from wedges import DOTS, dotted
+
+from artrec_ros.core.model.found import Detection, ImagePose, Instance, Missing, OtherPlace
+from artrec_ros.core.model.objects import ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.verdict.enough import enough_of
+from artrec_ros.core.verdict.judge import Judge
+
+PLACE = ImagePose(3.0, 4.0, 0.1, 500.0)
+REQUIRED, *OTHERS = DOTS
+
+
+def finder_of(model: ObjectModel) -> WholeObjectFinder:
+    return WholeObjectFinder(Target("toy", model, TEAM), DEFAULTS, facing=True)
+
+
+def toy(*seen, score=0.9, missing=()):
+    parts = tuple(Instance(name, name, 0.8, 3.0, 4.0, 0.1, 500.0) for name in seen)
+    return Detection("toy", 0, score, PLACE, parts, missing=tuple(missing))
+
+
+def told(detections, model, **settings):
+    judge = replace(Judge.of(DEFAULTS), min_probability=0.4, **settings)
+    return enough_of(detections, finder_of(model), judge)
+
+
+def test_who_is_turned_down_leaves_no_number():
+    model = ROBOT["plain"]
+    names = [c.name for c in model.components]
+    one, two, three = (
+        replace(toy(*names, score=score), id=n, other_place=OtherPlace(PLACE, 0.3))
+        for n, score in enumerate((0.3, 0.6, 0.9))
+    )
+    many = replace(one, other_place=None, id=3)  # so many that none of them is worth being told
+    kept, others = told([one, two, three, many], model)
+    assert [(d.id, d.score) for d in kept] == [(0, 0.9), (1, 0.6)]
+    assert [(r.score, r.x, r.y) for r in others] == [(0.3, 3.0, 4.0)] * 2
+
+
+@pytest.mark.parametrize(("wanted", "seen", "kept"), [(2, 1, False), (2, 2, True), (0, 1, True), (9, 3, True)])
+def test_as_many_components_are_told_as_are_wanted(wanted, seen, kept):
+    """What the labels confirm may yet be too unsure to be told: who wants two does not get one. None has nine."""
+    names = list(DOTS)
+    few = [Missing(name, "too small", 0.0, 0.0) for name in names[seen:]]
+    found, others = told([toy(*names[:seen], missing=few)], dotted(), min_components=wanted)
+    assert (len(found) == 1) == kept
+    if not kept:
+        assert others[0].reason == "1 of its components are sure enough to be told, 2 are wanted"
+
+
+@pytest.mark.parametrize(("state", "kept"), [("in doubt", False), ("not seen", False), ("too small", True)])
+def test_a_disc_of_which_nothing_else_is_told_has_no_direction(state, kept):
+    lacks = [Missing(name, state, 0.0, 0.0) for name in OTHERS]
+    found, others = told([toy(REQUIRED, missing=lacks)], dotted())
+    assert (len(found) == 1) == kept
+    assert kept or "a disc, which tells no direction" in others[0].reason
+    assert len(told([toy(*DOTS, missing=lacks[2:])], dotted())[0]) == 1

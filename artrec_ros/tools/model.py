@@ -184,7 +184,8 @@ def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
     if args.marks and kind != "object":
         raise ConfigError(f"--marks: measures what an object file has, and {first} is none")
     if kind == "object":
-        return _measured(load_object(first), args) if args.marks else (load_object(first), _cut_back(first))
+        model = _with_any_numbers(first)
+        return _measured(model, args) if args.marks else (model, _cut_back(first))
     if kind == "urdf":
         made = object_from_urdf(first, load_object(args.markers), args.name, args.body_label)
         return made.model, [f"note: {n}" for n in made.notes]
@@ -202,6 +203,12 @@ def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
     ]
     told = [size.told(s.name, marker) for s, size, marker in zip(sources, sizes, pictured, strict=True)]
     return object_of(name, pictured), told
+
+
+def _with_any_numbers(path: Path) -> ObjectModel:
+    """An object that is read by itself: markers of classes whose names differ are not taken for each other."""
+    load_object(path)  # says what is wrong with the file
+    return load_object(path, Labels.as_in(path).numbered())
 
 
 def _cut_back(path: Path) -> list[str]:

@@ -75,6 +75,18 @@ def test_what_will_be_ambiguous_is_told(toy):
     assert [line.split(":")[0] for line in lines] == sorted((line.split(":")[0] for line in lines), reverse=True)
 
 
+@pytest.mark.parametrize(("base", "lid", "said"), [("", "red", False), ("blue", "blue", True), ("", "", True)])
+def test_markers_of_classes_with_other_names_are_not_taken_for_each_other(base, lid, said, tmp_path, capsys):
+    """Though nothing says yet which numbers these have. Without a label a component has the object's."""
+    text = TOY
+    for name, label in (("base", base), ("lid", lid)):
+        text = text.replace(f"  {name}: {{", f"  {name}: {{label: {label}, " if label else f"  {name}: {{")
+    (path := tmp_path / "toy.yaml").write_text(text)
+    assert run(path, "-o", tmp_path / "again.yaml") == 0
+    assert ("base/bar, lid/bar are alike in shape" in capsys.readouterr().out) == said
+    assert f"label: {lid}" in (tmp_path / "again.yaml").read_text()  # as it stood there
+
+
 def test_classes_that_no_identity_shows_are_named(tmp_path):
     text = (OBJECTS / "mirosot.yaml").read_text()
     first = text[: text.index("  gv: {left: g")] + "unique: true\n"  # gr alone

@@ -13,7 +13,7 @@ import yaml
 
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
-from ...core.model.objects import Component, Joint, Marker, ObjectModel
+from ...core.model.objects import GREATEST_LABEL, Component, Joint, Marker, ObjectModel
 from ..base.whole_files import save_file
 from ..base.yaml_files import load_yaml
 from .object_reader import FORMAT
@@ -59,6 +59,14 @@ class Labels:
             {name: body["label"].raw for name, body in bodies.items() if "label" in body},
             {name: part["classes"].raw for name, part in parts.items() if "classes" in part},
         )
+
+    def numbered(self) -> Mapping[str, int]:
+        """A number for each name that is not declared, whichever: for who must only know which classes are the same."""
+        several = (label for of in self.classes.values() for label in of.values())
+        known = {*self.label.values(), *self.body.values(), *several}
+        names = sorted({label for label in known if isinstance(label, str)} - self.declared.keys())
+        taken = known | set(self.declared.values())
+        return dict(zip(names, (n for n in range(GREATEST_LABEL, 0, -1) if n not in taken), strict=False))
 
 
 def object_yaml(model: ObjectModel, comments: tuple[str, ...] = (), labels: Labels | None = None) -> str:

@@ -76,7 +76,8 @@ def test_place_turn_and_scale_are_found_all_over_the_image(robots, x, y, turn):
     result = robots.recognize(rendered(at))
     assert_found(result, at)
     (d,) = result.detections
-    assert d.name == "robot_gv" and {c.component for c in d.components} == {"team", "left", "right"}
+    assert d.name == "robot_gv"
+    assert {c.component: c.shows for c in d.components} == {"team": "", "left": "g", "right": "v"}
 
 
 @pytest.mark.parametrize("name", ["gr", "rg"])

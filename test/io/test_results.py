@@ -32,7 +32,7 @@ DETECTION = Detection(
     id=1,
     score=0.93,
     image=ImagePose(103.25, 61.0, 0.05, 212.4),
-    components=(Instance("base", "front", 0.96, 103.25, 61.0, 0.05, 212.4, np.zeros((4, 2))),),
+    components=(Instance("base", "front", 0.96, 103.25, 61.0, 0.05, 212.4, contour=np.zeros((4, 2))),),
     pose=Pose.from_xyz_rpy([0.1, 0.0, 0.9], [0.3, -0.2, 2.0]),
     joints={"elbow": np.float64(0.31)},
 )
@@ -77,6 +77,15 @@ def test_why_components_are_not_told_comes_back():
         {"name": "rod", "state": "in doubt", "x": 7.0, "y": 8.0, "score": 0.25},
     ]
     assert FrameRecord.from_json(line).detections[0].missing == missing
+
+
+def test_the_class_that_a_component_shows_comes_back():
+    (part,) = DETECTION.components
+    line = FrameRecord.of(
+        7, "/cam", replace(RESULT, detections=(replace(DETECTION, components=(replace(part, shows="g"),)),))
+    ).to_json()
+    assert json.loads(line)["objects"][0]["components"][0]["shows"] == "g"
+    assert FrameRecord.from_json(line).detections[0].components[0].shows == "g"
 
 
 def test_another_turn_comes_back():

@@ -22,6 +22,7 @@ class Instance:
     :param scale: pixels per metre.
     :param score: 0..1: in space the probability that it lies on its own marker; in the image plane the share of
         evidence that agrees.
+    :param shows: of a component that may be of several classes, the one that its pixels show best; else empty.
     :param contour: (n, 2) the marker's outline in the image, pixels, for drawing.
     """
 
@@ -32,6 +33,7 @@ class Instance:
     y: float
     theta: float
     scale: float
+    shows: str = ""
     contour: Array = field(default_factory=lambda: np.zeros((0, 2)), repr=False, compare=False)
 
 

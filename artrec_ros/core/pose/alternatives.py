@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import VerdictConfig
 from ..geometry.transforms import Array
@@ -14,6 +17,18 @@ from .alternatives_kernels import likelihoods
 from .surface_model import Poses, SpatialModel
 
 _LEAST = 1e-12  # rest of a share that rounds to all
+
+
+class Reading(NamedTuple):
+    """What pixels on the components of H objects say.
+
+    :param evidence: (H, N) log-likelihood under each identity. :param listed: (H,) log odds that each object is one of
+        these. :param shown: (H, M) which class of the palette each marker shows best; -1 where none of it is seen.
+    """
+
+    evidence: Array
+    listed: Array
+    shown: NDArray[np.int64]
 
 
 class Alternatives:
@@ -32,6 +47,10 @@ class Alternatives:
         # another of its kind may show any of these anywhere
         labels = {label for _, c in several for label in (*c.classes.values(), *c.unborne.values())}
         palette = sorted(label for label in labels if label is not None)
+        named = [{v: k for k, v in (*c.classes.items(), *c.unborne.items())} for _, c in several]
+        self._names = [[own.get(label, "") for label in palette] for own in named]
+        markers = ((surface.patches[p].marker, c) for p, c in several)
+        self._markers = [(c.name, "" if marker is None else marker.name) for marker, c in markers]
         shown = [[c.classes[i.classes[c.name]] for _, c in several] for i in self.identities]
         # (N, M) which of the palette a marker has under each identity
         self._which = np.searchsorted(palette, np.array(shown, np.int64).reshape(len(self.identities), len(several)))
@@ -40,11 +59,22 @@ class Alternatives:
         self._says = np.tile(log_share[palette], (len(several), 1, 1))
         self._independent, self._misread = config.identity_independent, config.misread
 
-    def evidence(self, frame: ImageFrame, poses: Poses) -> tuple[Array, Array]:
-        """(H, N) log-likelihood of the pixels on the components under each identity, and (H,) log odds that each object
-        is one of these."""
+    def read(self, frame: ImageFrame, poses: Poses) -> Reading:
+        """What the pixels of H poses say."""
         by_class = self._independent * self._by_class(frame, poses)
-        return self._of_identities(by_class), self._listed(by_class)
+        shown = np.full(by_class.shape[:2], -1)
+        if by_class.size:
+            shown = np.where((by_class != 0).any(axis=2), by_class.argmax(axis=2), shown)
+        return Reading(self._of_identities(by_class), self._listed(by_class), shown)
+
+    def shows(self, shown: NDArray[np.int64]) -> Mapping[tuple[str, str], str]:
+        """The short name of the class that each component's marker shows, by both their names; those that show another
+        one's class, or none, are left out.
+
+        :param shown: (M,) as of `Reading`.
+        """
+        each = zip(self._markers, self._names, shown.tolist(), strict=False)
+        return {marker: names[n] for marker, names, n in each if n >= 0 and names[n]}
 
     def _listed(self, by_class: Array) -> Array:
         """(H,) logarithms of the odds that what is seen is one of the declared identities, and not another combination

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from .alternatives import Reading
 from .exchanges import Placements
 from .finder import WholeObjectFinder
 from .other_turns import turn_odds
@@ -29,16 +30,14 @@ class Layouts:
 
     :param of: (n,) of which pose each of these is. :param log_odds: (n,) that it is the true one, names apart.
     :param by_seen: (n,) whether it is by the markers that are seen alone.
-    :param names: (H + n, N) log-likelihood of the pixels on the components under each identity. :param listed: (H + n,)
-        log odds that they show one of these.
+    :param read: what the pixels of these H + n say.
     """
 
     poses: Poses
     of: NDArray[np.int64]
     log_odds: Array
     by_seen: NDArray[np.bool_]
-    names: Array
-    listed: Array
+    read: Reading
 
     @classmethod
     def around(
@@ -65,15 +64,18 @@ class Layouts:
                 by_seen += [partly] * len(others)
         every, whose = Poses.concatenate(found), np.array([*range(len(poses)), *of], np.int64)
         which = np.array([id(look) for look in looks], np.int64)[whose]
-        names, listed = np.empty((len(every), len(finder.alternatives.identities))), np.empty(len(every))
+        order, parts = list[int](), list[Reading]()
         for key, look in {id(look): look for look in looks}.items():
-            mine = which == key
-            names[mine], listed[mine] = finder.alternatives.evidence(look, every[np.flatnonzero(mine)])
-        return cls(every, whose[len(poses) :], np.concatenate(odds), np.array(by_seen, bool), names, listed)
+            rows = np.flatnonzero(which == key)
+            order += rows.tolist()
+            parts.append(finder.alternatives.read(look, every[rows]))
+        back = np.argsort(order)
+        read = Reading(*(np.concatenate(kind)[back] for kind in zip(*parts, strict=True)))
+        return cls(every, whose[len(poses) :], np.concatenate(odds), np.array(by_seen, bool), read)
 
     def evidence(self) -> Array:
         """(H, N) of the poses' identities, whichever way round they lie."""
-        told, turned = np.split(self.names, [len(self.names) - len(self.of)])
+        told, turned = np.split(self.read.evidence, [len(self.poses) - len(self.of)])
         out = told.copy()
         np.logaddexp.at(out, self.of, turned + self.log_odds[:, None])
         return out
@@ -81,7 +83,7 @@ class Layouts:
     def one_of_them(self) -> Array:
         """(H,) log odds that the poses' objects are of the identities that are declared, the way round that shows one
         best."""
-        told, turned = np.split(self.listed, [len(self.listed) - len(self.of)])
+        told, turned = np.split(self.read.listed, [len(self.poses) - len(self.of)])
         out = told.copy()
         np.maximum.at(out, self.of, turned)
         return out
@@ -111,10 +113,10 @@ class Layouts:
         """(H + n,) logarithms, of each pose and its others up to a constant. :param names: as of `likelier`."""
         h, named = len(self.poses) - len(self.of), np.zeros(len(self.poses))
         whose = np.concatenate([np.arange(h), self.of])
-        if self.names.shape[1]:
-            named = np.logaddexp.reduce(self.names, axis=1)
+        if self.read.evidence.shape[1]:
+            named = np.logaddexp.reduce(self.read.evidence, axis=1)
             known = [row for row, n in enumerate(whose.tolist()) if names and names[n] is not None]
-            named[known] = [self.names[row, names[whose[row]]] for row in known]
+            named[known] = [self.read.evidence[row, names[whose[row]]] for row in known]
         return np.asarray(named + np.concatenate([np.zeros(h), self.log_odds]))
 
 

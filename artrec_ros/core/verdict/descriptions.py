@@ -85,6 +85,7 @@ class Describer:
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
         frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
         parts, view = self._in_view.of(verdicts, told, frames, frame, among)
+        parts = parts if layouts is None else self._showing(parts, layouts)
         missing = self._missing.of(verdicts, seen, probable, view, frames, frame, among)
         detections = [
             replace(
@@ -97,6 +98,14 @@ class Describer:
         if layouts is None or not layouts.by_seen.any():
             return detections
         return beside_other_places(finder, frame.camera, layouts, self._identifier.numbers(identities), detections)
+
+    def _showing(self, parts: Sequence[tuple[Instance, ...]], layouts: Layouts) -> list[tuple[Instance, ...]]:
+        """Components with the classes that they show, of those that may be of several."""
+        shows = [self.finder.alternatives.shows(shown) for shown in layouts.read.shown[: len(parts)]]
+        return [
+            tuple(replace(i, shows=own.get((i.component, i.marker), "")) for i in of)
+            for own, of in zip(shows, parts, strict=True)
+        ]
 
     def _right_way_round(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict]

@@ -50,7 +50,7 @@ class FilteredPlace(_FilteredPlace, total=False):
     joint_rates: _Joints
 
 
-class _Component(TypedDict):
+class _Seen(TypedDict):
     name: str
     marker: str
     score: Share
@@ -58,6 +58,10 @@ class _Component(TypedDict):
     y: float
     theta: float
     scale: float
+
+
+class _Component(_Seen, total=False):
+    shows: str
 
 
 class _Missing(TypedDict):

@@ -159,15 +159,17 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
         "image": _place_to_dict(d.image),
         "pose": pose,
         "joints": {name: _f(q, 6) for name, q in d.joints.items()},
-        "components": [
-            {"name": c.component, "marker": c.marker, "score": _f(c.score, 4), **_place_to_dict(c)}
-            for c in d.components
-        ],
+        "components": [_component_to_dict(c) for c in d.components],
     }
 
 
 def _pose_to_dict(pose: Pose) -> dict[str, Any]:
     return {"position": [_f(v, 6) for v in pose.position], "orientation": [_f(v, 9) for v in pose.quaternion]}
+
+
+def _component_to_dict(c: Instance) -> dict[str, Any]:
+    shows = {"shows": c.shows} if c.shows else {}
+    return {"name": c.component, "marker": c.marker, "score": _f(c.score, 4), **shows, **_place_to_dict(c)}
 
 
 def _missing_to_dict(m: Missing) -> dict[str, Any]:
@@ -225,7 +227,7 @@ def _built(o: FoundObject, place: str) -> Detection:
         score=o["score"],
         image=o["image"],
         components=tuple(
-            Instance(c["name"], c["marker"], c["score"], c["x"], c["y"], c["theta"], c["scale"])
+            Instance(c["name"], c["marker"], c["score"], c["x"], c["y"], c["theta"], c["scale"], c.get("shows", ""))
             for c in o["components"]
         ),
         pose=_pose(pose, f"{place}.pose") if pose else None,

@@ -101,9 +101,9 @@ def test_what_another_owns_tells_nothing_of_a_name():
     x, y, width, height = front
     corners = np.array([(x - 1, y - 1), (x + width, y - 1), (x + width, y + height), (x - 1, y + height)], np.float32)
     rest = frame.without([corners])
-    gg, gr, rg, rr = Layouts.around(finder, frame, truth, [rest]).names[0]
+    gg, gr, rg, rr = Layouts.around(finder, frame, truth, [rest]).read.evidence[0]
     assert gg == pytest.approx(gr) and rg == pytest.approx(rr) and gg > rg + 1
-    gg, gr, *_ = Layouts.around(finder, frame, truth).names[0]
+    gg, gr, *_ = Layouts.around(finder, frame, truth).read.evidence[0]
     assert gr > gg + 1
 
 

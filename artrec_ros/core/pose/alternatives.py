@@ -22,8 +22,10 @@ _LEAST = 1e-12  # rest of a share that rounds to all
 class Reading(NamedTuple):
     """What pixels on the components of H objects say.
 
-    :param evidence: (H, N) log-likelihood under each identity. :param listed: (H,) log odds that each object is one of
-        these. :param shown: (H, M) which class of the palette each marker shows best; -1 where none of it is seen.
+    :param evidence: (H, N) log-likelihood under each identity, against that of the class that each marker shows best:
+        elsewhere other pixels are seen, and fewer are no likelier.
+    :param listed: (H,) log odds that each object is one of these.
+    :param shown: (H, M) which class of the palette each marker shows best; -1 where none of it is seen.
     """
 
     evidence: Array
@@ -65,6 +67,7 @@ class Alternatives:
         shown = np.full(by_class.shape[:2], -1)
         if by_class.size:
             shown = np.where((by_class != 0).any(axis=2), by_class.argmax(axis=2), shown)
+            by_class -= by_class.max(axis=2, keepdims=True)
         return Reading(self._of_identities(by_class), self._listed(by_class), shown)
 
     def shows(self, shown: NDArray[np.int64]) -> Mapping[tuple[str, str], str]:
@@ -82,14 +85,13 @@ class Alternatives:
         many components show another class than theirs, for a light on them or what lies over them; else one of many
         would be as good as all.
 
-        :param by_class: (H, M, classes)
+        :param by_class: (H, M, classes) against the best of each marker.
         """
         n = len(self._different)
         if not by_class.size or n >= self._combinations:
             return np.full(len(by_class), np.inf)
-        less = by_class - by_class.max(axis=2, keepdims=True)
-        declared = less[:, np.arange(less.shape[1]), self._different]  # (H, n, M)
-        every = np.logaddexp.reduce(less, axis=2).sum(axis=1)  # of all combinations together
+        declared = by_class[:, np.arange(by_class.shape[1]), self._different]  # (H, n, M)
+        every = np.logaddexp.reduce(by_class, axis=2).sum(axis=1)  # of all combinations together
         share = np.exp(np.minimum(np.logaddexp.reduce(declared.sum(axis=2), axis=1) - every, 0.0))
         others = every + np.log(np.maximum(1 - share, _LEAST)) - math.log(self._combinations - n)
         some_misread = np.log((1 - self._misread) * np.exp(declared) + self._misread).sum(axis=2)

@@ -82,11 +82,11 @@ class Layouts:
 
     def one_of_them(self) -> Array:
         """(H,) log odds that the poses' objects are of the identities that are declared, the way round that shows one
-        best."""
+        best: of several ways one does so by chance the more easily."""
         told, turned = np.split(self.read.listed, [len(self.poses) - len(self.of)])
         out = told.copy()
         np.maximum.at(out, self.of, turned)
-        return out
+        return np.asarray(out - np.log1p(np.bincount(self.of, minlength=len(out))))
 
     def likelier(self, names: Sequence[int | None] = ()) -> tuple[Poses, NDArray[np.int64]]:
         """The H poses, turned where another turn is likelier, and rows of those that are turned.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
@@ -11,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, Pose, rotvec_from_rotation
+
+SURE = 700.0  # log odds: for more there is no number
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,8 @@ class Instance:
     :param scale: pixels per metre.
     :param score: 0..1: in space the probability that it lies on its own marker; in the image plane the share of
         evidence that agrees.
-    :param shows: of a component that may be of several classes, the one that its pixels show best; else empty.
     :param contour: (n, 2) the marker's outline in the image, pixels, for drawing.
+    :param shows: of a component that may be of several classes, the one that its pixels show best; else empty.
     """
 
     component: str
@@ -33,8 +34,8 @@ class Instance:
     y: float
     theta: float
     scale: float
-    shows: str = ""
     contour: Array = field(default_factory=lambda: np.zeros((0, 2)), repr=False, compare=False)
+    shows: str = ""
 
 
 @dataclass(frozen=True)
@@ -144,7 +145,7 @@ class IdentityFit:
     unique: bool = False
     least: float = field(default=0.5, repr=False, compare=False)
     evidence: Mapping[str, float] = field(default_factory=dict, repr=False, compare=False)
-    listed: float = field(default=math.inf, repr=False, compare=False)
+    listed: float = field(default=SURE, repr=False, compare=False)
 
 
 @dataclass(frozen=True)

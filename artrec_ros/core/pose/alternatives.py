@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..base.config import VerdictConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from ..model.found import SURE
 from ..model.identities import identities_of
 from .alternatives_kernels import likelihoods
 from .surface_model import Poses, SpatialModel
@@ -89,14 +90,14 @@ class Alternatives:
         """
         n = len(self._different)
         if not by_class.size or n >= self._combinations:
-            return np.full(len(by_class), np.inf)
+            return np.full(len(by_class), SURE)
         declared = by_class[:, np.arange(by_class.shape[1]), self._different]  # (H, n, M)
         every = np.logaddexp.reduce(by_class, axis=2).sum(axis=1)  # of all combinations together
         share = np.exp(np.minimum(np.logaddexp.reduce(declared.sum(axis=2), axis=1) - every, 0.0))
         others = every + np.log(np.maximum(1 - share, _LEAST)) - math.log(self._combinations - n)
         some_misread = np.log((1 - self._misread) * np.exp(declared) + self._misread).sum(axis=2)
         one = np.logaddexp.reduce(some_misread, axis=1) - math.log(n)
-        return np.asarray(one - others + math.log((1 - self._misread) / self._misread))
+        return np.minimum(one - others + math.log((1 - self._misread) / self._misread), SURE)
 
     def contradicted(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H,) by how much pixels on the components are likelier with the class of each that they show best than under

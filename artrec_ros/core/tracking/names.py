@@ -71,7 +71,7 @@ def remembered(now: IdentityFit | None, before: IdentityFit | None, memory: floa
     told = now.evidence or dict.fromkeys(before.evidence, 0.0)  # who shows nothing now is who it was
     evidence = {k: v + memory * before.evidence.get(k, 0.0) for k, v in told.items()}
     seen = now.listed if now.evidence else 0.0
-    return replace(now, evidence=evidence, listed=seen + (memory * before.listed if memory else 0.0))
+    return replace(now, evidence=evidence, listed=seen + memory * before.listed)
 
 
 def same_by_name(

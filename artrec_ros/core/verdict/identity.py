@@ -21,7 +21,7 @@ from scipy.special import expit, logit, logsumexp
 
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from ..model.found import Detection, IdentityFit, Rejection
+from ..model.found import SURE, Detection, IdentityFit, Rejection
 from ..model.identities import identities_of
 from ..model.objects import ObjectModel
 from ..pose.finder import WholeObjectFinder
@@ -143,7 +143,7 @@ def doubted(fits: Sequence[IdentityFit | None], there: Sequence[float], misread:
 
 def _doubted(fit: IdentityFit, name: str, there: float, misread: float) -> IdentityFit:
     own, evidence = fit.evidence[name], fit.evidence.values()
-    share = 1 / sum(math.exp(min(value - own, 700.0)) for value in evidence)  # beyond 700 there is no number for it
+    share = 1 / sum(math.exp(min(value - own, SURE)) for value in evidence)
     # against pixels that show any name
     shows = min((1 - misread) * share * len(evidence) + misread, 1.0)
     probability = fit.probability * shows / (1 - there * (1 - shows)) * float(expit(fit.listed))
@@ -182,7 +182,7 @@ def _fit(
     if rival[i] == best[i]:  # there is no other name for it
         return IdentityFit(names[best[i]], 1.0, None, unique, least, known)
     margin = _value(evidence, best) - _value(evidence, rival)
-    probability = float(1 / (1 + np.exp(-min(margin, 700.0))))
+    probability = float(1 / (1 + np.exp(-min(margin, SURE))))
     told = names[best[i]] if probability >= least else None
     runner_up = names[rival[i]] if rival[i] < len(names) else None
     return IdentityFit(told, probability, runner_up, unique, least, known)

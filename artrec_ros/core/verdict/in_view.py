@@ -101,7 +101,7 @@ class PartsInView:
         assert shown.marker is not None  # what shows a component is a marker
         name = self._finder.target.model.components[shown.component].name
         outline = self._outline(pixels, row).copy()
-        return Instance(name, shown.marker.name, score, x, y, theta, scale, contour=outline)
+        return Instance(name, shown.marker.name, score, x, y, theta, scale, outline)
 
     def _outline(self, pixels: Array, row: int) -> Array:
         """(..., m, 2) of the marker of a row, of all markers' points (..., n, 2): behind centroid, tail and head."""

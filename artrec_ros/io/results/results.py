@@ -227,7 +227,9 @@ def _built(o: FoundObject, place: str) -> Detection:
         score=o["score"],
         image=o["image"],
         components=tuple(
-            Instance(c["name"], c["marker"], c["score"], c["x"], c["y"], c["theta"], c["scale"], c.get("shows", ""))
+            Instance(
+                c["name"], c["marker"], c["score"], c["x"], c["y"], c["theta"], c["scale"], shows=c.get("shows", "")
+            )
             for c in o["components"]
         ),
         pose=_pose(pose, f"{place}.pose") if pose else None,

@@ -16,7 +16,7 @@ from squares import COLOURS, ROBOT, TEAM, Placing, rendered, robot
 from artrec_ros.core.image.codes import LABELS, UNKNOWN, Codes
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
-from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose
+from artrec_ros.core.model.found import SURE, Detection, IdentityFit, ImagePose
 from artrec_ros.core.model.identities import identities_of
 from artrec_ros.core.model.objects import Component, Identity, ObjectModel
 from artrec_ros.core.model.target import Target
@@ -314,7 +314,7 @@ def test_who_shows_a_combination_that_is_not_declared_has_hardly_a_name(shown, l
     called = replace(fit, name="gr", probability=0.99)  # another one is vr: what is left
     (fit,) = doubted([called], [0.99], DEFAULTS.verdict.misread)
     assert least < fit.probability < most and fit.name == ("gr" if least > 0.8 else None)
-    (sure,) = doubted([replace(called, listed=np.inf)], [0.99], DEFAULTS.verdict.misread)
+    (sure,) = doubted([replace(called, listed=SURE)], [0.99], DEFAULTS.verdict.misread)
     assert sure.name == "gr"
 
 
@@ -323,7 +323,7 @@ def test_where_all_combinations_exist_nothing_speaks_against_a_name():
     at = replace(ONE, name="rv")
     frame = frame_of(at)
     (fit,) = identifier.identify(frame, poses_of(frame, at), [{0, 1, 2}])
-    assert fit.name == "r_v" and fit.listed == np.inf
+    assert fit.name == "r_v" and fit.listed == SURE
 
 
 def test_colours_that_no_identity_has_count_against_a_claim():

@@ -100,11 +100,12 @@ def _not_ros(arguments: list[str]) -> list[str]:
     from rclpy.impl.implementation_singleton import rclpy_implementation
     from rclpy.utilities import remove_ros_args
 
-    from ..io.base.yaml_files import size_of_file
+    from ..io.base.yaml_files import check_size
+    from ..io.parameters.sections import MOST_BYTES
     from .parameters import parameter_files
 
     for file in parameter_files(arguments):
-        size_of_file(file)  # ROS speaks of its parser's source
+        check_size(file, MOST_BYTES)  # ROS speaks of its parser's source, or is at a large file for minutes
     try:
         return list(remove_ros_args(["artrec_node", *arguments])[1:])
     except rclpy_implementation.UnknownROSArgsError as error:

@@ -15,9 +15,8 @@ from ..core.base.errors import ArtrecError, ConfigError
 from ..core.geometry.camera import Camera
 from ..core.geometry.range_limits import range_limits
 from ..io.base.shared_files import SCHEME
-from ..io.base.yaml_files import load_value
 from ..io.parameters.parameter_file import NO_FILE, Setup, hint, setup_from_flat
-from ..io.parameters.sections import check_sections
+from ..io.parameters.sections import check_sections, load_parameter_file
 from ..io.parameters.specs import Spec, moved
 from ..io.parameters.unread import unread
 
@@ -70,7 +69,7 @@ def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
     source = ", ".join([*map(str, files), *single]) or NO_FILE
     warn = node.get_logger().warning
     for file in files:
-        load_value(file)  # ROS' own reader takes the last of keys that are given twice, without a word
+        load_parameter_file(file)  # ROS' own reader takes the last of keys that are given twice, without a word
     if "objects" not in overrides:
         check_sections(files, node.get_fully_qualified_name())
     setup = setup_from_flat(overrides, base_directory(overrides, files), source, warn=warn)

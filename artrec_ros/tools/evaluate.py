@@ -17,6 +17,7 @@ from .evaluation.output import write_json, write_whole
 from .evaluation.result import FORMAT, Result, changes_to_dict, results_of
 from .evaluation.runs import load_runs
 from .evaluation.scoring import Options, evaluate_runs
+from .options.outputs import OF_METRICS, OF_PAGE, check_output
 from .options.paths import path
 from .options.work_options import seconds
 
@@ -51,10 +52,11 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    output = args.output or args.results[0]
+    _check_outputs(args, output)
     camera = load_camera(args.camera_info) if args.camera_info else None
     options = Options(args.names, round(args.max_gap * 1e9), args.common, camera)
     results, changes = evaluate(args.results, args.truth, args.truth_topic, options)
-    output = args.output or args.results[0]
     make_folder(output)
     written = [_write_metrics(r) for r in results]
     if changes:
@@ -99,6 +101,18 @@ def lines(results: Sequence[Result], changes: Sequence[Mapping[str, Change]]) ->
     yield f"{counts.frames} frames, {counts.objects} objects in view, {counts.recognised} found, {counts.false} false"
     yield from table.of_run(results[0].overall, results[0].figures)
     yield from table.of_parts(results[0].strata)
+
+
+def _check_outputs(args: argparse.Namespace, output: Path) -> None:
+    """:raises ConfigError: a file that would be written is read, or somebody else's."""
+    inputs = [args.truth, *filter(None, [args.camera_info])]
+    several = len(args.results) > 1
+    written = {folder / METRICS_FILE: OF_METRICS for folder in args.results}
+    written |= {output / COMPARISON_FILE: OF_METRICS} if several else {}
+    written |= {} if args.no_page else {output / (COMPARISON_PAGE_FILE if several else PAGE_FILE): OF_PAGE}
+    for place, mark in written.items():
+        if place.is_file():
+            check_output(place, inputs, mark)
 
 
 def _write_metrics(result: Result) -> Path:

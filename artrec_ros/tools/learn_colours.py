@@ -21,7 +21,6 @@ from ..core.learning.colour_learning import (
     learn_colours,
 )
 from ..io.base.bars import bar, say
-from ..io.base.whole_files import check_place
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
 from ..io.learned.marked_objects import load_marked_objects, marked_scales
@@ -30,6 +29,7 @@ from ..io.sources.opening import Frame, SourceOptions, holds_bag, open_sources
 from .colour_report import report, scale_line
 from .colour_samples import Samples, Told, samples_of_labels, samples_of_regions
 from .colour_setup import ColourSetup, load_colour_setup
+from .options.outputs import OF_COLOURS, check_output
 from .options.paths import path
 
 _DRAWS = partial(bar, desc="choosing", unit="draw", leave=False)
@@ -74,7 +74,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """Learns, writes the colours, prints how well they tell the classes apart."""
     check(args)
-    check_place(args.output)
+    check_output(args.output, [*args.sources, *args.annotations, *(args.params_file or ())], OF_COLOURS)
     setup = _setup(args)
     labels = dict(args.classes) if setup is None else _told_labels(args, setup)
     samples, told = _samples(args, labels, setup)

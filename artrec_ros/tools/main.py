@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # more is imported when it is needed: Ctrl-C is answered from the first moment on
@@ -45,19 +45,24 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _main(list(argv))
     for number in _ENDING:
         signal.signal(number, _leave)
+    from .own_lines import flush_stdout, open_streams, own_lines_only
+
+    open_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):  # what the terminal has no letters for is no reason to fail
         sys.stdout.reconfigure(errors="backslashreplace")
-    from .own_lines import own_lines_only
-
     arguments = sys.argv[1:]
     loud = "--debug" in arguments or _called(arguments) in NEEDING_ROS  # ROS logs from C
     with nullcontext() if loud else own_lines_only():
-        return _main(arguments)
+        code = _main(arguments)
+        if problem := flush_stdout():
+            print(f"artrec: {problem}", file=sys.stderr)
+        return code or int(bool(problem))
 
 
 def _leave(*_: object) -> None:
     """Ctrl-C or SIGTERM while nothing is at work: nothing to clean up either."""
-    os.write(sys.stderr.fileno(), b"artrec: interrupted\n")
+    with suppress(OSError):  # nobody may be there to read it
+        os.write(sys.stderr.fileno(), b"artrec: interrupted\n")
     os._exit(INTERRUPTED)
 
 

@@ -32,6 +32,7 @@ from ..io.objects.urdf_model import object_from_urdf
 from ..simulation.sheet import MarkerCell, model_sheet
 from .inspecting.model_report import advice, focal_px, shape_rows, summary, table
 from .options.camera_options import add_camera, camera_of
+from .options.outputs import OF_OBJECT, check_output
 from .options.paths import path
 from .options.picture_sizes import picture_sizes
 from .training.marked_lengths import lines, measured_by
@@ -160,12 +161,15 @@ def _check(args: argparse.Namespace) -> None:
     for flag, lengths in (("--width", args.width), ("--height", args.height), ("--rectangle", args.rectangle)):
         if any(not 0 < length < 100 for length in lengths or ()):
             raise ConfigError(f"{flag}: {lengths} must be metres, greater than 0 and below 100")
-    if args.output and args.output.exists() and not args.overwrite:
-        raise ConfigError(f"{args.output}: is there already; --overwrite replaces it")
     if args.sheet and args.sheet.suffix.lower() not in (".png", ".jpg", ".jpeg"):
         raise ConfigError(f"--sheet: '{args.sheet}' must end in .png or .jpg")
     if args.printed and args.printed.suffix.lower() != ".pdf":
         raise ConfigError(f"--print: '{args.printed}' must end in .pdf")
+    inputs = [*args.sources, *args.marks, *filter(None, [args.markers, args.camera_info])]
+    if args.output:
+        check_output(args.output, inputs, OF_OBJECT, overwrite=args.overwrite)
+    for drawn in filter(None, (args.sheet, args.printed)):
+        check_output(drawn, inputs)
 
 
 def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:

@@ -22,9 +22,10 @@ from .getting_ready import get_setup_ready
 from .inspecting.model_report import oddities
 from .interrupting import interruptible
 from .main import INTERRUPTED
+from .options.outputs import OF_RECORDING, check_not_read, check_output
 from .options.paths import path
 from .options.work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
-from .replaying.folder import ReplayFolder, counted
+from .replaying.folder import ReplayFolder, counted, places
 from .replaying.joining import Join
 from .replaying.pictures import PictureOptions, Pictures
 from .replaying.plan import plan_of
@@ -73,10 +74,15 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code 0: done; 1: no frame could be used; 130: interrupted."""
+    inputs = [*args.sources, *args.params_file, *filter(None, [args.camera_info])]
+    for place in places(args.output):
+        check_not_read(place, inputs)
     setup = load_parameters(*args.params_file)
     options = source_options(args, setup)
     pictures = PictureOptions(args.images, not args.no_video, args.output_bag)
     recording = args.rerun and RerunFile(args.rerun, setup.image, setup.targets, len(args.sources))
+    if args.rerun:
+        check_output(args.rerun, inputs, OF_RECORDING)
     tell = once(say)
     with open_sources(args.sources, options, tell) as sources:
         calibrated = {part.calibrated for part in sources.parts}

@@ -13,11 +13,11 @@ from ..core.geometry.camera import Camera
 from ..core.learning.class_learning import learn_class
 from ..core.learning.pair_learning import Example, learn
 from ..core.model.objects import ObjectModel
-from ..io.base.whole_files import check_place
 from ..io.images.cameras import load_camera
 from ..io.learned.annotations import Annotations, load_coco
 from ..io.learned.constraints import save_constraints
 from ..io.objects.object_reader import load_object
+from .options.outputs import OF_CONSTRAINTS, check_output
 from .options.paths import path
 from .training.annotated_joints import JointFitter
 from .training.marked_lengths import hint
@@ -76,7 +76,8 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError(f"--coverage: {args.coverage} is not within 0 .. 0.999")
     if not args.max_scale_ratio >= 1:
         raise ConfigError(f"--max-scale-ratio: {args.max_scale_ratio} is below 1")
-    check_place(args.output)
+    inputs = [args.object, *(args.annotations or ()), *(args.params_file or ()), *filter(None, [args.camera_info])]
+    check_output(args.output, inputs, OF_CONSTRAINTS)
     model = load_object(args.object)
     if args.from_joints:
         return run_from_joints(args, model)

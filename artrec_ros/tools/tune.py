@@ -19,6 +19,7 @@ from .evaluation.scoring import Options
 from .getting_ready import get_setup_ready
 from .interrupting import interruptible
 from .main import DONE, INTERRUPTED
+from .options.outputs import check_not_read
 from .options.paths import path
 from .options.work_options import (
     add_source_options,
@@ -88,6 +89,8 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code 0: done; 130: interrupted."""
+    for name in _written():
+        check_not_read(args.output / name, [*args.params_file, args.search, *args.truth, *args.sources])
     setup = load_parameters(*args.params_file)
     space = load_space(args.search, setup)
     goal = goal_of(args.objective, args.limit)
@@ -163,24 +166,29 @@ def _progress(bar: Any, goal: Goal) -> Callable[[Tried | None], None]:
 
 def _begin_folder(args: argparse.Namespace, setup: Setup, stack: ExitStack) -> None:
     """New, or of the same search; held by one process at a time."""
-    from .tuning.outcome import PARAMETERS_FILE, REPORT_FILE
-    from .tuning.search import STUDY_FILE
-    from .tuning.session import BEFORE_FILE
-
     folder: Path = args.output
     plan = plan_of(setup, args.sources, _plan_options(args))
     try:
         make_folder(folder)
         stack.enter_context(held(folder))
         if args.overwrite:
-            for name in (BEFORE_FILE, STUDY_FILE, PARAMETERS_FILE, REPORT_FILE, PLAN_FILE):
+            for name in _written():
                 (folder / name).unlink(missing_ok=True)
-        if any((folder / name).exists() for name in (PLAN_FILE, STUDY_FILE, PARAMETERS_FILE)):
+        if any((folder / name).exists() for name in _written()):
             check_plan(folder / PLAN_FILE, plan)
         else:
             write_plan(folder / PLAN_FILE, plan)
     except OSError as error:
         raise _unwritable(folder, error) from error
+
+
+def _written() -> tuple[str, ...]:
+    """Names of the files in DIR."""
+    from .tuning.outcome import PARAMETERS_FILE, REPORT_FILE
+    from .tuning.search import STUDY_FILE
+    from .tuning.session import BEFORE_FILE
+
+    return BEFORE_FILE, STUDY_FILE, PARAMETERS_FILE, REPORT_FILE, PLAN_FILE
 
 
 def _plan_options(args: argparse.Namespace) -> dict[str, Any]:

@@ -40,6 +40,8 @@ def _refusal(call, *parts: str) -> str:
         ("a: !!int ''\n", ("a value in it is none of its kind",)),
         ("a: !!timestamp foo\n", ("a value in it is none of its kind",)),
         ("a: " + "9" * 5000, ("a value in it is none of its kind, or too long",)),
+        ("a:\n  <<: {b: 1}\n", ("line 2", "merge keys (<<) are not read; write the values out")),
+        ("a: 0b11\n", ("line 1", "'0b11' is no number to ROS; write 3, or put it in quotes")),
         ("b: 2\na: 1:30\n", ("line 2", "'1:30' is no number to ROS; write 90, or put it in quotes")),
         ("a: [1_000.0]\n", ("line 1", "'1_000.0' is no number to ROS; write 1000.0")),
         ("a: 1 # " + "x" * 2**20, ("bytes, more than",)),

@@ -67,6 +67,15 @@ def test_bad_parameters_are_one_line(
         assert len(process.output.splitlines()) == 1, process.output
 
 
+def test_a_file_that_ros_would_read_for_minutes_is_refused_at_once(parameter_file: Path, tmp_path: Path) -> None:
+    large = parameter_file.with_name("large.yaml")
+    large.write_text(f"{parameter_file.read_text()}    scene: {{region: [{'1.0, ' * 500_000}1.0]}}\n")
+    with NodeProcess(*ros(large), log=tmp_path / "log") as process:
+        assert process.wait() == 2
+        (line,) = process.output.splitlines()
+        assert f"{large}: has 2" in line and "more than the 262144" in line
+
+
 def test_without_parameters_the_way_to_give_them_is_told(tmp_path: Path) -> None:
     with NodeProcess(log=tmp_path / "log") as process:
         assert process.wait() == 1

@@ -228,7 +228,8 @@ sys.exit(main(["evaluate", "--help"]))
 
 
 def test_a_full_disk_leaves_earlier_metrics_whole(truth, found, capsys, monkeypatch):
-    (found / "metrics.json").write_text("earlier")
+    earlier = '{"format": "artrec_metrics/1"}'
+    (found / "metrics.json").write_text(earlier)
 
     def full(self, *_, **__):
         self.touch()
@@ -237,7 +238,7 @@ def test_a_full_disk_leaves_earlier_metrics_whole(truth, found, capsys, monkeypa
     monkeypatch.setattr(Path, "write_bytes", full)
     assert main(["evaluate", str(found), "--truth", str(truth)]) == 1
     assert "metrics.json: cannot be written: No space left" in capsys.readouterr().err
-    assert (found / "metrics.json").read_text() == "earlier" and not (found / "metrics.json.part").exists()
+    assert (found / "metrics.json").read_text() == earlier and not (found / "metrics.json.part").exists()
 
 
 @pytest.mark.skipif(

@@ -203,3 +203,42 @@ def test_a_damaged_picture_ends_in_our_words_alone(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "artrec_ros.tools.main", "inspect", str(tmp_path / "0.png")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1 and "damaged image" in done.stdout and done.stderr == ""
+
+
+WORKING = """
+import sys
+from pathlib import Path
+from artrec_ros.io.base.bars import bar, say
+from artrec_ros.tools import train
+from artrec_ros.tools.getting_ready import progress
+from artrec_ros.tools.main import main
+
+def run(args):
+    with progress() as told:
+        told(0.5)
+    for n in bar(range(2000), unit="step"):
+        say(f"step {n}")
+    args.output.write_text("done")
+    print("done")
+    return 0
+
+train.run = run
+sys.argv = ["artrec", "train", "--object", "o.yaml", "--annotations", "a.json", "-o", sys.argv[1]]
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize(
+    ("streams", "code"),
+    [("2>/dev/full", 0), ("2>&-", 0), (">&- 2>&-", 0), ("2>&1 | head -n 1", 0), (">/dev/full", 1)],
+)
+def test_work_comes_to_its_end_where_nobody_can_be_told_of_it(streams: str, code: int, tmp_path: Path) -> None:
+    (tmp_path / "working.py").write_text(WORKING)
+    out = tmp_path / "out.txt"
+    command = f"set -o pipefail; '{sys.executable}' '{tmp_path / 'working.py'}' '{out}' {streams}"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60,
+                          env={k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"})  # fmt: skip
+    assert done.returncode == code, done.stderr
+    assert out.read_text() == "done"
+    last = [line for line in done.stderr.splitlines() if "step" not in line and "getting ready" not in line]
+    assert last == (["artrec: stdout: cannot be written: No space left on device"] if code else [])

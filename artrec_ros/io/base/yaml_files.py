@@ -184,11 +184,16 @@ def size_of_file(path: str | Path, error: type[ArtrecError] = ConfigError) -> in
     return about.st_size
 
 
-def read_bytes(path: str | Path, most_bytes: int = MOST_BYTES) -> bytes:
-    """A file's content. :raises ConfigError: it is none, larger than that, or a pointer that stands for a file."""
+def check_size(path: str | Path, most_bytes: int) -> None:
+    """:raises ConfigError: it is no regular file, or a larger one."""
     size = size_of_file(path)
     if size > most_bytes:
         raise ConfigError(f"{path}: has {size} bytes, more than the {most_bytes} that such a file may have")
+
+
+def read_bytes(path: str | Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """A file's content. :raises ConfigError: it is none, larger than that, or a pointer that stands for a file."""
+    check_size(path, most_bytes)
     try:
         with open(path, "rb") as stream:
             content = stream.read(most_bytes)

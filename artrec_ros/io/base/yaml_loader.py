@@ -11,6 +11,8 @@ import yaml
 _DEEPEST = 100
 TOO_DEEP, OF_LIBYAML = f"is nested more than {_DEEPEST} deep", "maximum nesting depth"  # newer ones count, too
 
+_MERGE = "tag:yaml.org,2002:merge"
+
 _SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML was built with it
 
 
@@ -23,6 +25,9 @@ class _Loader(_SafeLoader):
             name = str(key.value)
             if name in seen:
                 problem = f"the key '{name}' is given twice; keep one"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+            if key.tag == _MERGE:  # whose value PyYAML would spread, and ROS takes for a parameter's name
+                problem = "merge keys (<<) are not read; write the values out"
                 raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
             seen.add(name)
         return super().construct_mapping(node, deep)
@@ -46,13 +51,13 @@ _FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$|^[-+]\.\d+$")
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
 
 
-_NOT_OF_ROS = frozenset(":_")  # in numbers
+_NOT_OF_ROS = re.compile(r"[:_]|^[-+]?0b")  # in numbers
 
 
 def _number(loader: Any, node: Any) -> Any:
     """A number in a form that ROS takes for one, too: YAML 1.1 has others, such as 1:30, which is 90 there."""
     number = loader.construct_yaml_float(node) if node.tag.endswith("float") else loader.construct_yaml_int(node)
-    if set(node.value) & _NOT_OF_ROS:
+    if _NOT_OF_ROS.search(node.value):
         problem = f"'{node.value}' is no number to ROS; write {number}, or put it in quotes if it is text"
         raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
     return number
@@ -63,7 +68,7 @@ class _OthersLoader(_Loader):
 
 
 def _number_or_text(loader: Any, node: Any) -> Any:
-    return node.value if set(node.value) & _NOT_OF_ROS else _number(loader, node)
+    return node.value if _NOT_OF_ROS.search(node.value) else _number(loader, node)
 
 
 for _kind in ("int", "float"):

@@ -10,9 +10,11 @@ from typing import Any, NamedTuple
 from ...core.base.errors import ConfigError
 from ..base.kinds import PARAMETERS, holds_parameters, mistaken
 from ..base.shared_files import resolve_path
-from ..base.yaml_files import Value, load_value
+from ..base.yaml_files import Value, check_size, load_value
 
 SECTION = "ros__parameters"
+MOST_BYTES = 2**18
+"""Of a parameter file: ROS' own reader takes time by the square of it, here some 4 s, and hears no Ctrl-C."""
 
 
 class Given(NamedTuple):
@@ -32,9 +34,15 @@ def read_files(*paths: str | Path) -> Given:
     return Given(flat, folder, ", ".join(map(str, paths)))
 
 
+def load_parameter_file(path: str | Path) -> Value:
+    """All that it holds."""
+    check_size(path, MOST_BYTES)
+    return load_value(path)
+
+
 def read_flat(path: str | Path) -> dict[str, Any]:
     """The parameters of a ROS parameter file by their flat names; a node's own section goes before the wildcard's."""
-    value = load_value(path)
+    value = load_parameter_file(path)
     if problem := mistaken(value.raw, PARAMETERS):
         raise value.error(f"{problem}, which names the object's file (docs/parameters.md)")
     sections = _sections(value) if not isinstance(value.raw, dict) or holds_parameters(value.raw) else {}
@@ -53,7 +61,7 @@ def read_flat(path: str | Path) -> dict[str, Any]:
 
 def check_sections(paths: Sequence[Path], node: str) -> None:
     """:param node: with its namespace. :raises ConfigError: no section of the files is this node's."""
-    names = [name for path in paths for name in _sections(load_value(path))]
+    names = [name for path in paths for name in _sections(load_parameter_file(path))]
     if names and not any(_matches(name, node) for name in names):
         files = ", ".join(map(str, paths))
         raise ConfigError(

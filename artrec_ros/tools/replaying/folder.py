@@ -113,6 +113,12 @@ def _check_free(folder: Path, parameters: str) -> None:
         )
 
 
+def places(folder: Path) -> list[Path]:
+    """Files and folders in which a replay writes, or which it clears."""
+    names = (*_FILES, PLAN_FILE, FRAMES_FOLDER, UNFINISHED)
+    return [*(folder / name for name in names), *folder.glob("bag_[0-9]*")]
+
+
 def clear(folder: Path) -> None:
     """Removes what a replay writes, and nothing else."""
     for name in (*_FILES, PLAN_FILE):

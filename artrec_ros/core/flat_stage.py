@@ -59,6 +59,9 @@ class FlatStage:
         if self._config.profile == "paper":
             groups = [g for roles in self._roles for g in group_literally(roles, matches, self._config, frame.deadline)]
             return *_sifted(detections_of(groups, matches, self._targets, literal=True), frame.scene), False
+        matches = matches.related(frame.deadline.part(self._config.time.overlap_share))
+        if not len(matches):
+            return (), (), False
         searches = [
             GroupSearch(candidates_of(roles, matches, self._config), matches, self._config, frame.deadline)
             for roles in self._roles

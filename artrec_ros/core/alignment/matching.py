@@ -45,6 +45,16 @@ class Matches:
         """(K, K) share of the smaller one's area that two placements of one class have in common."""
         return overlap_matrix(self.shapes, self.placed, self.labels)
 
+    def related(self, deadline: Deadline) -> Matches:
+        """The same with `overlap` worked out; where the deadline ends that, only the strongest, as far as it came."""
+        order = np.argsort(-self.placed.score, kind="stable")
+        overlap = overlap_matrix(self.shapes, self.placed.take(order), self.labels[order], deadline)
+        kept = np.sort(order[: len(overlap)])
+        place = np.argsort(order[: len(overlap)])
+        matches = self if len(kept) == len(self) else self.take(kept)
+        matches.__dict__["overlap"] = overlap[np.ix_(place, place)]  # what the property would work out
+        return matches
+
     @cached_property
     def packed(self) -> Found:
         """As compiled code takes them."""

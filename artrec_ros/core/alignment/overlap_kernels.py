@@ -44,10 +44,9 @@ def _share_inside(rasters: Any, s: int, s_in: int, t: complex, z: complex, w: co
 
 
 @jit
-def overlaps(rasters: Any, t: Any, z: Any, w: Any, shape: Any, labels: Any) -> Any:
-    """(K, K) as `overlap_matrix`."""
-    out = np.zeros((len(t), len(t)))
-    for i in range(len(t)):
+def overlaps(rasters: Any, t: Any, z: Any, w: Any, shape: Any, labels: Any, out: Any, first: int, last: int) -> None:
+    """(K, K) as `overlap_matrix`: of `out`, of zeros at the start, rows `first` to `last` and what mirrors them."""
+    for i in range(first, last):
         reach_i = rasters.reach[shape[i]] * (abs(z[i]) + abs(w[i]))
         for j in range(i + 1):
             reach = reach_i + rasters.reach[shape[j]] * (abs(z[j]) + abs(w[j]))
@@ -57,4 +56,3 @@ def overlaps(rasters: Any, t: Any, z: Any, w: Any, shape: Any, labels: Any) -> A
             one = _share_inside(rasters, shape[i], shape[j], off, z[i], w[i], z[j], w[j])
             other = _share_inside(rasters, shape[j], shape[i], -off, z[j], w[j], z[i], w[i])
             out[i, j] = out[j, i] = max(one, other)
-    return out

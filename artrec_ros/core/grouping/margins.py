@@ -31,6 +31,9 @@ def runner_up_margins(
     picked = set(chosen)
     margins: list[float | None] = []
     for g in chosen:
+        if deadline.expired:
+            margins.append(None)
+            continue
         others = [n for n in part_of[g] if same[n] != same[g]]
         if not others:
             margins.append(1.0)

@@ -11,7 +11,7 @@ from ..base.deadline import Deadline
 from ..geometry.transforms import Array
 from . import packing_kernels as compiled
 
-_NODES_BETWEEN_LOOKS = 64  # at the clock
+_NODES_BETWEEN_LOOKS, _PAIRS_BETWEEN_LOOKS = 64, 2**24  # at the clock; a node's bound goes through pairs of groups
 
 
 class Packing(NamedTuple):
@@ -76,8 +76,9 @@ def _pack_part(
     mine, among = weight[order], conflict[np.ix_(order, order)]
     state = compiled.start(mine, among)
     left, over = node_limit, False
+    nodes = min(max(_PAIRS_BETWEEN_LOOKS // len(order) ** 2, 1), _NODES_BETWEEN_LOOKS)
     while left > 0 and not over and not deadline.expired:
-        over = compiled.search(mine, among, state, min(left, _NODES_BETWEEN_LOOKS))
-        left -= _NODES_BETWEEN_LOOKS
+        over = compiled.search(mine, among, state, min(left, nodes))
+        left -= nodes
     *_, best, size, _ = state
     return Packing([order[n] for n in best[: size[0]].tolist()], over, left <= 0 and not over)

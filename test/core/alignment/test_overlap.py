@@ -8,9 +8,11 @@ import pytest
 from cranes import placed_points
 from scene import disc, rectangle
 
+from artrec_ros.core.alignment.matching import Matches
 from artrec_ros.core.alignment.overlap import overlap_matrix
-from artrec_ros.core.alignment.placements import Placements
+from artrec_ros.core.alignment.placements import Evidence, Placements
 from artrec_ros.core.alignment.shapes import Shape
+from artrec_ros.core.base.deadline import Deadline
 
 pytestmark = pytest.mark.uncompiled
 
@@ -29,3 +31,32 @@ def test_overlap_is_that_of_the_polygons():
         common = cv2.intersectConvexConvex(a, b)[0] / min(cv2.contourArea(a), cv2.contourArea(b))
         assert overlap[i, j] == pytest.approx(common, abs=0.06)
     assert (np.triu(overlap, 1) > 0.3).any() and (overlap == 0).any()
+
+
+class _Looks(Deadline):
+    """Over after so many looks at the clock."""
+
+    def __init__(self, most: int) -> None:
+        super().__init__()
+        self.left = most
+
+    @property
+    def expired(self) -> bool:
+        self.left -= 1
+        return self.left < 0
+
+
+def test_where_time_is_short_the_strongest_are_related_as_they_would_be_among_all():
+    rng = np.random.default_rng(3)
+    n, none = 100, np.zeros(100, np.int32)
+    t = rng.uniform(0, 200, (n, 2)) @ np.array([1, 1j])
+    placed = Placements.similarities(t, np.full(n, 30 + 0j), none, none, none).replace(score=rng.uniform(0, 1, n))
+    found = Evidence(np.ones(n), np.ones(n), np.ones(n), np.zeros((n, 1), np.int32))
+    matches = Matches([Shape.from_marker(rectangle("bar", 1.0, 0.5))], placed, np.zeros(n, int), found)
+    everyone = matches.related(Deadline())
+    assert everyone is matches and (everyone.overlap == overlap_matrix(matches.shapes, placed, matches.labels)).all()
+    few = matches.related(_Looks(2))
+    strongest = np.sort(np.argsort(-placed.score)[: len(few)])
+    assert 0 < len(few) < n and (few.placed.t == placed.t[strongest]).all()
+    assert (few.overlap == everyone.overlap[np.ix_(strongest, strongest)]).all() and (few.overlap > 0).sum() > len(few)
+    assert not len(matches.related(_Looks(0)))

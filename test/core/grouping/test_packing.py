@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.grouping import packing
 from artrec_ros.core.grouping.packing import connected_parts, pack
 
 pytestmark = pytest.mark.uncompiled
@@ -70,3 +71,19 @@ def test_of_groups_that_rule_out_the_same_others_the_heaviest_is_left():
     assert pack(weights, conflicts, 10**5, Deadline()) == pack(weight, conflict, 10**5, Deadline())
     apart = np.zeros((3, 3), bool)
     assert pack(np.ones(3), apart, 100, Deadline()) == ([0, 1, 2], True, False)
+
+
+def test_of_many_groups_few_nodes_are_gone_through_between_looks_at_the_clock(monkeypatch):
+    between, search = [], packing.compiled.search
+
+    def noted(weight, conflict, state, most_nodes):
+        between.append(most_nodes)
+        return search(weight, conflict, state, most_nodes)
+
+    monkeypatch.setattr(packing.compiled, "search", noted)
+    monkeypatch.setattr(packing, "_PAIRS_BETWEEN_LOOKS", 2000)
+    rng = np.random.default_rng(1)
+    conflict = rng.uniform(size=(30, 30)) < 0.3
+    conflict |= conflict.T | np.eye(30, dtype=bool)
+    pack(rng.uniform(1, 2, 30), conflict, 500, Deadline())
+    assert len(between) > 1 and max(between) <= 2

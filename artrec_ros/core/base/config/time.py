@@ -27,3 +27,11 @@ class TimeConfig(Room):
         paths=("plane",),
         origin="the rest is for refining what it found",
     )
+    overlap_share: float = param(
+        0.5,
+        "what of the time that is left then may go into which instances share pixels",
+        low=0.01,
+        high=1,
+        paths=("plane",),
+        origin="pairs grow with the square of the instances, and the rest is for choosing among them",
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import yaml
 from changes import changed
 
 from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.model.identities import identities_of
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.io.objects.object_writer import object_yaml
 
@@ -114,3 +116,23 @@ def test_an_object_without_alternatives_may_occur_once(tmp_path: Path) -> None:
     bare = changed(changed(GOOD, "components/left/classes", None), "components/right/classes", None)
     model = _load(tmp_path, changed(bare, "identities", None))
     assert model.unique and not model.identities
+
+
+def test_more_combinations_than_can_be_told_apart_want_to_be_listed(tmp_path: Path) -> None:
+    classes = dict(zip("abcdef", range(1, 7), strict=True))
+    part = {"classes": classes, "markers": {"a": {"marker": "patch", "pose": {}}}}
+    team = GOOD["components"]["team"]
+    open_ = {k: v for k, v in GOOD.items() if k != "identities"}
+    parts = {f"p{n}": copy.deepcopy(part) for n in range(8)}  # YAML would write one as an alias
+    with pytest.raises(ConfigError, match="8 components make 1679616 combinations, .* list those that do under 'ident"):
+        _load(tmp_path, {**open_, "components": {"team": team, **parts}})
+    one = {"one": dict.fromkeys(parts, "a")}
+    assert len(_load(tmp_path, {**GOOD, "identities": one, "components": {"team": team, **parts}}).identities) == 1
+    few = dict(list(parts.items())[:4])
+    assert len(identities_of(_load(tmp_path, {**open_, "components": {"team": team, **few}}))) == 6**4
+
+
+def test_a_name_that_is_no_text_is_told_by_its_key(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as caught:
+        _load(tmp_path, {**GOOD, "name": 12}, {"green": 4})
+    assert str(caught.value) == f"{tmp_path / 'robot.yaml'}: name: must be text, not 12"

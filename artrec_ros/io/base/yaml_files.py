@@ -41,8 +41,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
     hint = f"; did you mean '{own[close[0]]}'?" if close else ""
     if hint and len(known) > _FEW:
         return hint
-    more = f" and {len(known) - _FEW} more" if len(known) > _FEW else ""
-    return f"{hint} (known: {', '.join(known[:_FEW]) if known else 'none'}{more})"
+    return f"{hint} (known: {few(known) if known else 'none'})"
+
+
+def few(names: Sequence[str]) -> str:
+    """Names in a message: the first ones, and how many more there are."""
+    more = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
+    return ", ".join(names[:_FEW]) + more
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from ...core.base.config import GREATEST_LABEL
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
 from ...core.model.bodies import beneath_markers
+from ...core.model.identities import identities_of
 from ...core.model.names import check_name
 from ...core.model.objects import Box, Component, Identity, Joint, Marker, ObjectModel
 from ..base.yaml_files import Value, load_yaml, nearest
@@ -39,8 +40,11 @@ def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None)
     components = tuple(beneath_markers(component)[0] for component in read)
     identities = _read_identities(top["identities"]) if "identities" in top else ()
     unique = top["unique"].boolean() if "unique" in top else False
+    name = _name(top["name"], "object")
     try:
-        return ObjectModel(top["name"].text(), components, identities, unique)
+        model = ObjectModel(name, components, identities, unique)
+        identities_of(model)  # it has no more of them than can be told apart
+        return model
     except ConfigError as error:
         raise top["components"].error(str(error)) from None  # names its object
 
@@ -236,11 +240,12 @@ def _read_joint(value: Value) -> Joint:
 
 
 def _name(value: Value, what: str) -> str:
+    text = value.text()
     try:
-        check_name(value.text(), what)
+        check_name(text, what)
     except ConfigError as error:
         raise value.error(str(error)) from None
-    return value.text()
+    return text
 
 
 def _read_body(value: Value, labels: _Labels) -> tuple[tuple[Box, ...], int | None]:

@@ -15,6 +15,7 @@ from ...core.model.identities import identities_of
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...core.ways import SPACE, way_of
+from ...io.base.yaml_files import few
 from ...io.images.folders import LOSSY
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
@@ -137,7 +138,7 @@ def _identities(annotated: Sequence[AnnotatedObject], model: ObjectModel) -> Ite
     if silent:
         yield (
             f"{silent[0].place}: it is not told which one it is, of {len(silent)} of {len(annotated)} objects: give "
-            f"the attribute identity ({', '.join(names)})"
+            f"the attribute identity ({few(names)})"
         )
 
 

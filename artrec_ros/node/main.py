@@ -41,7 +41,10 @@ def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: St
         import rclpy.signals  # noqa: F401
     except ImportError as error:
         return _failed(MISSING.format(error), 1)
+    from ..io.base.working_folder import check_working_folder
+
     try:
+        check_working_folder()
         own = _not_ros(arguments)
     except (ArtrecError, RuntimeError) as error:
         return _failed(str(error), 2)

@@ -83,9 +83,13 @@ def _at_work() -> Iterator[None]:
 
 def _main(arguments: list[str]) -> int:
     from ..core.base.errors import ArtrecError, one_line
+    from ..io.base.working_folder import check_working_folder
 
     try:
+        check_working_folder()
         args = _parse(arguments)
+    except ArtrecError as error:
+        return _fail(str(error), "--debug" in arguments)
     except SystemExit as leaving:  # argparse has said why
         return leaving.code if isinstance(leaving.code, int) else WRONG_USAGE
     except ImportError as error:

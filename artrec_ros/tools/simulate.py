@@ -20,6 +20,7 @@ from .inspecting.model_report import oddities
 from .options.camera_options import add_camera, camera_of
 from .options.paths import path
 from .options.scene_options import add_options, given_options
+from .options.seed import seed
 
 _FIRST_LABEL = 2  # 1 is the floor's by default
 
@@ -42,7 +43,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("-o", "--output", type=path, required=True, metavar="DIR", help="a new folder")
     parser.add_argument("-s", "--storage", choices=("mcap", "sqlite3"), default="mcap", help="kind of bag (mcap)")
     parser.add_argument("--frames", type=int, default=100, help="number of frames (100)")
-    parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same frames (0)")
+    parser.add_argument("--seed", type=seed, default=0, help="the same seed gives the same frames (0)")
     parser.add_argument("--colour", action="store_true", help="the bag bears colour images, too")
     parser.add_argument(
         "--noise", type=float, default=1.0,

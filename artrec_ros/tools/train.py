@@ -22,6 +22,7 @@ from .options.paths import path
 from .training.annotated_joints import JointFitter
 from .training.marked_lengths import hint
 from .training.measured import load_setup, measure_axes, way_out
+from .training.misplaced_marks import misplaced
 from .training.train_from_joints import add_from_joints, constraints_from, examples_from_joints
 from .training.train_report import report
 
@@ -99,6 +100,7 @@ def run(args: argparse.Namespace) -> int:
     save_constraints(args.output, constraints)
     lines += hint(annotations, model, camera, args.object)
     print("\n".join([*report(model, training.examples, constraints), *lines]))
+    print("".join(f"{line}\n" for line in misplaced(annotations.objects)), end="")
     if half := annotations.half_labelled():
         print(f"{half} markers have only one end of their axis labelled and were left out.")
     if annotations.crowds:

@@ -21,6 +21,7 @@ from .interrupting import interruptible
 from .main import DONE, INTERRUPTED
 from .options.outputs import check_not_read
 from .options.paths import path
+from .options.seed import seed
 from .options.work_options import (
     add_source_options,
     add_worker_options,
@@ -80,7 +81,7 @@ def add_parser(subparsers: Any) -> None:
     )
     p.add_argument("--block", type=_count, default=1, metavar="N",
                    help="frames in a row that stay together, where neighbours are alike (1)")  # fmt: skip
-    p.add_argument("--seed", type=int, default=0, help="the same seed gives the same search (0)")
+    p.add_argument("--seed", type=seed, default=0, help="the same seed gives the same search (0)")
     p.add_argument("--max-gap", type=seconds, default=0.0, metavar="S", help="how far stamps may differ (0 s)")
     add_source_options(p)
     add_worker_options(p)

@@ -54,7 +54,11 @@ def test_what_a_binned_image_shows_lies_where_its_camera_says(binning):
     [
         ([0.0] * 9, [], "", "not calibrated"),
         (K, [0.0] * 4, "equidistant", "'equidistant' is not supported"),
+        (K, [0.0] * 4, "equi\nx", r"'equi\\nx' is not supported"),
+        (K, [0.0] * 4, "x" * 300_000, r"^distortion model 'x{56}\.\.\. is not supported"),
         (K, [0.0] * 7, "plumb_bob", "7 coefficients"),
+        ([K[0], 2.0, *K[2:]], [], "", "no pinhole camera .K is with a skew of 2 px; 0 belongs there"),
+        ([*K[:3], -3.0, *K[4:]], [], "", "no pinhole camera .K is with a skew of 3 px; 0 belongs there"),
         ([float("nan"), *K[1:]], [], "", "not finite"),
     ],
 )

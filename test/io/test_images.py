@@ -85,6 +85,8 @@ def test_more_bytes_than_needed_are_ignored():
     ("arguments", "said"),
     [
         (("bayer_rggb8", 5, 7, 7, False, GREY.tobytes()), "'bayer_rggb8' is none of mono8"),
+        (("a\nb", 5, 7, 7, False, GREY.tobytes()), r"'a\\nb' is none of mono8"),
+        (("m" * 300_000, 5, 7, 7, False, GREY.tobytes()), r"^encoding 'm{56}\.\.\. is none of mono8"),
         (("mono8", 0, 7, 7, False, b""), "7x0"),
         (("mono8", 5, 0, 0, False, b""), "0x5"),
         (("mono8", 5, 7, 6, False, GREY.tobytes()), "step 6"),

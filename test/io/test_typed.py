@@ -49,6 +49,10 @@ def test_what_fits_is_made() -> None:
         ({"points": [{"x": 10**400}]}, "points[0].x: must be a finite number, not 1000"),
         ({"size": [1]}, "size: must be a list of 2, not [1]"),
         ({"size": [1, 2.5]}, "size[1]: must be a whole number, not 2.5"),
+        (
+            {"size": [1, 2.0**53 + 2]},
+            "size[1]: must be a whole number without point or exponent: with one, tho",
+        ),
         ({"share": 1.5}, "share: must be at least 0 and at most 1, not 1.5"),
         ({"areas": {"a\n": -1}}, r"areas.'a\n': must be at least 0, not -1"),
         ({"kind": "c"}, "kind: must be one of 'a', 'b', not 'c'"),

@@ -161,6 +161,7 @@ def test_a_lifecycle_manager_starts_and_stops_it(parameter_file: Path, picture: 
             return bool(peer.call(ChangeState, "change_state", request).success)
 
         assert not change(Transition.TRANSITION_ACTIVATE), "configure comes first"
+        assert "(3) refused: the node is unconfigured; possible: configure, shutdown" in process.output
         assert change(Transition.TRANSITION_CONFIGURE) and change(Transition.TRANSITION_ACTIVATE)
         peer.listen("toy/poses", PoseArray)
         peer.connect(label_image(picture))

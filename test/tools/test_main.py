@@ -242,3 +242,20 @@ def test_work_comes_to_its_end_where_nobody_can_be_told_of_it(streams: str, code
     assert out.read_text() == "done"
     last = [line for line in done.stderr.splitlines() if "step" not in line and "getting ready" not in line]
     assert last == (["artrec: stdout: cannot be written: No space left on device"] if code else [])
+
+
+@pytest.mark.parametrize("seed", ["-1", "x", "99999999999999999999", "1.5"])
+def test_a_seed_that_is_none_tells_the_range(seed: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "o.yaml", "-o", "out", f"--seed={seed}"]) == 2
+    assert f"--seed: '{seed}' is no seed: a whole number of 0 to 2147483647 is wanted" in capsys.readouterr().err
+
+
+def test_a_working_folder_that_is_gone_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (gone := tmp_path / "gone").mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert main(TRAIN) == 1
+    monkeypatch.chdir(tmp_path)
+    assert capsys.readouterr().err.startswith("artrec: the working directory cannot be read: No such file")

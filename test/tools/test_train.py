@@ -243,3 +243,17 @@ def test_the_shipped_constraints_are_what_training_gives(tmp_path: Path) -> None
     quadruped = str(ROOT / "config" / "objects" / "quadruped.yaml")
     assert main(["train", "--object", quadruped, "--annotations", *sets, "-o", str(tmp_path / "c.yaml")]) == 0
     assert (tmp_path / "c.yaml").read_text() == (ROOT / "config" / "constraints" / "quadruped.yaml").read_text()
+
+
+def test_marks_that_cannot_be_of_their_images_are_warned_of(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    coco = _coco(9, 0.3)
+    for image in coco["images"]:
+        image.update(width=300, height=200)
+    cv2.imwrite(str(folder / "3.png"), np.zeros((200, 300), np.uint8))
+    assert _train(folder, coco) == 0 and "warning" not in capsys.readouterr().out
+    cv2.imwrite(str(folder / "3.png"), np.zeros((100, 150), np.uint8))
+    coco["annotations"][5]["keypoints"][0] = -5000
+    assert _train(folder, coco) == 0
+    far, wrong = [line for line in capsys.readouterr().out.splitlines() if line.startswith("warning")]
+    assert "annotations[5] (5.png): marks lie far outside its image of 300x200, and so in 1 of 9 annotations" in far
+    assert f"{folder / '3.png'}: has 150x100 pixels; its COCO file says 300x200, and so of 1 of 9 images" in wrong

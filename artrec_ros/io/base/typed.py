@@ -47,6 +47,7 @@ Share = Annotated[float, Between(0, 1)]
 Amount = Annotated[float, Between(0)]
 Stamp = Annotated[int, Between(-(2**63), 2**63 - 1)]
 
+_MOST_WHOLE = 2**53  # up to which a float holds every whole number
 _MOST = 1e100  # of a number: what is squared stays finite
 
 
@@ -93,6 +94,8 @@ def _number(raw: Any) -> float:
 
 def _integer(raw: Any) -> int:
     if isinstance(raw, float) and raw.is_integer():  # as tables of numbers are written
+        if abs(raw) > _MOST_WHOLE:
+            raise _wanted("a whole number without point or exponent: with one, those beyond 2^53 lose digits", raw)
         return int(raw)
     if isinstance(raw, bool) or not isinstance(raw, int):
         raise _wanted("a whole number", raw)

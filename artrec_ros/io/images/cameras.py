@@ -13,12 +13,13 @@ from ...core.base.errors import ConfigError
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array
 from ..base.kinds import CALIBRATION, mistaken
-from ..base.yaml_files import is_finite, load_value
+from ..base.yaml_files import is_finite, load_value, shown
 
 # distortion model -> the numbers of coefficients it may have; OpenCV orders them alike
 _MODELS = {"": (0, 4, 5, 8), "plumb_bob": (0, 4, 5), "rational_polynomial": (0, 5, 8)}
 _MOST_PX = 1e7  # a focal length or centre beyond it is damage: no lens has such
 _VIEW_DEG = 0.5, 170.0  # of a whole image's width, by the focal length alone
+_MOST_SKEW = 1e-6  # of the focal length: nothing but rounding, for pixels' rows and columns are perpendicular
 _MOST_ASIDE = 2.0  # focal lengths from an image's middle to the optical axis: that is 63 degrees
 _MOST_UNLIKE = 10.0  # of two focal lengths, one by the other
 _CENTRAL, _MOST_BENT = 0.25, 0.5  # so near the centre, by the corners' distance, no lens bends by such a share
@@ -74,7 +75,7 @@ def _distortion(coefficients: Sequence[float], model: str) -> Array:
     if model not in _MODELS:
         known = ", ".join(m for m in _MODELS if m)
         raise ConfigError(
-            f"distortion model '{model}' is not supported (supported: {known}); rectify the images, and set "
+            f"distortion model {shown(model)} is not supported (supported: {known}); rectify the images, and set "
             "image.rectified"
         )
     if D.size not in _MODELS[model]:
@@ -97,6 +98,9 @@ def _check_matrix(K: Array, what: str) -> None:
         raise ConfigError(f"the camera is not calibrated ({what} without focal length)")
     if max(K[0, 0], K[1, 1], *np.abs(K[:2, 2])) > _MOST_PX or min(K[0, 0], K[1, 1]) < 1 / _MOST_PX:
         raise ConfigError(f"the camera's calibration is implausible ({what} beyond {_MOST_PX:g} px)")
+    skew = max(abs(K[0, 1]), abs(K[1, 0]))
+    if skew > _MOST_SKEW * K[0, 0]:
+        raise ConfigError(f"the camera is no pinhole camera ({what} with a skew of {skew:.3g} px; 0 belongs there)")
     if not np.allclose(K[2], (0, 0, 1), rtol=0, atol=1e-6):  # as a rescaled one may be
         row = ", ".join(f"{v:g}" for v in K[2])
         whose = what.split()[0].rstrip(",")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.base.errors import ConfigError, ImageError
-from ..base.yaml_files import read_bytes
+from ..base.yaml_files import read_bytes, shown
 from .headers import grey_bits_of, orientation_of, size_of
 
 Image = NDArray[Any]
@@ -45,7 +45,7 @@ def decode_image(encoding: str, height: int, width: int, step: int, is_bigendian
     :raises ImageError: unknown encoding, no or too many pixels, a step too small, too few bytes.
     """
     if encoding not in ENCODINGS:
-        raise ImageError(f"encoding '{encoding}' is none of {', '.join(ENCODINGS)}")
+        raise ImageError(f"encoding {shown(encoding)} is none of {', '.join(ENCODINGS)}")
     channels, depth, conversion = ENCODINGS[encoding]
     _check_size(width, height, "image")
     row = width * channels * depth

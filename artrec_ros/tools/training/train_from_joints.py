@@ -17,6 +17,7 @@ from ...simulation.config import SceneConfig
 from ...simulation.joint_examples import joint_examples
 from ...simulation.simulator import pinhole_camera
 from ..options.scene_options import add_options, given_options
+from ..options.seed import seed
 
 _FIELDS = ("size", "elevation_deg", "tilt_rad", "joint_range")
 _IMAGE_PX = (640, 480)  # constraints are metric: its size only sets how far a range of apparent sizes is off
@@ -27,7 +28,7 @@ def add_from_joints(parser: Any) -> None:
     """The options that set the range of views."""
     group = parser.add_argument_group("with --from-joints")
     group.add_argument("--views", type=int, default=1000, metavar="N", help="views to learn from (%(default)s)")
-    group.add_argument("--seed", type=int, default=0, help="the same seed gives the same views (%(default)s)")
+    group.add_argument("--seed", type=seed, default=0, help="the same seed gives the same views (%(default)s)")
     group.add_argument(
         "--view-angle", type=float, default=_VIEW_ANGLE_DEG, metavar="DEG",
         help="of the image's width, without --camera-info (%(default)g)",

@@ -14,8 +14,10 @@ from .geometry.range_limits import ScaleLimits, scale_limits
 from .image.blobs import Blob
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
+from .left_over_looks import LeftOverLooks
 from .model.found import Detection, Rejection
 from .model.target import Target
+from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.on_plane import PlanePlacer
 from .pose.surface_model import Poses
@@ -38,6 +40,8 @@ class FacingStage:
         self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
         self.describers = [Describer(s.finder) for s in self._searches]
         self._judge, self._lacking = Judge.of(config), math.log1p(config.guesses.small_px)
+        climb = Climb(0, config.facing.rounds[-1], config.facing.first_step / 2)
+        self._left_over = LeftOverLooks([s.finder for s in self._searches], climb)
         self._placer = PlanePlacer(targets, config)
         self._from_above = FromAbove(
             config, {label for s in self._searches for labels in s.finder.surface.labels for label in labels}
@@ -62,7 +66,8 @@ class FacingStage:
         detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()
         for describer in self.describers:
             told, none_left = describer.without_surplus(accepted, faced, self._judge)
-            sure, in_doubt = enough_of(describer.describe(told, faced, accepted), describer.finder, self._judge)
+            described = describer.describe(told, faced, accepted, blobs)
+            sure, in_doubt = enough_of(described, describer.finder, self._judge)
             detections += [self._placer.faced(detection, faced) for detection in sure]
             doubtful += in_doubt
             surplus += none_left
@@ -81,7 +86,11 @@ class FacingStage:
         :param faced: the frame to objects that face the camera. :param limits: of the scale.
         """
         found = self._found(faced, [(s, blobs, ()) for s in self._searches], limits)
-        first, _ = self._shared_out(found, faced)
+        first, in_time = self._shared_out(found, faced)
+        through = self._left_over.candidates(faced.hurried(self._config.facing.search_share), first[0], blobs)
+        if through and in_time:
+            again, in_time = self._shared_out([*found, *through.items()], faced)
+            found, first = ([*found, *through.items()], again) if in_time else (found, first)
         more = self._of_the_rest(faced, blobs, limits, first[0])
         if not any(len(poses) for _, poses in more):
             return first

@@ -10,10 +10,13 @@ from .base.deferred import Deferred
 from .image.blobs import Blob
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
+from .left_over_looks import LeftOverLooks
 from .memory.recall import Recall
 from .model.found import Detection, Rejection
 from .model.target import Target
+from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
+from .pose.surface_model import Poses
 from .second_looks import SecondLooks
 from .spatial_search import SpatialSearch
 from .turned_down import turned_down
@@ -30,6 +33,8 @@ class SpatialStage:
         self._config = config
         self._judge, self._crew = Judge.of(config), Crew(config.threads)
         self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
+        climb = Climb(0, config.search.climb_rounds[-2:][0], config.search.climb_first_steps[-1])
+        self._left_over = LeftOverLooks(self._finders, climb)
         self._describers = [Describer(f) for f in self._finders]
 
     def recognize(
@@ -44,11 +49,16 @@ class SpatialStage:
         search = self._config.search
         search_of = SpatialSearch(frame.hurried(search.search_share), self._judge, search, recall, self._crew)
         found = search_of.run(self._finders, blobs)
-        accepted, others = SecondLooks(frame, self._judge, search, recall).shared(found)
+        looks = SecondLooks(frame, self._judge, search, recall)
+        accepted, others = looks.shared(found)
+        through = self._left_over.candidates(frame.hurried(search.search_share), accepted, blobs)
+        if through:
+            more = [(f, Poses.concatenate([p, through[f]]) if f in through else p) for f, p in found]
+            accepted, others = looks.shared(more)
         detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()
         for finder, describer in zip(self._finders, self._describers, strict=True):
             told, none_left = describer.without_surplus(accepted, frame, self._judge)
-            sure, in_doubt = enough_of(describer.describe(told, frame, accepted), finder, self._judge)
+            sure, in_doubt = enough_of(describer.describe(told, frame, accepted, blobs), finder, self._judge)
             detections += sure
             doubtful += in_doubt
             surplus += none_left

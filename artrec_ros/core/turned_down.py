@@ -6,10 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from .image.blobs import Blob
-from .image.codes import OWNED
 from .image.image_frame import ImageFrame
 from .model.found import Rejection
 from .pose.finder import WholeObjectFinder
@@ -57,25 +55,15 @@ def _unexplained(
     """The largest blobs of each object's required component that no accepted claim explains, and in which nothing lies
     that was turned down."""
     places = np.array([(r.x, r.y) for r in rejected]).reshape(-1, 2)
-    codes = left_by(frame, accepted).field.codes
+    left = left_by(frame, accepted).field
     for finder in finders:
         explained, told = finder.config.search.explained, 0
         for blob in sorted((b for b in blobs if b.label in finder.root_labels), key=lambda b: -b.area_px):
-            if told < _MOST and _owned(codes, blob) < explained and not _holds(blob, places):
+            if told < _MOST and left.owned_inside(blob.pixels) < explained and not _holds(blob, places):
                 x, y = blob.contour.mean(axis=0).tolist()
                 reason = f"no candidate is left in this blob of {blob.area_px:.0f} pixels of its class"
                 yield Rejection(finder.target.name, reason, 0.0, x, y)
                 told += 1
-
-
-def _owned(codes: NDArray[np.uint8], blob: Blob) -> float:
-    """The share of a blob's pixels that somebody owns: of its contour's less where blur carries a colour beyond edges.
-
-    :param codes: (H, W)
-    """
-    x, y, width, height = cv2.boundingRect(blob.pixels)
-    inside = cv2.drawContours(np.zeros((height, width), np.uint8), [blob.pixels], 0, 1, cv2.FILLED, offset=(-x, -y))
-    return float(np.mean(codes[y : y + height, x : x + width][inside > 0] == OWNED))
 
 
 def _holds(blob: Blob, places: np.ndarray) -> bool:

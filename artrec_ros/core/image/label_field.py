@@ -109,6 +109,13 @@ class LabelField:
         """Share of a blob's contour (n, 2) that lies on pixels which somebody owns."""
         return np.count_nonzero(self.at(contour) == OWNED) / len(contour)
 
+    def owned_inside(self, pixels: NDArray[np.int32]) -> float:
+        """Share of the pixels inside a blob's outermost ones (n, 2) that somebody owns: of its contour's less where
+        blur carries a colour beyond edges."""
+        x, y, width, height = cv2.boundingRect(pixels)
+        inside = cv2.drawContours(np.zeros((height, width), np.uint8), [pixels], 0, 1, cv2.FILLED, offset=(-x, -y))
+        return float(np.mean(self.codes[y : y + height, x : x + width][inside > 0] == OWNED))
+
     def seam_px(self, label: int) -> float:
         """Half the width of the seam of unknown pixels that the segmenter leaves around a class; 0 without one.
 

@@ -59,7 +59,7 @@ class OtherTurn:
         return np.asarray(np.outer(off, off), np.float64)
 
 
-MissingState = Literal["in doubt", "not seen", "too small", "hidden", "out of view", "turned away"]
+MissingState = Literal["in doubt", "not seen", "too small", "hidden", "out of view", "turned away", "elsewhere"]
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,10 @@ class Missing:
     :param state: `in doubt`: something of its class is there, which may well be another's; `not seen`: it should be in
         view, and its class is not where the pose puts it: it lies elsewhere, or its pixels have another class;
         `too small`: in view, with fewer pixels than tell anything, or as so narrow a sliver; `hidden`: by what `by`
-        names; `out of view`: beyond the image's border; `turned away` from the camera. Of several markers what is said
-        of the one that is nearest to being seen.
-    :param x, y: where that marker's centroid would be in the image, pixels.
+        names; `out of view`: beyond the image's border; `turned away` from the camera; `elsewhere`: a blob of its
+        class, about as large as its marker, lies where the pose does not put it, and nothing explains it: it may be
+        this component. Of several markers what is said of the one that is nearest to being seen.
+    :param x, y: where that marker's centroid would be in the image, pixels; `elsewhere`: where that blob's middle is.
     :param by: `itself`, or the other object's name; empty: nothing that was found.
     :param score: of what is in doubt the probability that it is its own marker.
     """
@@ -195,6 +196,8 @@ class Detection:
     :param missing: why each of the other components is not told; of what is found as a whole alone.
     :param other_turn: None where there is none; else the covariance and the joints' deviations count it.
     :param other_place: None where there is none; else `score` counts it.
+    :param as_told: how probable its pose is, in space or in the image, if it is there, where blobs that may be
+        components of it are left unexplained; `score` and the joints' deviations count it.
     """
 
     object: str
@@ -217,6 +220,12 @@ class Detection:
     missing: tuple[Missing, ...] = field(default=(), repr=False, compare=False)
     other_turn: OtherTurn | None = field(default=None, repr=False, compare=False)
     other_place: OtherPlace | None = field(default=None, repr=False, compare=False)
+    as_told: float = field(default=1.0, repr=False, compare=False)
+
+    @property
+    def there(self) -> float:
+        """The probability that it is there, be it otherwise than it is told."""
+        return min(self.score / self.as_told, 1.0) if self.as_told > 0 else 0.0
 
     @property
     def is_in_doubt(self) -> bool:

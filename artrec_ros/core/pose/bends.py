@@ -19,7 +19,7 @@ class Bends:
         kin = surface.kinematics
         path = np.flatnonzero(kin.moves[component])
         self.q = np.tile(kin.middle, (1 + draws * bool(len(path)), 1))
-        self.q[1:, path] = kin.lower[path] + _spread(len(self) - 1, len(path)) * (kin.upper - kin.lower)[path]
+        self.q[1:, path] = kin.lower[path] + spread(len(self) - 1, len(path)) * (kin.upper - kin.lower)[path]
         frames = kin.in_object(self.q)
         self.R, self.t = frames.R[:, component], frames.t[:, component]
 
@@ -34,7 +34,7 @@ class Bends:
         return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.tile(self.q, (len(poses), 1)))
 
 
-def _spread(n: int, dimensions: int) -> Array:
+def spread(n: int, dimensions: int) -> Array:
     """(n, d) evenly spread points of the unit cube: multiples of the powers of Roberts' generalised golden ratio."""
     ratio = 2.0
     for _ in range(40):

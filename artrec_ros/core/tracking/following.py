@@ -150,7 +150,7 @@ def _exists(
     here = np.zeros(len(tracks), bool)
     scores = np.full(len(tracks), 0.5)
     for n, row in row_of.items():
-        here[row], scores[row] = True, found[n].score
+        here[row], scores[row] = True, found[n].there
     seen = tracks.existence.found(scores, new, tracks.age_s, config.existence)
     if here.all():
         return seen

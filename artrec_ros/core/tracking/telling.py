@@ -44,7 +44,9 @@ class Teller:
             filtered = self._filtered(row, detection) if self._config.smooth else None
         number, identity = self._tracks.ids[row], self._tracks.identities[row]
         assert number is not None  # it is told
-        score = self._scores[row] if self._scores is not None and detection.is_in_doubt else detection.score
+        score = detection.score
+        if self._scores is not None and detection.is_in_doubt:
+            score = self._scores[row] * detection.as_told  # how it lies each frame tells for itself
         return replace(detection, id=number, score=score, identity=identity, motion=motion, filtered=filtered)
 
     def _motion(self, row: int, detection: Detection) -> Motion:

@@ -100,7 +100,7 @@ class Tracker:
         found = result.detections
         sightings = Sightings.of(found, self._sizes, self._config.sightings)
         row_of, odds = self._match(found, sightings, result.size)
-        strangers = np.array([d.score for n, d in enumerate(found) if n not in row_of])
+        strangers = np.array([d.there for n, d in enumerate(found) if n not in row_of])
         goes_on, other = self._goes_on(odds, strangers, dt_s)
         # in another scene what lies near is somebody else, too
         row_of = {n: row for n, row in row_of.items() if goes_on * odds[row] >= 1 - goes_on}
@@ -112,7 +112,7 @@ class Tracker:
         )
         new = [n for n in range(len(found)) if n not in row_of]
         row_of |= {n: len(self._tracks) + k for k, n in enumerate(new)}
-        alone = np.array([found[n].score for n in new])
+        alone = np.array([found[n].there for n in new])
         single = first or other or not self._in_doubt
         scores = alone if single else newcomers(alone, goes_on, dt_s, self._config.existence)
         self._tracks = self._tracks.joined(
@@ -228,7 +228,7 @@ class Tracker:
         told = [
             n
             for n in sorted(row_of)
-            if not (self._in_doubt and found[n].is_in_doubt) or likely[row_of[n]] >= min(least, found[n].score)
+            if not (self._in_doubt and found[n].is_in_doubt) or likely[row_of[n]] >= min(least, found[n].there)
         ]
         given_away = self._find_again(set(row_of.values()), [row_of[n] for n in told])
         self._name([row_of[n] for n in told])

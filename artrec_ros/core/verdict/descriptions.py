@@ -9,6 +9,7 @@ import numpy as np
 
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
+from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn, Rejection
 from ..pose.finder import WholeObjectFinder
@@ -21,6 +22,7 @@ from .claims import claims_of
 from .identity import Identifier, doubted
 from .in_view import Part, Parts, PartsInView
 from .judge import Judge
+from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
 from .other_places import beside_other_places
 from .parts import part_probabilities
@@ -34,6 +36,7 @@ class Describer:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self.finder, self._in_view = finder, PartsInView(finder)
         self._identifier, self._missing, self._judge = Identifier(finder), MissingParts(finder), Judge.of(finder.config)
+        self._left_over = LeftOvers(finder)
 
     def without_surplus(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, judge: Judge
@@ -56,9 +59,16 @@ class Describer:
         return [mine[i] for i in kept], left_out
 
     def describe(
-        self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict] = ()
+        self,
+        verdicts: Sequence[Verdict],
+        frame: ImageFrame,
+        among: Sequence[Verdict] = (),
+        blobs: Sequence[Blob] = (),
     ) -> list[Detection]:
-        """Detections, the most probable first. :param among: all objects of the frame, other targets' too."""
+        """Detections, the most probable first.
+
+        :param among: all objects of the frame, other targets' too. :param blobs: in which what they lack may be.
+        """
         if not verdicts:
             return []
         finder, surface = self.finder, self.finder.surface
@@ -87,6 +97,7 @@ class Describer:
         parts, view = self._in_view.of(verdicts, told, frames, frame, among)
         parts = parts if layouts is None else self._showing(parts, layouts)
         missing = self._missing.of(verdicts, seen, probable, view, frames, frame, among)
+        left_over = self._left_over.of(seen, frames, frame, blobs, among or verdicts)
         detections = [
             replace(
                 self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n]), missing=lacks
@@ -95,6 +106,7 @@ class Describer:
         ]
         detections = [replace(_beside(d, e), other_turn=None) for d, e in zip(detections, rest.elsewhere, strict=True)]
         detections = [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
+        detections = [in_doubt_of(finder, d, left) for d, left in zip(detections, left_over, strict=True)]
         if layouts is None or not layouts.by_seen.any():
             return detections
         return beside_other_places(finder, frame.camera, layouts, self._identifier.numbers(identities), detections)

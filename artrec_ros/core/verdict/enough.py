@@ -30,8 +30,8 @@ def enough_of(
 
 def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
     """Why an object is not told; None where it is."""
-    if d.score < judge.min_probability:
-        return too_low(d.score, judge.min_probability, _OTHER_PLACES)
+    if d.there < judge.min_probability:  # one that may be bent otherwise is there
+        return too_low(d.there, judge.min_probability, _OTHER_PLACES)
     model, seen = finder.target.model, {part.component for part in d.components}
     wanted = min(judge.min_components, len(model.components))
     if len(seen) < wanted:

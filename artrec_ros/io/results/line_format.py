@@ -98,6 +98,7 @@ class _Told(_FoundObject, total=False):
     filtered: FilteredPlace | None
     other_turn: OtherPlace | None
     other_place: OtherImagePlace | None
+    as_told: Share
     missing: tuple[_MissingWhy, ...]
 
 

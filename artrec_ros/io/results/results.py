@@ -147,6 +147,8 @@ def _detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
             "probability": _f(d.other_place.probability, 4),
             **_place_to_dict(d.other_place.image),
         }
+    if d.as_told < 1:
+        told["as_told"] = _f(d.as_told, 4)
     if d.missing:
         told["missing"] = [_missing_to_dict(m) for m in d.missing]
     if d.filtered is not None:
@@ -245,6 +247,7 @@ def _built(o: FoundObject, place: str) -> Detection:
         filtered=_filtered(filtered, f"{place}.filtered") if filtered else None,
         other_turn=_other_turn(other, f"{place}.other_turn") if other else None,
         other_place=_other_place(elsewhere) if elsewhere else None,
+        as_told=o.get("as_told", 1.0),
         missing=tuple(
             Missing(m["name"], m["state"], m["x"], m["y"], m.get("by", ""), m.get("score", 0.0))
             for m in o.get("missing", ())

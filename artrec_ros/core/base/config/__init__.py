@@ -13,6 +13,7 @@ from .grouping import GroupingConfig
 from .guesses import GuessesConfig
 from .image import GREATEST_LABEL, ClassConfig, ImageConfig
 from .learning import LearningConfig
+from .middles import MiddlesConfig
 from .node import NodeConfig
 from .paper import PaperConfig
 from .params import PATHS, param, room, rooms_of, validate
@@ -44,6 +45,7 @@ __all__ = [
     "GuessesConfig",
     "ImageConfig",
     "LearningConfig",
+    "MiddlesConfig",
     "NodeConfig",
     "ObjectConfig",
     "PaperConfig",

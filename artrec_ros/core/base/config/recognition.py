@@ -14,6 +14,7 @@ from .fit import FitConfig
 from .grouping import GroupingConfig
 from .guesses import GuessesConfig
 from .image import GREATEST_LABEL
+from .middles import MiddlesConfig
 from .paper import PaperConfig
 from .params import param, room, validate
 from .recall import RecallConfig
@@ -162,6 +163,7 @@ class RecognizerConfig:
     constraints: ConstraintsConfig = room(ConstraintsConfig)
     grouping: GroupingConfig = room(GroupingConfig)
     guesses: GuessesConfig = room(GuessesConfig)
+    middles: MiddlesConfig = room(MiddlesConfig)
     facing: FacingConfig = room(FacingConfig)
     votes: VotesConfig = room(VotesConfig)
     search: SearchConfig = room(SearchConfig)

@@ -110,6 +110,24 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="of what is less probable 90 % regions need not know",
     )
+    left_over_odds: tuple[float, ...] = param(
+        (-0.48, -0.6),
+        "log odds against the pose of an object that leaves blobs unexplained which may be components that are not "
+        "told: at first, and for each number that what is seen tells more than the pose and its joints have",
+        low=-20,
+        high=20,
+        length=2,
+        paths=("space", "facing"),
+        origin="benchmarks/left_over.py",
+    )
+    left_over_ratio: float = param(
+        2.5,
+        "such a blob is at most so many times larger or smaller than the component's marker would be",
+        low=1,
+        high=100,
+        paths=("space", "facing"),
+        origin="blur and shade make a patch a half larger or smaller, what slants it or hides half of it smaller",
+    )
     identity_independent: float = param(
         0.05,
         "share of a marker's pixels that tell its class independently of each other",

@@ -1,0 +1,66 @@
+"""Room `pose`: poses through the middles of blobs that are to be explained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .params import Room, param
+
+_WHOLE = ("space", "facing")
+
+
+@dataclass(frozen=True)
+class MiddlesConfig(Room):
+    """How poses are sought that have components on blobs which the one found leaves unexplained."""
+
+    starts: int = param(
+        32,
+        "turns and bends that fits begin with",
+        low=1,
+        high=10000,
+        paths=_WHOLE,
+        origin="drawn legs of which none or one of four discs is lost, 180 flat and 180 in space: the right one is "
+        "among those kept 170 and 150 times with 8, 174 and 162 with 16, 177 and 168 with 32, 179 and 165 with 64",
+    )
+    keep: int = param(
+        4,
+        "of the fits so many climb, and are judged beside what was found",
+        low=1,
+        high=1000,
+        paths=_WHOLE,
+        origin="both turns of what is slanted, of both bends of what hangs between two markers",
+    )
+    looks: int = param(
+        4,
+        "fits in a frame at most",
+        low=0,
+        high=1000,
+        paths=_WHOLE,
+        origin="bounds the time: each takes 10 to 30 ms",
+    )
+    slant_rad: float = param(
+        0.8,
+        "turn out of the image plane of a fit's first pose, at most",
+        unit="rad",
+        low=0,
+        high=1.5,
+        paths=("space",),
+        origin="as guesses.turns_rad; a fit goes on from there",
+    )
+    place_px: float = param(
+        2.0,
+        "deviation of a marker's middle from its blob's",
+        unit="px",
+        low=0.1,
+        high=100,
+        paths=_WHOLE,
+        origin="what hides or shades part of a patch moves its middle by as much",
+    )
+    size_share: float = param(
+        0.15,
+        "deviation of a marker's width from its blob's, as a share",
+        low=0.01,
+        high=10,
+        paths=_WHOLE,
+        origin="a pixel all around a patch of 14 px; in space what slants it comes on top",
+    )

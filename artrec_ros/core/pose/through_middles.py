@@ -1,0 +1,162 @@
+"""Poses that have components where blobs are: by the middles of their markers alone, whatever their joints were.
+
+A search that lays one component on its blob and bends one joint after the other chooses each by what it sees of it:
+what hangs on a part that is not seen, or on one that was laid wrongly, it never tries elsewhere. Where it is known
+which blobs are to be explained, their middles say all of a pose and its joints at once, up to what fits mend.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import RecognizerConfig
+from ..geometry.camera import Camera
+from ..geometry.projection import project
+from ..geometry.transforms import Array, rotation_from_rotvec, short_way
+from .bends import spread
+from .surface_kernels import LEAST_DEPTH_M
+from .surface_model import Poses, SpatialModel
+
+_STEPS, _DIFFERENCE = 14, 1e-4  # of a fit; for derivatives, in radians or shares of the depth
+_BEYOND, _WEAK = 20.0, 0.1  # what a joint beyond its limits costs, of a radian, and one at its limit
+_ALIKE = 0.1  # radians, or units of joints: fits that are nearer to each other come to rest at one pose
+_DAMPED, _LESS, _MORE = 1e-2, 0.3, 4.0  # Marquardt: at first, and how it changes after steps that help or do not
+
+
+class Middles(NamedTuple):
+    """Where n markers are to be.
+
+    :param patches: (n,) of the surface. :param at: (n, 2) pixels. :param scale: (n,) pixels per metre, by their areas.
+    """
+
+    patches: NDArray[np.int64]
+    at: Array
+    scale: Array
+
+
+class ThroughMiddles:
+    """Of one object. :param facing: it turns about the optical axis alone."""
+
+    def __init__(self, surface: SpatialModel, config: RecognizerConfig, *, facing: bool) -> None:
+        self._surface, self._kin, self._config = surface, surface.kinematics, config.middles
+        self._free = np.ones(6 + self._kin.n_joints, bool)
+        self._free[3:5] = not facing
+        self._facing = facing
+        self._middle = np.zeros((len(surface.patches), 3))
+        for p in surface.markers.tolist():
+            self._middle[p] = surface.patches[p].drawn[0]
+
+    def of(self, camera: Camera, pose: Poses, middles: Middles) -> Poses:
+        """A few poses, the best first. :param pose: one, near which the object is."""
+        poses = self._starts(pose)
+        cost, damped = self._cost(camera, poses, middles), np.full(len(poses), _DAMPED)
+        for _ in range(_STEPS):
+            moved = self._stepped(camera, poses, middles, damped)
+            less = self._cost(camera, moved, middles)
+            better = less < cost
+            poses = Poses(
+                np.where(better[:, None, None], moved.R, poses.R),
+                np.where(better[:, None], moved.t, poses.t),
+                np.where(better[:, None], moved.q, poses.q),
+            )
+            cost, damped = np.minimum(cost, less), damped * np.where(better, _LESS, _MORE)
+        poses = Poses(poses.R, poses.t, self._kin.bound(poses.q))
+        order = np.argsort(cost, kind="stable")
+        through = order[self._is_through(camera, poses, middles)[order]]
+        return poses[self._distinct(poses, through)]
+
+    def _distinct(self, poses: Poses, order: NDArray[np.int64]) -> list[int]:
+        """The first few of these that are not where one before has come to."""
+        kept = list[int]()
+        for n in order.tolist():
+            turned = np.einsum("kij,ij->k", poses.R[kept], poses.R[n])  # trace of the turn from one to the other
+            bent = np.abs(short_way(poses.q[kept] - poses.q[n], self._kin.endless)) / self._kin.unit
+            same = (turned > 1 + 2 * np.cos(_ALIKE)) & (bent < _ALIKE).all(axis=1)
+            if len(kept) < self._config.keep and not same.any():
+                kept.append(n)
+        return kept
+
+    def _is_through(self, camera: Camera, poses: Poses, middles: Middles) -> NDArray[np.bool_]:
+        """(H,) whether all middles lie on their blobs: else climbs and fits would not bring them there either."""
+        off = np.linalg.norm(project(camera, self._at(poses, middles)) - middles.at, axis=2)
+        return np.asarray((off < np.sqrt(self._surface.area[middles.patches] / np.pi) * middles.scale).all(axis=1))
+
+    def _at(self, poses: Poses, middles: Middles) -> Array:
+        """(H, n, 3) where the markers' middles are, before the camera."""
+        of, frames = self._surface.component[middles.patches], self._kin.forward(poses.R, poses.t, poses.q)
+        at = (frames.R[:, of] @ self._middle[middles.patches][:, :, None])[..., 0] + frames.t[:, of]
+        at[..., 2] = np.maximum(at[..., 2], LEAST_DEPTH_M)
+        return np.asarray(at, np.float64)
+
+    def _starts(self, pose: Poses) -> Poses:
+        """Turned about the line of sight and bent in many ways, in space slanted in some."""
+        n, kin = self._config.starts, self._kin
+        even = spread(n, 3 + kin.n_joints)
+        rotvec = np.zeros((n, 3))
+        rotvec[:, 2] = 2 * np.pi * even[:, 0]
+        about = np.array([rotation_from_rotvec(v) for v in rotvec])
+        if not self._facing:
+            slant = self._config.slant_rad * (2 * even[:, 1:3] - 1)
+            about = np.array([rotation_from_rotvec([*v, 0.0]) for v in slant]) @ about
+        R, q = about @ self._faced(pose.R[0]), kin.lower + (kin.upper - kin.lower) * even[:, 3:]
+        return Poses(R, np.tile(pose.t[0], (n, 1)), np.ascontiguousarray(q))
+
+    def _faced(self, R: Array) -> Array:
+        """A turn after which the first of the required component's markers faces the camera."""
+        if self._facing:
+            return R
+        normal = R @ self._surface.patches[self._surface.markers_of[self._surface.root][0]].normal
+        towards = np.array([0.0, 0.0, -1.0])
+        axis, cosine = np.cross(normal, towards), float(np.clip(normal @ towards, -1, 1))
+        length = float(np.linalg.norm(axis))
+        axis = axis / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
+        return np.asarray(rotation_from_rotvec(np.arccos(cosine) * axis) @ R)
+
+    def _stepped(self, camera: Camera, poses: Poses, middles: Middles, damped: Array) -> Poses:
+        """One step of each (Levenberg and Marquardt), with derivatives by differences."""
+        free, H = np.flatnonzero(self._free), len(poses)
+        residual = self._residuals(camera, poses, middles)
+        each = np.repeat(_DIFFERENCE * np.eye(len(self._free))[free], H, axis=0)
+        moved = self._moved(poses[np.tile(np.arange(H), len(free))], each)
+        changed = self._residuals(camera, moved, middles).reshape(len(free), H, -1)
+        J = np.moveaxis(changed - residual, 0, 2) / _DIFFERENCE
+        A = J.swapaxes(1, 2) @ J
+        diagonal = np.einsum("hkk->hk", A)
+        A = A + np.eye(len(free)) * (damped[:, None] * diagonal + 1e-6)[:, None, :]
+        step = np.zeros((H, len(self._free)))
+        step[:, free] = -np.linalg.solve(A, (J.swapaxes(1, 2) @ residual[..., None]))[..., 0]
+        return self._moved(poses, np.clip(step, -1, 1))
+
+    def _moved(self, poses: Poses, step: Array) -> Poses:
+        """:param step: (H, 6+J) shares of the depth along the camera's axes, turns about them, units of joints."""
+        depth = np.maximum(poses.t[:, 2:], LEAST_DEPTH_M)
+        R = _rotations(step[:, 3:6]) @ poses.R
+        q = poses.q + step[:, 6:] * self._kin.unit
+        return Poses(R, poses.t + depth * step[:, :3], np.ascontiguousarray(q))
+
+    def _residuals(self, camera: Camera, poses: Poses, middles: Middles) -> Array:
+        """(H, 3 n + J) in deviations: places, sizes, joints beyond their limits or far from the middle between them."""
+        kin, c, at = self._kin, self._config, self._at(poses, middles)
+        off = (project(camera, at) - middles.at) / c.place_px
+        size = np.log(camera.focal_px / at[..., 2] / middles.scale) / c.size_share
+        most = np.maximum((kin.upper - kin.lower) / 2, 1e-9)
+        beyond = np.where(kin.endless, 0.0, np.maximum(np.abs(poses.q - kin.middle) - most, 0.0) / kin.unit)
+        prior = np.where(kin.endless, 0.0, (poses.q - kin.middle) / most)
+        joints = _BEYOND * beyond + _WEAK * prior
+        return np.concatenate([off.reshape(len(poses), -1), size, joints], axis=1)
+
+    def _cost(self, camera: Camera, poses: Poses, middles: Middles) -> Array:
+        return np.asarray((self._residuals(camera, poses, middles) ** 2).sum(axis=1))
+
+
+def _rotations(rotvecs: Array) -> Array:
+    """(H, 3, 3) of rotation vectors (H, 3)."""
+    angle = np.linalg.norm(rotvecs, axis=1)
+    axis = rotvecs / np.maximum(angle, 1e-12)[:, None]
+    zero = np.zeros(len(axis))
+    x, y, z = axis.T
+    K = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+    return np.asarray(np.eye(3) + np.sin(angle)[:, None, None] * K + (1 - np.cos(angle))[:, None, None] * (K @ K))

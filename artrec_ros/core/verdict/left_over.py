@@ -1,0 +1,185 @@
+"""What of the image a told object leaves unexplained though it may be its own, and how probable its pose then is.
+
+Where a model is not exact, as of a limb that swings out of its plane, no pose explains all markers. The one found then
+lies on some of them, as well as a right one would, and says of the others that they are beyond the border or not to be
+seen. What speaks against it is in the image: a blob of such a component's class, about as large as its marker, which
+nothing explains, no farther from what is seen of the object than the component can be. How much that says depends on
+the pose: one that its own markers bear out more than once stands in spite of it, while one that has as many joints as
+they tell places of stands on nothing else. How many like things lie elsewhere in the image says no more: where many do,
+poses are led astray by them as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import RecognizerConfig
+from ..geometry.camera import Camera
+from ..geometry.projection import project
+from ..geometry.transforms import Array
+from ..image.blobs import Blob, centres
+from ..image.image_frame import ImageFrame
+from ..model.found import Detection, Missing
+from ..model.kinematics import Frames, Kinematics
+from ..pose.finder import WholeObjectFinder
+from ..pose.surface_kernels import LEAST_DEPTH_M
+from .acceptance import Verdict
+from .claims import silhouette
+
+_DRAWS, _ENDS = 512, 0.5  # ways to bend joints, and the share of joints that are at one of their limits in each
+
+
+class LeftOver(NamedTuple):
+    """What one object leaves.
+
+    :param blobs: by the components' indices, each component's nearest to where the pose has it.
+    :param spare: by how many numbers what is seen tells more than the pose has.
+    """
+
+    blobs: dict[int, Blob]
+    spare: float
+
+    def share(self, config: RecognizerConfig) -> float:
+        """How probable the pose is, of an object that is there."""
+        if not self.blobs:
+            return 1.0
+        at_first, by_spare = config.verdict.left_over_odds
+        return float(1 / (1 + np.exp(at_first + by_spare * self.spare)))
+
+
+class LeftOvers:
+    """Those of one target's objects."""
+
+    def __init__(self, finder: WholeObjectFinder) -> None:
+        self._finder, surface = finder, finder.surface
+        self._config, self._kin = finder.config, surface.kinematics
+        patches = [surface.patches[p] for p in surface.markers]
+        self._of, self._middle = surface.component[surface.markers], np.array([p.drawn[0] for p in patches])
+        self._area = np.array([p.marker.area if p.marker is not None else 0.0 for p in patches])
+        self._round = np.array([p.marker is not None and p.marker.disc_radius is not None for p in patches])
+        self._reach = _reach(self._kin, self._middle, self._of)
+
+    def of(
+        self,
+        seen: Sequence[Collection[int]],
+        frames: Frames,
+        frame: ImageFrame,
+        blobs: Sequence[Blob],
+        among: Sequence[Verdict],
+    ) -> list[LeftOver]:
+        """What each of H objects leaves.
+
+        :param seen: of each the components that are. :param frames: where all of its components are.
+        :param blobs: of the frame. :param among: all its objects.
+        """
+        missing = [set(range(len(self._kin.parent))) - set(mine) for mine in seen]
+        labels = {label for lacks in missing for c in lacks for label in self._finder.surface.labels[c]}
+        free = self._unexplained(frame, [b for b in blobs if b.label in labels], among) if labels else []
+        out = [LeftOver({}, 0.0)] * len(seen)
+        for h in range(len(seen)) if free else ():
+            if missing[h] and seen[h]:
+                out[h] = self._left(sorted(missing[h]), sorted(seen[h]), self._placed(frames, h), frame, free)
+        return out
+
+    def places(self, frames: Frames, patches: Sequence[int], camera: Camera) -> tuple[Array, Array]:
+        """Where the middles of some markers of one object are (n, 2), pixels, and the scale there (n,).
+
+        :param frames: of its components. :param patches: (n,) of the surface."""
+        row = {p: n for n, p in enumerate(self._finder.surface.markers.tolist())}
+        at = self._placed(frames, 0)[[row[p] for p in patches]]
+        return project(camera, at), camera.focal_px / np.maximum(at[:, 2], LEAST_DEPTH_M)
+
+    def _placed(self, frames: Frames, h: int) -> Array:
+        """(M, 3) the middles of all markers of one object."""
+        return (frames.R[h, self._of] @ self._middle[:, :, None])[..., 0] + frames.t[h, self._of]
+
+    def _unexplained(self, frame: ImageFrame, blobs: Sequence[Blob], among: Sequence[Verdict]) -> list[Blob]:
+        """Blobs of which told objects own less than would have them done with."""
+        claims = [v.claim for v in among]
+        left = frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
+        return [b for b in blobs if left.field.owned_inside(b.pixels) <= self._config.search.explained]
+
+    def _left(
+        self, missing: Sequence[int], seen: Sequence[int], at: Array, frame: ImageFrame, blobs: Sequence[Blob]
+    ) -> LeftOver:
+        """:param at: (M, 3) the middles of all markers."""
+        pixels, scale = project(frame.camera, at), frame.camera.focal_px / np.maximum(at[:, 2], LEAST_DEPTH_M)
+        middles, label = centres(blobs), np.array([b.label for b in blobs])
+        area_px, found, free = np.array([b.area_px for b in blobs]), dict[int, Blob](), np.ones(len(blobs), bool)
+        shown = np.flatnonzero(np.isin(self._of, seen))
+        for c in missing:
+            mine = np.flatnonzero(self._of == c)
+            size_px = self._area[mine] * np.median(scale[shown]) ** 2
+            alike = np.isin(label, self._finder.surface.labels[c]) & self._as_large(area_px, size_px)
+            if not alike.any():
+                continue
+            own_scale = np.sqrt(area_px / self._area[mine].max())  # a pose that is wrong may have another one
+            within_px = self._within_px(c, shown, np.maximum(scale[shown], own_scale[:, None]))
+            off = np.linalg.norm(middles[:, None] - pixels[shown], axis=2)
+            near = alike & free & (off <= within_px).all(axis=1)
+            if near.any():
+                here = int(np.argmin(np.where(near, np.linalg.norm(middles - pixels[mine[0]], axis=1), np.inf)))
+                found[c], free[here] = blobs[here], False
+        return LeftOver(found, self._spare(seen))
+
+    def _as_large(self, area_px: Array, size_px: Array) -> NDArray[np.bool_]:
+        """(B,) which blobs are about as large as one of a component's markers (m,)."""
+        ratio = self._config.verdict.left_over_ratio
+        share = area_px[:, None] / np.maximum(size_px, 1e-9)
+        return np.asarray(((share <= ratio) & (share >= 1 / ratio)).any(axis=1))
+
+    def _within_px(self, component: int, shown: NDArray[np.int64], scale: Array) -> Array:
+        """(B, n) how far from each of some markers a component's can be, at scales (B, n), and by its size farther:
+        lengths may be off by as much."""
+        beside = 2 * np.sqrt(self._area[self._of == component].max() / np.pi)
+        return np.asarray((self._reach[component, self._of[shown]] + beside) * scale, np.float64)
+
+    def _spare(self, seen: Sequence[int]) -> float:
+        """By how many numbers the places of what is seen tell more than a pose and the joints between them have."""
+        rounds = np.array([bool(self._round[self._of == c].all()) for c in seen])
+        told, free = ((2, 3), 4) if self._finder.facing else ((3, 6), 6)
+        moves = self._kin.moves[list(seen)]
+        return float(np.where(rounds, *told).sum() - free - (moves.any(axis=0) & ~moves.all(axis=0)).sum())
+
+
+def in_doubt_of(finder: WholeObjectFinder, detection: Detection, left: LeftOver) -> Detection:
+    """A detection as sure as its pose is by what it leaves unexplained, which it says of the components it lacks.
+
+    Where its pose is wrong, who knows its joints' limits knows no more of them.
+    """
+    share, kin = left.share(finder.config), finder.surface.kinematics
+    if not left.blobs:
+        return detection
+    most = dict(zip(finder.target.model.joint_names, (kin.upper - kin.lower) / np.sqrt(12), strict=True))
+    deviations = {
+        name: float(min(np.sqrt(deviation**2 + (1 - share) * most[name] ** 2), most[name]))
+        for name, deviation in detection.joint_deviations.items()
+    }
+    names = [c.name for c in finder.target.model.components]
+    at = {names[c]: blob.contour.mean(axis=0).tolist() for c, blob in left.blobs.items()}
+    lacks = tuple(
+        Missing(m.component, "elsewhere", *at[m.component]) if m.component in at else m for m in detection.missing
+    )
+    score = detection.score * share
+    return replace(detection, score=score, as_told=share, joint_deviations=deviations, missing=lacks)
+
+
+def _reach(kin: Kinematics, middle: Array, of: NDArray[np.int64]) -> Array:
+    """(C, C) how far apart two components' markers can be, metres: the most of many ways to bend all joints.
+
+    :param middle: (M, 3) of each marker, in its component's frame. :param of: (M,) its component.
+    """
+    rng, n = np.random.default_rng(0), kin.n_joints
+    q = rng.uniform(kin.lower, kin.upper, (_DRAWS, n))
+    q = np.where(rng.random(q.shape) < _ENDS, np.where(rng.random(q.shape) < 0.5, kin.lower, kin.upper), q)
+    frames = kin.in_object(np.ascontiguousarray(q))
+    at = (frames.R[:, of] @ middle[:, :, None])[..., 0] + frames.t[:, of]
+    out = np.zeros((len(kin.parent), len(kin.parent)))
+    for m, c in enumerate(of.tolist()):
+        np.maximum.at(out, (c, of), np.linalg.norm(at - at[:, m : m + 1], axis=2).max(axis=0))
+    return np.maximum(out, out.T)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from legs import ANKLE, SIZE, leg, picture, places
+from legs import ANKLE, KNEE, SIZE, leg, picture, places
 from settings import settings
 
 from artrec_ros.core.base.config import ImageConfig
@@ -44,6 +44,23 @@ def test_an_exact_leg_is_bent_as_it_is(camera, hidden, seeds, looks):
             assert found.as_told < 0.9, n
 
 
+@pytest.mark.parametrize("n", [5, 7, 8, 12, 13])
+def test_a_leg_whose_knee_is_hidden_may_be_bent_to_either_side(n):
+    engine = Recognizer((leg(),), settings(**LIMITS), Segmenter(ImageConfig()))
+    thigh, knee, ankle = angles_of(n)
+    (found,) = engine.recognize(picture(places(1.0, thigh, knee, ankle), (KNEE,)), CAMERA).detections
+    true = {"knee_angle": knee, "ankle_angle": ankle}
+    assert found.other_turn is not None and 0.1 < found.other_turn.probability <= 0.5
+    for name, deviation in found.joint_deviations.items():
+        assert abs(found.joints[name] - true[name]) < 3 * deviation
+
+
+def test_one_with_its_knee_in_view_is_bent_one_way():
+    engine = Recognizer((leg(),), settings(**LIMITS), Segmenter(ImageConfig()))
+    (found,) = engine.recognize(picture(places(1.0, *angles_of(5))), CAMERA).detections
+    assert max(found.joint_deviations.values()) < 0.1
+
+
 @pytest.mark.parametrize("facing", [True, False])
 @pytest.mark.parametrize("n", range(6))
 def test_a_pose_goes_through_middles_whatever_it_was(n, facing):
@@ -54,7 +71,7 @@ def test_a_pose_goes_through_middles_whatever_it_was(n, facing):
     q = rng.uniform(kin.lower, kin.upper)[None]
     true = Poses(np.diag([1.0, -1.0, -1.0])[None], np.array([[0.0, 0.0, camera.focal_px / 100]]), q)
     patches = finder.surface.markers
-    at = through._at(true, Middles(patches, np.zeros((4, 2)), np.full(4, 100.0)))[0]
+    at = through.places(true, patches)[0]
     middles = Middles(patches, project(camera, at), camera.focal_px / at[:, 2])
     found = through.of(camera, Poses(true.R, true.t, kin.middle[None]), middles)
     assert len(found) and np.abs(found.q - q).max(axis=1).min() < 0.1

@@ -99,6 +99,15 @@ def test_another_turn_comes_back():
     )
 
 
+def test_how_probable_a_pose_is_comes_back():
+    doubted = replace(DETECTION, score=0.4, as_told=0.5)
+    line = FrameRecord.of(7, "/cam", replace(RESULT, detections=(doubted,))).to_json()
+    assert json.loads(line)["objects"][0]["as_told"] == 0.5
+    back = FrameRecord.from_json(line).detections[0]
+    assert back.as_told == 0.5 and back.there == pytest.approx(0.8)
+    assert "as_told" not in FrameRecord.of(7, "/cam", RESULT).to_json()
+
+
 def test_another_place_comes_back():
     other = OtherPlace(ImagePose(12.5, 80.25, -2.5, 310.0), 0.35)
     line = FrameRecord.of(7, "/cam", replace(RESULT, detections=(replace(DETECTION, other_place=other),))).to_json()

@@ -81,13 +81,13 @@ class ThroughMiddles:
 
     def _is_through(self, camera: Camera, poses: Poses, middles: Middles) -> NDArray[np.bool_]:
         """(H,) whether all middles lie on their blobs: else climbs and fits would not bring them there either."""
-        off = np.linalg.norm(project(camera, self._at(poses, middles)) - middles.at, axis=2)
+        off = np.linalg.norm(project(camera, self.places(poses, middles.patches)) - middles.at, axis=2)
         return np.asarray((off < np.sqrt(self._surface.area[middles.patches] / np.pi) * middles.scale).all(axis=1))
 
-    def _at(self, poses: Poses, middles: Middles) -> Array:
-        """(H, n, 3) where the markers' middles are, before the camera."""
-        of, frames = self._surface.component[middles.patches], self._kin.forward(poses.R, poses.t, poses.q)
-        at = (frames.R[:, of] @ self._middle[middles.patches][:, :, None])[..., 0] + frames.t[:, of]
+    def places(self, poses: Poses, patches: NDArray[np.int64]) -> Array:
+        """(H, n, 3) where the middles of n markers are, before the camera."""
+        of, frames = self._surface.component[patches], self._kin.forward(poses.R, poses.t, poses.q)
+        at = (frames.R[:, of] @ self._middle[patches][:, :, None])[..., 0] + frames.t[:, of]
         at[..., 2] = np.maximum(at[..., 2], LEAST_DEPTH_M)
         return np.asarray(at, np.float64)
 
@@ -139,7 +139,7 @@ class ThroughMiddles:
 
     def _residuals(self, camera: Camera, poses: Poses, middles: Middles) -> Array:
         """(H, 3 n + J) in deviations: places, sizes, joints beyond their limits or far from the middle between them."""
-        kin, c, at = self._kin, self._config, self._at(poses, middles)
+        kin, c, at = self._kin, self._config, self.places(poses, middles.patches)
         off = (project(camera, at) - middles.at) / c.place_px
         size = np.log(camera.focal_px / at[..., 2] / middles.scale) / c.size_share
         most = np.maximum((kin.upper - kin.lower) / 2, 1e-9)

@@ -14,6 +14,7 @@ from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn, Rejection
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
+from ..pose.other_ways import OtherWays
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
@@ -36,7 +37,7 @@ class Describer:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self.finder, self._in_view = finder, PartsInView(finder)
         self._identifier, self._missing, self._judge = Identifier(finder), MissingParts(finder), Judge.of(finder.config)
-        self._left_over = LeftOvers(finder)
+        self._left_over, self._other_ways = LeftOvers(finder), OtherWays(finder)
 
     def without_surplus(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, judge: Judge
@@ -106,6 +107,8 @@ class Describer:
         ]
         detections = [replace(_beside(d, e), other_turn=None) for d, e in zip(detections, rest.elsewhere, strict=True)]
         detections = [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
+        ways = self._other_ways.of(shows, poses, seen, rest.used)
+        detections = [_beside_way(d, way) for d, way in zip(detections, ways, strict=True)]
         detections = [in_doubt_of(finder, d, left) for d, left in zip(detections, left_over, strict=True)]
         if layouts is None or not layouts.by_seen.any():
             return detections
@@ -238,6 +241,18 @@ def _beside(detection: Detection, other: OtherTurn | None) -> Detection:
         return detection
     other = replace(other, joints={name: q for name, q in other.joints.items() if name in detection.joints})
     return detection.beside(other, other.probability)
+
+
+def _beside_way(detection: Detection, way: OtherTurn | None) -> Detection:
+    """A detection with another way to bend it: in space beside it, as far as none is; of what is found flat as less
+    probable to be as it is told."""
+    if way is None:
+        return detection
+    if detection.pose_covariance is not None:
+        other = _beside(detection, way)
+        return other if detection.other_turn is None else replace(other, other_turn=detection.other_turn)
+    share = 1 - way.probability
+    return replace(detection, score=detection.score * share, as_told=detection.as_told * share)
 
 
 def rejection_of(

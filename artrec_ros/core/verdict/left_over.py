@@ -166,7 +166,9 @@ def in_doubt_of(finder: WholeObjectFinder, detection: Detection, left: LeftOver)
         Missing(m.component, "elsewhere", *at[m.component]) if m.component in at else m for m in detection.missing
     )
     score = detection.score * share
-    return replace(detection, score=score, as_told=share, joint_deviations=deviations, missing=lacks)
+    return replace(
+        detection, score=score, as_told=detection.as_told * share, joint_deviations=deviations, missing=lacks
+    )
 
 
 def _reach(kin: Kinematics, middle: Array, of: NDArray[np.int64]) -> Array:

@@ -111,7 +111,7 @@ class VerdictConfig(Room):
         origin="of what is less probable 90 % regions need not know",
     )
     left_over_odds: tuple[float, ...] = param(
-        (-0.48, -0.6),
+        (-0.58, -0.69),
         "log odds against the pose of an object that leaves blobs unexplained which may be components that are not "
         "told: at first, and for each number that what is seen tells more than the pose and its joints have",
         low=-20,

@@ -72,11 +72,12 @@ class LeftOverLooks:
         blobs: Sequence[Blob],
         accepted: Sequence[Verdict],
     ) -> Iterator[Middles]:
-        """What is seen of an object, together with all that it leaves, and with each alone of several."""
+        """What is seen of an object, together with all that it leaves, and with each alone of several; of one that is
+        sure in spite of these nothing."""
         seen, poses = [c for c, yes in enumerate(verdict.confirmed) if yes], verdict.claim.poses
         frames = finder.surface.kinematics.forward(poses.R, poses.t, poses.q)
         (left,) = left_overs.of([seen], frames, frame, blobs, accepted)
-        if not left.blobs:
+        if not left.blobs or left.share(finder.config) > finder.config.search.sure:
             return
         shown = [verdict.shown[c] for c in seen]
         at, scale = left_overs.places(frames, shown, frame.camera)

@@ -12,6 +12,7 @@ from itertools import islice
 
 import numpy as np
 
+from .geometry.camera import Camera
 from .image.blobs import Blob, centres
 from .image.image_frame import ImageFrame
 from .pose.climber import Climb
@@ -19,7 +20,7 @@ from .pose.finder import WholeObjectFinder
 from .pose.surface_model import Poses
 from .pose.through_middles import Middles, ThroughMiddles
 from .verdict.acceptance import Verdict
-from .verdict.left_over import LeftOvers
+from .verdict.left_over import LeftOver, LeftOvers
 
 
 class LeftOverLooks:
@@ -50,9 +51,15 @@ class LeftOverLooks:
     ) -> Iterator[tuple[WholeObjectFinder, Verdict, Middles]]:
         """What is to be explained of each object, by the finder that has it."""
         for finder, (left_overs, _) in self._of.items():
-            for verdict in accepted:
-                if verdict.claim.finder.target is finder.target:
-                    for middles in self._middles(finder, left_overs, verdict, frame, blobs, accepted):
+            mine = [v for v in accepted if v.claim.finder.target is finder.target]
+            if not mine or frame.deadline.expired:
+                continue
+            poses = Poses.concatenate([v.claim.poses for v in mine])
+            frames = finder.surface.kinematics.forward(poses.R, poses.t, poses.q)
+            left = left_overs.of([_seen(v) for v in mine], frames, frame, blobs, accepted)
+            for verdict, one in zip(mine, left, strict=True):
+                if one.blobs and one.share(finder.config) <= finder.config.search.sure:
+                    for middles in self._middles(finder, verdict, one, frame.camera):
                         yield finder, verdict, middles
 
     def _climbed(
@@ -64,23 +71,12 @@ class LeftOverLooks:
         return found.poses[np.flatnonzero(found.votes > verdict.claim.votes)]
 
     def _middles(
-        self,
-        finder: WholeObjectFinder,
-        left_overs: LeftOvers,
-        verdict: Verdict,
-        frame: ImageFrame,
-        blobs: Sequence[Blob],
-        accepted: Sequence[Verdict],
+        self, finder: WholeObjectFinder, verdict: Verdict, left: LeftOver, camera: Camera
     ) -> Iterator[Middles]:
-        """What is seen of an object, together with all that it leaves, and with each alone of several; of one that is
-        sure in spite of these nothing."""
-        seen, poses = [c for c, yes in enumerate(verdict.confirmed) if yes], verdict.claim.poses
+        """What is seen of an object, together with all that it leaves, and with each alone of several."""
+        shown, poses = [verdict.shown[c] for c in _seen(verdict)], verdict.claim.poses
         frames = finder.surface.kinematics.forward(poses.R, poses.t, poses.q)
-        (left,) = left_overs.of([seen], frames, frame, blobs, accepted)
-        if not left.blobs or left.share(finder.config) > finder.config.search.sure:
-            return
-        shown = [verdict.shown[c] for c in seen]
-        at, scale = left_overs.places(frames, shown, frame.camera)
+        at, scale = self._of[finder][0].places(frames, shown, camera)
         lost = list(left.blobs)
         for some in [lost] + [[c] for c in lost] * (len(lost) > 1):
             more = [finder.surface.markers_of[c][0] for c in some]
@@ -91,3 +87,8 @@ class LeftOverLooks:
                 np.concatenate([at, centres([left.blobs[c] for c in some])]),
                 np.concatenate([scale, own]),
             )
+
+
+def _seen(verdict: Verdict) -> list[int]:
+    """Components that its labels confirm."""
+    return [c for c, yes in enumerate(verdict.confirmed) if yes]

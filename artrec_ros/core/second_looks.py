@@ -29,6 +29,7 @@ from .verdict.ownership import share_out
 
 _ROUNDS = 3  # what an object gives back in one its neighbour may take in the next
 _Found = Sequence[tuple[WholeObjectFinder, Poses]]
+_Shared = tuple[list[Verdict], Sequence[Verdict]]
 
 
 class SecondLooks:
@@ -38,23 +39,37 @@ class SecondLooks:
         self._frame, self._judge, self._recall = frame, judge, recall or Recall()
         self._hurried, self._looks = frame.hurried(config.search_share), SpatialLooks(judge, config)
         self._seen: set[tuple[int, bytes, bytes]] = set()  # of a finder poses, and the labels in which these were bent
+        self._of: dict[WholeObjectFinder, Poses] = {}  # all candidates so far
+        self._shared: _Shared = [], ()
 
-    def shared(self, found: _Found) -> tuple[list[Verdict], Sequence[Verdict]]:
-        """What `share_out` makes of candidates, and of what second looks add to them: while there is time, for what is
-        shared out late leaves objects out."""
-        of = dict(found)
-        shared = share_out(found, self._frame, self._judge)
+    def shared(self, found: _Found) -> _Shared:
+        """What `share_out` makes of candidates, and of what second looks add to them."""
+        self._of = dict(found)
+        self._shared = share_out(found, self._frame, self._judge)
+        self._bend_all()
+        return self._shared
+
+    def beside(self, more: _Found) -> _Shared:
+        """The same with some more candidates."""
+        if self._take(more):
+            self._bend_all()
+        return self._shared
+
+    def _bend_all(self) -> None:
         for _ in range(_ROUNDS):
-            more = [(v.claim.finder, poses) for v in shared[0] for poses in self._bent(v, shared[0])]
-            if not more:
+            told = self._shared[0]
+            more = [(v.claim.finder, poses) for v in told for poses in self._bent(v, told)]
+            if not (more and self._take(more)):
                 break
-            for finder, poses in more:
-                of[finder] = Poses.concatenate([of[finder], poses])
-            anew = share_out(list(of.items()), self._frame, self._judge)
-            if self._frame.deadline.expired:
-                break
-            shared = anew
-        return shared
+
+    def _take(self, more: _Found) -> bool:
+        """Whether there was time to share the pixels out anew: what is shared out late leaves objects out."""
+        for finder, poses in more:
+            self._of[finder] = Poses.concatenate([self._of[finder], poses])
+        anew = share_out(list(self._of.items()), self._frame, self._judge)
+        in_time = not self._frame.deadline.expired
+        self._shared = anew if in_time else self._shared
+        return in_time
 
     def _bent(self, one: Verdict, told: Sequence[Verdict]) -> Iterator[Poses]:
         """One object bent otherwise, where that explains more."""

@@ -16,7 +16,6 @@ from .model.found import Detection, Rejection
 from .model.target import Target
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
-from .pose.surface_model import Poses
 from .second_looks import SecondLooks
 from .spatial_search import SpatialSearch
 from .turned_down import turned_down
@@ -53,8 +52,7 @@ class SpatialStage:
         accepted, others = looks.shared(found)
         through = self._left_over.candidates(frame.hurried(search.search_share), accepted, blobs)
         if through:
-            more = [(f, Poses.concatenate([p, through[f]]) if f in through else p) for f, p in found]
-            accepted, others = looks.shared(more)
+            accepted, others = looks.beside(list(through.items()))
         detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()
         for finder, describer in zip(self._finders, self._describers, strict=True):
             told, none_left = describer.without_surplus(accepted, frame, self._judge)

@@ -48,16 +48,13 @@ class Turns:
         again_s = np.clip(2 * were.wait_s, self._vain_s[old], refresh_s)
         self._wait_s[old] = np.where(grown, self._retry_s, again_s)
         self._waiting = set(old.tolist()) - _due(now_s - self._at_s, wait_s, passed_s)
-        # in a video a new one that is too little to tell anything has its turn later, as if it were searched now
-        video = 0 < passed_s <= self._retry_s
-        self._searched = set(np.flatnonzero(little & (self._same < 0)).tolist()) if video else set()
-        self._waiting |= self._searched
+        self._searched: set[int] = set()
 
     def forget(self) -> None:
         """All blobs are new."""
         self._same[:] = -1
         self._wait_s[:] = self._vain_s
-        self._waiting, self._searched = set(), set()
+        self._waiting = set()
 
     def number(self, blob: Blob) -> int:
         return self._number[id(blob)]

@@ -21,7 +21,7 @@ from .other_turns import ANY_DEPTH, other_of, turn_odds, weighed
 from .surface_model import Poses
 from .through_middles import Middles, ThroughMiddles
 
-_LEAST_BEND = 0.1  # radians, or units of what slides: ways that are nearer to each other are one
+LEAST_BEND = 0.1  # radians, or units of what slides: ways that are nearer to each other are one
 
 
 class OtherWays:
@@ -43,11 +43,13 @@ class OtherWays:
         for h, frame in enumerate(frames):
             patches = self._finder.surface.markers[used[h]]
             open_ = self._leaves_open(seen[h]) and not frame.deadline.expired and len(patches)
-            out.append(self._other(frame, poses[h : h + 1], patches) if open_ else None)
+            out.append(self._other(frame, poses[h : h + 1], patches, self._moving(seen[h])) if open_ else None)
         return out
 
     def _leaves_open(self, seen: Collection[int]) -> bool:
-        """Whether something that is seen hangs on what is not."""
+        """Whether something that is seen hangs on what is not, by joints that bend."""
+        if not self._moving(seen).any():
+            return False
         parents = [self._kin.parent[c] for c in seen]
         while any(p >= 0 for p in parents):
             if any(p >= 0 and p not in seen for p in parents):
@@ -55,19 +57,25 @@ class OtherWays:
             parents = [self._kin.parent[p] for p in parents if p >= 0]
         return False
 
-    def _other(self, frame: ImageFrame, pose: Poses, patches: NDArray[np.int64]) -> OtherTurn | None:
+    def _moving(self, seen: Collection[int]) -> NDArray[np.bool_]:
+        """(J,) which joints move something that is seen: of the others nothing in the image speaks."""
+        return np.asarray(self._kin.moves[list(seen)].any(axis=0) & (self._kin.upper > self._kin.lower))
+
+    def _other(
+        self, frame: ImageFrame, pose: Poses, patches: NDArray[np.int64], moving: NDArray[np.bool_]
+    ) -> OtherTurn | None:
         finder, frame = self._finder, frame.unhurried()
         at = self._through.places(pose, patches)[0]
         middles = Middles(patches, project(frame.camera, at), frame.camera.focal_px / at[:, 2])
         ways = finder.climber.within_limits(frame.camera, self._through.of(frame.camera, pose, middles))
-        ways = self._apart(ways, pose)
+        ways = self._apart(ways, pose, moving)
         if not len(ways):
             return None
         ways = finder.refit.of(frame, ways, ANY_DEPTH).poses[len(ways) :]
         ways = finder.rest.at_rest(frame, ways, finder.voter.supports(frame, ways))
         told = finder.voter.votes(frame, pose, occlusion=True)
         ways = ways[np.flatnonzero(finder.voter.votes(frame, ways, occlusion=True) > self._least(told))]
-        ways = self._apart(ways, pose)
+        ways = self._apart(ways, pose, moving)
         if not len(ways):
             return None
         odds = turn_odds(finder, frame, pose[np.zeros(len(ways), int)], ways)
@@ -78,7 +86,7 @@ class OtherWays:
     def _least(self, told: Array) -> float:
         return float(self._finder.config.verdict.mirrored_votes * told[0])
 
-    def _apart(self, ways: Poses, pose: Poses) -> Poses:
-        """Those of some that are bent otherwise."""
+    def _apart(self, ways: Poses, pose: Poses, moving: NDArray[np.bool_]) -> Poses:
+        """Those of some that are bent otherwise, by joints that are `moving` what is seen (J,)."""
         off = np.abs(short_way(ways.q - pose.q, self._kin.endless)) / self._kin.unit
-        return ways[np.flatnonzero((off > _LEAST_BEND).any(axis=1))]
+        return ways[np.flatnonzero((off > LEAST_BEND)[:, moving].any(axis=1))]

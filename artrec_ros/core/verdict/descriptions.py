@@ -14,7 +14,7 @@ from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn, Rejection
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
-from ..pose.other_ways import OtherWays
+from ..pose.other_ways import LEAST_BEND, OtherWays
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
@@ -251,6 +251,8 @@ def _beside_way(detection: Detection, way: OtherTurn | None) -> Detection:
     if detection.pose_covariance is not None:
         other = _beside(detection, way)
         return other if detection.other_turn is None else replace(other, other_turn=detection.other_turn)
+    if not any(abs(way.joints[name] - q) > LEAST_BEND for name, q in detection.joints.items()):
+        return detection  # nothing that is told would be otherwise
     share = 1 - way.probability
     return replace(detection, score=detection.score * share, as_told=detection.as_told * share)
 

@@ -7,7 +7,7 @@ from settings import DEFAULTS
 
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.codes import OWNED
-from artrec_ros.core.turned_down import _owned
+from artrec_ros.core.image.label_field import LabelField
 
 RED = 3
 
@@ -25,8 +25,8 @@ def test_what_somebody_owns_is_told_by_the_blobs_pixels(bleeds):
     (blob,) = find_blobs(image, [RED], DEFAULTS)
     owned = image.copy()
     owned[image_of(8) == RED] = OWNED
-    assert _owned(owned, blob) > 0.6
-    assert _owned(image, blob) == 0.0
+    assert LabelField(owned).owned_inside(blob.pixels) > 0.6
+    assert LabelField(image).owned_inside(blob.pixels) == 0.0
 
 
 def test_a_blob_at_the_border_is_measured_within_the_image():
@@ -35,4 +35,4 @@ def test_a_blob_at_the_border_is_measured_within_the_image():
     (blob,) = find_blobs(image, [RED], DEFAULTS)
     half = image.copy()
     half[:9, 45:] = OWNED
-    assert _owned(half, blob) == pytest.approx(0.5)
+    assert LabelField(half).owned_inside(blob.pixels) == pytest.approx(0.5)

@@ -141,3 +141,15 @@ def test_a_known_object_is_looked_at_again_in_its_turn(finder, monkeypatch):
     frame, found = seen(left, right), Poses.concatenate([bent(-0.08, 0.0, ASTRAY), right])
     monkeypatch.setattr(Recall, "rests", lambda *_: True)
     assert told(finder, frame, found, Recall())[1]
+
+
+def test_more_candidates_come_beside_what_was_bent_and_in_time_only(finder):
+    left, right = bent(-0.06, 0.0, LEFT), bent(0.07, 0.0, RIGHT)
+    ending = Ending()
+    frame, found = seen(left, right, deadline=ending), Poses.concatenate([bent(-0.06, 0.0, ASTRAY), right])
+    looks, more = SecondLooks(frame, JUDGE, DEFAULTS.search), [(finder, bent(-0.06, 0.0, ASTRAY))]
+    before = looks.shared([(finder, found)])[0]
+    after = looks.beside(more)[0]
+    assert sum(v.claim.votes for v in after) >= sum(v.claim.votes for v in before)  # what was bent anew is not lost
+    ending.over = True
+    assert looks.beside(more)[0] is after

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 
@@ -242,6 +243,21 @@ def test_work_comes_to_its_end_where_nobody_can_be_told_of_it(streams: str, code
     assert out.read_text() == "done"
     last = [line for line in done.stderr.splitlines() if "step" not in line and "getting ready" not in line]
     assert last == (["artrec: stdout: cannot be written: No space left on device"] if code else [])
+
+
+def test_work_does_not_wait_for_a_full_pipe_that_does_not(tmp_path: Path) -> None:
+    """One that nobody reads, and that says so at once instead of holding who writes."""
+    (tmp_path / "working.py").write_text(WORKING)
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    with suppress(BlockingIOError):
+        while True:
+            os.write(write, b"x")
+    out = tmp_path / "out.txt"
+    done = subprocess.run([sys.executable, tmp_path / "working.py", out], stderr=write, timeout=60)
+    os.close(read)
+    os.close(write)
+    assert done.returncode == 0 and out.read_text() == "done"
 
 
 @pytest.mark.parametrize("seed", ["-1", "x", "99999999999999999999", "1.5"])

@@ -17,13 +17,13 @@ HIP, KNEE, ANKLE, TOE = range(1, 5)  # their classes
 def leg():
     """Thigh and knee are one; the ankle swings about the knee, the toe about the ankle."""
     z = np.array([0.0, 0.0, 1.0])
-    knee = Joint("knee", _along(THIGH), z, -2.0, 0.6, name="knee_angle")
-    ankle = Joint("ankle", _along(SHANK), z, -0.5, 2.3, name="ankle_angle")
+    knee = Joint("knee", along(THIGH), z, -2.0, 0.6, name="knee_angle")
+    ankle = Joint("ankle", along(SHANK), z, -0.5, 2.3, name="ankle_angle")
     parts = (
-        Component("hip", (_disc(0.0),), required=True),
-        Component("knee", (_disc(THIGH),), label=KNEE),
-        Component("ankle", (_disc(SHANK),), label=ANKLE, joint=knee),
-        Component("toe", (_disc(FOOT),), label=TOE, joint=ankle),
+        Component("hip", (disc(0.0),), required=True),
+        Component("knee", (disc(THIGH),), label=KNEE),
+        Component("ankle", (disc(SHANK),), label=ANKLE, joint=knee),
+        Component("toe", (disc(FOOT),), label=TOE, joint=ankle),
     )
     return Target("leg", ObjectModel("leg", parts), HIP)
 
@@ -46,11 +46,11 @@ def picture(at, hidden=(), strays=()):
     return labels
 
 
-def _along(length):
+def along(length):
     return Pose(np.eye(3), np.array([length, 0.0, 0.0]))
 
 
-def _disc(at):
+def disc(at):
     angles = 2 * np.pi * np.arange(24) / 24
     outline = RADIUS * np.column_stack([np.cos(angles), np.sin(angles)])
-    return Marker("ball", outline, np.array([-RADIUS, 0.0]), np.array([RADIUS, 0.0]), RADIUS, _along(at))
+    return Marker("ball", outline, np.array([-RADIUS, 0.0]), np.array([RADIUS, 0.0]), RADIUS, along(at))

@@ -5,29 +5,18 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from legs import ANKLE, HIP, KNEE, SIZE, TOE
+from legs import ANKLE, HIP, KNEE, PX_PER_M, RADIUS, SIZE, TOE, along, disc
 from settings import settings
 
 from artrec_ros.core.base.config import ImageConfig
-from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 
-HALF, RADIUS, THIGH, SHANK, ARM = np.array([0.25, 0.1]), 0.1, 0.5, 0.5, 0.4  # metres
-FRONT, PX_PER_M, MIDDLE, TURN = 0.3, 100.0, np.array([180.0, 150.0]), 0.3
+HALF, THIGH, SHANK, ARM = np.array([0.25, 0.1]), 0.5, 0.5, 0.4  # metres
+FRONT, MIDDLE, TURN = 0.3, np.array([180.0, 150.0]), 0.3
 PLATE = HALF * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
-
-
-def along(length):
-    return Pose(np.eye(3), np.array([length, 0.0, 0.0]))
-
-
-def disc(at):
-    angles = 2 * np.pi * np.arange(24) / 24
-    outline = RADIUS * np.column_stack([np.cos(angles), np.sin(angles)])
-    return Marker("ball", outline, np.array([-RADIUS, 0.0]), np.array([RADIUS, 0.0]), RADIUS, along(at))
 
 
 def swings(name, parent, at):

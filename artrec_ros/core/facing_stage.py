@@ -21,8 +21,9 @@ from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.on_plane import PlanePlacer
 from .pose.surface_model import Poses
-from .turned_down import left_by, turned_down
+from .turned_down import turned_down
 from .verdict.acceptance import Verdict
+from .verdict.claims import left_by
 from .verdict.descriptions import Describer
 from .verdict.enough import enough_of
 from .verdict.judge import Judge

@@ -49,18 +49,18 @@ class LeftOverLooks:
     def _looks(
         self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
     ) -> Iterator[tuple[WholeObjectFinder, Verdict, Middles]]:
-        """What is to be explained of each object, by the finder that has it."""
+        """What is to be explained of each object that is not sure in spite of it, by the finder that has it."""
         for finder, (left_overs, _) in self._of.items():
-            mine = [v for v in accepted if v.claim.finder.target is finder.target]
+            own = (v for v in accepted if v.claim.finder.target is finder.target)
+            mine = [v for v in own if left_overs.is_in_doubt(_seen(v))]
             if not mine or frame.deadline.expired:
                 continue
             poses = Poses.concatenate([v.claim.poses for v in mine])
             frames = finder.surface.kinematics.forward(poses.R, poses.t, poses.q)
             left = left_overs.of([_seen(v) for v in mine], frames, frame, blobs, accepted)
             for verdict, one in zip(mine, left, strict=True):
-                if one.blobs and one.share(finder.config) <= finder.config.search.sure:
-                    for middles in self._middles(finder, verdict, one, frame.camera):
-                        yield finder, verdict, middles
+                for middles in self._middles(finder, verdict, one, frame.camera) if one.blobs else ():
+                    yield finder, verdict, middles
 
     def _climbed(
         self, finder: WholeObjectFinder, through: ThroughMiddles, verdict: Verdict, frame: ImageFrame, middles: Middles

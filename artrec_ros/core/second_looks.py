@@ -21,9 +21,8 @@ from .memory.recall import Recall
 from .pose.finder import WholeObjectFinder
 from .pose.surface_model import Poses
 from .spatial_looks import SpatialLooks
-from .turned_down import left_by
 from .verdict.acceptance import Verdict
-from .verdict.claims import silhouette
+from .verdict.claims import left_by, silhouette
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
 

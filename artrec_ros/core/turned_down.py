@@ -12,18 +12,13 @@ from .image.image_frame import ImageFrame
 from .model.found import Rejection
 from .pose.finder import WholeObjectFinder
 from .verdict.acceptance import Verdict
-from .verdict.claims import Claim, silhouette
+from .verdict.claims import Claim, left_by
 from .verdict.descriptions import rejection_of
 from .verdict.identity import NONE_LEFT
 from .verdict.judge import Judge
 
 _MOST = 3  # are told of each object, the largest: what an image is full of is clutter
 _AROUND_PX = 2.0  # of a blob's bounding box: seams
-
-
-def left_by(frame: ImageFrame, claims: Sequence[Claim]) -> ImageFrame:
-    """The frame without the pixels of some claims."""
-    return frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
 
 
 def turned_down(

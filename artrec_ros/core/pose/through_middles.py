@@ -86,21 +86,19 @@ class ThroughMiddles:
 
     def places(self, poses: Poses, patches: NDArray[np.int64]) -> Array:
         """(H, n, 3) where the middles of n markers are, before the camera."""
-        of, frames = self._surface.component[patches], self._kin.forward(poses.R, poses.t, poses.q)
-        at = (frames.R[:, of] @ self._middle[patches][:, :, None])[..., 0] + frames.t[:, of]
+        frames = self._kin.forward(poses.R, poses.t, poses.q)
+        at = self._surface.place(frames, self._middle[patches], self._surface.component[patches])
         at[..., 2] = np.maximum(at[..., 2], LEAST_DEPTH_M)
-        return np.asarray(at, np.float64)
+        return at
 
     def _starts(self, pose: Poses) -> Poses:
         """Turned about the line of sight and bent in many ways, in space slanted in some."""
         n, kin = self._config.starts, self._kin
         even = spread(n, 3 + kin.n_joints)
-        rotvec = np.zeros((n, 3))
-        rotvec[:, 2] = 2 * np.pi * even[:, 0]
-        about = np.array([rotation_from_rotvec(v) for v in rotvec])
+        about = rotation_from_rotvec(2 * np.pi * even[:, :1] * [0.0, 0.0, 1.0])
         if not self._facing:
             slant = self._config.slant_rad * (2 * even[:, 1:3] - 1)
-            about = np.array([rotation_from_rotvec([*v, 0.0]) for v in slant]) @ about
+            about = rotation_from_rotvec(np.pad(slant, ((0, 0), (0, 1)))) @ about
         R, q = about @ self._faced(pose.R[0]), kin.lower + (kin.upper - kin.lower) * even[:, 3:]
         return Poses(R, np.tile(pose.t[0], (n, 1)), np.ascontiguousarray(q))
 
@@ -133,7 +131,7 @@ class ThroughMiddles:
     def _moved(self, poses: Poses, step: Array) -> Poses:
         """:param step: (H, 6+J) shares of the depth along the camera's axes, turns about them, units of joints."""
         depth = np.maximum(poses.t[:, 2:], LEAST_DEPTH_M)
-        R = _rotations(step[:, 3:6]) @ poses.R
+        R = rotation_from_rotvec(step[:, 3:6]) @ poses.R
         q = poses.q + step[:, 6:] * self._kin.unit
         return Poses(R, poses.t + depth * step[:, :3], np.ascontiguousarray(q))
 
@@ -150,13 +148,3 @@ class ThroughMiddles:
 
     def _cost(self, camera: Camera, poses: Poses, middles: Middles) -> Array:
         return np.asarray((self._residuals(camera, poses, middles) ** 2).sum(axis=1))
-
-
-def _rotations(rotvecs: Array) -> Array:
-    """(H, 3, 3) of rotation vectors (H, 3)."""
-    angle = np.linalg.norm(rotvecs, axis=1)
-    axis = rotvecs / np.maximum(angle, 1e-12)[:, None]
-    zero = np.zeros(len(axis))
-    x, y, z = axis.T
-    K = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
-    return np.asarray(np.eye(3) + np.sin(angle)[:, None, None] * K + (1 - np.cos(angle))[:, None, None] * (K @ K))

@@ -158,6 +158,11 @@ def silhouette(surface: SpatialModel, camera: Camera, poses: Poses) -> list[NDAr
     return [corners[first:last] for first, last in pairwise(surface.hulls.starts)]
 
 
+def left_by(frame: ImageFrame, claims: Sequence[Claim]) -> ImageFrame:
+    """The frame without the pixels of some claims."""
+    return frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
+
+
 def widened(hull: NDArray[np.float32], by_px: float) -> NDArray[np.float32]:
     """Points whose convex hull is wider than that of some (n, 2), by so much all around."""
     return np.concatenate([hull + by_px * way for way in _ALL_AROUND]) if by_px else hull

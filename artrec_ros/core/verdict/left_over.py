@@ -11,7 +11,7 @@ poses are led astray by them as well.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -29,7 +29,7 @@ from ..model.kinematics import Frames, Kinematics
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from .acceptance import Verdict
-from .claims import silhouette
+from .claims import left_by
 
 _DRAWS, _ENDS = 512, 0.5  # ways to bend joints, and the share of joints that are at one of their limits in each
 
@@ -46,10 +46,15 @@ class LeftOver(NamedTuple):
 
     def share(self, config: RecognizerConfig) -> float:
         """How probable the pose is, of an object that is there."""
-        if not self.blobs:
-            return 1.0
-        at_first, by_spare = config.verdict.left_over_odds
-        return float(1 / (1 + np.exp(at_first + by_spare * self.spare)))
+        return _share(config, self.spare) if self.blobs else 1.0
+
+
+_NOTHING = LeftOver({}, 0.0)
+
+
+def _share(config: RecognizerConfig, spare: float) -> float:
+    at_first, by_spare = config.verdict.left_over_odds
+    return float(1 / (1 + np.exp(at_first + by_spare * spare)))
 
 
 class LeftOvers:
@@ -77,41 +82,57 @@ class LeftOvers:
         :param seen: of each the components that are. :param frames: where all of its components are.
         :param blobs: of the frame. :param among: all its objects.
         """
-        missing = [set(range(len(self._kin.parent))) - set(mine) for mine in seen]
+        missing = [set(range(len(self._kin.parent))) - set(own) for own in seen]
         labels = {label for lacks in missing for c in lacks for label in self._finder.surface.labels[c]}
-        free = self._unexplained(frame, [b for b in blobs if b.label in labels], among) if labels else []
-        out = [LeftOver({}, 0.0)] * len(seen)
-        for h in range(len(seen)) if free else ():
-            if missing[h] and seen[h]:
-                out[h] = self._left(sorted(missing[h]), sorted(seen[h]), self._placed(frames, h), frame, free)
-        return out
+        mine = [b for b in blobs if b.label in labels]
+        if not mine:
+            return [_NOTHING] * len(seen)
+        placed = self._finder.surface.place(frames, self._middle, self._of)
+        near = [
+            self._near(sorted(lacks), sorted(own), placed[h], frame.camera, mine) if own and lacks else {}
+            for h, (lacks, own) in enumerate(zip(missing, seen, strict=True))
+        ]
+        asked = np.zeros(len(mine), bool)
+        for off in (off for by_component in near for off in by_component.values()):
+            asked |= np.isfinite(off)
+        free = self._unexplained(frame, mine, asked, among)
+        return [self._left(by_component, free, mine, own) for by_component, own in zip(near, seen, strict=True)]
+
+    def is_in_doubt(self, seen: Collection[int]) -> bool:
+        """Whether an object of which some components are seen is not sure if it leaves something."""
+        return _share(self._config, self._spare(sorted(seen))) <= self._config.search.sure
 
     def places(self, frames: Frames, patches: Sequence[int], camera: Camera) -> tuple[Array, Array]:
         """Where the middles of some markers of one object are (n, 2), pixels, and the scale there (n,).
 
         :param frames: of its components. :param patches: (n,) of the surface."""
         row = {p: n for n, p in enumerate(self._finder.surface.markers.tolist())}
-        at = self._placed(frames, 0)[[row[p] for p in patches]]
+        at = self._finder.surface.place(frames, self._middle, self._of)[0, [row[p] for p in patches]]
         return project(camera, at), camera.focal_px / np.maximum(at[:, 2], LEAST_DEPTH_M)
 
-    def _placed(self, frames: Frames, h: int) -> Array:
-        """(M, 3) the middles of all markers of one object."""
-        return (frames.R[h, self._of] @ self._middle[:, :, None])[..., 0] + frames.t[h, self._of]
+    def _unexplained(
+        self, frame: ImageFrame, blobs: Sequence[Blob], asked: NDArray[np.bool_], among: Sequence[Verdict]
+    ) -> NDArray[np.bool_]:
+        """(B,) which blobs, of those that are asked for, told objects own less of than would have them done with."""
+        free = np.zeros(len(blobs), bool)
+        if asked.any():
+            left = left_by(frame, [v.claim for v in among]).field
+            for n in np.flatnonzero(asked).tolist():
+                free[n] = left.owned_inside(blobs[n].pixels) <= self._config.search.explained
+        return free
 
-    def _unexplained(self, frame: ImageFrame, blobs: Sequence[Blob], among: Sequence[Verdict]) -> list[Blob]:
-        """Blobs of which told objects own less than would have them done with."""
-        claims = [v.claim for v in among]
-        left = frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
-        return [b for b in blobs if left.field.owned_inside(b.pixels) <= self._config.search.explained]
+    def _near(
+        self, missing: Sequence[int], seen: Sequence[int], at: Array, camera: Camera, blobs: Sequence[Blob]
+    ) -> dict[int, Array]:
+        """By component (B,) how far each blob that it may have made is from where the pose has it, pixels; inf: none.
 
-    def _left(
-        self, missing: Sequence[int], seen: Sequence[int], at: Array, frame: ImageFrame, blobs: Sequence[Blob]
-    ) -> LeftOver:
-        """:param at: (M, 3) the middles of all markers."""
-        pixels, scale = project(frame.camera, at), frame.camera.focal_px / np.maximum(at[:, 2], LEAST_DEPTH_M)
+        :param at: (M, 3) the middles of all markers.
+        """
+        pixels, scale = project(camera, at), camera.focal_px / np.maximum(at[:, 2], LEAST_DEPTH_M)
         middles, label = centres(blobs), np.array([b.label for b in blobs])
-        area_px, found, free = np.array([b.area_px for b in blobs]), dict[int, Blob](), np.ones(len(blobs), bool)
+        area_px, out = np.array([b.area_px for b in blobs]), dict[int, Array]()
         shown = np.flatnonzero(np.isin(self._of, seen))
+        off = np.linalg.norm(middles[:, None] - pixels[shown], axis=2)
         for c in missing:
             mine = np.flatnonzero(self._of == c)
             size_px = self._area[mine] * np.median(scale[shown]) ** 2
@@ -120,12 +141,21 @@ class LeftOvers:
                 continue
             own_scale = np.sqrt(area_px / self._area[mine].max())  # a pose that is wrong may have another one
             within_px = self._within_px(c, shown, np.maximum(scale[shown], own_scale[:, None]))
-            off = np.linalg.norm(middles[:, None] - pixels[shown], axis=2)
-            near = alike & free & (off <= within_px).all(axis=1)
+            near = alike & (off <= within_px).all(axis=1)
             if near.any():
-                here = int(np.argmin(np.where(near, np.linalg.norm(middles - pixels[mine[0]], axis=1), np.inf)))
+                out[c] = np.where(near, np.linalg.norm(middles - pixels[mine[0]], axis=1), np.inf)
+        return out
+
+    def _left(
+        self, near: Mapping[int, Array], free: NDArray[np.bool_], blobs: Sequence[Blob], seen: Collection[int]
+    ) -> LeftOver:
+        """Each component's nearest blob, none of them twice. :param near: as of `_near`. :param free: (B,)."""
+        free, found = free.copy(), dict[int, Blob]()
+        for c, off in near.items():
+            here = int(np.argmin(np.where(free, off, np.inf)))
+            if free[here] and np.isfinite(off[here]):
                 found[c], free[here] = blobs[here], False
-        return LeftOver(found, self._spare(seen))
+        return LeftOver(found, self._spare(sorted(seen))) if found else _NOTHING
 
     def _as_large(self, area_px: Array, size_px: Array) -> NDArray[np.bool_]:
         """(B,) which blobs are about as large as one of a component's markers (m,)."""

@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import subprocess
+import time
 import urllib.request
 from pathlib import Path
 from typing import Any
@@ -64,7 +65,14 @@ class Browser:
         self._send("POST", "/goog/cdp/execute", {"cmd": "Emulation.setEmulatedMedia", "params": {"features": features}})
 
     def open(self, page: Path) -> None:
+        """Shows a page, and waits until it is laid out: on a busy machine the driver may answer before that."""
+        self.run("window.isLeft = true")
         self._send("POST", "/url", {"url": page.resolve().as_uri()})
+        wanted = "return !window.isLeft && document.readyState === 'complete' && document.body.offsetHeight > 0"
+        end = time.monotonic() + 60
+        while not self.run(wanted):
+            assert time.monotonic() < end, f"{page} did not load"
+            time.sleep(0.05)
 
     def run(self, script: str, *arguments: Any) -> Any:
         """What a script returns in the page."""

@@ -83,8 +83,8 @@ class Alternatives:
     def _listed(self, by_class: Array) -> Array:
         """(H,) logarithms of the odds that what is seen is one of the declared identities, and not another combination
         of classes: these are all as likely as each other, and some object in fifty is of one that is not declared. As
-        many components show another class than theirs, for a light on them or what lies over them; else one of many
-        would be as good as all.
+        many components show another class than theirs, any of all, for a light on them or what lies over them; else one
+        of many would be as good as all.
 
         :param by_class: (H, M, classes) against the best of each marker.
         """
@@ -95,7 +95,8 @@ class Alternatives:
         every = np.logaddexp.reduce(by_class, axis=2).sum(axis=1)  # of all combinations together
         share = np.exp(np.minimum(np.logaddexp.reduce(declared.sum(axis=2), axis=1) - every, 0.0))
         others = every + np.log(np.maximum(1 - share, _LEAST)) - math.log(self._combinations - n)
-        some_misread = np.log((1 - self._misread) * np.exp(declared) + self._misread).sum(axis=2)
+        any_class = self._misread * np.exp(by_class).mean(axis=2)[:, None]
+        some_misread = np.log((1 - self._misread) * np.exp(declared) + any_class).sum(axis=2)
         one = np.logaddexp.reduce(some_misread, axis=1) - math.log(n)
         return np.minimum(one - others + math.log((1 - self._misread) / self._misread), SURE)
 

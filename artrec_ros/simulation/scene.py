@@ -128,27 +128,29 @@ def _extent(model: ObjectModel, joint_range: float) -> _Extent:
     return _Extent(centre, float(np.linalg.norm(corners - centre, axis=1).max()), float(below))
 
 
-def _lowest(model: ObjectModel, joint_range: float) -> float:
-    """Height in its own frame below which no joint takes it: each joint where the object is lowest, and once again."""
+def _lowest(model: ObjectModel, joint_range: float, up: ArrayLike = (0.0, 0.0, 1.0)) -> float:
+    """Height in its own frame, along a unit vector, below which no joint takes it: each joint where the object is
+    lowest, and once again."""
     kin, own = Kinematics(model), [component_surfaces(c, 1) for c in model.components]
     places = np.array([list(joints_at(model, share).values()) for share in joint_range * np.linspace(-1, 1, _PLACES)])
     q = places[_PLACES // 2]
-    lowest = float(_lowest_at(kin, own, q[None])[0])
+    up = np.asarray(up, float)
+    lowest = float(_lowest_at(kin, own, q[None], up)[0])
     for joint in (*range(len(q)), *range(len(q))):
         there = np.tile(q, (_PLACES, 1))
         there[:, joint] = places[:, joint]
-        heights = _lowest_at(kin, own, there)
+        heights = _lowest_at(kin, own, there, up)
         if heights.min() < lowest:
             lowest, q = float(heights.min()), there[heights.argmin()]
     return lowest
 
 
-def _lowest_at(kin: Kinematics, own: Sequence[Sequence[Surface]], q: Array) -> Array:
-    """(n,) heights of an object's lowest point in its own frame. :param own: surfaces of its components in theirs.
-    :param q: (n, J)."""
+def _lowest_at(kin: Kinematics, own: Sequence[Sequence[Surface]], q: Array, up: Array) -> Array:
+    """(n,) heights of an object's lowest point in its own frame, along `up`. :param own: surfaces of its components in
+    theirs. :param q: (n, J)."""
     frames = kin.in_object(q)
     heights = [
-        (frames.R[:, c, 2] @ surface.corners.T + frames.t[:, c, 2:]).min(axis=1)
+        (up @ frames.R[:, c] @ surface.corners.T + frames.t[:, c, None] @ up).min(axis=1)
         for c, surfaces in enumerate(own)
         for surface in surfaces
     ]
@@ -240,7 +242,14 @@ def _place(
         placed = PlacedObject(target, Pose(rotation, position - rotation @ centre), joints)
         if not wanted or _turns_to_camera(placed):
             break
-    return placed
+    return _above(placed, ground, config.joint_range)
+
+
+def _above(placed: PlacedObject, ground: _Ground, joint_range: float) -> PlacedObject:
+    """The same lifted as far as its tilt would have it sink into the floor."""
+    at, up = placed.T_camera_object, ground.axes[:, 2]
+    lowest = up @ (at.position - ground.point) + _lowest(placed.target.model, joint_range, up @ at.rotation)
+    return replace(placed, T_camera_object=Pose(at.rotation, at.position - min(lowest, 0.0) * up))
 
 
 def _turns_to_camera(placed: PlacedObject) -> bool:

@@ -130,14 +130,22 @@ def test_things_stand_on_the_floor(target, camera):
         assert height.min() == pytest.approx(0, abs=1e-9)
 
 
-def test_no_joint_takes_an_object_through_the_floor(camera):
+def test_what_is_tilted_does_not_sink_into_the_floor(camera):
+    flat = ObjectModel("flat", (Component("base", (square(0.1, "top", Pose.identity()),), required=True),))
+    for scene in scenes(Target("flat", flat, 2), camera, 20, tilt_rad=0.1):
+        corners = np.concatenate([s.corners for s in scene.objects[0].surfaces()])
+        assert (corners @ scene.floor.normal - scene.floor.offset).min() == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("tilt_rad", [0.0, 0.04])
+def test_no_joint_takes_an_object_through_the_floor(camera, tilt_rad):
     knee = Joint("thigh", Pose(np.eye(3), np.array([0.1, 0.0, 0.0])), (0.0, 1.0, 0.0), -0.5, 1.2)
     hip = Joint("trunk", Pose(np.eye(3), np.array([0.1, 0.0, 0.0])), (0.0, 1.0, 0.0), -0.5, 0.5)
     long = square(0.1, "top", Pose(np.eye(3), np.array([0.05, 0.0, 0.01])))
     trunk = Component("trunk", (square(0.1, "top", Pose.identity()),), required=True)
     leg = ObjectModel("leg", (trunk, Component("thigh", (long,), joint=hip), Component("shin", (long,), joint=knee)))
     lowest = []
-    for scene in scenes(Target("leg", leg, 2), camera, 60, tilt_rad=0.0):
+    for scene in scenes(Target("leg", leg, 2), camera, 60, tilt_rad=tilt_rad):
         corners = np.concatenate([s.corners for s in scene.objects[0].surfaces()])
         lowest.append((corners @ scene.floor.normal - scene.floor.offset).min())
     assert min(lowest) > -1e-9 and min(lowest) < 0.03 < max(lowest)

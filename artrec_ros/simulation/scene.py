@@ -248,7 +248,7 @@ def _place(
 def _above(placed: PlacedObject, ground: _Ground, joint_range: float) -> PlacedObject:
     """The same lifted as far as its tilt would have it sink into the floor."""
     at, up = placed.T_camera_object, ground.axes[:, 2]
-    lowest = up @ (at.position - ground.point) + _lowest(placed.target.model, joint_range, up @ at.rotation)
+    lowest = float(up @ (at.position - ground.point)) + _lowest(placed.target.model, joint_range, up @ at.rotation)
     return replace(placed, T_camera_object=Pose(at.rotation, at.position - min(lowest, 0.0) * up))
 
 

@@ -18,8 +18,9 @@ def best_distinct(poses: Poses, score: Array, n: int, config: SearchConfig) -> n
     return out[: first_of_cells(order, poses.R, poses.t, *cell, out)]
 
 
-def apart(poses: Poses, votes: Array, least: float, config: SearchConfig) -> np.ndarray:
-    """Indices, in their order, of hypotheses with more votes than `least` that no earlier one of these would climb to.
+def apart(poses: Poses, votes: Array, least: float, turn_rad: float, range_share: float) -> np.ndarray:
+    """Indices, in their order, of hypotheses with more votes than `least` that lie apart from all earlier ones of
+    these: turned by more than an angle, or farther than a share of the range.
 
     :param poses, votes: best first.
     """
@@ -27,7 +28,7 @@ def apart(poses: Poses, votes: Array, least: float, config: SearchConfig) -> np.
     keep: list[int] = []
     for i in np.flatnonzero(votes > least).tolist():
         turned = np.einsum("kij,ij->k", poses.R[keep], poses.R[i])  # trace of the turn from one to the other
-        near = np.linalg.norm(poses.t[keep] - poses.t[i], axis=1) < config.niche_range * range_m[i]
-        if not (near & (turned > 1 + 2 * np.cos(config.niche_rad))).any():
+        near = np.linalg.norm(poses.t[keep] - poses.t[i], axis=1) < range_share * range_m[i]
+        if not (near & (turned > 1 + 2 * np.cos(turn_rad))).any():
             keep.append(i)
     return np.array(keep, int)

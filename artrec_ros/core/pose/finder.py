@@ -23,6 +23,7 @@ from .bending import Bending
 from .climber import Climb, Climber
 from .distinct import apart
 from .exchanges import Exchanges
+from .hidden_ends import HiddenEnds
 from .lookalikes import Lookalikes
 from .other_joints import OtherJoints
 from .ranked import Ranked
@@ -67,6 +68,7 @@ class WholeObjectFinder:
         self.exchanges = Exchanges(self.surface) if facing else None
         self.seen_alike = SeenAlike(self.surface) if facing else None
         self.required = RequiredPlace(target.model, self.surface)
+        self.hidden_ends = None if facing else HiddenEnds(self.surface, self.voter, self.rest, self.required, config)
         self._lookalikes, self.in_place = Lookalikes(self.surface), Lookalikes(self.surface, in_place=True)
         kin = self.surface.kinematics
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
@@ -145,7 +147,7 @@ class WholeObjectFinder:
         """The best, or of a sure object it and its rivals, after a climb on the votes and a fit to the contours."""
         search, keep = self._search, np.flatnonzero(found.votes > 0)
         if sure:
-            keep = apart(found.poses, found.votes, search.rival * found.votes[0], search)
+            keep = apart(found.poses, found.votes, search.rival * found.votes[0], search.niche_rad, search.niche_range)
         found = found[keep[: climb.most]]
         found = self._with_bent(frame, found).best(climb.most, search)
         found = self._with_rival_flips(frame, self.climber.sweep(frame, found))

@@ -2,8 +2,8 @@
 
 Something unknown that lies over part of a marker ends it as its own outline would. A fit to all contours that begins
 where such a marker looks whole comes to rest there, smaller, farther or turned, and the other markers give way. What
-these say without it leads to the other rest; votes and contours of all tell which of the two is right, as they do of
-mirrored turns.
+these say without it leads to the other rest, and where they are few, what all say without one of its ends
+(hidden_ends.py); votes and contours of all tell which of the two is right, as they do of mirrored turns.
 """
 
 from __future__ import annotations
@@ -31,22 +31,36 @@ def likelier_rests(
     :param used: (H, M) markers whose contours tell where they are.
     """
     elsewhere: list[OtherTurn | None] = [None] * len(poses)
-    row, marker = _partly_covered(finder, finder.voter.judge(frame, poses, occlusion=True), used)
-    if not len(row) or frame.deadline.expired:
+    if frame.deadline.expired:
         return poses, used, elsewhere
-    frame, without = frame.unhurried(), used[row]
-    without[np.arange(len(row)), marker] = False
-    started = finder.rest.fitted(frame, poses[row], without)
-    used_there = finder.voter.supports(frame, started)
-    rests = finder.rest.at_rest(frame, started, used_there)
-    both, log_odds = Poses.concatenate([poses, rests]), turn_odds(finder, frame, poses[row], rests)
-    likelier, probabilities = weighed(log_odds, finder.config.verdict)
+    frame = frame.unhurried()
+    covered, of_covered = _without_covered(finder, frame, poses, used)
+    hidden, of_hidden = finder.hidden_ends.of(frame, poses, used) if finder.hidden_ends else (poses[:0], of_covered[:0])
+    rests, of = Poses.concatenate([covered, hidden]), np.concatenate([of_covered, of_hidden])
+    if not len(of):
+        return poses, used, elsewhere
+    used_there = finder.voter.supports(frame, rests)
+    log_odds = turn_odds(finder, frame, poses[of], rests)
+    both, (likelier, probabilities) = Poses.concatenate([poses, rests]), weighed(log_odds, finder.config.verdict)
     rows, used = np.arange(len(poses)), used.copy()
-    rows[row[likelier]], used[row[likelier]] = len(poses) + np.flatnonzero(likelier), used_there[likelier]
-    for n, h in enumerate(row.tolist()):
-        other = h if likelier[n] else len(poses) + n
-        elsewhere[h] = other_of(finder, both, int(rows[h]), other, float(probabilities[n]))
+    for k in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
+        h, other = int(of[k]), len(poses) + k
+        rows[h], used[h] = (other, used_there[k]) if likelier[k] else (h, used[h])
+        elsewhere[h] = other_of(finder, both, int(rows[h]), h if likelier[k] else other, float(probabilities[k]))
     return both[rows], used, elsewhere
+
+
+def _without_covered(
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]
+) -> tuple[Poses, NDArray[np.int64]]:
+    """At rest begun without the marker that lacks most of its label, and of which of H poses each is."""
+    row, marker = _partly_covered(finder, finder.voter.judge(frame, poses, occlusion=True), used)
+    without = used[row]
+    without[np.arange(len(row)), marker] = False
+    if not len(row):
+        return poses[:0], row
+    started = finder.rest.fitted(frame, poses[row], without)
+    return finder.rest.at_rest(frame, started, finder.voter.supports(frame, started)), row
 
 
 def _partly_covered(

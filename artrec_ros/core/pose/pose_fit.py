@@ -24,7 +24,7 @@ from .surface_model import Poses, SpatialModel
 _PIN = 1e9  # weight that holds a parameter: beyond all others, and no overflow
 AS_GOOD_AS_CERTAIN = 1e12  # a weight beyond all others that still is a number among them
 AT_ONCE = 64  # hypotheses between two looks at the clock
-_ALL_SHOWN = np.empty((0, 0, 0), bool)  # nobody asks what of a contour is hidden
+ALL_SHOWN = np.empty((0, 0, 0), bool)  # nobody asks what of a contour is hidden
 
 
 def fit_poses(
@@ -47,15 +47,12 @@ def fit_poses(
     :param last: nothing comes after this fit: what the object hides of its own contours where it begins is left out,
         and all edges together may lie outwards or inwards.
     """
-    R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
-    shown = model.shown_contour(poses, use) if last else _ALL_SHOWN
+    shown = model.shown_contour(poses, use) if last else ALL_SHOWN
     fit = Fit(model, config, facing=facing)
     terms = fit.terms(frame, use, reach_px, free_joints, shown)
     if last:
         terms = terms._replace(contours=terms.contours._replace(at_edges=weight_at_edges(model, use, config)))
-    for part in frame.deadline.parts(len(poses), AT_ONCE):
-        fit_each(of_some(terms, part), model.kinematics.chain, fit.joints, R[part], t[part], q[part])
-    return Poses(R, t, q)
+    return fit.by(terms, frame, poses)
 
 
 class Fit:
@@ -75,7 +72,7 @@ class Fit:
         use: np.ndarray,
         reach_px: tuple[int, ...],
         free_joints: np.ndarray | None = None,
-        shown: np.ndarray = _ALL_SHOWN,
+        shown: np.ndarray = ALL_SHOWN,
     ) -> Terms:
         """What the fits of H hypotheses balance; arguments as of `fit_poses`.
 
@@ -84,6 +81,13 @@ class Fit:
         free = np.ones((len(use), len(self._prior.middle)), bool) if free_joints is None else free_joints
         contours = _contour_term(self._model, frame, use, shown, reach_px, self._config)
         return Terms(contours, self._prior._replace(free=free), self._damping)
+
+    def by(self, terms: Terms, frame: ImageFrame, poses: Poses) -> Poses:
+        """Fits of H poses; those that are left at the deadline stay as they are."""
+        R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
+        for part in frame.deadline.parts(len(poses), AT_ONCE):
+            fit_each(of_some(terms, part), self._model.kinematics.chain, self.joints, R[part], t[part], q[part])
+        return Poses(R, t, q)
 
 
 def weight_at_edges(model: SpatialModel, use: np.ndarray, config: FitConfig) -> Array:

@@ -10,6 +10,7 @@ from artrec_ros.core.pose.distinct_kernels import few_of_places
 from artrec_ros.core.pose.surface_model import Poses
 
 MODEL, SEARCH = sign(), DEFAULTS.search
+NICHE = SEARCH.niche_rad, SEARCH.niche_range
 
 
 def poses_of(*places):
@@ -32,13 +33,13 @@ def test_hypotheses_that_diverged_are_sorted_too():
 
 def test_niches_differ_in_turn_or_place():
     poses = poses_of((0, 1, 0), (0.02, 1.02, 0.1), (0, 1, 0.6), (0.3, 1, 0), (0, 1.3, 0), (0, 1.31, 0.1))
-    assert apart(poses, np.arange(6.0, 0, -1), 0.0, SEARCH).tolist() == [0, 2, 3, 4]
+    assert apart(poses, np.arange(6.0, 0, -1), 0.0, *NICHE).tolist() == [0, 2, 3, 4]
 
 
 def test_hypotheses_with_too_few_votes_have_no_niche():
     poses = poses_of((0, 1, 0), (0, 1, 0.6), (0.3, 1, 0))
-    assert apart(poses, np.array([5.0, 3.0, -1.0]), 2.0, SEARCH).tolist() == [0, 1]
-    assert apart(poses, np.array([-1.0, -2.0, -3.0]), 0.0, SEARCH).tolist() == []
+    assert apart(poses, np.array([5.0, 3.0, -1.0]), 2.0, *NICHE).tolist() == [0, 1]
+    assert apart(poses, np.array([-1.0, -2.0, -3.0]), 0.0, *NICHE).tolist() == []
 
 
 @pytest.mark.uncompiled

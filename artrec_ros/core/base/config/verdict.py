@@ -92,6 +92,39 @@ class VerdictConfig(Room):
         paths=("space",),
         origin="benchmarks/turns.py",
     )
+    end_markers: int = param(
+        3,
+        "hidden ends are thought of where no more markers tell where an object is",
+        low=0,
+        high=100,
+        paths=("space",),
+        origin="four and more hold a pose where one of them seems to end; each costs four fits more",
+    )
+    end_share: float = param(
+        0.5,
+        "share of a marker's length without which it is fitted, to leave out what may end it",
+        low=0.05,
+        high=0.9,
+        paths=("space",),
+        origin="a tape of which a third is hidden is told by the other half",
+    )
+    end_votes: float = param(
+        0.6,
+        "share of the votes of a told pose without which one that leaves an end hidden is not looked at",
+        low=0,
+        high=1,
+        paths=("space",),
+        origin="with less log odds are below -3",
+    )
+    end_apart: tuple[float, ...] = param(
+        (0.25, 0.03),
+        "such a pose is another one from so far off on: turned (rad), or of its place, a share of the range",
+        low=0,
+        high=3,
+        length=2,
+        paths=("space",),
+        origin="what poses of few markers are off without anything hidden",
+    )
     least_turn_odds: float = param(
         1.0,
         "log odds from which on the mirrored turn is told in place of the one found, of flat objects another place in "

@@ -18,6 +18,7 @@ from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .second_looks import SecondLooks
 from .spatial_search import SpatialSearch
+from .three_blob_looks import ThreeBlobLooks
 from .turned_down import turned_down
 from .verdict.acceptance import Verdict
 from .verdict.descriptions import Describer
@@ -34,6 +35,7 @@ class SpatialStage:
         self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
         climb = Climb(0, config.search.climb_rounds[-2:][0], config.search.climb_first_steps[-1])
         self._left_over = LeftOverLooks(self._finders, climb)
+        self._three_blobs = ThreeBlobLooks(self._finders, self._judge, climb)
         self._describers = [Describer(f) for f in self._finders]
 
     def recognize(
@@ -50,9 +52,9 @@ class SpatialStage:
         found = search_of.run(self._finders, blobs)
         looks = SecondLooks(frame, self._judge, search, recall)
         accepted, others = looks.shared(found)
-        through = self._left_over.candidates(frame.hurried(search.search_share), accepted, blobs)
-        if through:
-            accepted, others = looks.beside(list(through.items()))
+        for further in (self._three_blobs, self._left_over):
+            if more := further.candidates(frame.hurried(search.search_share), accepted, blobs):
+                accepted, others = looks.beside(list(more.items()))
         detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()
         for finder, describer in zip(self._finders, self._describers, strict=True):
             told, none_left = describer.without_surplus(accepted, frame, self._judge)

@@ -121,12 +121,12 @@ class WholeObjectFinder:
     def plain_guesses(self, frame: ImageFrame, blob: Blob) -> Ranked:
         """A few of an object in plain view whose required component made a blob; none where there can be no such."""
         assert self._seeds is not None  # nobody asks of what faces the camera
-        return self._with_joints(frame, self._seeds.few(frame, blob))
+        return self.with_joints(frame, self._seeds.few(frame, blob))
 
     def guesses(self, frame: ImageFrame, blob: Blob, piece: int = 0) -> Ranked:
         """Hypotheses of which any component made a blob, or part of it. :param piece: see `scale_range`."""
         assert self._seeds is not None
-        return self._with_joints(frame, self._seeds.all(frame, blob, piece))
+        return self.with_joints(frame, self._seeds.all(frame, blob, piece))
 
     def may_belong(self, limb: Blob, root: Blob) -> bool:
         """See `Seeds.may_belong`."""
@@ -202,7 +202,7 @@ class WholeObjectFinder:
         """Hypotheses after a climb on the votes, and a fit to the contours."""
         return self.fit_all(frame, self.moved(frame, found, climb).poses)
 
-    def _with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
+    def with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
         search = self._search
         poses = self._standing(frame, poses)

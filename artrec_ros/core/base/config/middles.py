@@ -38,6 +38,30 @@ class MiddlesConfig(Room):
         paths=_WHOLE,
         origin="bounds the time: each takes 10 to 30 ms",
     )
+    triples: int = param(
+        4,
+        "threes of an object's rigid markers by whose blobs it is found, those that span most",
+        low=0,
+        high=1000,
+        paths=("space",),
+        origin="where one of its markers is hidden another three may be seen",
+    )
+    triples_tried: int = param(
+        64,
+        "of each of these so many threes of blobs, those that are most alike in scale",
+        low=1,
+        high=100000,
+        paths=("space",),
+        origin="four blobs of each class; a thousandth of a second",
+    )
+    triples_kept: int = param(
+        16,
+        "of the poses so many are judged, those first under which markers look most as large as their blobs",
+        low=1,
+        high=10000,
+        paths=("space",),
+        origin="each three allows up to four",
+    )
     slant_rad: float = param(
         0.8,
         "turn out of the image plane of a fit's first pose, at most",

@@ -1,0 +1,57 @@
+"""Looks at blobs that nothing sure explains, three at a time: for objects whose markers lie too far apart for others.
+
+What comes of it is a candidate beside what was found: the pixels are shared out anew, and the one with more votes
+stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .image.blobs import Blob
+from .image.image_frame import ImageFrame
+from .pose.climber import Climb
+from .pose.finder import WholeObjectFinder
+from .pose.surface_model import Poses
+from .pose.three_blobs import ThreeBlobs
+from .verdict.acceptance import Verdict
+from .verdict.claims import left_by
+from .verdict.judge import Judge
+
+
+class ThreeBlobLooks:
+    """Those for some targets. :param climb: on the votes, of what was found."""
+
+    def __init__(self, finders: Sequence[WholeObjectFinder], judge: Judge, climb: Climb) -> None:
+        of = {finder: ThreeBlobs(finder.surface, finder.config) for finder in finders}
+        self._of = {finder: three for finder, three in of.items() if three.labels}
+        self._judge, self._climb = judge, climb
+
+    def candidates(
+        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
+    ) -> dict[WholeObjectFinder, Poses]:
+        """Poses that may be objects, on blobs that sure ones leave. :param blobs: of the frame."""
+        out = dict[WholeObjectFinder, Poses]()
+        for finder, three in self._of.items():
+            mine = [b for b in blobs if b.label in three.labels]
+            if len(mine) < 3 or frame.deadline.expired:
+                continue
+            left = left_by(frame, [v.claim for v in accepted if v.probability > finder.config.search.beyond_doubt])
+            mine = [b for b in mine if left.field.owned_inside(b.pixels) <= finder.config.search.explained]
+            found = self._climbed(finder, left, three.of(frame.camera, mine))
+            if len(found):
+                out[finder] = found
+        return out
+
+    def _climbed(self, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Poses:
+        """The few with most votes that may be objects, after a climb."""
+        poses = finder.climber.within_limits(frame.camera, poses) if len(poses) else poses
+        if not len(poses):
+            return poses
+        found = finder.with_joints(frame, poses).best(finder.config.middles.keep, finder.config.search)
+        verdicts = self._judge.verdicts(finder, found.poses, frame)
+        found = found[np.flatnonzero(verdicts.probability >= finder.config.search.hopeless)]
+        found = finder.polished(frame, found, self._climb) if len(found) else found
+        return found.poses[np.flatnonzero(found.votes > 0)]

@@ -1,0 +1,86 @@
+"""Discs that lie far apart beside their size: their middles tell the pose that no one of them does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from settings import DEFAULTS
+from solids import RED, camera_of, marker, rectangle, render, turn_between
+
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.three_blobs import ThreeBlobs
+from artrec_ros.core.recognizer import Recognizer
+
+CAMERA = camera_of((640, 480), 500.0)
+ANGLES = 2 * np.pi * np.arange(48) / 48
+DISC = 0.02 * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
+LABELS = {"b": 3, "c": 4, "d": None}
+
+
+def disc(x: float, y: float) -> Marker:
+    return Marker("disc", DISC, DISC.min(axis=0), DISC.max(axis=0), 0.02, Pose(np.eye(3), np.array([x, y, 0.0])))
+
+
+def discs(*, rigid: bool = True) -> ObjectModel:
+    """Four in one plane, ten and more of their radii apart."""
+    at = {"b": (0.25, 0.02), "c": (0.05, 0.3), "d": (-0.2, -0.15)}
+    kind = "fixed" if rigid else "revolute"
+    limit = 0.0 if rigid else 0.4
+    joint = Joint("a", Pose.identity(), np.array([0, 0, 1.0]), -limit, limit, kind)
+    parts = [Component(n, (disc(*xy),), label=LABELS[n], joint=joint) for n, xy in at.items()]
+    return ObjectModel("discs", (Component("a", (disc(0, 0),), required=True), *parts))
+
+
+def at(slant: float, heading: float) -> Poses:
+    R = (
+        rotation_from_rotvec([slant, 0.0, 0.0])
+        @ rotation_from_rotvec([np.pi, 0, 0])
+        @ rotation_from_rotvec([0, 0, heading])
+    )
+    return Poses(R[None], np.array([[0.05, -0.03, 1.4]]), np.zeros((1, 0)))
+
+
+@pytest.mark.parametrize("heading", [0.3, 2.0, -1.4])
+@pytest.mark.parametrize("slant", [0.1, 0.6, 0.9])
+def test_three_middles_tell_where_discs_are(slant, heading):
+    model, pose = discs(), at(slant, heading)
+    blobs = find_blobs(render(CAMERA, [(model, pose, RED)]), {RED, 3, 4}, DEFAULTS)
+    found = ThreeBlobs(SpatialModel(model, RED, DEFAULTS.votes), DEFAULTS).of(CAMERA, blobs)
+    off = [turn_between(R, pose.R[0]) + np.linalg.norm(t - pose.t[0]) for R, t in zip(found.R, found.t, strict=True)]
+    assert min(off) < 0.06
+    assert len(found) <= DEFAULTS.middles.triples_kept
+
+
+@pytest.mark.parametrize("heading", [0.3, 2.0, -1.4])
+@pytest.mark.parametrize("slant", [0.6, 0.9])
+def test_an_object_of_discs_is_found_by_them(slant, heading):
+    model, pose = discs(), at(slant, heading)
+    labels = render(CAMERA, [(model, pose, RED)])
+    result = Recognizer([Target("discs", model, RED)], DEFAULTS, Segmenter(ImageConfig())).recognize(labels, CAMERA)
+    (found,) = result.detections
+    assert turn_between(found.pose.rotation, pose.R[0]) < 0.03
+    assert np.linalg.norm(found.pose.position - pose.t[0]) < 0.01
+    assert len(found.components) == 4
+
+
+def test_blobs_of_other_sizes_are_no_markers():
+    model, pose = discs(), at(0.3, 0.3)
+    blobs = find_blobs(render(CAMERA, [(model, pose, RED)]), {RED, 3, 4}, DEFAULTS)
+    parts = [replace(c, markers=tuple(replace(m, outline=m.outline / 3) for m in c.markers)) for c in model.components]
+    small = ObjectModel("small", tuple(parts))
+    assert not len(ThreeBlobs(SpatialModel(small, RED, DEFAULTS.votes), DEFAULTS).of(CAMERA, blobs))
+
+
+def test_only_what_is_rigid_is_found_so():
+    assert ThreeBlobs(SpatialModel(discs(), RED, DEFAULTS.votes), DEFAULTS).labels == {RED, 3, 4}
+    assert not ThreeBlobs(SpatialModel(discs(rigid=False), RED, DEFAULTS.votes), DEFAULTS).labels
+    one = ObjectModel(
+        "one", (Component("a", (marker("m", rectangle(0.1, 0.05), np.eye(3), (0, 0, 0)),), required=True),)
+    )
+    assert not ThreeBlobs(SpatialModel(one, RED, DEFAULTS.votes), DEFAULTS).labels

@@ -17,6 +17,7 @@ from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Array, Pose
 from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.codes import LABELS, Codes
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
@@ -87,7 +88,7 @@ def is_at(verdict: Verdict, truth: ObjectTruth, frame: SimulatedFrame) -> bool:
     placed, model = truth.placed, truth.placed.target.model
     if placed.target.name != verdict.claim.finder.target.name:
         return False
-    if verdict.case == "unseen":
+    if verdict.case.startswith("unseen"):
         return is_there(verdict, truth, frame)
     if placed.target.name == PATTERN:  # any of its markers may be where another one is
         poses = verdict.claim.poses
@@ -177,19 +178,24 @@ def load(files: Sequence[Path]) -> tuple[Claims, Parts]:
 class Watcher:
     """Searches scenes for some targets, and notes which claims and which of their components are right."""
 
-    def __init__(self, targets: Sequence[Target], required: str = "strict") -> None:
+    def __init__(self, targets: Sequence[Target], required: str = "strict", codes: Codes = LABELS) -> None:
+        """:param codes: what pixels' codes say of their labels."""
         self._config = RecognizerConfig(min_component_probability=0.0, required=required)
-        self._finders = [WholeObjectFinder(t, self._config) for t in targets]
+        self._finders = [WholeObjectFinder(t, self._config, codes) for t in targets]
         self._describers = {f.target.name: Describer(f) for f in self._finders}
         self.claims: list[tuple[bool, Verdict, bool]] = []
         self.parts: list[tuple[float, PartEvidence, bool]] = []
 
     def look(self, frame: SimulatedFrame) -> None:
-        """Of several claims at an object's place only the first accepted one, the one with the most votes, is right."""
+        """Search a scene by its labels."""
+        self.search(frame, ImageFrame(LabelField(frame.labels), frame.camera))
+
+    def search(self, frame: SimulatedFrame, image: ImageFrame) -> None:
+        """Search an image of a scene. Of several claims at an object's place only the first accepted one, the one with
+        the most votes, is right."""
         judge = Recorder.of(self._config)
-        image = ImageFrame(LabelField(frame.labels), frame.camera)
         blobs = find_blobs(
-            frame.labels,
+            image.field.labels,
             {label for f in self._finders for labels in f.surface.labels for label in labels},
             self._config,
         )

@@ -25,22 +25,25 @@ class Curves:
     bias: float
     points: tuple[tuple[Array, Array], ...]
 
-    def probability(self, rows: Array) -> Array:
-        """(n,) of rows (n, columns)."""
-        logit = sum(np.interp(x, *points) for x, points in zip(rows.T, self.points, strict=True))
-        return np.asarray(expit(self.bias + logit))
+    def probability(self, rows: Array, logit: Array | float = 0.0) -> Array:
+        """(n,) of rows (n, columns). :param logit: (n,) to which curves add."""
+        added = sum(np.interp(x, *points) for x, points in zip(rows.T, self.points, strict=True))
+        return np.asarray(expit(logit + self.bias + added))
 
 
-def fit(rows: Array, right: Array, knots: int, pull: float) -> Curves:
+def fit(rows: Array, right: Array, knots: int, pull: float, logit: Array | float = 0.0) -> Curves:
     """Logistic regression on curves that never fall: what is fitted is by how much each piece of one rises. Pieces
-    end at quantiles, each rise is measured over its piece, and so one pull to none suits all evidence."""
+    end at quantiles, each rise is measured over its piece, and so one pull to none suits all evidence.
+
+    :param logit: (n,) to which they add.
+    """
     places = [_places(x, knots) for x in rows.T]
     parts = [np.clip((x[:, None] - at[:-1]) / np.diff(at), 0, 1) for x, at in zip(rows.T, places, strict=True)]
     X = np.column_stack([np.ones(len(rows)), *parts])
     pulls = np.r_[0.0, np.full(X.shape[1] - 1, pull)]
 
     def cost(w: Array) -> tuple[float, Array]:
-        z = X @ w
+        z = logit + X @ w
         loss = np.logaddexp(0, z) - right * z
         return float(loss.sum() + pulls @ w**2 / 2), X.T @ (expit(z) - right) + pulls * w
 
@@ -57,18 +60,24 @@ def _places(x: Array, knots: int) -> Array:
     return places if len(places) > 1 else places[0] + np.array([0.0, 1.0])
 
 
-def best_of_several(rows: Array, right: Array, worlds: NDArray[np.int_]) -> tuple[Curves, str]:
-    """The number of points and the pull that do best on worlds left out, fitted on all; and which these are."""
-    part = np.unique(worlds, return_inverse=True)[1] % FOLDS
+def best_of_several(
+    rows: Array, right: Array, worlds: NDArray[np.int_], logit: Array | float = 0.0
+) -> tuple[Curves, str]:
+    """The number of points and the pull that do best on worlds left out, fitted on all; and which these are.
+
+    :param logit: (n,) to which curves add.
+    """
+    part, logit = np.unique(worlds, return_inverse=True)[1] % FOLDS, logit + np.zeros(len(rows))
 
     def left_out(knots: int, pull: float) -> float:
         p = np.empty(len(rows))
         for k in range(FOLDS):
-            p[part == k] = fit(rows[part != k], right[part != k], knots, pull).probability(rows[part == k])
+            curves = fit(rows[part != k], right[part != k], knots, pull, logit[part != k])
+            p[part == k] = curves.probability(rows[part == k], logit[part == k])
         return log_loss(p, right)
 
     best = min(product(KNOTS, PULLS), key=lambda choice: left_out(*choice))
-    return fit(rows, right, *best), f"{best[0]} points a curve at most, pull {best[1]:g}"
+    return fit(rows, right, *best, logit), f"{best[0]} points a curve at most, pull {best[1]:g}"
 
 
 def log_loss(p: Array, right: Array) -> float:

@@ -43,6 +43,7 @@ STRANGE = 0.2
 SELF_COLOURED = 1 / 2
 # Share of the painted scenes that move during the exposure, and how far at most
 MOVING, MOTION_PX = 1 / 3, 8.0
+PATCHES = 16  # of a background of several colours
 # Share of the scenes in which the border takes a required component, and how far beyond it is, in its sizes
 CUT, BEYOND = 1 / 4, (0.4, 1.2)
 
@@ -135,11 +136,16 @@ def world_colours(seed: int) -> ImageConfig:
 
 def painted(frame: SimulatedFrame, colours: ImageConfig, rng: np.random.Generator) -> FlatScene:
     """What a camera makes of labels: light that falls off, blur of up to a pixel and a half, at times motion during the
-    exposure, noise, JPEG."""
-    table = np.tile(np.array(colours.background, float), (256, 1))
+    exposure, noise, JPEG. What is of no class is a patchwork where the background has several colours."""
+    grounds, (height, width) = np.reshape(colours.background, (-1, 3)).astype(float), frame.labels.shape
+    table = np.tile(grounds[0], (256, 1))
     for cls in colours.classes.values():
         table[cls.label] = cls.rgb
-    image, (height, width) = table[frame.labels][..., ::-1], frame.labels.shape
+    image = table[frame.labels]
+    if len(grounds) > 1:
+        bare = ~np.isin(frame.labels, [cls.label for cls in colours.classes.values()])
+        image[bare] = grounds[patchwork((width, height), len(grounds), rng)[bare]]
+    image = image[..., ::-1]
     x, y = np.meshgrid(np.linspace(-1, 1, width), np.linspace(-1, 1, height))
     light = rng.uniform(0.7, 1.25) * (1 + rng.uniform(-0.25, 0.25) * x + rng.uniform(-0.25, 0.25) * y)
     image = cv2.GaussianBlur(image * light[..., None], (0, 0), rng.uniform(0.3, 1.5))
@@ -149,6 +155,16 @@ def painted(frame: SimulatedFrame, colours: ImageConfig, rng: np.random.Generato
     image += rng.normal(0, rng.uniform(1, 6), image.shape)
     coded = cv2.imencode(".jpg", np.clip(image, 0, 255).astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, 85])[1]
     return FlatScene(frame, np.asarray(cv2.imdecode(coded, cv2.IMREAD_COLOR), np.uint8), float(way_px))
+
+
+def patchwork(size: tuple[int, int], kinds: int, rng: np.random.Generator) -> NDArray[np.int_]:
+    """(height, width) which of several kinds lies where: each pixel is of the nearest of a few points' kind, half of
+    these of the first."""
+    points = rng.uniform((0, 0), size, (PATCHES, 2))
+    kind = rng.integers(0, kinds, PATCHES) * (rng.random(PATCHES) < 0.5)
+    pixels = np.stack(np.meshgrid(*map(np.arange, size)), axis=-1)
+    off = np.stack([np.sum((pixels - point) ** 2, axis=-1) for point in points])
+    return np.asarray(kind[np.argmin(off, axis=0)])
 
 
 def cut(camera: Camera, objects: Sequence[PlacedObject], rng: np.random.Generator) -> Camera:

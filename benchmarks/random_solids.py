@@ -86,9 +86,12 @@ def random_world(seed: int) -> World:
     return World(both[: int(rng.integers(1, 3))], strangers)
 
 
-def random_frames(world: World, seed: int, scenes: int) -> Iterator[SimulatedFrame]:
+def random_frames(world: World, seed: int, scenes: int, *, exact: bool = False) -> Iterator[SimulatedFrame]:
     """Scenes of a world, each with a camera, crowding, clutter and a segmentation of its own. What has many parts is
-    seen larger, or there would be nothing of each to see."""
+    seen larger, or there would be nothing of each to see.
+
+    :param exact: each pixel has the class of what is there, for a camera to see.
+    """
     parts = max(len(target.model.components) for target in world.targets)
     larger = max(parts / FEW, 1.0) ** 0.5
     for rng in (np.random.default_rng([12, seed, n]) for n in range(scenes)):
@@ -106,14 +109,15 @@ def random_frames(world: World, seed: int, scenes: int) -> Iterator[SimulatedFra
             floor_label=int(rng.choice([0, 1, 1])),
         )
         sensor = SensorConfig(spots=int(rng.choice([0, 10])), motion_blur_px=float(rng.choice([0.0, 2.0])))
-        sensor = sensor.scaled(float(rng.choice([0.0, 0.5, 1.0, 1.5])))
+        sensor = sensor.scaled(float(rng.choice([0.0, 0.5, 1.0, 1.5])) * (not exact))
         camera: Camera = pinhole_camera(size, 60)
         drawn = sample_scene([*world.targets, *world.strangers], camera, scene, rng)
         if rng.random() < CLUTTERED:
             depth = max((p.T_camera_object.position[2] for p in drawn.objects), default=1.0)
             clutter = random_clutter(camera, LABELS[0], rng.uniform(0.05, 0.35), float(depth), rng)
             drawn = replace(drawn, distractors=(*drawn.distractors, *clutter))
-        yield shaded(render_frame(0, Renderer(camera), drawn, sensor, rng), rng)
+        frame = render_frame(0, Renderer(camera), drawn, sensor, rng)
+        yield frame if exact else shaded(frame, rng)
 
 
 def random_model(name: str, rng: np.random.Generator) -> ObjectModel:

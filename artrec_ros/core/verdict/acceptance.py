@@ -4,7 +4,7 @@ The probability is that of an additive logistic model: each kind of evidence add
 few points that never falls. Claims of which no other component should be in view, of which none is confirmed, of which
 some are, and of which some are while the required one is out of sight, or bears no labels, have a model each. The
 curves are fitted on objects made up at random, and how well the probability is calibrated is measured on others
-(`benchmarks/acceptance.py`).
+(`benchmarks/acceptance.py`; what learned colours add: `benchmarks/acceptance_colour.py`).
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
 from ..pose.surface_model import SpatialModel
-from . import acceptance_curves, facing_curves
+from . import acceptance_curves, colour_curves, facing_curves
 from .acceptance_curves import Model
 from .claims import Claim, Claims
 from .evidence_kernels import Criteria, Curves, Found, Said, examine, probabilities
 
-# as evidence_kernels.py numbers them; then the same of what faces the camera in an image with colours
+# as evidence_kernels.py numbers them; then the same in images with colours, as far as these have curves of their own
 _OF_LABELS = "alone", "deserted", "borne out", "unseen", "faded"
 CASES = (*_OF_LABELS, *(f"{case} in colour" for case in _OF_LABELS))
 _BORNE_OUT = np.array([case.startswith("borne out") for case in CASES])
@@ -51,6 +51,7 @@ class Evidence(NamedTuple):
     :param parts: the same of the confirmed other components, the longer outlines counting more; 0 without.
     :param known: less `Claims.known`: where few scales are possible, few false claims are.
     :param even: how even its regions' raw colours are, as of `Seen`.
+    :param faint: less `colour`: where codes are soft, the plainest marker gets few votes of a pixel.
     """
 
     size: float
@@ -70,6 +71,10 @@ class Evidence(NamedTuple):
     parts: float
     known: float
     even: float
+    faint: float
+
+
+_KNOWN, _EVEN, _FAINT, _COLOUR = (Evidence._fields.index(name) for name in ("known", "even", "faint", "colour"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +185,7 @@ class Verdict:
         """The model that holds for it: 'borne out' where other components are confirmed, 'deserted' where none is that
         should be in view, 'alone' where none should be, 'unseen' where others are confirmed and the required one is
         turned away, hidden or out of the image, 'faded' where it bears no labels though it should be seen; of what
-        faces the camera each 'in colour', too: blur and noise leave soft codes that vote less clearly than labels."""
+        faces the camera each 'in colour', too, and in space 'alone': soft codes vote less clearly than labels."""
         return CASES[self.among.case[self.row]]
 
     @property
@@ -243,9 +248,10 @@ def verdicts_of(claims: Claims) -> Verdicts:
     poses = claims.poses
     compiled, chain, view = surface.compiled, surface.kinematics.chain, claims.frame.view
     examine(compiled, chain, poses.R, poses.t, poses.q, view, surface.limits, said, by, found)
-    found.evidence[:, -2], found.evidence[:, -1] = -claims.known, claims.seen.even
-    if finder.facing and claims.frame.image is not None:
-        found.case[:] += len(CASES) // 2
+    found.evidence[:, _KNOWN], found.evidence[:, _EVEN] = -claims.known, claims.seen.even
+    found.evidence[:, _FAINT] = -found.evidence[:, _COLOUR]
+    if claims.frame.image is not None:
+        found.case[:] = _in_colour(finder.facing)[found.case]
     out = np.empty(n[0])
     probabilities(_curves(finder.facing), found.case, found.evidence, out)
     if surface.several.any():
@@ -269,9 +275,27 @@ _NEVER: Model = -50.0, {}  # a case that is not looked for
 
 
 @cache
+def _models(facing: bool) -> dict[str, Model]:
+    """By case. In space curves of images with colours add to those of labels."""
+    if facing:
+        return facing_curves.CURVES
+    models = dict(acceptance_curves.CURVES)
+    for case, (bias, curves) in colour_curves.ADDED.items():
+        of_labels = models[case]
+        models[f"{case} in colour"] = of_labels[0] + bias, {**of_labels[1], **curves}
+    return models
+
+
+@cache
 def _curves(facing: bool) -> Curves:
-    models = (facing_curves if facing else acceptance_curves).CURVES
-    return packed([models.get(case, _NEVER) for case in CASES], Evidence)
+    return packed([_models(facing).get(case, _NEVER) for case in CASES], Evidence)
+
+
+@cache
+def _in_colour(facing: bool) -> NDArray[np.int_]:
+    """(cases,) which of `CASES` each is in an image with colours: itself where it has no curves of their own."""
+    own = [f"{case} in colour" for case in CASES]
+    return np.array([CASES.index(c) if c in _models(facing) else n for n, c in enumerate(own)])
 
 
 def packed(models: list[Model], kind: type[NamedTuple]) -> Curves:

@@ -15,6 +15,7 @@ from artrec_ros.core.pose.surface_model import PatchScores, Poses
 from artrec_ros.core.verdict.acceptance import Evidence, verdicts_of
 from artrec_ros.core.verdict.acceptance_curves import CURVES, LIKELY, SURE
 from artrec_ros.core.verdict.claims import Claims, Seen, claims_of
+from artrec_ros.core.verdict.colour_curves import ADDED
 from artrec_ros.core.verdict.judge import Judge
 
 CONFIG = DEFAULTS
@@ -123,6 +124,47 @@ def test_each_case_adds_up_its_own_curves(case, seen, name):
     bias, curves = CURVES[case]
     logit = bias + sum(np.interp(getattr(verdict.evidence, n), *curve) for n, curve in curves.items())
     assert verdict.probability == pytest.approx(1 / (1 + np.exp(-logit)))
+
+
+def coloured(one):
+    """The same claim in an image with colours."""
+    height, width = one.frame.field.codes.shape
+    return replace(one, frame=replace(one.frame, image=np.zeros((height, width, 3), np.uint8)))
+
+
+@pytest.mark.parametrize("agree, per_px", [(0.9, 4.5), (0.5, 1.7)])
+def test_in_images_with_colours_curves_of_soft_codes_add_to_those_of_labels(agree, per_px):
+    one = claim({FACE: 500.0}, votes=500 * per_px, name="sign", agree=agree, per_px=per_px)
+    plain, soft = verdict_of(one), verdict_of(coloured(one))
+    assert (plain.case, soft.case) == ("alone", "alone in colour")
+    assert soft.evidence == plain.evidence and soft.evidence.faint == -soft.evidence.colour
+    bias, curves = ADDED["alone"]
+    more = bias + sum(np.interp(getattr(soft.evidence, n), *curve) for n, curve in curves.items())
+    logits = [np.log(v.probability / (1 - v.probability)) for v in (plain, soft)]
+    assert logits[1] - logits[0] == pytest.approx(more)
+
+
+def test_soft_codes_have_the_more_added():
+    def added(per_px):
+        one = claim({FACE: 500.0}, votes=500 * per_px, name="sign", agree=per_px / 5, per_px=per_px)
+        plain, soft = verdict_of(one).probability, verdict_of(coloured(one)).probability
+        return np.log(soft / (1 - soft)) - np.log(plain / (1 - plain))
+
+    assert 0 < added(4.2) < added(1.7)
+
+
+def test_with_other_components_to_see_colours_are_judged_as_labels_are():
+    for seen in (WHOLE, {TORSO: 300.0}):
+        plain, soft = verdict_of(claim(seen)), verdict_of(coloured(claim(seen)))
+        assert (soft.case, soft.probability) == (plain.case, plain.probability)
+
+
+@pytest.mark.parametrize("case", ADDED)
+def test_no_added_curve_falls(case):
+    assert case in CURVES
+    for name, (xs, ys) in ADDED[case][1].items():
+        assert name in Evidence._fields and name not in CURVES[case][1]
+        assert (np.diff(xs) > 0).all() and (np.diff(ys) >= 0).all()
 
 
 def test_evidence_is_what_the_labels_say():

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.camera import Camera
 from ..geometry.projection import normalise
-from ..geometry.transforms import Array
+from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.blobs import Blob, centres
+from .surface_kernels import LEAST_DEPTH_M
 from .surface_model import Poses, SpatialModel
 
 _Triple = tuple[int, int, int]
-_LEAST_DEPTH_M = 1e-3
 
 
 class ThreeBlobs:
@@ -49,45 +49,49 @@ class ThreeBlobs:
         """Those that three of some blobs allow, the one first whose markers look most as large as these; joints half
         way between their limits."""
         middles, area_px = centres(blobs), np.array([b.area_px for b in blobs])
-        rays, found = normalise(camera, middles), list[tuple[float, Array, Array]]()
+        rays, parts = normalise(camera, middles), [(np.zeros(0), np.zeros((0, 3, 3)), np.zeros((0, 3)))]
         for triple in self._triples:
-            for three in self._alike(triple, blobs, area_px):
-                found += self._solved(camera, triple, rays[three], area_px[three])
-        found.sort(key=lambda one: one[0])
-        kept = found[: self._config.triples_kept]
-        if not kept:
-            return self._surface.no_poses
-        q = np.tile(self._kin.middle, (len(kept), 1))
-        return Poses(np.array([R for _, R, _ in kept]), np.array([t for _, _, t in kept]), q)
+            threes = self._alike(triple, blobs, middles, area_px)
+            parts.append(self._solved(camera, triple, rays[threes], area_px[threes]))
+        off, R, t = (np.concatenate(kind) for kind in zip(*parts, strict=True))
+        kept = np.argsort(off, kind="stable")[: self._config.triples_kept]
+        return Poses(R[kept], t[kept], np.tile(self._kin.middle, (len(kept), 1)))
 
-    def _solved(self, camera: Camera, triple: _Triple, rays: Array, area_px: Array) -> list[tuple[float, Array, Array]]:
-        """By how much markers differ from blobs in size, and pose, of each pose under which they may be these.
+    def _solved(self, camera: Camera, triple: _Triple, rays: Array, area_px: Array) -> tuple[Array, Array, Array]:
+        """By how much markers differ from blobs in size (k,), R (k, 3, 3) and t (k, 3) of poses under which they may be
+        some of n threes.
 
-        :param rays: (3, 2) normalised. :param area_px: (3,)
+        :param rays: (n, 3, 2) normalised. :param area_px: (n, 3)
         """
         at, normal = (np.array([of[p] for p in triple]) for of in (self._at, self._normal))
-        _, turns, places = cv2.solveP3P(at, rays, np.eye(3), None, flags=cv2.SOLVEPNP_AP3P)
-        out = []
-        for turn, place in zip(turns, places, strict=True):
-            R, t = cv2.Rodrigues(turn)[0], place[:, 0]
-            there = at @ R.T + t
-            range_m = np.linalg.norm(there, axis=1)
-            cosine = -((normal @ R.T) * there).sum(axis=1) / np.maximum(range_m, _LEAST_DEPTH_M)
-            if not (np.isfinite(t).all() and there[:, 2].min() > _LEAST_DEPTH_M and cosine.min() > 0):
-                continue
-            looks_px = self._surface.area[list(triple)] * cosine * (camera.focal_px / there[:, 2]) ** 2
-            off = np.abs(np.log(looks_px / area_px))
-            if off.max() < np.log(self._ratio):
-                out.append((float(off.sum()), R, t))
-        return out
+        turns, places, of = list[Array](), list[Array](), list[int]()
+        for n, three in enumerate(rays):
+            count, turn, place = cv2.solveP3P(at, three, np.eye(3), None, flags=cv2.SOLVEPNP_AP3P)
+            turns, places, of = [*turns, *turn], [*places, *place], of + [n] * count
+        t = np.array(places, float).reshape(-1, 3)
+        R = rotation_from_rotvec(np.array(turns, float).reshape(-1, 3))
+        there = at @ R.swapaxes(1, 2) + t[:, None]
+        depth = np.maximum(there[..., 2], LEAST_DEPTH_M)
+        cosine = -((normal @ R.swapaxes(1, 2)) * there).sum(axis=2) / np.linalg.norm(there, axis=2)
+        looks_px = self._surface.area[list(triple)] * np.maximum(cosine, 1e-9) * (camera.focal_px / depth) ** 2
+        off = np.abs(np.log(looks_px / area_px[of]))
+        may_be = (there[..., 2] > LEAST_DEPTH_M) & (off < np.log(self._ratio))  # and none is turned away
+        kept = np.flatnonzero(may_be.all(axis=1))
+        return off[kept].sum(axis=1), R[kept], t[kept]
 
-    def _alike(self, triple: _Triple, blobs: Sequence[Blob], area_px: Array) -> NDArray[np.int64]:
-        """(n, 3) which blobs may be these markers, the few first that are most alike in scale."""
+    def _alike(self, triple: _Triple, blobs: Sequence[Blob], middles: Array, area_px: Array) -> NDArray[np.int64]:
+        """(n, 3) which blobs may be these markers, no farther apart than these look: the few first that are most alike
+        in scale. :param middles, area_px: of the blobs."""
         made = [[n for n, b in enumerate(blobs) if b.label in self._labels(p)] for p in triple]
         threes = np.array(list(product(*made)), np.int64).reshape(-1, 3)
         threes = threes[(threes != np.roll(threes, 1, axis=1)).all(axis=1)]
-        scale = np.log(area_px[threes] / self._surface.area[list(triple)])
-        return threes[np.argsort(np.ptp(scale, axis=1), kind="stable")[: self._config.triples_tried]]
+        scale = np.sqrt(area_px[threes] / self._surface.area[list(triple)])  # pixels per metre, less where slanted
+        apart_px = np.linalg.norm(middles[threes] - middles[np.roll(threes, 1, axis=1)], axis=2)
+        at = np.array([self._at[p] for p in triple])
+        apart_m = np.linalg.norm(at - np.roll(at, 1, axis=0), axis=1)
+        near = (apart_px <= self._ratio**0.5 * scale.max(axis=1, keepdims=True) * apart_m).all(axis=1)
+        threes, unlike = threes[near], np.ptp(np.log(scale[near]), axis=1)
+        return threes[np.argsort(unlike, kind="stable")[: self._config.triples_tried]]
 
     def _labels(self, patch: int) -> tuple[int, ...]:
         return self._surface.labels[self._surface.component[patch]]

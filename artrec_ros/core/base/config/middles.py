@@ -47,12 +47,12 @@ class MiddlesConfig(Room):
         origin="where one of its markers is hidden another three may be seen",
     )
     triples_tried: int = param(
-        64,
+        32,
         "of each of these so many threes of blobs, those that are most alike in scale",
         low=1,
         high=100000,
         paths=("space",),
-        origin="four blobs of each class; a thousandth of a second",
+        origin="three blobs of each class; a thousandth of a second",
     )
     triples_kept: int = param(
         16,

@@ -134,16 +134,16 @@ class Eye:
         return project(self.camera, figure.ends(poses))
 
     def _in_space(self, figure: Figure, kin: Kinematics, marks: Marks) -> Start | None:
-        """A disc's marked ends need not be those of its axis."""
+        """A disc's marked ends need not be those of its axis: its middle counts."""
         known = markers_of(self.model)
-        use = np.array([known[m][1].disc_radius is None for m in marks.marker.tolist()])
-        which = marks.marker[use]
-        normal = np.array([T.rotation[:, 2] for _, _, T in (known[m] for m in which.tolist())]).reshape(-1, 3)
+        disc = np.array([known[m][1].disc_radius is not None for m in marks.marker.tolist()])
+        normal = np.array([known[m][2].rotation[:, 2] for m in marks.marker.tolist()]).reshape(-1, 3)
+        axes, discs, component = marks.marker[~disc], marks.marker[disc], figure.component
         points = Points(
-            figure.component[which].repeat(2),
-            figure.places[which].reshape(-1, 3),
-            normal.repeat(2, axis=0),
-            marks.ends[use].reshape(-1, 2),
+            np.concatenate([component[axes].repeat(2), component[discs]]),
+            np.concatenate([figure.places[axes].reshape(-1, 3), figure.places[discs].mean(axis=1)]),
+            np.concatenate([normal[~disc].repeat(2, axis=0), normal[disc]]),
+            np.concatenate([marks.ends[~disc].reshape(-1, 2), marks.ends[disc].mean(axis=1)]),
         )
         fit = fit_points(kin, self.camera, points)
         if fit is None:

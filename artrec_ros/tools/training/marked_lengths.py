@@ -60,6 +60,12 @@ def _too_few(found: TooFew, marked: int, name: str) -> str:
     if found.looked_at:
         line += f"; of {found.looked_at} looked at {found.near} lie about as its file has them"
     line += f"; {LEAST_VIEWS} such are wanted, a dozen are better"
+    untold = found.looked_at - found.near - len(found.off_px)
+    if untold:
+        line += (
+            f". In {untold} too little is marked to tell where it is: an axis is two points, a disc one, and four or "
+            "more are wanted"
+        )
     if found.off_px:
         off = np.array(found.off_px)
         line += (

@@ -10,7 +10,7 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.learning.lengths import Lengths
-from artrec_ros.core.learning.marked_views import Figure, Marks, markers_of
+from artrec_ros.core.learning.marked_views import Eye, Figure, Marks, markers_of
 from artrec_ros.core.learning.size_fit import TooFew, measure
 from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
@@ -180,3 +180,15 @@ def test_what_is_flat_keeps_its_plane():
     places = [m.T_component_marker.position[2] for c in other.components for m in c.markers]
     places += [c.joint.T_parent_joint.position[2] for c in other.components if c.joint]
     assert places == [0.0] * len(places)
+
+
+@pytest.mark.parametrize(("count", "placed"), [(5, True), (3, False)])
+def test_the_middles_of_discs_tell_where_an_object_is_in_space(count, placed):
+    at = [(0.0, 0, 0), (0.3, 0, 0.05), (0.05, 0.2, 0), (-0.1, -0.2, 0.05), (0.2, -0.25, 0)][:count]
+    parts = [Component(f"c{n}", (ball(0.02, xyz),), required=n == 0) for n, xyz in enumerate(at)]
+    model, camera = ObjectModel("balls", tuple(parts)), camera_of((640, 480), 600.0)
+    R = rotation_from_rotvec([0.4, 0.2, 0.0]) @ np.diag([1.0, -1.0, -1.0])
+    ends = project(camera, Figure.of(model).ends(Poses(R[None], np.array([[0.0, 0.0, 1.2]]), np.zeros((1, 0)))))[0]
+    ends = ends.mean(axis=1, keepdims=True) + [[[-4.0, 3.0], [4.0, -3.0]]]  # in any direction
+    starts = Eye(model, camera, facing=False).starts([Marks(np.arange(count), ends)])
+    assert [s.near for s in starts] == [True] * placed

@@ -64,7 +64,7 @@ class SecondLooks:
     def _take(self, more: _Found) -> bool:
         """Whether there was time to share the pixels out anew: what is shared out late leaves objects out."""
         for finder, poses in more:
-            self._of[finder] = Poses.concatenate([self._of[finder], poses])
+            self._of[finder] = Poses.concatenate([self._of[finder], poses]) if finder in self._of else poses
         anew = share_out(list(self._of.items()), self._frame, self._judge)
         in_time = not self._frame.deadline.expired
         self._shared = anew if in_time else self._shared

@@ -34,14 +34,16 @@ class HiddenEnds:
         self._reach_px = config.fit.coarse_reach_px + 2 * config.fit.fine_reach_px
 
     def of(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]) -> tuple[Poses, NDArray[np.int64]]:
-        """Other poses at rest that explain nearly as much, and of which of H each is.
+        """Other poses at rest that explain nearly as much, and of which of H each is, as far as there is time.
 
         :param used: (H, M) markers whose contours tell where objects are.
         """
         few = used.any(axis=1) & (used.sum(axis=1) <= self._verdict.end_markers)
         found, of = [poses[:0]], list[int]()
         for h in np.flatnonzero(few).tolist():
-            others = self._of_one(frame, poses[h : h + 1], used[h])
+            if frame.deadline.expired:
+                break
+            others = self._of_one(frame.unhurried(), poses[h : h + 1], used[h])
             found.append(others)
             of += [h] * len(others)
         return Poses.concatenate(found), np.array(of, np.int64)
@@ -55,7 +57,9 @@ class HiddenEnds:
             return others
         both = Poses.concatenate([known, others])
         both = self._rest.at_rest(frame, both, self._voter.supports(frame, both))
-        return self._apart(frame, pose, both[: len(known)], both[len(known) :])
+        others = self._apart(frame, pose, both[: len(known)], both[len(known) :])
+        floor = frame.scene.floor
+        return others if floor is None else others[np.flatnonzero(floor.standing(others.R, others.t, 1.0))]
 
     def _apart(self, frame: ImageFrame, pose: Poses, known: Poses, others: Poses) -> Poses:
         """Those of some poses that are near no known one, nor each other, with votes enough beside a told one's; the

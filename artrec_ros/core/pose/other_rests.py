@@ -33,9 +33,11 @@ def likelier_rests(
     elsewhere: list[OtherTurn | None] = [None] * len(poses)
     if frame.deadline.expired:
         return poses, used, elsewhere
-    frame = frame.unhurried()
+    hurried, frame = frame, frame.unhurried()
     covered, of_covered = _without_covered(finder, frame, poses, used)
-    hidden, of_hidden = finder.hidden_ends.of(frame, poses, used) if finder.hidden_ends else (poses[:0], of_covered[:0])
+    hidden, of_hidden = poses[:0], of_covered[:0]
+    if finder.hidden_ends is not None:
+        hidden, of_hidden = finder.hidden_ends.of(hurried, poses, used)
     rests, of = Poses.concatenate([covered, hidden]), np.concatenate([of_covered, of_hidden])
     if not len(of):
         return poses, used, elsewhere

@@ -82,7 +82,9 @@ class ThreeBlobs:
     def _alike(self, triple: _Triple, blobs: Sequence[Blob], middles: Array, area_px: Array) -> NDArray[np.int64]:
         """(n, 3) which blobs may be these markers, no farther apart than these look: the few first that are most alike
         in scale. :param middles, area_px: of the blobs."""
-        made = [[n for n, b in enumerate(blobs) if b.label in self._labels(p)] for p in triple]
+        labels = np.array([b.label for b in blobs])
+        by_size = np.argsort(-area_px, kind="stable")
+        made = [by_size[np.isin(labels[by_size], self._labels(p))][: self._config.triples_blobs] for p in triple]
         threes = np.array(list(product(*made)), np.int64).reshape(-1, 3)
         threes = threes[(threes != np.roll(threes, 1, axis=1)).all(axis=1)]
         scale = np.sqrt(area_px[threes] / self._surface.area[list(triple)])  # pixels per metre, less where slanted

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from settings import DEFAULTS
@@ -10,12 +11,17 @@ from solids import RED, camera_of, marker, rectangle, render, turn_between
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.pose.three_blobs import ThreeBlobs
 from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.second_looks import SecondLooks
+from artrec_ros.core.verdict.judge import Judge
 
 CAMERA = camera_of((640, 480), 500.0)
 ANGLES = 2 * np.pi * np.arange(48) / 48
@@ -84,3 +90,26 @@ def test_only_what_is_rigid_is_found_so():
         "one", (Component("a", (marker("m", rectangle(0.1, 0.05), np.eye(3), (0, 0, 0)),), required=True),)
     )
     assert not ThreeBlobs(SpatialModel(one, RED, DEFAULTS.votes), DEFAULTS).labels
+
+
+def test_what_they_find_may_be_a_targets_only_candidate():
+    """As where every other look waits, for the camera's images come faster."""
+    pose = at(0.6, 0.3)
+    finder = WholeObjectFinder(Target("discs", discs(), RED), DEFAULTS)
+    frame = ImageFrame(LabelField(render(CAMERA, [(discs(), pose, RED)])), CAMERA)
+    looks = SecondLooks(frame, Judge.of(DEFAULTS), DEFAULTS.search)
+    assert looks.shared([]) == ([], [])
+    (told,), _ = looks.beside([(finder, pose)])
+    assert told.claim.finder is finder
+
+
+def test_of_hundreds_of_blobs_a_bounded_number_of_threes_is_tried(monkeypatch):
+    like = ObjectModel("like", tuple(replace(c, label=None) for c in discs().components))
+    labels, tried = np.zeros((480, 640), np.uint8), list[int]()
+    for n in range(300):
+        cv2.circle(labels, (12 + 32 * (n % 20), 12 + 30 * (n // 20)), 6, RED, -1)
+    three, blobs = ThreeBlobs(SpatialModel(like, RED, DEFAULTS.votes), DEFAULTS), find_blobs(labels, {RED}, DEFAULTS)
+    solve = cv2.solveP3P
+    monkeypatch.setattr(cv2, "solveP3P", lambda *given, **flags: tried.append(1) or solve(*given, **flags))
+    three.of(CAMERA, blobs)
+    assert len(blobs) == 300 and len(tried) <= DEFAULTS.middles.triples * DEFAULTS.middles.triples_tried

@@ -54,6 +54,14 @@ class MiddlesConfig(Room):
         paths=("space",),
         origin="three blobs of each class; a thousandth of a second",
     )
+    triples_blobs: int = param(
+        16,
+        "of each marker's blobs those that make them up, the largest",
+        low=1,
+        high=100,
+        paths=("space",),
+        origin="4096 threes of one class; of 300 blobs there would be 27 million",
+    )
     triples_kept: int = param(
         16,
         "of the poses so many are judged, those first under which markers look most as large as their blobs",

@@ -52,9 +52,10 @@ class SpatialStage:
         found = search_of.run(self._finders, blobs)
         looks = SecondLooks(frame, self._judge, search, recall)
         accepted, others = looks.shared(found)
-        for further in (self._three_blobs, self._left_over):
-            if more := further.candidates(frame.hurried(search.search_share), accepted, blobs):
-                accepted, others = looks.beside(list(more.items()))
+        if by_three := self._three_blobs.candidates(frame.hurried(search.search_share), accepted, blobs, recall):
+            accepted, others = looks.beside(list(by_three.items()))
+        if through := self._left_over.candidates(frame.hurried(search.search_share), accepted, blobs):
+            accepted, others = looks.beside(list(through.items()))
         detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()
         for finder, describer in zip(self._finders, self._describers, strict=True):
             told, none_left = describer.without_surplus(accepted, frame, self._judge)

@@ -12,6 +12,7 @@ import numpy as np
 
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
+from .memory.recall import Recall
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.surface_model import Poses
@@ -30,26 +31,30 @@ class ThreeBlobLooks:
         self._judge, self._climb = judge, climb
 
     def candidates(
-        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
+        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob], recall: Recall | None = None
     ) -> dict[WholeObjectFinder, Poses]:
-        """Poses that may be objects, on blobs that sure ones leave. :param blobs: of the frame."""
-        out = dict[WholeObjectFinder, Poses]()
+        """Poses that may be objects, on blobs that sure ones leave.
+
+        :param blobs: of the frame. :param recall: what earlier frames say of it: one of three blobs is new, or its turn
+            has come.
+        """
+        out, recall = dict[WholeObjectFinder, Poses](), recall or Recall()
         for finder, three in self._of.items():
             mine = [b for b in blobs if b.label in three.labels]
-            if len(mine) < 3 or frame.deadline.expired:
+            if len(mine) < 3 or frame.deadline.expired or recall.patience.is_late:
                 continue
             left = left_by(frame, [v.claim for v in accepted if v.probability > finder.config.search.beyond_doubt])
             mine = [b for b in mine if left.field.owned_inside(b.pixels) <= finder.config.search.explained]
-            found = self._climbed(finder, left, three.of(frame.camera, mine))
-            if len(found):
-                out[finder] = found
+            asked = ~recall.wait(finder.target.name, mine)
+            if asked.any():
+                found = self._climbed(finder, left, three.of(left, mine, asked))
+                out |= {finder: found} if len(found) else {}
         return out
 
     def _climbed(self, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Poses:
         """The few with most votes that may be objects, after a climb."""
-        poses = finder.climber.within_limits(frame.camera, poses) if len(poses) else poses
-        if not len(poses):
-            return poses
+        if not len(poses) or frame.deadline.expired:
+            return poses[:0]
         found = finder.with_joints(frame, poses).best(finder.config.middles.keep, finder.config.search)
         verdicts = self._judge.verdicts(finder, found.poses, frame)
         found = found[np.flatnonzero(verdicts.probability >= finder.config.search.hopeless)]

@@ -242,7 +242,7 @@ def _place(
         placed = PlacedObject(target, Pose(rotation, position - rotation @ centre), joints)
         if not wanted or _turns_to_camera(placed):
             break
-    return _above(placed, ground, config.joint_range)
+    return _above(placed, ground, config.joint_range) if config.floor_label else placed
 
 
 def _above(placed: PlacedObject, ground: _Ground, joint_range: float) -> PlacedObject:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import RecallConfig
 from ..base.patience import Patience
@@ -85,6 +86,11 @@ class Recall:
         turns = Turns(blobs, looks, self.clock_s, self._passed_s, self._refresh_s, self.config)
         self._turns[name] = turns
         return turns
+
+    def wait(self, name: str, blobs: Sequence[Blob]) -> NDArray[np.bool_]:
+        """(n,) which blobs wait their turn to be searched for objects of a name."""
+        turns = self._turns.get(name)
+        return np.zeros(len(blobs), bool) if turns is None else turns.all_waiting(blobs)
 
     def accept(self, finder: WholeObjectFinder, verdicts: Sequence[Verdict], camera: Camera) -> None:
         """What is told of a target in this frame. What is not seen is forgotten where something new is in its place."""

@@ -58,8 +58,13 @@ class HiddenEnds:
         both = Poses.concatenate([known, others])
         both = self._rest.at_rest(frame, both, self._voter.supports(frame, both))
         others = self._apart(frame, pose, both[: len(known)], both[len(known) :])
-        floor = frame.scene.floor
-        return others if floor is None else others[np.flatnonzero(floor.standing(others.R, others.t, 1.0))]
+        return others[np.flatnonzero(self._hides_an_end(frame, others, used))]
+
+    def _hides_an_end(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(H,) under which poses a marker in use (M,) lacks some of its class: else none has an end that is hidden, and
+        how sure a pose is that all of its markers bear out its contours tell."""
+        lacks_px = self._voter.lacks_px(self._voter.judge(frame, poses, occlusion=True))
+        return np.asarray((lacks_px[:, used] > 0).any(axis=1))
 
     def _apart(self, frame: ImageFrame, pose: Poses, known: Poses, others: Poses) -> Poses:
         """Those of some poses that are near no known one, nor each other, with votes enough beside a told one's; the

@@ -39,17 +39,28 @@ def likelier_rests(
     if finder.hidden_ends is not None:
         hidden, of_hidden = finder.hidden_ends.of(hurried, poses, used)
     rests, of = Poses.concatenate([covered, hidden]), np.concatenate([of_covered, of_hidden])
+    if (floor := frame.scene.floor) is not None:
+        stands = np.flatnonzero(floor.standing(rests.R, rests.t, 1.0))
+        rests, of = rests[stands], of[stands]
     if not len(of):
         return poses, used, elsewhere
-    used_there = finder.voter.supports(frame, rests)
-    log_odds = turn_odds(finder, frame, poses[of], rests)
+    used_there, log_odds = finder.voter.supports(frame, rests), turn_odds(finder, frame, poses[of], rests)
     both, (likelier, probabilities) = Poses.concatenate([poses, rests]), weighed(log_odds, finder.config.verdict)
     rows, used = np.arange(len(poses)), used.copy()
-    for k in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
+    # of several the likeliest one counts, but none that is back where it began, if it is not told in its place
+    counts = likelier | _are_apart(poses[of], rests, finder.config.verdict.end_apart)
+    for k in np.lexsort((log_odds, counts)).tolist():
         h, other = int(of[k]), len(poses) + k
         rows[h], used[h] = (other, used_there[k]) if likelier[k] else (h, used[h])
         elsewhere[h] = other_of(finder, both, int(rows[h]), h if likelier[k] else other, float(probabilities[k]))
     return both[rows], used, elsewhere
+
+
+def _are_apart(poses: Poses, others: Poses, least: tuple[float, ...]) -> NDArray[np.bool_]:
+    """(H,) which of H poses others are turned by more than an angle from, or farther than a share of the range."""
+    cosine = (np.einsum("hij,hij->h", poses.R, others.R) - 1) / 2
+    off = np.linalg.norm(others.t - poses.t, axis=1)
+    return np.asarray((cosine < np.cos(least[0])) | (off > least[1] * np.linalg.norm(poses.t, axis=1)))
 
 
 def _without_covered(

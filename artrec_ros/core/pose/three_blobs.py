@@ -20,6 +20,7 @@ from ..geometry.camera import Camera
 from ..geometry.projection import normalise
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.blobs import Blob, centres
+from ..image.image_frame import ImageFrame
 from .surface_kernels import LEAST_DEPTH_M
 from .surface_model import Poses, SpatialModel
 
@@ -45,13 +46,18 @@ class ThreeBlobs:
         self._triples = self._widest(markers)
         self.labels = {label for triple in self._triples for p in triple for label in self._labels(p)}
 
-    def of(self, camera: Camera, blobs: Sequence[Blob]) -> Poses:
-        """Those that three of some blobs allow, the one first whose markers look most as large as these; joints half
-        way between their limits."""
-        middles, area_px = centres(blobs), np.array([b.area_px for b in blobs])
+    def of(self, frame: ImageFrame, blobs: Sequence[Blob], asked: NDArray[np.bool_]) -> Poses:
+        """Those that three of some blobs allow, the one first whose markers look most as large as these, as far as
+        there is time; joints half way between their limits.
+
+        :param asked: (n,) blobs of which one is among the three at least.
+        """
+        camera, middles, area_px = frame.camera, centres(blobs), np.array([b.area_px for b in blobs])
         rays, parts = normalise(camera, middles), [(np.zeros(0), np.zeros((0, 3, 3)), np.zeros((0, 3)))]
         for triple in self._triples:
-            threes = self._alike(triple, blobs, middles, area_px)
+            if frame.deadline.expired:
+                break
+            threes = self._alike(triple, blobs, middles, area_px, asked)
             parts.append(self._solved(camera, triple, rays[threes], area_px[threes]))
         off, R, t = (np.concatenate(kind) for kind in zip(*parts, strict=True))
         kept = np.argsort(off, kind="stable")[: self._config.triples_kept]
@@ -79,14 +85,16 @@ class ThreeBlobs:
         kept = np.flatnonzero(may_be.all(axis=1))
         return off[kept].sum(axis=1), R[kept], t[kept]
 
-    def _alike(self, triple: _Triple, blobs: Sequence[Blob], middles: Array, area_px: Array) -> NDArray[np.int64]:
+    def _alike(
+        self, triple: _Triple, blobs: Sequence[Blob], middles: Array, area_px: Array, asked: NDArray[np.bool_]
+    ) -> NDArray[np.int64]:
         """(n, 3) which blobs may be these markers, no farther apart than these look: the few first that are most alike
-        in scale. :param middles, area_px: of the blobs."""
+        in scale. :param middles, area_px: of the blobs. :param asked: as of `of`."""
         labels = np.array([b.label for b in blobs])
         by_size = np.argsort(-area_px, kind="stable")
         made = [by_size[np.isin(labels[by_size], self._labels(p))][: self._config.triples_blobs] for p in triple]
         threes = np.array(list(product(*made)), np.int64).reshape(-1, 3)
-        threes = threes[(threes != np.roll(threes, 1, axis=1)).all(axis=1)]
+        threes = threes[(threes != np.roll(threes, 1, axis=1)).all(axis=1) & asked[threes].any(axis=1)]
         scale = np.sqrt(area_px[threes] / self._surface.area[list(triple)])  # pixels per metre, less where slanted
         apart_px = np.linalg.norm(middles[threes] - middles[np.roll(threes, 1, axis=1)], axis=2)
         at = np.array([self._at[p] for p in triple])
@@ -99,15 +107,14 @@ class ThreeBlobs:
         return self._surface.labels[self._surface.component[patch]]
 
     def _widest(self, markers: Sequence[int]) -> list[_Triple]:
-        """Those few threes of markers of different components, rigid to each other and seen from one side, that span
-        most."""
-        moves, of = self._kin.moves, self._surface.component
-        spans = list[tuple[float, _Triple]]()
-        for triple in combinations(markers, 3):
-            a, b, c = (of[p] for p in triple)
-            rigid = len({a, b, c}) == 3 and (moves[a] == moves[b]).all() and (moves[a] == moves[c]).all()
-            if rigid and min(self._normal[p] @ self._normal[r] for p, r in combinations(triple, 2)) > 0:
-                x, y, z = (self._at[p] for p in triple)
-                spans.append((float(np.linalg.norm(np.cross(y - x, z - x))), triple))
-        spans.sort(key=lambda one: -one[0])
-        return [triple for span, triple in spans[: self._config.triples] if span > 0]
+        """Those few threes of markers that are rigid to each other and seen from one side that span most."""
+        moves, at, normal = self._kin.moves, np.array(list(self._at.values())), np.array(list(self._normal.values()))
+        moved = moves[self._surface.component[list(markers)]]
+        together = (moved[:, None] == moved).all(axis=2) & (normal @ normal.T > 0)
+        threes = np.array(list(combinations(range(len(markers)), 3)), np.int64).reshape(-1, 3)
+        threes = threes[together[threes, np.roll(threes, 1, axis=1)].all(axis=1)]
+        sides = at[threes[:, 1:]] - at[threes[:, :1]]
+        spans = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        widest = np.argsort(-spans, kind="stable")[: self._config.triples]
+        a, b, c = np.array(markers, np.int64)[threes[widest[spans[widest] > 0]]].T
+        return list(zip(a.tolist(), b.tolist(), c.tolist(), strict=True))

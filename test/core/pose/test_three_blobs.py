@@ -24,6 +24,7 @@ from artrec_ros.core.second_looks import SecondLooks
 from artrec_ros.core.verdict.judge import Judge
 
 CAMERA = camera_of((640, 480), 500.0)
+SEEN = ImageFrame(LabelField(np.zeros((480, 640), np.uint8)), CAMERA)  # whose blobs are given
 ANGLES = 2 * np.pi * np.arange(48) / 48
 DISC = 0.02 * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
 LABELS = {"b": 3, "c": 4, "d": None}
@@ -57,7 +58,7 @@ def at(slant: float, heading: float) -> Poses:
 def test_three_middles_tell_where_discs_are(slant, heading):
     model, pose = discs(), at(slant, heading)
     blobs = find_blobs(render(CAMERA, [(model, pose, RED)]), {RED, 3, 4}, DEFAULTS)
-    found = ThreeBlobs(SpatialModel(model, RED, DEFAULTS.votes), DEFAULTS).of(CAMERA, blobs)
+    found = ThreeBlobs(SpatialModel(model, RED, DEFAULTS.votes), DEFAULTS).of(SEEN, blobs, np.ones(len(blobs), bool))
     off = [turn_between(R, pose.R[0]) + np.linalg.norm(t - pose.t[0]) for R, t in zip(found.R, found.t, strict=True)]
     assert min(off) < 0.06
     assert len(found) <= DEFAULTS.middles.triples_kept
@@ -80,7 +81,9 @@ def test_blobs_of_other_sizes_are_no_markers():
     blobs = find_blobs(render(CAMERA, [(model, pose, RED)]), {RED, 3, 4}, DEFAULTS)
     parts = [replace(c, markers=tuple(replace(m, outline=m.outline / 3) for m in c.markers)) for c in model.components]
     small = ObjectModel("small", tuple(parts))
-    assert not len(ThreeBlobs(SpatialModel(small, RED, DEFAULTS.votes), DEFAULTS).of(CAMERA, blobs))
+    assert not len(
+        ThreeBlobs(SpatialModel(small, RED, DEFAULTS.votes), DEFAULTS).of(SEEN, blobs, np.ones(len(blobs), bool))
+    )
 
 
 def test_only_what_is_rigid_is_found_so():
@@ -111,5 +114,19 @@ def test_of_hundreds_of_blobs_a_bounded_number_of_threes_is_tried(monkeypatch):
     three, blobs = ThreeBlobs(SpatialModel(like, RED, DEFAULTS.votes), DEFAULTS), find_blobs(labels, {RED}, DEFAULTS)
     solve = cv2.solveP3P
     monkeypatch.setattr(cv2, "solveP3P", lambda *given, **flags: tried.append(1) or solve(*given, **flags))
-    three.of(CAMERA, blobs)
+    three.of(SEEN, blobs, np.ones(len(blobs), bool))
     assert len(blobs) == 300 and len(tried) <= DEFAULTS.middles.triples * DEFAULTS.middles.triples_tried
+
+
+def test_blobs_that_wait_are_asked_beside_one_that_does_not():
+    model, pose = discs(), at(0.3, 0.3)
+    blobs = find_blobs(render(CAMERA, [(model, pose, RED)]), {RED, 3, 4}, DEFAULTS)
+    three = ThreeBlobs(SpatialModel(model, RED, DEFAULTS.votes), DEFAULTS)
+    assert not len(three.of(SEEN, blobs, np.zeros(len(blobs), bool)))
+    assert len(three.of(SEEN, blobs, np.arange(len(blobs)) == 1))
+
+
+def test_the_markers_of_one_component_are_as_rigid():
+    parts = discs().components
+    one = ObjectModel("one", (replace(parts[0], markers=tuple(m for c in parts for m in c.markers)),))
+    assert ThreeBlobs(SpatialModel(one, RED, DEFAULTS.votes), DEFAULTS).labels == {RED}

@@ -56,7 +56,9 @@ class ThreeBlobLooks:
         if not len(poses) or frame.deadline.expired:
             return poses[:0]
         found = finder.with_joints(frame, poses).best(finder.config.middles.keep, finder.config.search)
-        verdicts = self._judge.verdicts(finder, found.poses, frame)
-        found = found[np.flatnonzero(verdicts.probability >= finder.config.search.hopeless)]
-        found = finder.polished(frame, found, self._climb) if len(found) else found
+        if len(found):
+            verdicts = self._judge.verdicts(finder, found.poses, frame)
+            found = found[np.flatnonzero(verdicts.probability >= finder.config.search.hopeless)]
+        if len(found):
+            found = finder.polished(frame, found, self._climb)
         return found.poses[np.flatnonzero(found.votes > 0)]

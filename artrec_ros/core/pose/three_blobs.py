@@ -36,11 +36,10 @@ class ThreeBlobs:
     def __init__(self, surface: SpatialModel, config: RecognizerConfig) -> None:
         self._surface, self._config, self._kin = surface, config.middles, surface.kinematics
         self._ratio = config.verdict.left_over_ratio
-        frames, q = self._kin.in_object(self._kin.middle[None]), surface.component
+        frames, of = self._kin.in_object(self._kin.middle[None]), surface.component[surface.markers]
         markers = surface.markers.tolist()
         local = np.array([surface.patches[p].drawn[0] for p in markers])
         normal = np.array([surface.patches[p].normal for p in markers])
-        of = q[surface.markers]
         self._at = dict(zip(markers, (frames.R[0, of] @ local[..., None])[..., 0] + frames.t[0, of], strict=True))
         self._normal = dict(zip(markers, (frames.R[0, of] @ normal[..., None])[..., 0], strict=True))
         self._triples = self._widest(markers)

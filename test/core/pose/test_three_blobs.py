@@ -16,11 +16,13 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.climber import Climb
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.pose.three_blobs import ThreeBlobs
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.second_looks import SecondLooks
+from artrec_ros.core.three_blob_looks import ThreeBlobLooks
 from artrec_ros.core.verdict.judge import Judge
 
 CAMERA = camera_of((640, 480), 500.0)
@@ -130,3 +132,14 @@ def test_the_markers_of_one_component_are_as_rigid():
     parts = discs().components
     one = ObjectModel("one", (replace(parts[0], markers=tuple(m for c in parts for m in c.markers)),))
     assert ThreeBlobs(SpatialModel(one, RED, DEFAULTS.votes), DEFAULTS).labels == {RED}
+
+
+def test_where_none_stands_on_the_floor_there_is_none(monkeypatch):
+    pose = at(0.6, 0.3)
+    finder = WholeObjectFinder(Target("discs", discs(), RED), DEFAULTS)
+    frame = ImageFrame(LabelField(render(CAMERA, [(discs(), pose, RED)])), CAMERA)
+    looks = ThreeBlobLooks([finder], Judge.of(DEFAULTS), Climb(0, 2, 1.0))
+    blobs = find_blobs(frame.field.labels, {RED, 3, 4}, DEFAULTS)
+    assert looks.candidates(frame, [], blobs)
+    monkeypatch.setattr(WholeObjectFinder, "_standing", lambda self, frame, poses: poses[:0])
+    assert not looks.candidates(frame, [], blobs)

@@ -15,7 +15,7 @@ from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .distinct import apart
-from .pose_fit import ALL_SHOWN, Fit
+from .pose_fit import ALL_SHOWN, Fit, contour_fit
 from .required_place import RequiredPlace
 from .resting import Resting
 from .surface_model import Poses, SpatialModel
@@ -30,6 +30,7 @@ class HiddenEnds:
     ) -> None:
         self._surface, self._voter, self._rest, self._required = surface, voter, rest, required
         self._verdict, self._fit = config.verdict, Fit(surface, config.fit, facing=False)
+        self._edges = config.covariance.reach_px, config.fit
         self._kept = _without_each_end(surface.contour, config.verdict.end_share)
         self._reach_px = config.fit.coarse_reach_px + 2 * config.fit.fine_reach_px
 
@@ -38,15 +39,26 @@ class HiddenEnds:
 
         :param used: (H, M) markers whose contours tell where objects are.
         """
-        few = used.any(axis=1) & (used.sum(axis=1) <= self._verdict.end_markers)
+        few = np.flatnonzero(used.any(axis=1) & (used.sum(axis=1) <= self._verdict.end_markers))
         found, of = [poses[:0]], list[int]()
-        for h in np.flatnonzero(few).tolist():
+        for h in few[self._misfit_px2(frame, poses[few], used[few]) > self._verdict.end_misfit_px2].tolist():
             if frame.deadline.expired:
                 break
             others = self._of_one(frame.unhurried(), poses[h : h + 1], used[h])
             found.append(others)
             of += [h] * len(others)
         return Poses.concatenate(found), np.array(of, np.int64)
+
+    def _misfit_px2(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]) -> Array:
+        """(H,) mean square of how far contours of the markers in use (H, M) lie from labels' edges, but for what all
+        have in common: what is cut short fits nowhere quite."""
+        if not len(poses):
+            return np.zeros(0)
+        fit = contour_fit(self._surface, frame, poses, used, *self._edges)
+        total = np.maximum(fit.weight.sum(axis=(1, 2)), 1e-9)
+        outwards = (fit.weight * fit.residual).sum(axis=(1, 2)) / total
+        off = fit.residual - outwards[:, None, None]
+        return np.asarray((fit.weight * off**2).sum(axis=(1, 2)) / total)
 
     def _of_one(self, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]) -> Poses:
         """Those of one pose. :param used: (M,)"""

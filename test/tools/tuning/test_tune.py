@@ -41,8 +41,8 @@ def world(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("lamp")
     write_lamp(folder)
     (folder / "space.yaml").write_text(yaml.safe_dump({"format": "artrec_search/1", "parameters": SPACE}))
-    simulated = ["simulate", str(folder / "lamp.yaml"), "--frames", "40", "--seed", "5", "-o", str(folder / "sim")]
-    assert main(simulated) == 0
+    slanted = ["--frames", "40", "--seed", "5", "--tilt-rad", "0.2"]
+    assert main(["simulate", str(folder / "lamp.yaml"), *slanted, "-o", str(folder / "sim")]) == 0
     return folder
 
 

@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 from random_solids import LABELS, SHARES, SIZES, World, random_tree
 from tqdm import tqdm
-from turns import COLOURED, hinges, plates, report
+from turns import COLOURED, Recorder, hinges, plates, report
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig, VerdictConfig
-from artrec_ros.core.geometry.transforms import Array, Pose, rotvec_from_rotation
+from artrec_ros.core.geometry.transforms import Array, Pose
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import other_rests
-from artrec_ros.core.pose.other_turns import evidence, turn_odds
+from artrec_ros.core.pose.other_turns import Evidence, evidence, turn_odds
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer
@@ -38,12 +38,16 @@ NEAR_RAD, NEAR_SHARE = np.radians(12), 0.04  # of the truth: turn, and place as 
 NEARER = 0.9  # of what hides an end: its depth, as a share of the end's
 
 
-class Recorder:
+class HiddenRecorder(Recorder):
     """What the recogniser finds to speak for hidden ends."""
 
     def __init__(self) -> None:
-        self.rows = list[tuple[str, Pose, Pose, float, float]]()
+        super().__init__(NEAR_RAD, NEAR_SHARE)
         vars(other_rests)["turn_odds"] = self._odds
+
+    def _evidence(self, finder: Any, frame: Any, poses: Any, mirrored: Any) -> Evidence:
+        """Mirrored turns are not recorded."""
+        return self._plain(finder, frame, poses, mirrored)
 
     def _odds(self, finder: Any, frame: Any, poses: Any, others: Any) -> Array:
         found, odds = evidence(finder, frame, poses, others), turn_odds(finder, frame, poses, others)
@@ -52,23 +56,6 @@ class Recorder:
             both = (Pose(p.R[n], p.t[n]) for p in (poses, others))
             self.rows.append((finder.target.name, *both, float(found.votes[n]), float(found.contours[n])))
         return odds
-
-    def of(
-        self, recognizer: Recognizer, frame: SimulatedFrame, *, colour: bool = False
-    ) -> Iterator[tuple[bool, float, float]]:
-        """Of each pose with another one, one of which is right: whether that is the other one, and evidence."""
-        self.rows.clear()
-        recognizer.recognize(frame.colour if colour else frame.labels, frame.camera)
-        for name, told, other, votes, contours in self.rows:
-            right = [any(_is_near(pose, p.T_camera_object) for p in frame.scene.objects if p.target.name == name)
-                     for pose in (told, other)]  # fmt: skip
-            if right[0] != right[1]:
-                yield right[1], votes, contours
-
-
-def _is_near(pose: Pose, truth: Pose) -> bool:
-    off = np.linalg.norm(pose.position - truth.position) / np.linalg.norm(truth.position)
-    return bool(off < NEAR_SHARE and np.linalg.norm(rotvec_from_rotation(pose.rotation @ truth.rotation.T)) < NEAR_RAD)
 
 
 def trees(seed: int) -> World:
@@ -106,7 +93,7 @@ def over_an_end(one: PlacedObject, rng: np.random.Generator) -> Surface:
 
 def record(first: int, worlds: int) -> dict[str, Array]:
     """(n, 4) from labels and from colours: world, whether the other pose is right, evidence of votes and contours."""
-    recorder, kept = Recorder(), {"labels": list[tuple[float, ...]](), "colours": list[tuple[float, ...]]()}
+    recorder, kept = HiddenRecorder(), {"labels": list[tuple[float, ...]](), "colours": list[tuple[float, ...]]()}
     for number in tqdm(range(first, first + worlds), desc="worlds", disable=None):
         world = (trees, plates, hinges)[number // 2 % 3](number)
         plain, coloured = (

@@ -66,7 +66,9 @@ CORRELATIONS, MEMORIES_S = (0.0, 0.05, 0.1, 0.2, 0.4, 1.0), (0.3, 1.0, 3.0, 10.0
 class Recorder:
     """What the recogniser finds to speak for mirrored turns."""
 
-    def __init__(self) -> None:
+    def __init__(self, near_rad: float = NEAR_RAD, near_share: float = NEAR_SHARE) -> None:
+        """:param near_rad, near_share: of the truth is right; turn, and place as a share of the range."""
+        self._near = near_rad, near_share
         self._plain, self.rows = other_turns.evidence, list[tuple[str, Pose, Pose, float, float]]()
         vars(other_turns)["evidence"] = self._evidence
         self._plain_bends, self.bends = other_bends.bend_evidence, list[tuple[str, Pose, str, float, float, Any]]()
@@ -90,7 +92,7 @@ class Recorder:
     def of_bends(self, frame: SimulatedFrame) -> Iterator[tuple[bool, float, float]]:
         """Of the frame looked at last: of each joint with another bend one of which is right, as `of`."""
         for name, pose, joint, told, other, evidence in self.bends:
-            true = [p for p in frame.scene.objects if p.target.name == name and _is(pose, p.T_camera_object)]
+            true = [p for p in frame.scene.objects if p.target.name == name and self._is(pose, p.T_camera_object)]
             off = [abs(q - true[0].joints[joint]) < BEND * abs(told - other) for q in (told, other)] if true else [True]
             if sum(off) == 1 < len(off):
                 yield off[1], *evidence
@@ -103,15 +105,15 @@ class Recorder:
         self.bends.clear()
         recognizer.recognize(frame.colour if colour else frame.labels, frame.camera)
         for name, told, other, votes, contours in self.rows:
-            right = [any(_is(pose, p.T_camera_object) for p in frame.scene.objects if p.target.name == name)
+            right = [any(self._is(pose, p.T_camera_object) for p in frame.scene.objects if p.target.name == name)
                      for pose in (told, other)]  # fmt: skip
             if right[0] != right[1]:
                 yield right[1], votes, contours
 
-
-def _is(pose: Pose, truth: Pose) -> bool:
-    off = np.linalg.norm(pose.position - truth.position) / np.linalg.norm(truth.position)
-    return bool(off < NEAR_SHARE and np.linalg.norm(rotvec_from_rotation(pose.rotation @ truth.rotation.T)) < NEAR_RAD)
+    def _is(self, pose: Pose, truth: Pose) -> bool:
+        off = np.linalg.norm(pose.position - truth.position) / np.linalg.norm(truth.position)
+        turned = np.linalg.norm(rotvec_from_rotation(pose.rotation @ truth.rotation.T))
+        return bool(off < self._near[1] and turned < self._near[0])
 
 
 def plates(seed: int) -> World:

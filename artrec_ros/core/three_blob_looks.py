@@ -7,6 +7,7 @@ stands.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import compress
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from .pose.finder import WholeObjectFinder
 from .pose.surface_model import Poses
 from .pose.three_blobs import ThreeBlobs
 from .verdict.acceptance import Verdict
-from .verdict.claims import left_by
+from .verdict.claims import left_by, unexplained
 from .verdict.judge import Judge
 
 
@@ -44,8 +45,8 @@ class ThreeBlobLooks:
             if len(mine) < 3 or frame.deadline.expired or recall.patience.is_late:
                 continue
             left = left_by(frame, [v.claim for v in accepted if v.probability > finder.config.search.beyond_doubt])
-            mine = [b for b in mine if left.field.owned_inside(b.pixels) <= finder.config.search.explained]
-            asked = ~recall.wait(finder.target.name, mine)
+            mine = list(compress(mine, unexplained(left, mine, finder.config.search.explained)))
+            asked = ~recall.waits(finder.target.name, mine)
             if asked.any():
                 found = self._climbed(finder, left, three.of(left, mine, asked))
                 out |= {finder: found} if len(found) else {}

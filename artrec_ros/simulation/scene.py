@@ -9,22 +9,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..core.base.errors import ConfigError
 from ..core.geometry.camera import Camera
 from ..core.geometry.transforms import Array, Pose, rotation_from_rotvec
-from ..core.model.kinematics import Kinematics
 from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
 from .config import SceneConfig
+from .extent import Extent, joints_at
 from .identities import all_taken, alternative_labels, drawn, shown_as
-from .surfaces import Surface, component_surfaces, object_surfaces
+from .surfaces import Surface, object_surfaces
 
 _SIDE_DEG, _ABOVE_DEG = (0.0, 25.0), (65.0, 90.0)
 _TRIES = 400
 _HEADINGS = 60  # an object with one flat marker turns it to the camera in one of three
-_PLACES = 5  # of a joint at which an object's lowest point is looked for
 _FACING = 0.5  # cosine of the angle under which a marker counts as turned to the camera
 
 
@@ -67,17 +65,6 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class _Extent:
-    """An object's size: its centre in its own frame (3,), greatest distance of a point from it, how far the lowest one
-    ever is below it. The object's origin may lie anywhere, even outside of it.
-    """
-
-    centre: Array
-    radius: float
-    below: float
-
-
-@dataclass(frozen=True)
 class _Ground:
     """A frame of the floor: columns right, forward, up; and a point on it."""
 
@@ -102,7 +89,7 @@ def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig,
     """
     count = int(rng.integers(config.objects[0], config.objects[1] + 1))
     chosen = [targets[i] for i in rng.integers(0, len(targets), count)]
-    extents = {t.name: _extent(t.model, config.joint_range) for t in targets}
+    extents = {t.name: Extent(t.model, config.joint_range) for t in targets}
     ground = _sample_ground(targets, extents, camera, config, rng)
     placed: list[PlacedObject] = []
     for target in chosen:
@@ -111,50 +98,13 @@ def sample_scene(targets: Sequence[Target], camera: Camera, config: SceneConfig,
         position = _find_place(target, extents, placed, ground, camera, config, rng)
         if position is not None and not all_taken(target.model, taken, stands=bool(same)):
             identity = drawn(target.model, taken, rng)
-            one = _place(shown_as(target, identity), position, extents[target.name].centre, ground, config, rng)
+            one = _place(shown_as(target, identity), position, extents[target.name], ground, config, rng)
             placed.append(replace(one, identity=identity))
     floor = None
     up = ground.axes[:, 2]
     if config.floor_label and up @ ground.point < 0:  # a floor above the camera would hide what stands on it
         floor = Floor(up, float(up @ ground.point), config.floor_label)
     return Scene(tuple(placed), tuple(sample_distractors(targets, placed, camera, config, rng)), floor)
-
-
-def _extent(model: ObjectModel, joint_range: float) -> _Extent:
-    """With every joint in the middle of its range, but for what is below: there no joint takes it through the floor."""
-    corners = np.concatenate([s.corners for s in object_surfaces(model, 1, joints_at(model, 0.0))])
-    centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    below = centre[2] - _lowest(model, joint_range)
-    return _Extent(centre, float(np.linalg.norm(corners - centre, axis=1).max()), float(below))
-
-
-def _lowest(model: ObjectModel, joint_range: float, up: ArrayLike = (0.0, 0.0, 1.0)) -> float:
-    """Height in its own frame, along a unit vector, below which no joint takes it: each joint where the object is
-    lowest, and once again."""
-    kin, own = Kinematics(model), [component_surfaces(c, 1) for c in model.components]
-    places = np.array([list(joints_at(model, share).values()) for share in joint_range * np.linspace(-1, 1, _PLACES)])
-    q = places[_PLACES // 2]
-    up = np.asarray(up, float)
-    lowest = float(_lowest_at(kin, own, q[None], up)[0])
-    for joint in (*range(len(q)), *range(len(q))):
-        there = np.tile(q, (_PLACES, 1))
-        there[:, joint] = places[:, joint]
-        heights = _lowest_at(kin, own, there, up)
-        if heights.min() < lowest:
-            lowest, q = float(heights.min()), there[heights.argmin()]
-    return lowest
-
-
-def _lowest_at(kin: Kinematics, own: Sequence[Sequence[Surface]], q: Array, up: Array) -> Array:
-    """(n,) heights of an object's lowest point in its own frame, along `up`. :param own: surfaces of its components in
-    theirs. :param q: (n, J)."""
-    frames = kin.in_object(q)
-    heights = [
-        (up @ frames.R[:, c] @ surface.corners.T + frames.t[:, c, None] @ up).min(axis=1)
-        for c, surfaces in enumerate(own)
-        for surface in surfaces
-    ]
-    return np.asarray(np.min(heights, axis=0), np.float64)
 
 
 def depth_range(radius: float, camera: Camera, config: SceneConfig) -> tuple[float, float]:
@@ -176,7 +126,7 @@ def _elevation_range(targets: Sequence[Target], config: SceneConfig) -> tuple[fl
 
 def _sample_ground(
     targets: Sequence[Target],
-    extents: dict[str, _Extent],
+    extents: dict[str, Extent],
     camera: Camera,
     config: SceneConfig,
     rng: np.random.Generator,
@@ -200,7 +150,7 @@ def _sample_ground(
 
 def _find_place(
     target: Target,
-    extents: dict[str, _Extent],
+    extents: dict[str, Extent],
     placed: Sequence[PlacedObject],
     ground: _Ground,
     camera: Camera,
@@ -229,7 +179,7 @@ def _find_place(
 
 
 def _place(
-    target: Target, position: Array, centre: Array, ground: _Ground, config: SceneConfig, rng: np.random.Generator
+    target: Target, position: Array, extent: Extent, ground: _Ground, config: SceneConfig, rng: np.random.Generator
 ) -> PlacedObject:
     """The object with its centre at that position, a random heading, a little tilt and random joints."""
     at = rng.uniform(-config.joint_range, config.joint_range, len(target.model.joint_components))
@@ -239,32 +189,22 @@ def _place(
         heading = rotation_from_rotvec([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
         tilt = rotation_from_rotvec(rng.normal(0, config.tilt_rad, 3))
         rotation = ground.axes @ heading @ tilt
-        placed = PlacedObject(target, Pose(rotation, position - rotation @ centre), joints)
+        placed = PlacedObject(target, Pose(rotation, position - rotation @ extent.centre), joints)
         if not wanted or _turns_to_camera(placed):
             break
-    return _above(placed, ground, config.joint_range) if config.floor_label else placed
+    return _above(placed, extent, ground) if config.floor_label else placed
 
 
-def _above(placed: PlacedObject, ground: _Ground, joint_range: float) -> PlacedObject:
+def _above(placed: PlacedObject, extent: Extent, ground: _Ground) -> PlacedObject:
     """The same lifted as far as its tilt would have it sink into the floor."""
     at, up = placed.T_camera_object, ground.axes[:, 2]
-    lowest = float(up @ (at.position - ground.point)) + _lowest(placed.target.model, joint_range, up @ at.rotation)
+    lowest = float(up @ (at.position - ground.point)) + extent.lowest(up @ at.rotation)
     return replace(placed, T_camera_object=Pose(at.rotation, at.position - min(lowest, 0.0) * up))
 
 
 def _turns_to_camera(placed: PlacedObject) -> bool:
     required = placed.target.model.required.name
     return any(s.facing > _FACING for s in placed.surfaces() if s.owner is not None and s.owner[0] == required)
-
-
-def joints_at(model: ObjectModel, where: ArrayLike) -> dict[str, float]:
-    """Joint values: `where` is -1 at the lower limit, 0 in the middle, 1 at the upper one; one for all or one each."""
-    shares = np.broadcast_to(np.asarray(where, float), len(model.joints))
-    values = {}
-    for (name, joint), share in zip(model.joints.items(), shares, strict=True):
-        low, high = joint.span
-        values[name] = float((low + high) / 2 + share * (high - low) / 2)
-    return values
 
 
 def sample_distractors(

@@ -15,8 +15,9 @@ from ..core.geometry.transforms import Array, Pose
 from ..core.model.objects import Marker
 from ..core.model.target import Target
 from .config import SensorConfig
+from .extent import joints_at
 from .render import Renderer, Rendering, to_pixel
-from .scene import PlacedObject, Scene, joints_at
+from .scene import PlacedObject, Scene
 from .sensor import colour_image, palette
 from .simulator import pinhole_camera
 from .surfaces import component_poses, object_surfaces

@@ -10,8 +10,9 @@ from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
+from artrec_ros.simulation.extent import joints_at
 from artrec_ros.simulation.motion import MotionConfig, moving_scenes
-from artrec_ros.simulation.scene import depth_range, joints_at, require_places, sample_scene
+from artrec_ros.simulation.scene import depth_range, require_places, sample_scene
 
 from .conftest import square
 

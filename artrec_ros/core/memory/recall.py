@@ -87,10 +87,10 @@ class Recall:
         self._turns[name] = turns
         return turns
 
-    def wait(self, name: str, blobs: Sequence[Blob]) -> NDArray[np.bool_]:
+    def waits(self, name: str, blobs: Sequence[Blob]) -> NDArray[np.bool_]:
         """(n,) which blobs wait their turn to be searched for objects of a name."""
         turns = self._turns.get(name)
-        return np.zeros(len(blobs), bool) if turns is None else turns.all_waiting(blobs)
+        return np.array([turns is not None and turns.waits(blob) for blob in blobs], bool)
 
     def accept(self, finder: WholeObjectFinder, verdicts: Sequence[Verdict], camera: Camera) -> None:
         """What is told of a target in this frame. What is not seen is forgotten where something new is in its place."""

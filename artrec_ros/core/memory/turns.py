@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.config import RecallConfig
 from ..geometry.transforms import Array
@@ -61,12 +60,8 @@ class Turns:
         return self._number[id(blob)]
 
     def waits(self, blob: Blob) -> bool:
-        """Whether it was searched before, and its turn has not come."""
-        return self.number(blob) in self._waiting
-
-    def all_waiting(self, blobs: Sequence[Blob]) -> NDArray[np.bool_]:
-        """(n,) which of some blobs of the frame wait; those in which no such object may be do not."""
-        return np.array([self._number.get(id(blob)) in self._waiting for blob in blobs], bool)
+        """Whether it was searched before, and its turn has not come; of a blob in which no such object may be: no."""
+        return self._number.get(id(blob)) in self._waiting
 
     def search(self, blob: Blob) -> None:
         """It is searched now. Where that is in vain it is searched again soon, and then ever later."""

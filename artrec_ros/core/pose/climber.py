@@ -65,7 +65,10 @@ class Climber:
         return moved
 
     def within_limits(self, camera: Camera, poses: Poses) -> Poses:
-        """Hypotheses with their origins in the image where they are, and at scales that are looked for."""
+        """Hypotheses that face the camera, with their origins in the image where they are, at scales that are looked
+        for; others are where they are."""
+        if not self._facing:
+            return poses
         depth = poses.t[:, 2]
         near_m, far_m = self.depths(camera)
         return Poses(poses.R, poses.t * (np.clip(depth, near_m, far_m) / depth)[:, None], poses.q)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import SearchConfig
 from ..geometry.transforms import Array
@@ -24,11 +25,16 @@ def apart(poses: Poses, votes: Array, least: float, turn_rad: float, range_share
 
     :param poses, votes: best first.
     """
-    range_m = np.linalg.norm(poses.t, axis=1)
     keep: list[int] = []
     for i in np.flatnonzero(votes > least).tolist():
-        turned = np.einsum("kij,ij->k", poses.R[keep], poses.R[i])  # trace of the turn from one to the other
-        near = np.linalg.norm(poses.t[keep] - poses.t[i], axis=1) < range_share * range_m[i]
-        if not (near & (turned > 1 + 2 * np.cos(turn_rad))).any():
+        if not is_near(poses[keep], poses[i : i + 1], turn_rad, range_share).any():
             keep.append(i)
     return np.array(keep, int)
+
+
+def is_near(poses: Poses, others: Poses, turn_rad: float, range_share: float) -> NDArray[np.bool_]:
+    """(H,) which hypotheses are turned from others by less than an angle, and lie from them by less than a share of
+    these ones' range. :param others: as many, or one."""
+    trace = np.einsum("hij,hij->h", *np.broadcast_arrays(poses.R, others.R))  # of the turn from one to the other
+    off_m, range_m = np.linalg.norm(poses.t - others.t, axis=1), np.linalg.norm(others.t, axis=1)
+    return np.asarray((off_m < range_share * range_m) & (trace > 1 + 2 * np.cos(turn_rad)))

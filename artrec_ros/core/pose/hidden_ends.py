@@ -15,7 +15,7 @@ from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .distinct import apart
-from .pose_fit import ALL_SHOWN, Fit, contour_fit
+from .pose_fit import ALL_SHOWN, Fit, but_for_common, contour_fit
 from .required_place import RequiredPlace
 from .resting import Resting
 from .surface_model import Poses, SpatialModel
@@ -55,9 +55,7 @@ class HiddenEnds:
         if not len(poses):
             return np.zeros(0)
         fit = contour_fit(self._surface, frame, poses, used, *self._edges)
-        total = np.maximum(fit.weight.sum(axis=(1, 2)), 1e-9)
-        outwards = (fit.weight * fit.residual).sum(axis=(1, 2)) / total
-        off = fit.residual - outwards[:, None, None]
+        off, total = but_for_common(fit.residual, fit.weight), np.maximum(fit.weight.sum(axis=(1, 2)), 1e-9)
         return np.asarray((fit.weight * off**2).sum(axis=(1, 2)) / total)
 
     def _of_one(self, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]) -> Poses:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
+from .distinct import is_near
 from .finder import WholeObjectFinder
 from .other_turns import other_of, turn_odds, weighed
 from .surface_model import PatchScores, Poses
@@ -48,19 +49,12 @@ def likelier_rests(
     both, (likelier, probabilities) = Poses.concatenate([poses, rests]), weighed(log_odds, finder.config.verdict)
     rows, used = np.arange(len(poses)), used.copy()
     # of several the likeliest one counts, but none that is back where it began, if it is not told in its place
-    counts = likelier | _are_apart(poses[of], rests, finder.config.verdict.end_apart)
+    counts = likelier | ~is_near(rests, poses[of], *finder.config.verdict.end_apart)
     for k in np.lexsort((log_odds, counts)).tolist():
         h, other = int(of[k]), len(poses) + k
         rows[h], used[h] = (other, used_there[k]) if likelier[k] else (h, used[h])
         elsewhere[h] = other_of(finder, both, int(rows[h]), h if likelier[k] else other, float(probabilities[k]))
     return both[rows], used, elsewhere
-
-
-def _are_apart(poses: Poses, others: Poses, least: tuple[float, ...]) -> NDArray[np.bool_]:
-    """(H,) which of H poses others are turned by more than an angle from, or farther than a share of the range."""
-    cosine = (np.einsum("hij,hij->h", poses.R, others.R) - 1) / 2
-    off = np.linalg.norm(others.t - poses.t, axis=1)
-    return np.asarray((cosine < np.cos(least[0])) | (off > least[1] * np.linalg.norm(poses.t, axis=1)))
 
 
 def _without_covered(

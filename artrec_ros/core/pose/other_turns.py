@@ -20,6 +20,7 @@ from ..geometry.transforms import Array, Pose, short_way
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
+from .pose_fit import but_for_common
 from .surface_model import Poses
 
 WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
@@ -158,7 +159,6 @@ def _misfits(
     fit, residual, weight = finder.rest.edges(frame, poses, use)
     alone = np.minimum(1.0, fit.spacing_px)[..., None]
     weight = weight * alone
-    outwards = (weight * residual).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1e-9)
-    off, weight = residual - outwards[:, None, None], weight * of[:, use.any(axis=0)][..., None]
+    off, weight = but_for_common(residual, weight), weight * of[:, use.any(axis=0)][..., None]
     points, total = (alone * (weight > 0)).sum(axis=(1, 2)), np.maximum(weight.sum(axis=(1, 2)), 1e-9)
     return (weight * off**2).sum(axis=(1, 2)) / total, points

@@ -166,6 +166,13 @@ def contour_fit(
     return ContourFit(*kept)
 
 
+def but_for_common(residual: Array, weight: Array) -> Array:
+    """(H, M, m) distances of contours from edges but for what all of a hypothesis have in common: that all labels are
+    thicker or thinner than the markers says nothing of where these are."""
+    common = (weight * residual).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1e-9)
+    return np.asarray(residual - common[:, None, None])
+
+
 def _contour_term(
     model: SpatialModel,
     frame: ImageFrame,

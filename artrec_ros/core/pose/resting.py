@@ -71,4 +71,4 @@ class Resting:
         """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""
         fit = self._config.fit
         fitted = fit_poses(self._surface, frame, poses, use, fit.fine_reach_px, fit, facing=self._facing, last=last)
-        return self._climber.within_limits(frame.camera, fitted) if self._facing else fitted
+        return self._climber.within_limits(frame.camera, fitted)

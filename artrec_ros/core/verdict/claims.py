@@ -15,6 +15,7 @@ from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.range_limits import scale_limits
 from ..geometry.transforms import Array
+from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import PatchScores, Poses, SpatialModel
@@ -161,6 +162,11 @@ def silhouette(surface: SpatialModel, camera: Camera, poses: Poses) -> list[NDAr
 def left_by(frame: ImageFrame, claims: Sequence[Claim]) -> ImageFrame:
     """The frame without the pixels of some claims."""
     return frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
+
+
+def unexplained(left: ImageFrame, blobs: Sequence[Blob], explained: float) -> NDArray[np.bool_]:
+    """(B,) of which blobs of a frame less is owned, in what some claims have left of it, than explains them."""
+    return np.array([left.field.owned_inside(b.pixels) <= explained for b in blobs], bool)
 
 
 def widened(hull: NDArray[np.float32], by_px: float) -> NDArray[np.float32]:

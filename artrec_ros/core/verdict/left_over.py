@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +30,7 @@ from ..model.kinematics import Frames, Kinematics
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from .acceptance import Verdict
-from .claims import left_by
+from .claims import left_by, unexplained
 
 _DRAWS, _ENDS = 512, 0.5  # ways to bend joints, and the share of joints that are at one of their limits in each
 
@@ -116,9 +117,8 @@ class LeftOvers:
         """(B,) which blobs, of those that are asked for, told objects own less of than would have them done with."""
         free = np.zeros(len(blobs), bool)
         if asked.any():
-            left = left_by(frame, [v.claim for v in among]).field
-            for n in np.flatnonzero(asked).tolist():
-                free[n] = left.owned_inside(blobs[n].pixels) <= self._config.search.explained
+            left = left_by(frame, [v.claim for v in among])
+            free[asked] = unexplained(left, list(compress(blobs, asked)), self._config.search.explained)
         return free
 
     def _near(

@@ -14,7 +14,7 @@ from ...core.geometry.transforms import Array
 from ...core.model.target import Target
 from ...io.learned.annotations import AnnotatedObject, instance_from_axis
 from ...io.learned.marked_objects import outline_px
-from ...simulation.scene import joints_at
+from ...simulation.extent import joints_at
 from ...simulation.sheet import object_picture
 from ...simulation.simulator import pinhole_camera
 from ..model import print_pages, sheet_of

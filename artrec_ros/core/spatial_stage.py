@@ -18,7 +18,7 @@ from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .second_looks import SecondLooks
 from .spatial_search import SpatialSearch
-from .three_blob_looks import ThreeBlobLooks
+from .three_point_looks import ThreePointLooks
 from .turned_down import turned_down
 from .verdict.acceptance import Verdict
 from .verdict.descriptions import Describer
@@ -35,7 +35,7 @@ class SpatialStage:
         self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
         climb = Climb(0, config.search.climb_rounds[-2:][0], config.search.climb_first_steps[-1])
         self._left_over = LeftOverLooks(self._finders, climb)
-        self._three_blobs = ThreeBlobLooks(self._finders, self._judge, climb)
+        self._three_points = ThreePointLooks(self._finders, self._judge, climb)
         self._describers = [Describer(f) for f in self._finders]
 
     def recognize(
@@ -52,8 +52,8 @@ class SpatialStage:
         found = search_of.run(self._finders, blobs)
         looks = SecondLooks(frame, self._judge, search, recall)
         accepted, others = looks.shared(found)
-        if by_three := self._three_blobs.candidates(frame.hurried(search.search_share), accepted, blobs, recall):
-            accepted, others = looks.beside(list(by_three.items()))
+        if by_points := self._three_points.candidates(frame.hurried(search.search_share), accepted, blobs, recall):
+            accepted, others = looks.beside(list(by_points.items()))
         if through := self._left_over.candidates(frame.hurried(search.search_share), accepted, blobs):
             accepted, others = looks.beside(list(through.items()))
         detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()

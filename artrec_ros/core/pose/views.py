@@ -7,6 +7,7 @@ direction. A bank of such views turns the paper's step 4 (couples of consecutive
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -116,6 +117,26 @@ def moments_of(outline: Array) -> tuple[Array, float]:
     if m["m00"] <= 0:
         return outline.mean(axis=0), 0.0
     return np.array([m["m10"], m["m01"]]) / m["m00"], 0.5 * float(np.arctan2(2 * m["mu11"], m["mu20"] - m["mu02"]))
+
+
+class LongAxis(NamedTuple):
+    """Of an outline: from its middle to one of its ends (2,), and how many times as long as wide it is. Of a rectangle
+    exactly; which of the ends it is no one knows."""
+
+    half: Array
+    ratio: float
+
+
+def long_axis(outline: Array) -> LongAxis:
+    """By the second moments of what an outline (n, 2) encloses."""
+    unit = float(np.ptp(outline, axis=0).max()) / _FINE  # cv2 takes a tiny area for none
+    m = cv2.moments(((outline - outline.mean(axis=0)) / unit).astype(np.float32).reshape(-1, 1, 2))
+    if m["m00"] <= 0:
+        return LongAxis(np.zeros(2), 1.0)
+    spread = np.array([[m["mu20"], m["mu11"]], [m["mu11"], m["mu02"]]]) / m["m00"]
+    variance, axes = np.linalg.eigh(spread)
+    across, along = np.sqrt(3 * np.maximum(variance, 0.0))  # halves of a rectangle that has these moments
+    return LongAxis(unit * along * axes[:, 1], float(along / max(across, 1e-9)))
 
 
 def flips_of(turn: Array, direction: Array) -> Array:

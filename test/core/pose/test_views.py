@@ -15,7 +15,7 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.pose.view_bank import BlobShape, ViewBank
-from artrec_ros.core.pose.views import anchors_of, blob_couples, flips_of, lift, moments_of, view_bank
+from artrec_ros.core.pose.views import anchors_of, blob_couples, flips_of, lift, long_axis, moments_of, view_bank
 from artrec_ros.core.pose.votes import VoteRoles
 
 FLAG = marker("flag", CAB, RIGHT_SIDE, (0, 0, 0))
@@ -180,3 +180,16 @@ def test_any_frame_fixed_to_a_marker_is_lifted():
     R, t = lift(flips @ R_in, view, T, camera_of(), R_in.T @ t_in)
     np.testing.assert_allclose(R, R_marker @ R_in, atol=1e-12)
     np.testing.assert_allclose(t, t_marker + R_marker @ t_in, atol=1e-12)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, 1.5, 3.0])
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 300.0])
+def test_a_rectangle_s_long_axis_ends_where_it_does(turn, scale):
+    way = np.array([np.cos(turn), np.sin(turn)])
+    across = np.array([-way[1], way[0]])
+    outline = scale * (np.array([5.0, 7.0]) + [a * 2.0 * way + b * 0.5 * across for a, b in
+                                               ((-1, -1), (1, -1), (1, 1), (-1, 1))])  # fmt: skip
+    axis = long_axis(outline)
+    assert np.abs(axis.half @ way) == pytest.approx(2.0 * scale, rel=1e-4)
+    assert np.abs(axis.half @ across) < 1e-3 * scale
+    assert axis.ratio == pytest.approx(4.0, rel=1e-3)

@@ -40,7 +40,8 @@ class MiddlesConfig(Room):
     )
     triples: int = param(
         4,
-        "threes of an object's rigid markers by whose blobs it is found, those that span most",
+        "threes of points of an object's rigid markers, their middles, or both ends of a long one and another's middle, "
+        "by whose blobs it is found: those that span most",
         low=0,
         high=1000,
         paths=("space",),
@@ -48,7 +49,7 @@ class MiddlesConfig(Room):
     )
     triples_tried: int = param(
         32,
-        "of each of these so many threes of blobs, those that are most alike in scale",
+        "for each of these so many combinations of blobs, those that are most alike in scale",
         low=1,
         high=100000,
         paths=("space",),
@@ -69,6 +70,23 @@ class MiddlesConfig(Room):
         high=10000,
         paths=("space",),
         origin="each three allows up to four",
+    )
+    triples_looks: int = param(
+        8,
+        "of the combinations of blobs under these poses so many are looked at closely, those with most votes",
+        low=1,
+        high=10000,
+        paths=("space",),
+        origin="one to three things of a long marker and a disc, 60 drawn frames: right .984 with 4, 1.00 with 8; a board "
+        "of twelve squares among furniture: 37 and 45 ms, 54 with 16",
+    )
+    elongated: float = param(
+        2.0,
+        "a marker so many times as long as wide has ends that tell where the object is",
+        low=1.1,
+        high=100,
+        paths=("space",),
+        origin="what is less so has a long axis that slant turns",
     )
     slant_rad: float = param(
         0.8,

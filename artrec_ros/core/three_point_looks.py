@@ -1,4 +1,4 @@
-"""Looks at blobs that nothing sure explains, three at a time: for objects whose markers lie too far apart for others.
+"""Looks at blobs that nothing sure explains, a few together: for objects whose markers lie too far apart for others.
 
 What comes of it is a candidate beside what was found: the pixels are shared out anew, and the one with more votes
 stands.
@@ -16,18 +16,19 @@ from .image.image_frame import ImageFrame
 from .memory.recall import Recall
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
+from .pose.ranked import Ranked
 from .pose.surface_model import Poses
-from .pose.three_blobs import ThreeBlobs
+from .pose.three_points import ThreePoints
 from .verdict.acceptance import Verdict
 from .verdict.claims import left_by, unexplained
 from .verdict.judge import Judge
 
 
-class ThreeBlobLooks:
+class ThreePointLooks:
     """Those for some targets. :param climb: on the votes, of what was found."""
 
     def __init__(self, finders: Sequence[WholeObjectFinder], judge: Judge, climb: Climb) -> None:
-        of = {finder: ThreeBlobs(finder.surface, finder.config) for finder in finders}
+        of = {finder: ThreePoints(finder.surface, finder.config) for finder in finders}
         self._of = {finder: three for finder, three in of.items() if three.labels}
         self._judge, self._climb = judge, climb
 
@@ -36,13 +37,13 @@ class ThreeBlobLooks:
     ) -> dict[WholeObjectFinder, Poses]:
         """Poses that may be objects, on blobs that sure ones leave.
 
-        :param blobs: of the frame. :param recall: what earlier frames say of it: one of three blobs is new, or its turn
-            has come.
+        :param blobs: of the frame. :param recall: what earlier frames say of it: one of the blobs is new, or its turn has
+            come.
         """
         out, recall = dict[WholeObjectFinder, Poses](), recall or Recall()
         for finder, three in self._of.items():
             mine = [b for b in blobs if b.label in three.labels]
-            if len(mine) < 3 or frame.deadline.expired or recall.patience.is_late:
+            if len(mine) < three.least or frame.deadline.expired or recall.patience.is_late:
                 continue
             left = left_by(frame, [v.claim for v in accepted if v.probability > finder.config.search.beyond_doubt])
             mine = list(compress(mine, unexplained(left, mine, finder.config.search.explained)))
@@ -52,14 +53,29 @@ class ThreeBlobLooks:
                 out |= {finder: found} if len(found) else {}
         return out
 
-    def _climbed(self, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Poses:
-        """The few with most votes that may be objects, after a climb."""
-        if not len(poses) or frame.deadline.expired:
-            return poses[:0]
-        found = finder.with_joints(frame, poses).best(finder.config.middles.keep, finder.config.search)
+    def _climbed(self, finder: WholeObjectFinder, frame: ImageFrame, by_blobs: Sequence[Poses]) -> Poses:
+        """The few with most votes that may be objects, after a climb; of those on the same blobs the best one, for what
+        is found already is found here, too.
+
+        :param by_blobs: poses on the same blobs together.
+        """
+        found, config = Ranked(finder.surface.no_poses, np.zeros(0)), finder.config
+        for poses in self._most_likely(finder, frame, by_blobs):
+            if frame.deadline.expired:
+                break
+            found += finder.with_joints(frame, poses).best(1, config.search)
         if len(found):
             verdicts = self._judge.verdicts(finder, found.poses, frame)
             found = found[np.flatnonzero(verdicts.probability >= finder.config.search.hopeless)]
         if len(found):
             found = finder.polished(frame, found, self._climb)
         return found.poses[np.flatnonzero(found.votes > 0)]
+
+    def _most_likely(self, finder: WholeObjectFinder, frame: ImageFrame, by_blobs: Sequence[Poses]) -> list[Poses]:
+        """The few that have most votes as they are."""
+        if not by_blobs:
+            return []
+        votes = finder.voter.votes(frame, Poses.concatenate(list(by_blobs)), occlusion=False)
+        first = np.cumsum([0, *(len(poses) for poses in by_blobs[:-1])])
+        order = np.argsort(-np.maximum.reduceat(votes, first), kind="stable")
+        return [by_blobs[n] for n in order[: finder.config.middles.triples_looks]]

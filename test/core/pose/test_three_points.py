@@ -19,10 +19,10 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.climber import Climb
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
-from artrec_ros.core.pose.three_blobs import ThreeBlobs
+from artrec_ros.core.pose.three_points import ThreePoints
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.second_looks import SecondLooks
-from artrec_ros.core.three_blob_looks import ThreeBlobLooks
+from artrec_ros.core.three_point_looks import ThreePointLooks
 from artrec_ros.core.verdict.judge import Judge
 
 CAMERA = camera_of((640, 480), 500.0)
@@ -55,12 +55,16 @@ def at(slant: float, heading: float) -> Poses:
     return Poses(R[None], np.array([[0.05, -0.03, 1.4]]), np.zeros((1, 0)))
 
 
+def three_points(model: ObjectModel) -> ThreePoints:
+    return ThreePoints(SpatialModel(model, RED, DEFAULTS.votes), DEFAULTS)
+
+
 @pytest.mark.parametrize("heading", [0.3, 2.0, -1.4])
 @pytest.mark.parametrize("slant", [0.1, 0.6, 0.9])
 def test_three_middles_tell_where_discs_are(slant, heading):
     model, pose = discs(), at(slant, heading)
     blobs = find_blobs(render(CAMERA, [(model, pose, RED)]), {RED, 3, 4}, DEFAULTS)
-    found = ThreeBlobs(SpatialModel(model, RED, DEFAULTS.votes), DEFAULTS).of(SEEN, blobs, np.ones(len(blobs), bool))
+    found = Poses.concatenate(three_points(model).of(SEEN, blobs, np.ones(len(blobs), bool)))
     off = [turn_between(R, pose.R[0]) + np.linalg.norm(t - pose.t[0]) for R, t in zip(found.R, found.t, strict=True)]
     assert min(off) < 0.06
     assert len(found) <= DEFAULTS.middles.triples_kept
@@ -83,18 +87,16 @@ def test_blobs_of_other_sizes_are_no_markers():
     blobs = find_blobs(render(CAMERA, [(model, pose, RED)]), {RED, 3, 4}, DEFAULTS)
     parts = [replace(c, markers=tuple(replace(m, outline=m.outline / 3) for m in c.markers)) for c in model.components]
     small = ObjectModel("small", tuple(parts))
-    assert not len(
-        ThreeBlobs(SpatialModel(small, RED, DEFAULTS.votes), DEFAULTS).of(SEEN, blobs, np.ones(len(blobs), bool))
-    )
+    assert not three_points(small).of(SEEN, blobs, np.ones(len(blobs), bool))
 
 
 def test_only_what_is_rigid_is_found_so():
-    assert ThreeBlobs(SpatialModel(discs(), RED, DEFAULTS.votes), DEFAULTS).labels == {RED, 3, 4}
-    assert not ThreeBlobs(SpatialModel(discs(rigid=False), RED, DEFAULTS.votes), DEFAULTS).labels
+    assert three_points(discs()).labels == {RED, 3, 4}
+    assert not three_points(discs(rigid=False)).labels
     one = ObjectModel(
         "one", (Component("a", (marker("m", rectangle(0.1, 0.05), np.eye(3), (0, 0, 0)),), required=True),)
     )
-    assert not ThreeBlobs(SpatialModel(one, RED, DEFAULTS.votes), DEFAULTS).labels
+    assert not three_points(one).labels
 
 
 def test_what_they_find_may_be_a_targets_only_candidate():
@@ -113,7 +115,7 @@ def test_of_hundreds_of_blobs_a_bounded_number_of_threes_is_tried(monkeypatch):
     labels, tried = np.zeros((480, 640), np.uint8), list[int]()
     for n in range(300):
         cv2.circle(labels, (12 + 32 * (n % 20), 12 + 30 * (n // 20)), 6, RED, -1)
-    three, blobs = ThreeBlobs(SpatialModel(like, RED, DEFAULTS.votes), DEFAULTS), find_blobs(labels, {RED}, DEFAULTS)
+    three, blobs = three_points(like), find_blobs(labels, {RED}, DEFAULTS)
     solve = cv2.solveP3P
     monkeypatch.setattr(cv2, "solveP3P", lambda *given, **flags: tried.append(1) or solve(*given, **flags))
     three.of(SEEN, blobs, np.ones(len(blobs), bool))
@@ -123,7 +125,7 @@ def test_of_hundreds_of_blobs_a_bounded_number_of_threes_is_tried(monkeypatch):
 def test_blobs_that_wait_are_asked_beside_one_that_does_not():
     model, pose = discs(), at(0.3, 0.3)
     blobs = find_blobs(render(CAMERA, [(model, pose, RED)]), {RED, 3, 4}, DEFAULTS)
-    three = ThreeBlobs(SpatialModel(model, RED, DEFAULTS.votes), DEFAULTS)
+    three = three_points(model)
     assert not len(three.of(SEEN, blobs, np.zeros(len(blobs), bool)))
     assert len(three.of(SEEN, blobs, np.arange(len(blobs)) == 1))
 
@@ -131,15 +133,75 @@ def test_blobs_that_wait_are_asked_beside_one_that_does_not():
 def test_the_markers_of_one_component_are_as_rigid():
     parts = discs().components
     one = ObjectModel("one", (replace(parts[0], markers=tuple(m for c in parts for m in c.markers)),))
-    assert ThreeBlobs(SpatialModel(one, RED, DEFAULTS.votes), DEFAULTS).labels == {RED}
+    assert three_points(one).labels == {RED}
 
 
 def test_where_none_stands_on_the_floor_there_is_none(monkeypatch):
     pose = at(0.6, 0.3)
     finder = WholeObjectFinder(Target("discs", discs(), RED), DEFAULTS)
     frame = ImageFrame(LabelField(render(CAMERA, [(discs(), pose, RED)])), CAMERA)
-    looks = ThreeBlobLooks([finder], Judge.of(DEFAULTS), Climb(0, 2, 1.0))
+    looks = ThreePointLooks([finder], Judge.of(DEFAULTS), Climb(0, 2, 1.0))
     blobs = find_blobs(frame.field.labels, {RED, 3, 4}, DEFAULTS)
     assert looks.candidates(frame, [], blobs)
     monkeypatch.setattr(WholeObjectFinder, "_standing", lambda self, frame, poses: poses[:0])
     assert not looks.candidates(frame, [], blobs)
+
+
+def bars(*, long: bool = True) -> ObjectModel:
+    """Two of one class, upright and lying, ten times as far apart as they are wide; or two squares."""
+    upright = rectangle(0.02, 0.14) if long else rectangle(0.05, 0.05)
+    lying = rectangle(0.10, 0.02) if long else rectangle(0.05, 0.05)
+    facing = np.eye(3)
+    foot = Component("foot", (marker("foot", lying, facing, (0.35, -0.1, 0.05)),))
+    return ObjectModel("bars", (Component("post", (marker("post", upright, facing, (0, 0, 0)),), required=True), foot))
+
+
+@pytest.mark.parametrize("heading", [0.3, 2.0, -1.4])
+@pytest.mark.parametrize("slant", [0.1, 0.6, 0.9])
+def test_both_ends_of_a_long_marker_and_the_middle_of_another_tell_as_much(slant, heading):
+    model, pose = bars(), at(slant, heading)
+    blobs = find_blobs(render(CAMERA, [(model, pose, RED)]), {RED}, DEFAULTS)
+    three = three_points(model)
+    found = Poses.concatenate(three.of(SEEN, blobs, np.ones(len(blobs), bool)))
+    off = [turn_between(R, pose.R[0]) + np.linalg.norm(t - pose.t[0]) for R, t in zip(found.R, found.t, strict=True)]
+    assert three.least == 2
+    assert min(off) < 0.15
+
+
+def test_squares_have_no_ends():
+    assert not three_points(bars(long=False)).labels
+
+
+@pytest.mark.parametrize(
+    ("turns", "places"),
+    [
+        (((0.482, -0.29), (-0.955, 0.205)), ((-1.304, -0.39, 3.435), (0.436, 0.642, 3.658))),
+        (((0.909, 0.194), (-0.163, -0.062)), ((-1.331, -0.45, 3.418), (0.39, 0.571, 3.627))),
+    ],
+)
+def test_what_is_found_does_not_stand_in_the_way_of_what_is_not(turns, places):
+    """It explains its blobs as well as ever when these are asked again."""
+    post = rectangle(0.03, 0.3)
+    other = Component("other", (marker("other", post, np.eye(3), (0.8, 0, 0)),), label=4)
+    gate = ObjectModel("gate", (Component("post", (marker("post", post, np.eye(3), (0, 0, 0)),), required=True), other))
+    facing = rotation_from_rotvec([np.pi, 0, 0])
+    poses = [
+        Poses(
+            (rotation_from_rotvec([0, a, 0]) @ rotation_from_rotvec([b, 0, 0]) @ facing)[None],
+            np.array([t]),
+            np.zeros((1, 0)),
+        )
+        for (a, b), t in zip(turns, places, strict=True)
+    ]
+    labels = render(CAMERA, [(gate, pose, RED) for pose in poses])
+    found = Recognizer([Target("gate", gate, RED)], DEFAULTS, Segmenter(ImageConfig())).recognize(labels, CAMERA)
+    assert len(found.detections) == 2
+    assert max(min(np.linalg.norm(d.pose.position - p.t[0]) for d in found.detections) for p in poses) < 0.06
+
+
+def test_poses_on_the_same_blobs_come_together():
+    model, pose = bars(), at(0.3, 0.3)
+    blobs = find_blobs(render(CAMERA, [(model, pose, RED)]), {RED}, DEFAULTS)
+    together = three_points(model).of(SEEN, blobs, np.ones(len(blobs), bool))
+    assert 1 <= len(together) <= 2  # either blob is one marker, or the other one
+    assert sum(map(len, together)) > len(together)

@@ -37,8 +37,8 @@ class ThreePointLooks:
     ) -> dict[WholeObjectFinder, Poses]:
         """Poses that may be objects, on blobs that sure ones leave.
 
-        :param blobs: of the frame. :param recall: what earlier frames say of it: one of the blobs is new, or its turn has
-            come.
+        :param blobs: of the frame. :param recall: what earlier frames say of it: one of the blobs is new, or its turn
+            has come.
         """
         out, recall = dict[WholeObjectFinder, Poses](), recall or Recall()
         for finder, three in self._of.items():

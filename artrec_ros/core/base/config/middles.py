@@ -40,8 +40,8 @@ class MiddlesConfig(Room):
     )
     triples: int = param(
         4,
-        "threes of points of an object's rigid markers, their middles, or both ends of a long one and another's middle, "
-        "by whose blobs it is found: those that span most",
+        "threes of points of an object's rigid markers, their middles, or both ends of a long one and another's "
+        "middle, by whose blobs it is found: those that span most",
         low=0,
         high=1000,
         paths=("space",),
@@ -77,8 +77,8 @@ class MiddlesConfig(Room):
         low=1,
         high=10000,
         paths=("space",),
-        origin="one to three things of a long marker and a disc, 60 drawn frames: right .984 with 4, 1.00 with 8; a board "
-        "of twelve squares among furniture: 37 and 45 ms, 54 with 16",
+        origin="one to three things of a long marker and a disc, 60 drawn frames: right .984 with 4, 1.00 with 8; a "
+        "board of twelve squares among furniture: 37 and 45 ms, 54 with 16",
     )
     elongated: float = param(
         2.0,

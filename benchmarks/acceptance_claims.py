@@ -126,7 +126,7 @@ class Claims:
         return cls(
             np.full(len(rows), world),
             np.array(final, bool),
-            np.array([v.case for v in verdicts], "<U24"),
+            np.array([v.case.split(", ")[-1] for v in verdicts], "<U24"),
             np.array(right, float),
             np.array([v.probability for v in verdicts]),
             np.array([v.evidence for v in verdicts], float).reshape(len(rows), len(Evidence._fields)),

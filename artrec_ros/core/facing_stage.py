@@ -25,7 +25,7 @@ from .turned_down import turned_down
 from .verdict.acceptance import Verdict
 from .verdict.claims import left_by
 from .verdict.descriptions import Describer
-from .verdict.enough import enough_of
+from .verdict.enough import enough_of, without_surplus
 from .verdict.judge import Judge
 from .verdict.ownership import share_out
 
@@ -64,14 +64,13 @@ class FacingStage:
     ) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
         """As `recognize`, in a frame whose camera objects face."""
         accepted, others = self.verdicts(faced, blobs, limits)
-        detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()
-        for describer in self.describers:
-            told, none_left = describer.without_surplus(accepted, faced, self._judge)
-            described = describer.describe(told, faced, accepted, blobs)
+        detections, doubtful = list[Detection](), list[Rejection]()
+        told, surplus, objects = without_surplus(self.describers, accepted, faced, self._judge)
+        for describer, mine in zip(self.describers, told, strict=True):
+            described = describer.describe(mine, faced, objects, blobs)
             sure, in_doubt = enough_of(described, describer.finder, self._judge)
             detections += [self._placer.faced(detection, faced) for detection in sure]
             doubtful += in_doubt
-            surplus += none_left
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs
         verdicts = accepted, surplus, others

@@ -20,9 +20,8 @@ from .second_looks import SecondLooks
 from .spatial_search import SpatialSearch
 from .three_point_looks import ThreePointLooks
 from .turned_down import turned_down
-from .verdict.acceptance import Verdict
 from .verdict.descriptions import Describer
-from .verdict.enough import enough_of
+from .verdict.enough import enough_of, without_surplus
 from .verdict.judge import Judge
 
 
@@ -56,15 +55,14 @@ class SpatialStage:
             accepted, others = looks.beside(list(by_points.items()))
         if through := self._left_over.candidates(frame.hurried(search.search_share), accepted, blobs):
             accepted, others = looks.beside(list(through.items()))
-        detections, doubtful, surplus = list[Detection](), list[Rejection](), list[Verdict]()
-        for finder, describer in zip(self._finders, self._describers, strict=True):
-            told, none_left = describer.without_surplus(accepted, frame, self._judge)
-            sure, in_doubt = enough_of(describer.describe(told, frame, accepted, blobs), finder, self._judge)
+        detections, doubtful = list[Detection](), list[Rejection]()
+        told, surplus, objects = without_surplus(self._describers, accepted, frame, self._judge)
+        for finder, describer, mine in zip(self._finders, self._describers, told, strict=True):
+            sure, in_doubt = enough_of(describer.describe(mine, frame, objects, blobs), finder, self._judge)
             detections += sure
             doubtful += in_doubt
-            surplus += none_left
             if recall is not None:
-                recall.accept(finder, told, frame.camera)
+                recall.accept(finder, mine, frame.camera)
         looked_at = [] if frame.deadline.hit or (recall and recall.waiting) else blobs
         verdicts = accepted, surplus, others
         return tuple(detections), Deferred(

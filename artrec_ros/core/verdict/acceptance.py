@@ -2,8 +2,9 @@
 
 The probability is that of an additive logistic model: each kind of evidence adds what its curve says, a line through a
 few points that never falls. Claims of which no other component should be in view, of which none is confirmed, of which
-some are, and of which some are while the required one is out of sight, or bears no labels, have a model each. The
-curves are fitted on objects made up at random, and how well the probability is calibrated is measured on others
+some are, and of which some are while the required one is out of sight, or bears no labels, have a model each; where
+another component of the rigid body that it is part of is confirmed, that one is judged in its place. The curves are
+fitted on objects made up at random, and how well the probability is calibrated is measured on others
 (`benchmarks/acceptance.py`; what learned colours add: `benchmarks/acceptance_colour.py`).
 """
 
@@ -12,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -25,9 +27,12 @@ from .claims import Claim, Claims
 from .evidence_kernels import Criteria, Curves, Found, Said, examine, probabilities
 
 # as evidence_kernels.py numbers them; then the same in images with colours, as far as these have curves of their own
-_OF_LABELS = "alone", "deserted", "borne out", "unseen", "faded"
+_SHOWN = "alone", "deserted", "borne out"
+_OF_LABELS = *_SHOWN, "unseen", "faded", *(f"{why}, {case}" for why in ("unseen", "faded") for case in _SHOWN)
 CASES = (*_OF_LABELS, *(f"{case} in colour" for case in _OF_LABELS))
 _BORNE_OUT = np.array([case.startswith("borne out") for case in CASES])
+# nothing but one component of a rigid body is seen: each of them could be taken for it by chance
+_ONE_OF_ITS_BODY = np.array([", alone" in case or ", deserted" in case for case in CASES])
 
 
 class Evidence(NamedTuple):
@@ -184,8 +189,9 @@ class Verdict:
     def case(self) -> str:
         """The model that holds for it: 'borne out' where other components are confirmed, 'deserted' where none is that
         should be in view, 'alone' where none should be, 'unseen' where others are confirmed and the required one is
-        turned away, hidden or out of the image, 'faded' where it bears no labels though it should be seen; of what
-        faces the camera each 'in colour', too, and in space 'alone': soft codes vote less clearly than labels."""
+        turned away, hidden or out of the image, 'faded' where it bears no labels though it should be seen, each also
+        'unseen, alone' and so on, where another component of its rigid body is judged in its place; of what faces the
+        camera each 'in colour', too, and in space 'alone': soft codes vote less clearly than labels."""
         return CASES[self.among.case[self.row]]
 
     @property
@@ -234,7 +240,8 @@ def verdicts_of(claims: Claims) -> Verdicts:
     told = np.zeros(len(surface.patches), bool)
     told[surface.classed_faces] = True
     by = Criteria(
-        finder.root, n[1], told, surface.several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
+        finder.root, _rigid_to(surface, finder.root) & (not finder.facing), n[1], told,
+        surface.several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
         float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
         most, config.required == "visible", surface.root_others,
         finder.facing, finder.facing and surface.overlaps,
@@ -254,21 +261,28 @@ def verdicts_of(claims: Claims) -> Verdicts:
         found.case[:] = _in_colour(finder.facing)[found.case]
     out = np.empty(n[0])
     probabilities(_curves(finder.facing), found.case, found.evidence, out)
-    if surface.several.any():
-        out = _of_several(out, found.confirmed, surface)
-    return Verdicts(claims, *found, out)
+    times = _of_several(found.confirmed, surface) if surface.several.any() else np.ones(n[0])
+    times[_ONE_OF_ITS_BODY[found.case]] *= 1 + by.rigid.sum()
+    return Verdicts(claims, *found, np.asarray(out / (out + (1 - out) * times)))
 
 
-def _of_several(probability: Array, confirmed: Array, surface: SpatialModel) -> Array:
-    """(H,) probabilities of objects whose components may be of one of several classes: what may be of k is borne out by
-    chance k times as easily as what is of one, of which the curves are.
+def _rigid_to(surface: SpatialModel, root: int) -> NDArray[np.bool_]:
+    """(C,) which other components the same joints move."""
+    rigid = np.asarray((surface.kinematics.moves == surface.kinematics.moves[root]).all(axis=1))
+    rigid[root] = False
+    return rigid
+
+
+def _of_several(confirmed: Array, surface: SpatialModel) -> Array:
+    """(H,) how many times as easily chance bears out objects whose components may be of one of several classes: what
+    may be of k is borne out k times as easily as what is of one, of which the curves are.
 
     :param confirmed: (H, C)
     """
     choices = np.log([len(labels) for labels in surface.labels])
     others = np.delete(confirmed, surface.root, axis=1)
     mean = others @ np.delete(choices, surface.root) / np.maximum(others.sum(axis=1), 1)
-    return np.asarray(probability / (probability + (1 - probability) * np.exp(mean)))
+    return np.asarray(np.exp(mean), np.float64)
 
 
 _NEVER: Model = -50.0, {}  # a case that is not looked for
@@ -276,13 +290,17 @@ _NEVER: Model = -50.0, {}  # a case that is not looked for
 
 @cache
 def _models(facing: bool) -> dict[str, Model]:
-    """By case. In space curves of images with colours add to those of labels."""
+    """By case. In space curves of images with colours add to those of labels, and what stands in for the required
+    component is judged as that is."""
     if facing:
         return facing_curves.CURVES
     models = dict(acceptance_curves.CURVES)
     for case, (bias, curves) in colour_curves.ADDED.items():
         of_labels = models[case]
         models[f"{case} in colour"] = of_labels[0] + bias, {**of_labels[1], **curves}
+    for way, case in product(("", " in colour"), _SHOWN):
+        if model := models.get(f"{case}{way}"):
+            models |= {f"{why}, {case}{way}": model for why in ("unseen", "faded")}
     return models
 
 

@@ -5,12 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Rejection
 from ..model.objects import ObjectModel
 from ..pose.finder import WholeObjectFinder
+from .acceptance import Verdict
+from .descriptions import Describer
 from .judge import NO_DIRECTION, Judge, too_low
 
 _OTHER_PLACES = "what is seen of it looks like other parts of it, laid otherwise"
+
+
+def without_surplus(
+    describers: Sequence[Describer], accepted: Sequence[Verdict], frame: ImageFrame, judge: Judge
+) -> tuple[list[list[Verdict]], list[Verdict], Sequence[Verdict]]:
+    """Of each target the objects that are told; those that no identity is left for; and all objects but these: what is
+    none explains nothing that another one leaves."""
+    shared = [describer.without_surplus(accepted, frame, judge) for describer in describers]
+    told, surplus = [mine for mine, _ in shared], [v for _, none_left in shared for v in none_left]
+    return told, surplus, [v for mine in told for v in mine] if surplus else accepted
 
 
 def enough_of(

@@ -15,12 +15,14 @@ from ..pose.surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, 
 from ..pose.vote_kernels import LEAST_KNOWN, is_supported
 
 ALONE, DESERTED, BORNE_OUT, UNSEEN, FADED = range(5)  # see `Verdict.case`
+UNSEEN_ALONE, FADED_ALONE = 5, 8  # and from there on the first three, with another component in its place
 
 
 class Criteria(NamedTuple):
     """What a claim is examined by."""
 
     root: int  # the required component
+    rigid: Any  # (C,) bool: other components of the rigid body that it is part of
     n_components: int
     told: Any  # (P,) bool: faces that have a class
     several: Any  # (P,) bool: what may be of several classes, of which nobody knows which
@@ -102,13 +104,12 @@ def along_outline(
 @lean
 def confirm(
     s: Surface, said: Said, by: Criteria, h: int, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, room: Room,
-    found: Found,
-) -> float:  # fmt: skip
-    """Which marker shows each component of claim `h`, and whether the labels confirm it: `Evidence.rim`.
+    found: Found, rims: Any,
+) -> None:  # fmt: skip
+    """Which marker shows each component of claim `h`, and whether the labels confirm it.
 
-    :param R, t: (C, 3, 3), (C, 3) the frames of its components.
+    :param R, t: (C, 3, 3), (C, 3) the frames of its components. :param rims: (C,) to fill: `Evidence.rim` of each.
     """
-    root_rim = 0.0
     for c in range(by.n_components):
         best, most, total = -1, -1.0, 0.0
         for p in range(len(s.component)):
@@ -132,11 +133,10 @@ def confirm(
         inside *= parted if by.facing else 1.0  # as far as it votes
         around *= free
         found.outline[h, c] = (said.votes[h, best] - inside) / max(around, 1e-12)  # nothing, where it does not vote
-        found.parted[h, c] = 0.0
+        found.parted[h, c] = rims[c] = 0.0
         if found.shown[h, c] >= 0 and said.area_px[h, best] > 0.0:
             found.parted[h, c] = 1.0 if by.several[best] else parted
-            root_rim = rim / max(by.rim, 1e-12) if c == by.root else root_rim
-    return root_rim
+            rims[c] = rim / max(by.rim, 1e-12)
 
 
 @lean
@@ -186,8 +186,12 @@ def bears_others(
 
 
 @lean
-def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, rim: float, found: Found) -> None:
-    """What speaks for claim `h`, after `confirm`. :param cosine: see `Evidence.facing`. :param rim: `Evidence.rim`."""
+def weigh(s: Surface, said: Said, by: Criteria, h: int, root: int, cosine: float, rim: float, found: Found) -> None:
+    """What speaks for claim `h`, after `confirm`.
+
+    :param root: the required component, or another one that stands in for it. :param cosine: see `Evidence.facing`, of
+        that. :param rim: `Evidence.rim`.
+    """
     root_votes, root_px, votes, area_px, missing_px = 0.0, 0.0, 0.0, 0.0, 0.0
     seen, body_votes, body_px, face_votes, face_px, bare, faceless = False, 0.0, 0.0, 0.0, 0.0, True, True
     for p in range(len(s.component)):
@@ -195,31 +199,48 @@ def weigh(s: Surface, said: Said, by: Criteria, h: int, cosine: float, rim: floa
         if s.marker_of[p] < 0:
             if by.told[p] and a > 0.0:
                 face_votes, face_px, faceless = face_votes + v, face_px + a, False
-                if c == by.root:
+                if c == root:
                     body_votes, body_px, bare = body_votes + v, body_px + a, False
-        elif c == by.root:
+        elif c == root:
             root_votes, root_px = root_votes + v, root_px + a
         else:
             votes, area_px, seen = votes + v, area_px + a, seen or a > by.min_px
             missing_px += 0.0 if found.confirmed[h, c] else a
     others, shown, outlines, parted, length = 0, -1, 0.0, 0.0, 0.0
     for c in range(by.n_components):
-        shown += found.shown[h, c] >= 0
-        if c != by.root and found.confirmed[h, c]:
+        shown += found.shown[h, c] >= 0 and (c != by.root or c == root)
+        if c != root and found.confirmed[h, c]:
             others += 1
             px = perimeter_px(s, said, h, found.shown[h, c])
             outlines, length = outlines + found.outline[h, c] * px, length + px
             parted += found.parted[h, c] * px
     found.case[h] = BORNE_OUT if others else (DESERTED if seen else ALONE)
     row = found.evidence[h]
-    row[0], row[1], row[2] = math.log(max(said.total[h], 1.0)), found.outline[h, by.root], 1.0 if bare else 0.0
+    row[0], row[1], row[2] = math.log(max(said.total[h], 1.0)), found.outline[h, root], 1.0 if bare else 0.0
     row[3], row[4] = by.bare if bare else body_votes / max(body_px, 1.0), shown
     row[5], row[6] = (root_votes + votes) / max(root_px + area_px, 1.0), votes / max(area_px, 1.0)
     row[7], row[8] = outlines / max(length, 1e-9), by.bare if faceless else face_votes / max(face_px, 1.0)
     row[9], row[10] = cosine, -math.log1p(missing_px)
     row[11] = -missing_px / max(root_px + area_px, 1.0)
-    row[12], row[13] = rim, found.parted[h, by.root]
+    row[12], row[13] = rim, found.parted[h, root]
     row[14] = parted / max(length, 1e-9)
+
+
+@lean
+def stand_in(s: Surface, said: Said, by: Criteria, h: int, R: Any, t: Any, rims: Any, found: Found) -> None:
+    """What speaks for claim `h`, whose required component shows nothing, with the one that shows most of the rigid body
+    that it is part of in its place: which of them is called required makes no other object of it.
+
+    :param R, t, rims: as of `confirm`.
+    """
+    root, most = -1, 0.0
+    for c in range(by.n_components):
+        if by.rigid[c] and found.confirmed[h, c] and said.area_px[h, found.shown[h, c]] > most:
+            root, most = c, said.area_px[h, found.shown[h, c]]
+    if root >= 0:
+        first = UNSEEN_ALONE if found.case[h] == UNSEEN else FADED_ALONE
+        weigh(s, said, by, h, root, aspect(s, found.shown[h, root], R[root], t[root])[0], rims[root], found)
+        found.case[h] += first
 
 
 @jit
@@ -230,19 +251,21 @@ def examine(
     """Fill `found` with what labels say of claims R (H, 3, 3), t (H, 3), q (H, J)."""
     n_c, n_joints = len(chain.parent), q.shape[1]
     frames_R, frames_t, scratch = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((3, 3, 3))
-    joints, room = np.empty((2, n_joints, 3)), room_of(s)
+    joints, room, rims = np.empty((2, n_joints, 3)), room_of(s), np.empty(n_c)
     for h in range(len(R)):
         place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
         if by.overlaps:
             cover(s, frames_R, frames_t, view, limits, room)
-        rim = confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found)
+        confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found, rims)
         A, b = frames_R[by.root], frames_t[by.root]
-        weigh(s, said, by, h, aspect(s, found.shown[h, by.root], A, b)[0], rim, found)
+        weigh(s, said, by, h, by.root, aspect(s, found.shown[h, by.root], A, b)[0], rims[by.root], found)
         if found.case[h] == BORNE_OUT and not found.confirmed[h, by.root]:
             if out_of_sight(s, said, by, h, A, b, view):
                 found.case[h] = UNSEEN
             elif by.fades and not bears_others(s, by, A, b, view, limits, room):
                 found.case[h] = FADED
+            if found.case[h] != BORNE_OUT:
+                stand_in(s, said, by, h, frames_R, frames_t, rims, found)
 
 
 class Curves(NamedTuple):

@@ -120,11 +120,16 @@ def judge_frame(objects: Sequence[TrueObject], detections: Sequence[Detection], 
 
 def is_in_view(o: TrueObject, root: str) -> bool:
     """Whether an object counts: enough of its required component can be seen."""
-    return any(
-        c.full_px >= COUNTED_PX and c.visible_px >= COUNTED_SHARE * c.full_px
-        for name, c in o.components.items()
-        if c.centre is not None and shows(name, root)
-    )
+    return any(_is_seen(c) for name, c in o.components.items() if shows(name, root))
+
+
+def shows_others(o: TrueObject) -> bool:
+    """Whether so much can be seen of any component."""
+    return any(map(_is_seen, o.components.values()))
+
+
+def _is_seen(c: TrueComponent) -> bool:
+    return c.centre is not None and c.full_px >= COUNTED_PX and c.visible_px >= COUNTED_SHARE * c.full_px
 
 
 def shows(truth_name: str, component: str) -> bool:

@@ -15,7 +15,7 @@ from ...io.results.results import FrameRecord
 from ...io.truth.records import FrameKey, Told, TrueObject, Truth
 from .assignment import Choice, choose_objects, match_frames, repeated_frames, strangers
 from .completion import with_components, with_own_names
-from .metrics import Counts, judge_frame
+from .metrics import Counts, judge_frame, shows_others
 from .outcomes import FrameOutcome, Outcome
 from .runs import Run
 from .slips import slips
@@ -127,7 +127,19 @@ def _evaluate(run: Run, truth: Truth, found: Mapping[FrameKey, int], options: Op
         frames.append(ScoredFrame(key, found.get(key), record, by_name))
     sliding = {name: _sliding(run.models[name]) for name in choices if name in run.models}
     scored = Evaluation(run, truth, tuple(frames), choices, tuple(_notes(run, truth, found, choices)), sliding)
-    return replace(scored, notes=(*scored.notes, *slips(list(scored.outcomes()), sliding)))
+    return replace(scored, notes=(*scored.notes, *_turned_away(scored), *slips(list(scored.outcomes()), sliding)))
+
+
+def _turned_away(scored: Evaluation) -> Iterable[str]:
+    """What is plainly in view and does not count."""
+    for name in scored.names:
+        others = [o for _, o in scored.outcomes([name]) if not o.counted and shows_others(o.truth)]
+        if others:
+            found = sum(o.detection is not None for o in others)
+            yield (
+                f"{len(others)} more of the truth's '{name}' show other components, but too little of the required "
+                f"one, '{scored.run.objects[name].required}': they do not count; {found} of them are found"
+            )
 
 
 def _judge(

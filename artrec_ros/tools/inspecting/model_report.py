@@ -16,12 +16,12 @@ from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
+from .structure import shortened, structure
 
 Key = tuple[str, str]
 
 # markers of an object that are larger, or than another one by so much, are none; nor are its other lengths
 _LARGE_M, _MOST_TIMES = 20.0, 100.0
-_LISTED = 6  # names on a line
 _FAR_SIZES = 3.0  # an axis may leave its marker, such as for a joint beside it
 _METRES = "lengths are metres: 40 mm are 0.04"
 _MOST_TURN_RAD = 2 * math.pi + 0.1
@@ -96,7 +96,7 @@ def advice(found: Ambiguities, camera: Camera | None, distance_m: float | None) 
         *_own_turns(found),
         *_same(found),
         *(_range(found, camera, distance_m) if camera is not None else ()),
-        *_structure(found.model),
+        *structure(found.model),
     ]
     return sorted(lines, key=lambda line: line.startswith("note"))
 
@@ -184,7 +184,7 @@ def _own_turns(found: Ambiguities) -> Iterator[str]:
         shapes.setdefault(shape, []).append((m.component, m.marker))
     for (is_required, order), shapes in alike.items():
         one = sum(map(len, shapes.values())) == 1
-        shown = f"{_shortened([_named(group) for group in shapes.values()])} look{'s' if one else ''} the same"
+        shown = f"{shortened([_named(group) for group in shapes.values()])} look{'s' if one else ''} the same"
         turn = "any turn" if order == ANY_ANGLE else f"a turn of {360 / max(order, 1):.0f} degrees"
         if order != 1 and is_required:
             yield f"warning: {shown} after {turn}, and all starts there: alone it tells no direction"
@@ -196,7 +196,7 @@ def _same(found: Ambiguities) -> Iterator[str]:
     """Markers of one shape, by groups."""
     required = found.model.required.name
     for group in _groups([p for p in found.alike if p.same]):
-        names = _shortened(["/".join(key) for key in group])
+        names = shortened(["/".join(key) for key in group])
         components = {component for component, _ in group}
         if components == {required}:
             yield f"warning: {names} are alike in shape: they do not tell which side of the object is seen"
@@ -262,24 +262,6 @@ def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iter
         )
 
 
-def _shortened(names: Sequence[str]) -> str:
-    return ", ".join(names[:_LISTED]) + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")
-
-
 def _named(group: Sequence[Key]) -> str:
     rest = f" (and {len(group) - 1} like it)" if len(group) > 1 else ""
     return "/".join(group[0]) + rest
-
-
-def _structure(model: ObjectModel) -> Iterator[str]:
-    loose = ["/".join(key) for key, m in model.markers.items() if m.T_component_marker is None]
-    if loose:
-        where = "the object is found in the image plane only, with constraints from artrec train"
-        yield f"note: {_shortened(loose)}: no pose: {where}"
-        return
-    fixed = [c.name for c in model.components if c.joint is None and not c.required]
-    bare = [c.name for c in model.components if not c.bodies]
-    if fixed:
-        yield f"note: without joint, and so taken to be fixed to the object's frame: {', '.join(fixed)}"
-    if bare and not model.is_flat:
-        yield f"note: without body, so that what they hide, their own far side too, is not known: {', '.join(bare)}"

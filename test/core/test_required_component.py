@@ -1,6 +1,8 @@
 """Objects whose required component cannot be seen: turned away, hidden by another object, out of the image, or without
 labels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from settings import settings
@@ -22,7 +24,9 @@ from solids import (
 )
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig, TrackingConfig
-from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
@@ -30,6 +34,8 @@ from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.tracking.tracker import Tracker
+from artrec_ros.core.verdict.acceptance import verdicts_of
+from artrec_ros.core.verdict.claims import claims_of
 
 CAMERA = camera_of()
 BACK = FRONT @ np.diag([-1.0, 1.0, -1.0])
@@ -185,6 +191,67 @@ def test_a_required_component_whose_labels_are_gone_is_not_missed():
     assert {c.component for c in one.components} == {"a", "b", "c"} and one.score < whole.score
     assert np.linalg.norm(one.pose.position - at.t[0]) < 0.03 * at.t[0, 2]
     assert abs(one.image.x - whole.image.x) < 3 and abs(one.image.y - whole.image.y) < 3
+
+
+HALF = 0.03
+SEEN = np.array([[0.0, 0.0, 0.5]])
+SIDES = {
+    "red": (1, 0, 0),
+    "green": (0, 1, 0),
+    "blue": (0, 0, 1),
+    "cyan": (-1, 0, 0),
+    "white": (0, -1, 0),
+    "mint": (0, 0, -1),
+}
+
+
+def cube():
+    """Another colour on each side; red is the one in front."""
+
+    def side(normal):
+        x, z = np.roll(normal, 1), normal
+        return Pose(np.column_stack([x, np.cross(z, x), z]), HALF * 1.01 * z)
+
+    box = (Box(Pose.identity(), np.full(3, 2 * HALF)),)
+    parts = []
+    for label, (name, normal) in enumerate(SIDES.items(), RED):
+        at = side(normal)
+        face = marker("face", rectangle(2 * HALF, 2 * HALF), at.rotation, at.position)
+        own = (True, None, None, box) if name == "red" else (False, label)
+        parts.append(Component(name, (face,), *own))
+    return ObjectModel("cube", tuple(parts))
+
+
+@pytest.mark.parametrize("turn", [0.4, 1.2, 2.4, 4.0, 5.4])
+def test_a_cube_is_as_sure_whichever_of_its_sides_is_called_required(turn):
+    """That is a name: it is the same cube, as plainly in view."""
+    model = cube()
+    R = rotation_from_rotvec([0.6, 0.0, 0.0]) @ rotation_from_rotvec([0, turn, 0]) @ rotation_from_rotvec([0.2, 0, 0.3])
+    at = Poses(R[None], np.array([[0.01, 0.02, 0.5]]), np.zeros((1, 0)))
+    labels = picture(model, at)
+    (one,) = recognizer(model, "visible").recognize(labels, CAMERA).detections
+    assert one.score > 0.95 and turn_between(one.pose.rotation, at.R[0]) < 0.05
+    seen = {c.component for c in one.components}
+    strict = recognizer(model, "strict").recognize(labels, CAMERA)
+    assert len(strict.detections) == ("red" in seen)
+    others = [replace(c, required=c.name == max(seen)) for c in model.components]
+    (other,) = recognizer(ObjectModel("cube", tuple(others)), "strict").recognize(labels, CAMERA).detections
+    assert one.score == pytest.approx(other.score, abs=0.03)
+
+
+def test_one_side_of_a_cube_alone_is_six_times_as_easily_clutter():
+    """It may be any of six that is looked for in it."""
+    model, white = cube(), Poses(np.column_stack([(1, 0, 0), (0, 0, 1), (0, -1, 0)])[None], SEEN, np.zeros((1, 0)))
+    frame = ImageFrame(LabelField(picture(model, white)), CAMERA)
+    odds, cases = [], []
+    for name in ("red", "white"):
+        one = ObjectModel("cube", tuple(replace(c, required=c.name == name) for c in model.components))
+        finder = WholeObjectFinder(Target("cube", one, RED), settings(required="visible"))
+        (verdict,) = verdicts_of(claims_of(finder, white, frame))
+        odds.append(verdict.probability / (1 - verdict.probability))
+        cases.append(verdict.case)
+    assert cases == ["unseen, alone", "alone"]
+    assert odds[0] * 6 == pytest.approx(odds[1])
 
 
 def test_it_is_followed_from_image_to_image():

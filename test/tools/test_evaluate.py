@@ -136,6 +136,25 @@ def test_frames_without_result_count_as_missed_unless_only_common_ones_are_score
     assert metrics_of(folder)["all"]["recognition_rate"]["value"] == 1
 
 
+def test_what_is_in_view_without_its_required_component_is_told(tmp_path, capsys):
+    """It does not count, and nobody shall take the rate for one of all that is in view."""
+    away = {"base": replace(true_thing().components["base"], visible_px=0.0)}
+    turned = replace(true_thing(), components=true_thing().components | away)
+    hidden = replace(turned, components=turned.components | {"arm": replace(turned.components["arm"], visible_px=3.0)})
+    truth = write_truth(tmp_path / "truth.jsonl", {10: [true_thing(-0.2)], 20: [turned], 30: [hidden], 40: [turned]})
+    run = write_run(
+        tmp_path / "run", [record(10, found_thing(-0.2)), record(20, found_thing()), record(30), record(40)]
+    )
+    assert main(["evaluate", str(run), "--truth", str(truth), "--no-page"]) == 0
+    printed = capsys.readouterr().out
+    assert "4 frames, 1 objects in view, 1 found, 0 false" in printed
+    assert (
+        "note: 2 more of the truth's 'thing' show other components, but too little of the required one, 'base'"
+        in printed
+    )
+    assert "1 of them are found" in printed
+
+
 def test_names_of_the_truth_that_the_object_lacks_are_told(tmp_path, truth, capsys):
     folder = write_run(tmp_path / "r", [record(10, found_thing(-0.2))])
     text = truth.read_text()

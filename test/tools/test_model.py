@@ -75,6 +75,34 @@ def test_what_will_be_ambiguous_is_told(toy):
     assert [line.split(":")[0] for line in lines] == sorted((line.split(":")[0] for line in lines), reverse=True)
 
 
+SIDES = """
+format: artrec_object/1
+name: box
+markers: {side: {rectangle: {width: 0.06, height: 0.06}}}
+components:
+  front:
+    required: true
+    markers: {side: {pose: {xyz: [0.03, 0, 0], x_axis: [0, 1, 0], y_axis: [0, 0, 1]}}}
+    body: {boxes: [{size: [0.06, 0.06, 0.06]}]}
+  back: {label: 2, markers: {back: {marker: side, pose: {xyz: [-0.03, 0, 0], x_axis: [0, -1, 0], y_axis: [0, 0, 1]}}}}
+  sign: {label: 3, markers: {sign: {marker: side, pose: {xyz: [0.03, 0, 0.1], x_axis: [0, 1, 0], y_axis: [0, 0, 1]}}}}
+  flap:
+    label: 4
+    markers: {flap: {marker: side, pose: {xyz: [-0.03, 0.1, 0], x_axis: [0, -1, 0], y_axis: [0, 0, 1]}}}
+    joint: {parent: front, axis: [0, 0, 1], limits: [-1, 1]}
+"""
+
+
+def test_sides_from_which_the_required_component_is_out_of_sight_are_named(tmp_path):
+    """What a joint moves is no side of it; what a rigid body hides is known of all its sides."""
+    (path := tmp_path / "box.yaml").write_text(SIDES)
+    lines = advice(find_ambiguities(load_object(path, {})), None, None)
+    (said,) = [line for line in lines if "recognizer.required: visible" in line]
+    assert "where back face the camera, 'front' may be out of sight" in said
+    (bare,) = [line for line in lines if "without body" in line]
+    assert bare.endswith("is not known: flap")
+
+
 @pytest.mark.parametrize(("base", "lid", "said"), [("", "red", False), ("blue", "blue", True), ("", "", True)])
 def test_markers_of_classes_with_other_names_are_not_taken_for_each_other(base, lid, said, tmp_path, capsys):
     """Though nothing says yet which numbers these have. Without a label a component has the object's."""

@@ -1,6 +1,6 @@
 """Which objects are told, by what is told of them."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import pytest
 from settings import DEFAULTS
@@ -11,7 +11,7 @@ from artrec_ros.core.model.found import Detection, ImagePose, Instance, Missing,
 from artrec_ros.core.model.objects import ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.verdict.enough import enough_of
+from artrec_ros.core.verdict.enough import enough_of, without_surplus
 from artrec_ros.core.verdict.judge import Judge
 
 PLACE = ImagePose(3.0, 4.0, 0.1, 500.0)
@@ -63,3 +63,24 @@ def test_a_disc_of_which_nothing_else_is_told_has_no_direction(state, kept):
     assert (len(found) == 1) == kept
     assert kept or "a disc, which tells no direction" in others[0].reason
     assert len(told([toy(*DOTS, missing=lacks[2:])], dotted())[0]) == 1
+
+
+@dataclass(frozen=True)
+class Sharing:
+    """A describer of which some objects are too many."""
+
+    mine: tuple[str, ...]
+    too_many: tuple[str, ...] = ()
+
+    def without_surplus(self, accepted, frame, judge):
+        mine = [v for v in accepted if v in self.mine]
+        return [v for v in mine if v not in self.too_many], [v for v in mine if v in self.too_many]
+
+
+def test_who_is_not_told_explains_nothing_that_others_leave():
+    """Else a second leg, that occurs once and so is none, is why the first one's foot is not missed."""
+    legs, arms = Sharing(("leg", "second leg"), ("second leg",)), Sharing(("arm",))
+    accepted = ["leg", "second leg", "arm"]
+    told, surplus, objects = without_surplus([legs, arms], accepted, None, Judge.of(DEFAULTS))
+    assert (told, surplus, objects) == ([["leg"], ["arm"]], ["second leg"], ["leg", "arm"])
+    assert without_surplus([arms], accepted, None, Judge.of(DEFAULTS))[2] is accepted

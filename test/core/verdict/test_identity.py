@@ -119,10 +119,9 @@ def test_what_may_be_of_several_classes_is_borne_out_by_less():
     """By chance three times as easily, where it may be of three: the odds are a third."""
     surface = SpatialModel(robot(), TEAM, DEFAULTS.votes)
     confirmed = np.array([[1, 0, 0], [1, 1, 0], [1, 1, 1], [0, 0, 1]], bool)
-    lowered = _of_several(np.array([0.9, 0.9, 0.9, 0.5]), confirmed, surface)
-    np.testing.assert_allclose(lowered / (1 - lowered), [9.0, 3.0, 3.0, 1 / 3])
+    np.testing.assert_allclose(_of_several(confirmed, surface), [1.0, 3.0, 3.0, 3.0])
     plain = SpatialModel(ROBOT["plain"], TEAM, DEFAULTS.votes)
-    np.testing.assert_allclose(_of_several(np.array([0.3]), confirmed[2:3], plain), 0.3)
+    np.testing.assert_allclose(_of_several(confirmed[2:3], plain), 1.0)
 
 
 def test_two_that_claim_the_only_name_are_both_in_doubt():

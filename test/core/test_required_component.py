@@ -195,14 +195,7 @@ def test_a_required_component_whose_labels_are_gone_is_not_missed():
 
 HALF = 0.03
 SEEN = np.array([[0.0, 0.0, 0.5]])
-SIDES = {
-    "red": (1, 0, 0),
-    "green": (0, 1, 0),
-    "blue": (0, 0, 1),
-    "cyan": (-1, 0, 0),
-    "white": (0, -1, 0),
-    "mint": (0, 0, -1),
-}
+SIDES = dict(zip(("red", "green", "blue", "cyan", "white", "mint"), [*np.eye(3), *-np.eye(3)], strict=True))
 
 
 def cube():

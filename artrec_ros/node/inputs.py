@@ -57,6 +57,10 @@ class Inputs:
         """Whether a newer image waits while one is looked at, or images come faster than they can be looked at."""
         return self._worker.is_late
 
+    def answered(self) -> None:
+        """What the image shows that is looked at is about to be published."""
+        self._worker.answered()
+
     @property
     def busy_s(self) -> float:
         """Since when one image is looked at; 0: none is."""

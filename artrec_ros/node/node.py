@@ -106,7 +106,8 @@ class RecognizerNode(LifecycleNode):
             self._outputs = Publishers(self, setup.targets, tf)
             log = self.get_logger()
             says = log.error, log.info
-            self._pipeline = Pipeline(setup, self._calibrations, self._outputs, *says, self._is_late)
+            asks = self._is_late, self._answered
+            self._pipeline = Pipeline(setup, self._calibrations, self._outputs, *says, *asks)
             for line in setup.lacks():
                 self.get_logger().warning(line)
         except ArtrecError as error:
@@ -195,6 +196,10 @@ class RecognizerNode(LifecycleNode):
         """Whether a newer image waits while one is looked at, or soon will."""
         inputs = self._inputs
         return inputs is not None and inputs.is_late
+
+    def _answered(self) -> None:
+        if (inputs := self._inputs) is not None:
+            inputs.answered()
 
     @property
     def is_ready(self) -> bool:

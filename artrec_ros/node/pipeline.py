@@ -60,6 +60,7 @@ class Pipeline:
         for it not be kept.
     :param on_use: the same with a line when changed parameters hold: whoever changed them was answered before.
     :param is_late: whether a newer image waits already, or soon will; None: none ever does.
+    :param on_answer: called when what an image shows is about to be published.
     """
 
     def __init__(
@@ -70,9 +71,10 @@ class Pipeline:
         on_fault: Callable[[str], None] = lambda line: None,
         on_use: Callable[[str], None] = lambda line: None,
         is_late: Callable[[], bool] | None = None,
+        on_answer: Callable[[], None] = lambda: None,
     ) -> None:
         self._calibrations, self._publishers = calibrations, publishers
-        self._on_fault, self._on_use = on_fault, on_use
+        self._on_fault, self._on_use, self._on_answer = on_fault, on_use, on_answer
         self._names, self._classes = [t.name for t in setup.targets], setup.image.named_labels
         self._tracker = Tracker(setup.tracking, setup.targets, setup.in_doubt)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
@@ -174,6 +176,7 @@ class Pipeline:
         frame_id = (msg.header.frame_id or camera.frame_id) if camera else ""
         result = self._tracker.update(stamp_ns, result, frame_id)
         recognition_ms = (time.perf_counter() - began) * 1e3
+        self._on_answer()
         with self._publishing:  # publishers stay until this is done
             if withdrawn != self._withdrawn:
                 return None

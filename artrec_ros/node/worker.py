@@ -17,21 +17,23 @@ _KEEPS_UP = 0.9  # of the time between items: what waits is made up for within s
 
 
 class Pace:
-    """Whether work on items takes less time, on average, than usually passes between them.
+    """Whether work on items takes less time, on average, than usually passes between them; or none of them came before
+    the one before it was answered: whoever waits for answers comes as fast as these, and none of his items is late.
 
-    :ivar work_s, between_s: of the last items.
+    :ivar work_s, between_s: of the last items. :ivar too_soon: which of them came before that answer.
     """
 
     def __init__(self) -> None:
         self.work_s: deque[float] = deque(maxlen=_REMEMBERED)
         self.between_s: deque[float] = deque(maxlen=_REMEMBERED)
+        self.too_soon: deque[bool] = deque(maxlen=_REMEMBERED)
 
     @property
     def keeps_up(self) -> bool | None:
         """None: it is not known yet."""
         if len(self.work_s) < _REMEMBERED or len(self.between_s) < _REMEMBERED:
             return None
-        return fmean(self.work_s) < _KEEPS_UP * median(self.between_s)
+        return fmean(self.work_s) < _KEEPS_UP * median(self.between_s) or not any(self.too_soon)
 
 
 class LiveQueue(Generic[Item]):
@@ -46,7 +48,7 @@ class LiveQueue(Generic[Item]):
         self._work, self._most_waiting = work, most_waiting
         self._waiting: deque[Item] = deque()
         self._pace, self._offered_s = Pace(), -1.0
-        self._open = True
+        self._open, self._is_answered = True, True
         self._dropped = 0
         self._begun_s: float | None = None
         self._change = threading.Condition()
@@ -69,6 +71,10 @@ class LiveQueue(Generic[Item]):
         begun_s = self._begun_s
         return 0.0 if begun_s is None else time.monotonic() - begun_s
 
+    def answered(self) -> None:
+        """What the item is about that is worked on is about to be told: no item that comes from now on waits for it."""
+        self._is_answered = True
+
     def offer(self, item: Item) -> None:
         """Take an item; where there is no room it replaces the oldest that waits. Returns at once."""
         with self._change:
@@ -78,6 +84,7 @@ class LiveQueue(Generic[Item]):
             if self._offered_s >= 0:
                 self._pace.between_s.append(now_s - self._offered_s)
             self._offered_s = now_s
+            self._pace.too_soon.append(bool(self._waiting) or not self._is_answered)
             self._waiting.append(item)
             room = self._most_waiting if self._pace.keeps_up else 1
             while len(self._waiting) > room:
@@ -101,7 +108,7 @@ class LiveQueue(Generic[Item]):
         while (item := self._take()) is not None:
             self._begun_s = begun_s = time.monotonic()
             self._work(item)
-            self._begun_s = None
+            self._begun_s, self._is_answered = None, True
             with self._change:
                 self._pace.work_s.append(time.monotonic() - begun_s)
 
@@ -109,4 +116,5 @@ class LiveQueue(Generic[Item]):
         """The next item; None at the end."""
         with self._change:
             self._change.wait_for(lambda: self._waiting or not self._open)
+            self._is_answered = False
             return self._waiting.popleft() if self._waiting else None

@@ -123,8 +123,9 @@ def test_it_tells_how_long_it_works_on_one_item() -> None:
     worker.close()
 
 
-def pace(work_s, between_s):
+def pace(work_s, between_s, too_soon=(True,)):
     found = Pace()
+    found.too_soon.extend(too_soon)
     found.work_s.extend(work_s)
     found.between_s.extend(between_s)
     return found
@@ -143,6 +144,28 @@ def pace(work_s, between_s):
 )
 def test_it_keeps_up_where_work_takes_less_than_passes_between_items(work_s, between_s, keeps_up):
     assert pace(work_s, between_s).keeps_up is keeps_up
+
+
+def test_whoever_waits_for_answers_comes_as_fast_as_these_and_is_never_too_late():
+    """As `artrec play --wait-for`, whose results are those of a replay: nothing is put off."""
+    assert pace([0.04] * 30, [0.041] * 30, [False] * 30).keeps_up is True
+    assert pace([0.04] * 30, [0.041] * 30, [False] * 29 + [True]).keeps_up is False
+    late, answered = list[bool](), threading.Event()
+
+    def work(item: int) -> None:
+        late.append(worker.is_late)
+        time.sleep(0.002)
+        worker.answered()
+        answered.set()
+        time.sleep(0.002)  # what is left to do makes no item late
+
+    worker = LiveQueue(work, "test")
+    for item in range(80):
+        worker.offer(item)
+        assert answered.wait(WAIT_S)
+        answered.clear()
+    assert late == [False] * 80
+    worker.close()
 
 
 @pytest.mark.parametrize(("work_s", "seen_of_it"), [(0.01, [0, 3, 4, 5]), (0.05, [0, 5])])

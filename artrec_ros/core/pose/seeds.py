@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 
 from ..base.config import RecognizerConfig
-from ..geometry.transforms import Array
+from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.blobs import Blob, centres, solidity
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
@@ -47,6 +47,7 @@ class Seeds:
             for c in range(len(target.model.components))
             if not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
+        self._disc = _lone_disc(surface) if target.model.needs_another else ()
         self._sizes_m2 = {c: max(m.area for m in target.model.components[c].markers) for c in self._guessers}
         self._reach_m = max(g.reach_m for g in self._guessers.values()) + self._guessers[self._root].reach_m
 
@@ -81,7 +82,7 @@ class Seeds:
         few = self._best_roots(frame, guesses, self._config.few_guesses, bodies=False)
         roots = self._fit_root(frame, few, self._config.few_keep)
         plain = self._votes(frame, roots, self._root).max(initial=0.0) >= self._min_votes  # by itself
-        return roots if plain else roots[:0]
+        return self._all_headings(roots) if plain else roots[:0]
 
     def all(self, frame: ImageFrame, blob: Blob, piece: int = 0) -> Poses:
         """Of an object of which any component made the blob, or part of it. :param piece: see `scale_range`."""
@@ -92,12 +93,30 @@ class Seeds:
                 roots = self._best_roots(frame, guesses, self._config.root_keep)
             else:
                 roots = self._fit_root(frame, guesses, self._config.root_keep, hidden=True)
+            roots = self._all_headings(roots)
         return Poses.concatenate([roots, self._of_limbs(frame, blob, piece)])
 
     def _fit_root(self, frame: ImageFrame, poses: Poses, keep: int, *, hidden: bool = False) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""
         fitted = fit_component(self._surface, frame, poses, self._root, self._fit)
         return self._best_roots(frame, Poses.concatenate([poses, fitted]), keep, bodies=False, hidden=hidden)
+
+    def _all_headings(self, roots: Poses) -> Poses:
+        """Poses, best first, turned in all directions about the required component where that is a disc, which tells
+        none: the few that lie or slant otherwise. Else these poses."""
+        if not self._disc or not len(roots):
+            return roots
+        axis, middle = self._disc
+        normal, at = roots.R @ axis, roots.R @ middle + roots.t
+        niche, kept = self._search, list[int]()
+        for n in range(len(roots)):
+            near = np.linalg.norm(at[kept] - at[n], axis=1) < niche.niche_range * np.linalg.norm(at[n])
+            if not (near & (normal[kept] @ normal[n] > np.cos(niche.niche_rad))).any():
+                kept.append(n)
+        kept, turns = kept[: self._config.disc_poses], self._config.disc_turns
+        about = rotation_from_rotvec(2 * np.pi * np.arange(turns)[:, None] / turns * axis)  # in the object
+        R = (roots.R[kept, None] @ about).reshape(-1, 3, 3)
+        return Poses(R, np.repeat(at[kept], turns, axis=0) - R @ middle, np.repeat(roots.q[kept], turns, axis=0))
 
     def _best_roots(
         self, frame: ImageFrame, poses: Poses, n: int, *, bodies: bool = True, hidden: bool = False
@@ -136,3 +155,12 @@ class Seeds:
             mine = np.isin(self._surface.component, components) & (bodies | self._surface.is_marker)
             self._patches[components, bodies] = np.flatnonzero(mine)
         return self._patches[components, bodies]
+
+
+def _lone_disc(surface: SpatialModel) -> tuple[Array, Array]:
+    """The axis (3,) and the middle (3,) of the required component's only marker, a disc, in the object; none where
+    joints move it."""
+    (marker,), kin = surface.markers_of[surface.root], surface.kinematics
+    frames, patch = kin.in_object(kin.middle[None]), surface.patches[marker]
+    R, t = frames.R[0, surface.root], frames.t[0, surface.root]
+    return R @ patch.normal, R @ patch.drawn[0] + t

@@ -161,6 +161,24 @@ class GuessesConfig(Room):
         paths=_SPACE,
         origin="2/3: right -1 of 244, 4/3: +1; bounds the time",
     )
+    disc_poses: int = param(
+        4,
+        "of a required component that is a disc so many poses, those that lie or slant otherwise, are turned in all "
+        "directions",
+        low=1,
+        high=1000,
+        paths=("space",),
+        origin="both mirrored turns, nearer and farther",
+    )
+    disc_turns: int = param(
+        48,
+        "directions in which what lies around such a disc is looked for",
+        low=1,
+        high=1000,
+        paths=("space",),
+        origin="drawn lamps, masts and turtles on round feet, right of 270: 164 without, 206 with 36, 212 with 48, 207 "
+        "with 72; a climb mends half a step",
+    )
     limb_reach: float = param(
         2.0,
         "a blob of another class than the required component's is searched where one of its class is no farther off "

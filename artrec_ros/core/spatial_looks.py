@@ -11,6 +11,7 @@ from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .memory.memory import Known
 from .pose.climber import Climb
+from .pose.distinct import is_near
 from .pose.finder import WholeObjectFinder
 from .pose.ranked import Ranked
 from .pose.surface_model import Poses
@@ -74,18 +75,33 @@ class SpatialLooks:
 
     def close(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob, piece: int = 0) -> Poses:
         """Hypotheses of which a component made a blob, or part of one, best first. :param piece: see `scale_range`."""
-        found, sure = finder.guesses(frame, blob, piece), False
+        found, aside = self._climbed(frame, finder, finder.guesses(frame, blob, piece))
+        niche = self._config.niche_rad, self._config.niche_range
+        if not len(aside) or is_near(found.poses, aside.poses, *niche).any() or frame.deadline.expired:
+            return found.poses
+        again = finder.climbed(frame, aside, self._plain_climb, sure=True)
+        poses = Poses.concatenate([found.poses, again.poses])
+        worth = self.judge.worth(self.judge.verdicts(finder, poses, frame))
+        return poses[np.argsort(-worth, kind="stable")]
+
+    def _climbed(self, frame: ImageFrame, finder: WholeObjectFinder, found: Ranked) -> tuple[Ranked, Ranked]:
+        """Guesses after all climbs; and the one that was worth most on the way, where it was not the first: what lies
+        across several things of its class has more votes than what lies on one of them."""
+        sure, aside, most = False, found[:0], 0.0
         for number, climb in enumerate(self._climbs):
             if frame.deadline.expired or not (found.votes > 0).any():
                 break
             verdicts = self.judge.verdicts(finder, found.poses, frame)
             if self._is_hopeless(verdicts, climbs=number):
-                return found.poses
+                return found, aside
+            worth = self.judge.worth(verdicts)
+            if (best := int(np.argmax(worth))) > 0 and worth[best] > most:
+                aside, most = found[best : best + 1], float(worth[best])
             sure = sure or self.judge.trust(verdicts[0]) > self._config.sure
             if not sure or climb is self._climbs[-1]:
                 found = finder.climbed(frame, found, climb, sure=sure)
         # bent otherwise, what is in doubt would find parts of others
-        return (finder.bending.bent(frame, found, self._plain_climb) if sure else found).poses
+        return finder.bending.bent(frame, found, self._plain_climb) if sure else found, aside
 
     def thorough(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses:
         """A close look, and where what it shows is not beyond doubt, at a blob that several things may make up, one in

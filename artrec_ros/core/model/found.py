@@ -197,8 +197,8 @@ class Detection:
     :param other_turn: None where there is none; else the covariance and the joints' deviations count it.
     :param other_place: None where there is none; else `score` counts it.
     :param as_told: how probable its pose is, in space or in the image, if it is there, where blobs that may be
-        components of it are left unexplained, or, found flat, where what is seen may be bent otherwise; `score` counts
-        it, and of the former joints' deviations do.
+        components of it are left unexplained, or, found flat, where what is seen may be bent otherwise, or laid so;
+        `score` counts it, and of the former joints' deviations do.
     """
 
     object: str

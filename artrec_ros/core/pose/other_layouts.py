@@ -137,12 +137,14 @@ def _compared(
     finder: WholeObjectFinder, frame: ImageFrame, look: ImageFrame, pose: Poses, turns: Placements, *, by_seen: bool
 ) -> tuple[Poses, Array]:
     """A pose laid otherwise, at rest, and log odds that it lies so: even ones where there is no time, and, by the
-    markers seen, where it is likelier but not clearly so, as of mirrored turns."""
+    markers seen, where it is likelier but not clearly so, as of mirrored turns. What is not seen speaks for none of
+    these by more than something unknown may hide it where it would be."""
     others, least = turns.of(pose), finder.config.verdict.least_turn_odds
+    hides = finder.config.verdict.hidden_share
     if frame.deadline.expired:
         return others, np.zeros(len(others))
     both = Poses.concatenate([pose, others])
     both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
     others = both[1:]
     odds = turn_odds(finder, look, both[np.zeros(len(others), int)], others)
-    return others, np.where(odds > least, odds, np.minimum(odds, 0.0)) if by_seen else odds
+    return others, np.where(odds > least, odds, np.clip(odds, np.log(hides / (1 - hides)), 0.0)) if by_seen else odds

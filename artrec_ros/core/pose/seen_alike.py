@@ -2,12 +2,13 @@
 
 Of three like discs one is hidden: the other two lie on a pair of others' places, or each in the other's place, as well
 as in their own, and the hidden one is where it cannot be seen, or is not, in all of these. What tells them apart is
-what is known of the hidden ones' places alone.
+what is known of the hidden ones' places alone. So it is of a tool of which nothing but the tape around its shaft is
+seen: that looks the same after half a turn.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from itertools import permutations
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from ..alignment.symmetry import distance_to_outline
 from ..model.surface import sample_contour
 from .exchanges import LIKE, OFF, STRETCH, Placements
+from .lookalikes import own_turns
 from .surface_model import SpatialModel
 
 _SAMPLES = 48  # of an outline
@@ -26,12 +28,13 @@ _Rows = NDArray[np.int64] | list[int]
 
 
 class SeenAlike:
-    """Those of one object, by the components that are seen; of one with joints none."""
+    """Those of one object, by the components that are seen; of one with joints the turns of a lone one alone."""
 
     def __init__(self, surface: SpatialModel) -> None:
         markers, kin = surface.markers, surface.kinematics
         self._component, self._jointed = surface.component[markers], kin.n_joints > 0
         frames, patches = kin.in_object(kin.middle[None]), [surface.patches[p] for p in markers.tolist()]
+        self._markers = [p.marker for p in patches]
         self._area, labels = surface.area[markers], [set(p.labels) for p in patches]
         drawn = [_plane(surface.place(frames, p.drawn, np.full(len(p.drawn), p.component))[0]) for p in patches]
         self._at = np.array([points[0] for points in drawn])
@@ -42,7 +45,7 @@ class SeenAlike:
         self._known = dict[frozenset[int], Placements]()
 
     def of(self, seen: Collection[int]) -> Placements:
-        """Those of an object of which these components are seen: none where all are, or one marker alone."""
+        """Those of an object of which these components are seen: none where all are."""
         key = frozenset(seen)
         if key not in self._known:
             self._known[key] = self._placements(np.flatnonzero(np.isin(self._component, list(key))))
@@ -51,15 +54,24 @@ class SeenAlike:
     def _placements(self, seen: NDArray[np.int64]) -> Placements:
         """:param seen: (S,) markers."""
         found, laid = list[tuple[complex, complex]](), [self._at]
-        few = not 1 < len(seen) < len(self._at)
-        for on in [] if few or self._jointed else self._proposed(seen):
-            turn, shift = _onto(self._at[on], self._at[seen])
+        for turn, shift in self._ways(seen) if len(seen) < len(self._at) else ():
             moved = turn * self._at + shift
-            if self._lies_there(turn, moved, seen, on) and not any(self._is_same(moved, there) for there in laid):
+            if not any(self._is_same(moved, there) for there in laid):
                 found.append((turn, shift))
                 laid.append(moved)
         turns, shifts = np.array(found, complex).reshape(-1, 2).T
         return Placements(turns, shifts)
+
+    def _ways(self, seen: NDArray[np.int64]) -> Iterator[tuple[complex, complex]]:
+        """Turns and shifts that lay like markers on those that are seen; a lone one turned onto itself."""
+        if len(seen) == 1:
+            marker, at = self._markers[seen[0]], complex(self._at[seen[0]])
+            turns = own_turns(marker) if marker is not None else []
+            yield from ((complex(turn), at - turn * at) for turn in np.exp(1j * np.array(turns)))
+        for on in self._proposed(seen) if len(seen) > 1 and not self._jointed else ():
+            turn, shift = _onto(self._at[on], self._at[seen])
+            if self._lies_there(turn, turn * self._at + shift, seen, on):
+                yield turn, shift
 
     def _proposed(self, seen: NDArray[np.int64]) -> list[list[int]]:
         """Which markers may come where the seen ones are: by the two of these that lie farthest apart, and each two

@@ -43,8 +43,9 @@ def enough_of(
 
 def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
     """Why an object is not told; None where it is."""
-    if d.there < judge.min_probability:  # one that may be bent otherwise is there
-        return too_low(d.there, judge.min_probability, _OTHER_PLACES)
+    likely = d.there if d.other_place is None else d.score  # one that may be bent otherwise is there
+    if likely < judge.min_probability:
+        return too_low(likely, judge.min_probability, _OTHER_PLACES)
     model, seen = finder.target.model, {part.component for part in d.components}
     wanted = min(judge.min_components, len(model.components))
     if len(seen) < wanted:

@@ -42,7 +42,13 @@ def beside_other_places(
         best, told = int(others[np.argmax(shares[others])]), float(shares[n])
         place = OtherPlace(_laid(finder, d, places[best]), float(shares[best]))
         likely = place.probability > finder.config.verdict.least_other_turn * (place.probability + told)
-        out[n] = replace(d, score=d.score * told, components=parts, other_place=place if likely else None)
+        out[n] = replace(
+            d,
+            score=d.score * told,
+            as_told=d.as_told * told,
+            components=parts,
+            other_place=place if likely else None,
+        )
     return out
 
 

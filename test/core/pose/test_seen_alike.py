@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from settings import DEFAULTS
 from squares import TEAM, hinge, robot
+from tools_of_two import REACH, TAPE, tool
 from wedges import DOT, DOTS, dotted
 
 from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.pose.seen_alike import SeenAlike
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 
@@ -59,3 +61,28 @@ def test_of_what_has_joints_nothing_is_said():
     parts = dotted().components
     swings = replace(parts[2], joint=hinge("front", (0.0, 0.0, 0.0), (0, 0, 1)))
     assert not len(alike(replace(dotted(), components=(*parts[:2], swings))).of((0, 1)))
+
+
+@pytest.mark.parametrize("slides", [False, True])
+def test_a_lone_part_that_looks_the_same_after_half_a_turn_may_be_turned_by_it(slides):
+    """About its own middle, whatever joints carry the others."""
+    for seen, middle in ((0, 0.0), (1, 0.13)):
+        found = alike(tool(slides=slides)).of((seen,))
+        assert np.degrees(found.angle_rad) % 360 == pytest.approx([180.0])
+        pose = ORIGIN if not slides else replace(ORIGIN, q=np.zeros((1, 1)))
+        laid = found.of(pose)
+        assert laid.R[0] @ [middle, 0, 0] + laid.t[0] - ORIGIN.t[0] == pytest.approx([middle, 0, 0], abs=1e-6)
+
+
+def test_a_lone_part_whose_outline_tells_its_direction_is_as_it_lies():
+    pointed = TAPE * np.array([[1, 1], [1, 0.4], [1, 0.4], [1, 1]])
+    assert not len(alike(tool(pointed)).of((0,)))
+
+
+def test_what_is_the_same_throughout_after_half_a_turn_has_no_other_place():
+    """Nothing tells the two, and nothing comes of it."""
+    parts = tool().components
+    there = replace(parts[1].markers[0], T_component_marker=Pose(np.eye(3), np.array([-REACH, 0.0, 0.0])))
+    assert not len(
+        alike(replace(tool(), components=(*parts, replace(parts[1], name="nose", markers=(there,))))).of((0,))
+    )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from settings import settings
 from squares import TEAM, rendered
+from tools_of_two import Tool, tool
 from wedges import DOTS, Wedge, dotted
 
 from artrec_ros.core.base.config import ImageConfig
@@ -71,3 +72,27 @@ def test_what_is_less_probable_than_an_object_must_be_is_turned_down_with_the_re
     result = recognized(placed("left", 0), min_probability=0.5)
     assert not result.detections
     assert any("looks like other parts of it, laid otherwise" in r.reason for r in result.rejected)
+
+
+def told(*placed, **said):
+    target, limits = Target("tool", tool(slides=True), TEAM), {"time_budget_ms": 60000.0, "min_scale": 250.0}
+    return Recognizer((target,), settings(**limits, max_scale=380.0, **said), Segmenter(ImageConfig())).recognize(
+        rendered(*placed, size=(320, 240))
+    )
+
+
+@pytest.mark.parametrize("x", [25.0, 160.0, 295.0], ids=["at a border", "amid the image", "at the other one"])
+def test_a_tool_of_which_a_lone_tape_is_seen_is_not_surely_turned_so(x):
+    """Least of all where it would have its other part out of the image: something unknown may as well hide that."""
+    (found,) = told(Tool(x, 120.0, 0.2, 310.0, "tail"), min_probability=TOLD).detections
+    assert [part.component for part in found.components] == ["tape"]
+    assert found.score <= 0.81 and found.as_told <= 0.81 and found.there > 0.5
+    other = found.other_place
+    assert other is not None and 0.15 < other.probability <= 0.55
+    assert np.cos(other.image.theta - found.image.theta) < -0.99
+    assert np.hypot(other.image.x - found.image.x, other.image.y - found.image.y) < 2
+
+
+def test_one_whose_other_part_is_seen_is_turned_as_that_says():
+    (found,) = told(Tool(160.0, 120.0, 0.2, 310.0)).detections
+    assert found.score > 0.9 and found.as_told == 1 and found.other_place is None

@@ -157,3 +157,11 @@ def test_both_are_told_in_the_table_and_on_no_other_truth(tmp_path, capsys):
     assert main(["evaluate", str(run), "--truth", str(truth), "--no-page"]) == 0
     assert "place in the image" not in capsys.readouterr().out
     assert errors(json.loads((run / "metrics.json").read_text())["all"]) == (None, None, 0, 0)
+
+
+def test_one_of_ten_that_is_turned_by_half_shows_in_what_95_percent_are_below(tmp_path):
+    turned = {name: replace(seen, theta=seen.theta + np.pi) for name, seen in THING.items()}
+    frames = [([annotated(i, i, THING)], [found(turned if i == 3 else THING)]) for i in range(10)]
+    figures = scored(tmp_path, frames)
+    assert figures["direction_error_deg_median"]["value"] == pytest.approx(0, abs=1e-3)
+    assert figures["direction_error_deg_p95"]["value"] > 90

@@ -103,6 +103,24 @@ def test_sides_from_which_the_required_component_is_out_of_sight_are_named(tmp_p
     assert bare.endswith("is not known: flap")
 
 
+@pytest.mark.parametrize(("side", "label", "said"), [(0.06, 1, True), (0.054, 1, False), (0.06, 2, False)])
+def test_sides_of_one_class_that_meet_are_named(tmp_path, side, label, said):
+    """Around a corner they are one blob: of drawn crates .68 were found, with a gap all."""
+    text = f"""
+format: artrec_object/1
+name: box
+markers: {{side: {{rectangle: {{width: {side}, height: {side}}}}}}}
+components:
+  front: {{required: true, label: 1, markers: {{side: {{pose: {{xyz: [0.03, 0, 0], x_axis: [0, 1, 0], y_axis: [0, 0, 1]}}}}}}}}
+  left:
+    label: {label}
+    markers: {{left: {{marker: side, pose: {{xyz: [0, 0.03, 0], x_axis: [-1, 0, 0], y_axis: [0, 0, 1]}}}}}}
+"""
+    (path := tmp_path / "box.yaml").write_text(text)
+    told = [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "adjoin" in n]
+    assert len(told) == said and all(line.startswith("warning: front/side, left/left adjoin") for line in told)
+
+
 @pytest.mark.parametrize(("base", "lid", "said"), [("", "red", False), ("blue", "blue", True), ("", "", True)])
 def test_markers_of_classes_with_other_names_are_not_taken_for_each_other(base, lid, said, tmp_path, capsys):
     """Though nothing says yet which numbers these have. Without a label a component has the object's."""

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import combinations
 
 import numpy as np
 
+from ...core.geometry.transforms import Array
 from ...core.model.kinematics import Kinematics
 from ...core.model.objects import ObjectModel
+from ...core.model.surface import sample_contour
 
 _LISTED = 6  # names on a line
+_SAMPLES = 96  # of an outline
+_TOUCHING = 0.05  # of the root of a marker's area: who is so near
+_ALONG = 0.08  # along such a share of its outline, adjoins
 _ASIDE = 0.5  # cosine: a marker turned farther than that from all others may be seen without them
 
 
@@ -23,6 +29,11 @@ def structure(model: ObjectModel) -> Iterator[str]:
     fixed = [c.name for c in model.components if c.joint is None and not c.required]
     if fixed:
         yield f"note: without joint, and so taken to be fixed to the object's frame: {', '.join(fixed)}"
+    for names in _adjoining(model):
+        yield (
+            f"warning: {shortened(names)} adjoin and are of one class: seen together they are one blob, which no one's "
+            "outline fits; leave a gap between them, a tenth of their width, or give them other classes"
+        )
     if model.is_flat:
         return
     moves = Kinematics(model).moves.tolist()
@@ -34,6 +45,28 @@ def structure(model: ObjectModel) -> Iterator[str]:
             f"note: where {shortened(around)} face the camera, '{model.required.name}' may be out of sight: there "
             "the object is told with recognizer.required: visible alone"
         )
+
+
+def _adjoining(model: ObjectModel) -> list[list[str]]:
+    """Groups of markers of one class that meet along an edge, joints mid-range."""
+    kin = Kinematics(model)
+    frames, outlines, known = kin.in_object(kin.middle[None]), list[Array](), list[tuple[str, tuple[int, ...], float]]()
+    for c, part in enumerate(model.components):
+        for marker in part.markers:
+            if (T := marker.T_component_marker) is not None:
+                points = np.pad(sample_contour(marker.outline, _SAMPLES)[0], ((0, 0), (0, 1)))
+                outlines.append(T.apply(points) @ frames.R[0, c].T + frames.t[0, c])
+                known.append((f"{part.name}/{marker.name}", part.labels(0), marker.area**0.5))
+    groups = [[n] for n in range(len(known))]
+    for a, b in combinations(range(len(known)), 2):
+        near = _TOUCHING * min(known[a][2], known[b][2])
+        off = np.linalg.norm(outlines[a][:, None] - outlines[b], axis=2).min(axis=1)
+        if len(known[a][1]) == 1 and known[a][1] == known[b][1] and (off < near).mean() > _ALONG:
+            first, second = (next(g for g in groups if n in g) for n in (a, b))
+            if first is not second:
+                first += second
+                groups.remove(second)
+    return [[known[n][0] for n in group] for group in groups if len(group) > 1]
 
 
 def _on_other_sides(model: ObjectModel) -> list[str]:

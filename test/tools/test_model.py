@@ -111,7 +111,10 @@ format: artrec_object/1
 name: box
 markers: {{side: {{rectangle: {{width: {side}, height: {side}}}}}}}
 components:
-  front: {{required: true, label: 1, markers: {{side: {{pose: {{xyz: [0.03, 0, 0], x_axis: [0, 1, 0], y_axis: [0, 0, 1]}}}}}}}}
+  front:
+    required: true
+    label: 1
+    markers: {{side: {{pose: {{xyz: [0.03, 0, 0], x_axis: [0, 1, 0], y_axis: [0, 0, 1]}}}}}}
   left:
     label: {label}
     markers: {{left: {{marker: side, pose: {{xyz: [0, 0.03, 0], x_axis: [-1, 0, 0], y_axis: [0, 0, 1]}}}}}}

@@ -145,7 +145,8 @@ def _fitted(source: Array, target: Array) -> Array:
     """(k, 3, 3) homographies that take points (n, 2) to others (k, n, 2)."""
     S, T = _normaliser(source), _normaliser(target.reshape(-1, 2))
     A = _equations(_mapped(S[None], source)[0, :, :2], target * T[0, 0] + T[:2, 2])
-    h = np.linalg.svd(A)[2][:, -1].reshape(-1, 3, 3)
+    R = np.linalg.qr(A, mode="r")  # (k, 8 or 9, 9) has A's right singular vectors, without its 2n left ones
+    h = np.linalg.svd(R)[2][:, -1].reshape(-1, 3, 3)
     return np.asarray(np.linalg.inv(T) @ h @ S, np.float64)
 
 
@@ -159,7 +160,7 @@ def _check_spread(image: Array, places: Array) -> None:
     for name, points in (("image_points", image), ("field_points", places)):
         flat = _mapped(_normaliser(points)[None], points)[0, :, :2]
         # points among themselves: four of which three are on a line leave the identity undetermined
-        if np.linalg.svd(_equations(flat, flat[None])[0])[1][7] < _LEAST_SPREAD:
+        if np.linalg.svd(_equations(flat, flat[None])[0], compute_uv=False)[7] < _LEAST_SPREAD:
             raise ConfigError(
                 f"scene.plane.{name}: all of the points but one lie on a line, or some are one; spread them over the "
                 "field, such as to its corners"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import fields
 import numpy as np
 import pytest
@@ -60,6 +62,18 @@ def test_more_points_agree_on_one_plane() -> None:
     assert plane.errors_px.shape == (12,) and 0.1 < np.sqrt(np.mean(plane.errors_px**2)) < 1.0
 
 
+def test_hundreds_of_points_take_no_memory_to_speak_of() -> None:
+    """Each of them is moved and the plane fitted anew: what that keeps must not grow with their cube."""
+    camera, given = fields.camera(), places(200)
+    config = PlaneConfig(tuple(fields.seen(camera, SLANT, given).ravel()), tuple(given.ravel()))
+    tracemalloc.start()
+    plane = FieldPlane.of(config, None)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert plane.errors_px.max() < 1e-6
+    assert most < 1e8  # bytes; the equations themselves, of 400 fits, are 12 MB
+
+
 def test_errors_of_points_are_told_as_they_are_made() -> None:
     """The deviation that the points' noise makes at a place, over many draws, is the one that is told."""
     rng, camera = np.random.default_rng(7), fields.camera()
@@ -103,6 +117,7 @@ FIELD = (0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0)
         (SQUARE, FIELD[2:4] + FIELD[:2] + FIELD[4:], "no camera sees the points like this"),
         ((*SQUARE, 300.0, 300.0), (*FIELD, 0.1, 0.9), "the points do not fit together"),
         ((*SQUARE[:7], float("nan")), FIELD, "image_points: nan is below"),
+        (SQUARE * 250, FIELD * 250, "image_points: 1000 points are given, more than 500; leave some out"),
     ],
 )
 def test_points_that_make_no_plane_are_refused_in_one_line(image: tuple, field: tuple, part: str) -> None:

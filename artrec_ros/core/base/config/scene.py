@@ -9,6 +9,7 @@ from .params import param, validate
 
 _FLAT = ("plane", "facing")
 _LIMIT_PX, _LIMIT_M = 1e5, 1e4
+_MOST_POINTS = 500  # half a second and 150 MB: each is moved, and the plane fitted anew, which grows by their square
 
 
 @dataclass(frozen=True)
@@ -17,8 +18,8 @@ class PlaneConfig:
 
     image_points: tuple[float, ...] = param(
         (),
-        "x, y of four or more points in the image, one after the other, at the markers' height; a pixel's centre has "
-        "whole numbers; as the image is, the lens' distortion included; empty: no plane is known",
+        f"x, y of four to {_MOST_POINTS} points in the image, one after the other, at the markers' height; a pixel's "
+        "centre has whole numbers; as the image is, the lens' distortion included; empty: no plane is known",
         unit="px",
         low=-_LIMIT_PX,
         high=_LIMIT_PX,
@@ -67,6 +68,11 @@ class PlaneConfig:
             )
         if 0 < image < 8:
             raise ConfigError(f"scene.plane.image_points: {image // 2} points are given; a plane takes four or more")
+        if image > 2 * _MOST_POINTS:
+            raise ConfigError(
+                f"scene.plane.image_points: {image // 2} points are given, more than {_MOST_POINTS}; leave some out in "
+                "both lists: a few dozen all over the field tell as much"
+            )
         if not self.frame_id.strip("/"):
             raise ConfigError("scene.plane.frame_id: is empty; give the name of the field's frame, such as field")
 

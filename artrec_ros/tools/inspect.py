@@ -31,6 +31,7 @@ from .inspecting.inspection import calibrated_images, problems
 from .inspecting.model_report import counted, summary
 from .inspecting.scene_report import draw_scene, scene_lines
 from .inspecting.silent_topics import silent_topics
+from .options.outputs import check_drawing
 from .options.paths import path
 
 _OTHER_TOPICS = 12  # topics of a bag that are listed beside images and calibrations
@@ -58,6 +59,8 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code 1 where something is wrong or does not fit."""
+    if args.scene is not None:
+        check_drawing("--scene", args.scene, args.paths)
     items = take_stock(args.paths, args.images)
     for item in items:
         for n, line in enumerate(describe(item)):

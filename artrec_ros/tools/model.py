@@ -21,7 +21,7 @@ from ..core.model.target import Target
 from ..io.base.bars import bar
 from ..io.images.cameras import load_camera
 from ..io.images.decoding import IMAGE_SUFFIXES
-from ..io.images.writing import save_picture
+from ..io.images.writing import save_drawing
 from ..io.learned.annotations import load_coco
 from ..io.objects.marker_images import image_marker
 from ..io.objects.marker_shapes import object_of, safe_name
@@ -32,7 +32,7 @@ from ..io.objects.urdf_model import object_from_urdf
 from ..simulation.sheet import MarkerCell, model_sheet
 from .inspecting.model_report import advice, focal_px, shape_rows, summary, table
 from .options.camera_options import add_camera, camera_of
-from .options.outputs import OF_OBJECT, check_output
+from .options.outputs import OF_OBJECT, OF_PAGES, check_drawing, check_output
 from .options.paths import path
 from .options.picture_sizes import picture_sizes
 from .training.marked_lengths import lines, measured_by
@@ -161,15 +161,15 @@ def _check(args: argparse.Namespace) -> None:
     for flag, lengths in (("--width", args.width), ("--height", args.height), ("--rectangle", args.rectangle)):
         if any(not 0 < length < 100 for length in lengths or ()):
             raise ConfigError(f"{flag}: {lengths} must be metres, greater than 0 and below 100")
-    if args.sheet and args.sheet.suffix.lower() not in (".png", ".jpg", ".jpeg"):
-        raise ConfigError(f"--sheet: '{args.sheet}' must end in .png or .jpg")
     if args.printed and args.printed.suffix.lower() != ".pdf":
         raise ConfigError(f"--print: '{args.printed}' must end in .pdf")
     inputs = [*args.sources, *args.marks, *filter(None, [args.markers, args.camera_info])]
     if args.output:
         check_output(args.output, inputs, OF_OBJECT, overwrite=args.overwrite)
-    for drawn in filter(None, (args.sheet, args.printed)):
-        check_output(drawn, inputs)
+    if args.sheet:
+        check_drawing("--sheet", args.sheet, inputs)
+    if args.printed:
+        check_output(args.printed, inputs, OF_PAGES)
 
 
 def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
@@ -246,7 +246,7 @@ def _comments(sources: Sequence[Path]) -> tuple[str, ...]:
 
 def _write_sheet(path: Path, found: Ambiguities, camera: Camera, label: int) -> None:
     small = [cv2.IMWRITE_PNG_COMPRESSION, 9] if path.suffix.lower() == ".png" else []
-    save_picture(path, sheet_of(found, camera, label), small)
+    save_drawing(path, sheet_of(found, camera, label), small)
 
 
 def sheet_of(found: Ambiguities, camera: Camera, label: int) -> NDArray[np.uint8]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib as mpl
@@ -16,8 +17,9 @@ from matplotlib.patches import Polygon
 from ..core.base.errors import ConfigError
 from ..core.geometry.transforms import Array
 from ..core.model.objects import Marker, ObjectModel
-from ..io.base.whole_files import make_folder
+from ..io.base.whole_files import save_file
 from ..simulation.sensor import palette
+from .options.outputs import OF_PAGES
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "letter": (215.9, 279.4)}  # mm
 _MM_PER_INCH = 25.4
@@ -108,13 +110,11 @@ def print_pages(path: Path, model: ObjectModel, label: int, paper: str = "A4") -
     :raises ConfigError: a marker is larger than the paper, or the file cannot be written.
     """
     pages = pages_of(items_of(model, label), paper)
-    make_folder(path.parent)
-    try:
-        with mpl.rc_context({"pdf.fonttype": 42, "pdf.compression": 0}), PdfPages(path) as pdf:
-            for number, page in enumerate(pages, start=1):
-                pdf.savefig(_figure(page, paper, f"{model.name}, page {number} of {len(pages)}"))
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written: {error.strerror}") from None
+    file, about = BytesIO(), {"Creator": OF_PAGES}
+    with mpl.rc_context({"pdf.fonttype": 42, "pdf.compression": 0}), PdfPages(file, metadata=about) as pdf:
+        for number, page in enumerate(pages, start=1):
+            pdf.savefig(_figure(page, paper, f"{model.name}, page {number} of {len(pages)}"))
+    save_file(path, file.getvalue())
     return len(pages)
 
 

@@ -17,7 +17,7 @@ from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.io.base.whole_files import check_place, make_folder, save_file
-from artrec_ros.io.images.writing import save_picture
+from artrec_ros.io.images.writing import save_drawing, save_picture
 from artrec_ros.io.learned.colours import save_colours
 from artrec_ros.io.learned.constraints import save_constraints
 from artrec_ros.io.objects.object_writer import save_object
@@ -45,6 +45,7 @@ def no_room(size: int = 8) -> Iterator[None]:
         lambda path: save_constraints(path, learn(MODEL, [])),
         lambda path: save_colours(path, IMAGE),
         lambda path: save_picture(path, np.zeros((40, 40, 3), np.uint8)),
+        lambda path: save_drawing(path, np.zeros((40, 40, 3), np.uint8)),
     ],
 )
 def test_without_room_an_earlier_file_stays(save: Callable[[Path], None], tmp_path: Path) -> None:

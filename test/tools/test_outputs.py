@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
@@ -14,7 +15,7 @@ OBJECT = """\
 format: artrec_object/1
 name: toy
 markers:
-  flag: {outline: [[0, 0], [0.4, 0], [0.3, 0.1], [0.4, 0.2], [0, 0.2]], axis: [[0, 0.1], [0.3, 0.1]]}
+  flag: {outline: [[0, 0], [0.04, 0], [0.03, 0.01], [0.04, 0.02], [0, 0.02]], axis: [[0, 0.01], [0.03, 0.01]]}
 components: {base: {required: true, markers: {flag: {}}}}
 """
 PARAMETERS = "/**: {ros__parameters: {objects: [toy], toy: {object_file: toy.yaml, label: 2}}}\n"
@@ -41,12 +42,16 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("model toy.yaml --marks coco.json -o coco.json --overwrite", "coco.json"),
         ("model toy.yaml -o notes.txt --overwrite", "notes.txt"),
         ("evaluate . --truth report.html", "report.html"),
+        ("model toy.yaml --sheet photo.png", "photo.png"),
+        ("model toy.yaml --print page.pdf", "page.pdf"),
+        ("inspect params.yaml . --scene photo.png", "photo.png"),
     ],
 )
 def test_nothing_that_is_read_or_of_others_is_written_over(
     folder: Path, capsys: pytest.CaptureFixture[str], command: str, lost: str
 ) -> None:
-    (folder / "report.html").write_text("truth")
+    for name in ("report.html", "photo.png", "page.pdf"):
+        (folder / name).write_text("of others")
     before = {p.name: p.read_text() for p in folder.iterdir() if p.is_file()}
     assert main(command.split()) == 1
     said = capsys.readouterr()
@@ -60,6 +65,19 @@ def test_a_replay_writes_no_overlays_among_its_images(folder: Path, capsys: pyte
         assert main(["replay", "frames", "--params-file", "params.yaml", "-o", str(output)]) == 1
         assert "is read by this command" in capsys.readouterr().err
     assert not any((folder / "frames").iterdir()) and not (folder / "replay.json").exists()
+
+
+@pytest.mark.parametrize("option", ["--sheet sheet.png", "--sheet sheet.jpg", "--print page.pdf"])
+def test_a_drawing_is_drawn_anew(folder: Path, option: str) -> None:
+    if "--print" in option:
+        pytest.importorskip("matplotlib")
+    drawing = folder / option.split()[1]
+    assert main(["model", "toy.yaml", *option.split()]) == 0
+    drawn = drawing.stat().st_mtime_ns
+    assert main(["model", "toy.yaml", *option.split()]) == 0
+    assert drawing.stat().st_mtime_ns > drawn
+    if drawing.suffix != ".pdf":
+        assert cv2.imread(str(drawing)).shape[2] == 3
 
 
 def test_what_a_command_wrote_itself_and_what_is_empty_may_be_written_anew(folder: Path) -> None:

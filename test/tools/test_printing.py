@@ -41,6 +41,14 @@ def test_what_is_printed_has_its_size(tmp_path: Path) -> None:
     assert sizes.count([53.0, 53.0]) == 6, "each small one in each of its three classes"
 
 
+def test_pages_that_cannot_be_written_leave_earlier_ones(tmp_path: Path) -> None:
+    (tmp_path / "page.pdf.part").mkdir()  # nothing can be written beside it
+    (tmp_path / "page.pdf").write_text("as it was before")
+    with pytest.raises(ConfigError, match=r"page\.pdf: cannot be written: "):
+        print_pages(tmp_path / "page.pdf", load_object(OBJECTS / "mirosot.yaml"), 1)
+    assert (tmp_path / "page.pdf").read_text() == "as it was before"
+
+
 @pytest.mark.parametrize("paper", PAPERS)
 @pytest.mark.parametrize("name", ALL)
 def test_nothing_lies_on_another_or_off_the_page(name: str, paper: str) -> None:

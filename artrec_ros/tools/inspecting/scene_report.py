@@ -18,7 +18,7 @@ from ...core.geometry.transforms import Array
 from ...core.image.blobs import centres, find_blobs
 from ...core.image.segmentation import Segmenter
 from ...io.images.decoding import Image
-from ...io.images.writing import save_picture
+from ...io.images.writing import save_drawing
 from ...io.inventory.contents import BagContent, Item, Sample
 from ...io.parameters.parameter_file import Setup
 
@@ -51,7 +51,7 @@ def draw_scene(items: Sequence[Item], output: Path) -> str:
         return f"{output}: not drawn: it takes a parameter file with scene.region or scene.plane, and images"
     image, camera = samples[0].images[0], _camera(items, samples[0])
     picture = scene_picture(image, Scene.of(setups[0][1].recognizer.scene, camera))
-    save_picture(output, picture)
+    save_drawing(output, picture)
     return f"{output}: the scene of {setups[0][0]} over an image of {samples[0].name}"
 
 

@@ -7,12 +7,16 @@ import itertools
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..core.base.errors import ArtrecError, SourceError
 from ..io.bags.reader import STORAGES, Bag, RawMessage, Topic
 from ..io.base.bars import bar, say
+from ..io.sources.frames import once
 from .main import MISSING
+
+if TYPE_CHECKING:
+    from .player import Player
 
 
 def add_parser(subparsers: Any) -> None:
@@ -47,7 +51,6 @@ def run(args: argparse.Namespace) -> int:
         from rclpy.signals import SignalHandlerOptions
 
         from .graph import check_topic
-        from .player import Player
     except ImportError as error:
         raise ArtrecError(MISSING.format(error)) from error
     with Bag(args.bag, args.storage) as bag:
@@ -59,18 +62,7 @@ def run(args: argparse.Namespace) -> int:
             check_topic(args.wait_for, "--wait-for")
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         try:
-            node = rclpy.create_node("artrec_play")
-            player = Player(node, topics, names=names, wait_for=args.wait_for, timeout_s=args.timeout, say=say)
-            for name, kind in player.skipped.items():
-                print(f"{name}: {kind} is not installed here; skipped")
-            player.begin()
-            while True:
-                messages = _messages(bag, topics, args)
-                player.play(bar(messages, unit="message"), args.rate)
-                if not player.sent:
-                    raise SourceError(f"{args.bag}: nothing to send: {_why_nothing(bag, topics, args)}")
-                if not args.loop:
-                    break
+            player = _played(bag, topics, names, args)
         finally:
             rclpy.try_shutdown()
     for name, count in sorted(player.sent.items()):
@@ -83,6 +75,30 @@ def run(args: argparse.Namespace) -> int:
     return int(bool(player.unanswered))
 
 
+def _played(bag: Bag, topics: list[Topic], names: dict[str, str], args: argparse.Namespace) -> Player:
+    """Plays to the end, and tells what of the bag is lost: what is known before, then what turned up."""
+    from rclpy import create_node
+
+    from .player import Player
+
+    tell = once(say)
+    for line in bag.problems:
+        tell(line)
+    node = create_node("artrec_play")
+    player = Player(node, topics, names=names, wait_for=args.wait_for, timeout_s=args.timeout, say=say)
+    for name, kind in player.skipped.items():
+        print(f"{name}: {kind} is not installed here; skipped")
+    player.begin()
+    while True:
+        player.play(bar(_messages(bag, topics, args), unit="message"), args.rate)
+        for line in bag.problems:
+            tell(line)
+        if not player.sent:
+            raise SourceError(f"{args.bag}: nothing to send: {_why_nothing(bag, topics, args)}")
+        if not args.loop:
+            return player
+
+
 def _messages(bag: Bag, topics: list[Topic], args: argparse.Namespace) -> Iterator[RawMessage]:
     """What is to be sent, in the order of recording."""
     names = {t.name for t in topics}
@@ -91,7 +107,8 @@ def _messages(bag: Bag, topics: list[Topic], args: argparse.Namespace) -> Iterat
     if args.wait_for:  # images may come before the first calibration, which holds for them just as well
         for topic in (t.name for t in topics if t.msgtype.endswith("/CameraInfo")):
             yield from (m._replace(log_ns=start_ns) for m in itertools.islice(bag.messages([topic]), 1))
-    yield from bag.messages(names, start_ns, stop_ns)
+    # without bounds, where all is sent: so all is counted
+    yield from bag.messages(names, start_ns if args.start_offset else None, stop_ns)
 
 
 def _why_nothing(bag: Bag, topics: list[Topic], args: argparse.Namespace) -> str:

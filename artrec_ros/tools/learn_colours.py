@@ -25,6 +25,7 @@ from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
 from ..io.learned.marked_objects import load_marked_objects, marked_scales
 from ..io.learned.regions import MarkedImage, drawn_regions, load_regions
+from ..io.sources.frames import once
 from ..io.sources.opening import Frame, SourceOptions, holds_bag, open_sources
 from .colour_report import report, scale_line
 from .colour_samples import Samples, Told, samples_of_labels, samples_of_regions
@@ -193,13 +194,18 @@ def _pairs(args: argparse.Namespace) -> Iterator[Pair]:
     """Colour images with their label images."""
     colour = SourceOptions(topic=args.topic, image_kind="colour")
     label = SourceOptions(topic=args.label_topic, image_kind="labels")
+    tell = once(say)  # a bag is opened for either, and tells what it lacks twice
     for source in args.sources:
         with open_sources([source], colour, say) as images:
             if args.label_images is None:
                 with open_sources([source], label, say) as label_frames:
                     yield from _checked(by_stamp(images, label_frames))
+                    problems = [*images.problems, *label_frames.problems]
             else:
                 yield from _checked(by_name(images, args.label_images))
+                problems = images.problems
+        for line in problems:
+            tell(line)
 
 
 def by_stamp(images: Iterable[Frame], labels: Iterable[Frame]) -> Iterator[tuple[Frame, Frame]]:

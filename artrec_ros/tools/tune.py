@@ -106,6 +106,8 @@ def run(args: argparse.Namespace) -> int:
         engine = stack.enter_context(engine_of(args))
         named = list(zip(map(str, args.sources), sources.parts, strict=True))
         session = Session(args.output, engine, order_of(setup, args.sources, sources, options), named, once(say))
+        for line in sources.problems:  # all of them was read for their parts
+            say(line)
         try:
             with interruptible(session.stop):
                 scoring = Options(max_gap_ns=round(args.max_gap * 1e9), camera=options.camera)

@@ -140,6 +140,17 @@ def test_mistakes_are_told(bag: Path, arguments: list[str], code: int, said: str
     assert done.returncode == code and said in done.stderr and "Traceback" not in done.stderr
 
 
+def test_what_a_bag_lacks_is_told(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as writer:
+        for n in range(40):
+            writer.write_image("/eye/labels", n, "eye", np.full((90, 90), n, np.uint8))
+    file = tmp_path / "bag/bag.mcap"
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    done = play(tmp_path / "bag")
+    assert done.returncode == 0 and f"{file}: it ends in the middle" in done.stderr
+    assert "messages were read, but metadata.yaml tells of 40" in done.stderr
+
+
 def test_what_was_latched_is_offered_so() -> None:
     """Else a listener to transforms that stay hears nothing; one who can't hear anything is not waited for."""
     kind = "sensor_msgs/msg/Image"

@@ -15,6 +15,7 @@ from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning.colour_learning import Learned
+from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
 from artrec_ros.tools import colour_samples
@@ -99,6 +100,18 @@ def test_images_without_labels_are_passed_over(folder: Path, capsys) -> None:
     assert learn(folder, *from_labels(folder)) == 0
     counts = [line.split()[1] for line in capsys.readouterr().out.splitlines() if line.startswith("red ")]
     assert counts == [str(2 * 18 * 18)]
+
+
+def test_what_a_bag_lacks_is_told_once(folder: Path, capsys) -> None:
+    image, labels = picture()
+    with BagWriter(folder / "bag") as writer:
+        for n in range(40):
+            writer.write_image("/eye/colour", n, "eye", image)
+            writer.write_image("/eye/labels", n, "eye", labels)
+    file = folder / "bag/bag.mcap"
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    assert learn(folder, str(folder / "bag")) == 0
+    assert capsys.readouterr().err.count(f"{file}: it ends in the middle") == 1
 
 
 @pytest.mark.parametrize(

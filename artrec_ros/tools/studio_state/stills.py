@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -159,7 +159,7 @@ def open_stills(source: Path, options: SourceOptions, most: int, folder: Path, t
     if not folder.is_dir() or not any(folder.glob("*.png")):
         told(f"writing up to {most} frames of {source} to {folder}")
         with _writing(folder):
-            _write(source, options, most, folder)
+            _write(source, options, most, folder, told)
     return _of_files(folder, options, told)
 
 
@@ -172,7 +172,7 @@ def _writing(folder: Path) -> Iterator[None]:
         raise SourceError(f"{folder}: cannot be written: {error.strerror or error}") from error
 
 
-def _write(source: Path, options: SourceOptions, most: int, folder: Path) -> None:
+def _write(source: Path, options: SourceOptions, most: int, folder: Path, told: Told) -> None:
     written = 0
     with open_sources([source], options) if source.suffix.lower() not in VIDEO_SUFFIXES else _Video(source) as frames:
         every = max(1, -(-frames.count // most))
@@ -180,6 +180,8 @@ def _write(source: Path, options: SourceOptions, most: int, folder: Path) -> Non
             if number % every == 0 and frame.image is not None:
                 _write_frame(frame, folder)
                 written += 1
+        for line in frames.problems:
+            told(line)
     if not written:
         raise SourceError(f"{source}: no frame of it can be used")
 
@@ -196,6 +198,8 @@ def _write_frame(frame: Frame, folder: Path) -> Path:
 
 class _Video:
     """A video file as `Sources` are: a context manager to be iterated once. `count`: frames to expect."""
+
+    problems: Sequence[str] = ()
 
     def __init__(self, path: Path) -> None:
         self._path, self._video = path, cv2.VideoCapture(str(path.absolute()))

@@ -42,6 +42,16 @@ def test_a_bag_becomes_files_that_are_taken_again(tmp_path: Path) -> None:
     assert len(said) == 1 and taken.files == stills.files and taken.camera is not None
 
 
+def test_what_a_bag_lacks_is_told(tmp_path: Path) -> None:
+    simulated = ["simulate", str(ROOT / "config/objects/excavator.yaml"), "--frames", "5", "-o", str(tmp_path / "sim")]
+    assert main(simulated) == 0
+    file = tmp_path / "sim/bag/bag.mcap"
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    said: list[str] = []
+    open_stills(tmp_path / "sim/bag", SourceOptions(image_kind="labels"), 3, tmp_path / "frames", said.append)
+    assert any(line.startswith(f"{file}: it ends in the middle") for line in said)
+
+
 @pytest.mark.parametrize("folder", [".", "http:x"])
 def test_a_video_is_a_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str) -> None:
     monkeypatch.chdir(tmp_path)

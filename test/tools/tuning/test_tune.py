@@ -52,6 +52,18 @@ def command(world: Path, out: Path, *options: str, trials: int = TRIALS) -> list
     return ["tune", str(world / "sim" / "bag"), *truth, *files, "-o", str(out), "--trials", str(trials), *options]
 
 
+def test_what_a_bag_lacks_is_told(world, tmp_path, capsys):
+    cut = tmp_path / "sim"
+    shutil.copytree(world / "sim", cut)
+    file = cut / "bag/bag.mcap"
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    shutil.copy(world / "lamp.yaml", tmp_path)
+    for name in ("params.yaml", "space.yaml"):
+        shutil.copy(world / name, tmp_path)
+    assert main(command(tmp_path, tmp_path / "out", "--block", "1", trials=1)) == 0
+    assert f"{file}: it ends in the middle" in capsys.readouterr().err
+
+
 def trials_of(out: Path) -> list[tuple]:
     """What was tried and what came of it, but for its timing."""
     trials = json.loads((out / "report.json").read_text())["trials"]

@@ -122,7 +122,7 @@ def _plan_options(args: argparse.Namespace, options: SourceOptions) -> dict[str,
         K, bent = camera.matrix.ravel().tolist(), camera.distortion.tolist()
         given["camera"] = {"frame_id": camera.frame_id, "size": list(camera.size), "K": K, "D": bent}
     outputs = {"images": args.images, "video": not args.no_video, "output_bag": args.output_bag, "labels": args.labels}
-    outputs["rerun"] = args.rerun and str(args.rerun.absolute())
+    outputs["rerun"] = args.rerun and str(args.rerun.resolve())
     return {**given, **outputs, "timing": not args.no_timing}
 
 

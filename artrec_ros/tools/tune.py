@@ -197,9 +197,9 @@ def _written() -> tuple[str, ...]:
 def _plan_options(args: argparse.Namespace) -> dict[str, Any]:
     """What the search depends on besides sources and parameters; not how many trials are wanted."""
     options = {key: value for key in _KEPT_OPTIONS if (value := getattr(args, key)) is not None}
-    plain = {key: str(value) if isinstance(value, Path) else value for key, value in options.items()}
+    plain = {key: str(value.resolve()) if isinstance(value, Path) else value for key, value in options.items()}
     search = args.search.read_text(encoding="utf-8")
-    truths = [digest(p.read_bytes()) if p.is_file() else str(p.absolute()) for p in args.truth]
+    truths = [digest(p.read_bytes()) if p.is_file() else str(p.resolve()) for p in args.truth]
     return {**plain, "limits": [str(x) for x in args.limit], "search": search, "truth": truths}
 
 

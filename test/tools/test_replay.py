@@ -122,6 +122,16 @@ def test_overlays_are_named_after_their_frames_in_order_and_each_once(tmp_path, 
     assert written == [f"{i:06d}_{Path(r.frame).stem[:200]}" for i, r in enumerate(records)]
 
 
+def test_a_replay_goes_on_however_its_paths_are_spelled(tmp_path, params, recogniser, capsys):
+    source, link, around = bag(tmp_path / "bag", [1, 2]), tmp_path / "link", tmp_path / "frames" / ".."
+    (tmp_path / "frames").mkdir()
+    link.symlink_to(source)
+    assert run(params, source, tmp_path / "out") == 0
+    for spelled in (link, around / "bag"):
+        assert run(around / params.name, spelled, tmp_path / "out") == 0, capsys.readouterr().err
+    assert recogniser.seen == 2
+
+
 def test_overlays_can_stand_beside_the_class_images(tmp_path, params, recogniser):
     source = bag(tmp_path / "bag", [1, 0, 2])
     assert run(params, source, tmp_path / "out", "--labels") == 0

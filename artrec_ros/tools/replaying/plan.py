@@ -18,15 +18,20 @@ _FORMAT = "artrec_replay/1"
 
 
 def plan_of(setup: Setup, sources: Sequence[Path], options: Mapping[str, Any]) -> dict[str, Any]:
-    """As plain values. :param options: all that results depend on besides."""
+    """As plain values; of files what they are, however their paths are spelled.
+
+    :param options: all that results depend on besides.
+    """
+    paths = [path.resolve() for path in sources]
+    files = {key: str(Path(str(setup.resolved[key])).resolve()) for key in _file_keys(setup)}
     return {
         "format": _FORMAT,
         "version": __version__,
         "options": dict(options),
-        "sources": [str(path.absolute()) for path in sources],
-        "contents": {str(path.absolute()): _state(path) for path in sources},
-        "parameters": dict(setup.resolved),
-        "files": {str(path): digest(path.read_bytes()) for path in _files(setup)},
+        "sources": [str(path) for path in paths],
+        "contents": {str(path): _state(path) for path in paths},
+        "parameters": {**setup.resolved, **files},
+        "files": {path: digest(Path(path).read_bytes()) for path in sorted(set(files.values()))},
     }
 
 
@@ -93,10 +98,10 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 80 else text[:77] + "..."
 
 
-def _files(setup: Setup) -> list[Path]:
-    """The object and constraint files that the parameters name."""
+def _file_keys(setup: Setup) -> list[str]:
+    """The parameters that name object and constraint files."""
     keys = [f"{t.name}.{kind}" for t in setup.targets for kind in ("object_file", "constraint_file")]
-    return sorted({Path(str(setup.resolved[key])) for key in keys if setup.resolved.get(key)})
+    return [key for key in keys if setup.resolved.get(key)]
 
 
 def _state(path: Path) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import signal
 import sys
@@ -47,14 +46,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         signal.signal(number, _leave)
     from .own_lines import flush_stdout, open_streams, own_lines_only
 
-    open_streams()
-    if isinstance(sys.stdout, io.TextIOWrapper):  # what the terminal has no letters for is no reason to fail
-        sys.stdout.reconfigure(errors="backslashreplace")
+    stdout = open_streams()
     arguments = sys.argv[1:]
     loud = "--debug" in arguments or _called(arguments) in NEEDING_ROS  # ROS logs from C
     with nullcontext() if loud else own_lines_only():
         code = _main(arguments)
-        if problem := flush_stdout():
+        if problem := flush_stdout(stdout):
             print(f"artrec: {problem}", file=sys.stderr)
         return code or int(bool(problem))
 
@@ -102,9 +99,6 @@ def _main(arguments: list[str]) -> int:
     except KeyboardInterrupt as interrupt:
         print(": ".join(["artrec", "interrupted", *map(str, interrupt.args)]), file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # the reader of our output has left, as `| head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAILED
     except OSError as error:
         reason = error.strerror or str(error)
         return _fail(f"{error.filename}: {reason}" if error.filename else reason, args.debug)

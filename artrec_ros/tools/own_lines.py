@@ -1,7 +1,9 @@
-"""stderr for our own lines alone: image and video libraries write there from C, whatever the caller makes of it."""
+"""stdout and stderr cost no work, whatever becomes of them. stderr is for our own lines alone: image and video
+libraries write there from C."""
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import sys
@@ -13,36 +15,49 @@ from typing import Any
 _STDOUT, _STDERR = 1, 2
 
 
-class _Lenient(io.FileIO):
-    """What cannot be written is lost, as on a full disk or where the reader has left: work goes on without."""
+class Lenient(io.FileIO):
+    """What cannot be written is lost, as on a full disk or where the reader has left: work goes on without.
+
+    :ivar error: the first one of that.
+    """
+
+    error: OSError | None = None
 
     def write(self, data: Any, /) -> int:
         try:
-            return super().write(data) or len(data)  # None: a full pipe that does not wait
-        except OSError:
+            if written := super().write(data):
+                return written
+            raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))  # a full pipe that does not wait
+        except OSError as error:
+            self.error = self.error or error
             return len(data)
 
 
-def open_streams() -> None:
-    """stdout and stderr that were closed lead nowhere: files that are opened must not take their numbers. What stderr
-    cannot take is lost."""
+def open_streams() -> Lenient:
+    """stdout and stderr that were closed lead nowhere: files that are opened must not take their numbers. What they
+    cannot take is lost, and what the terminal has no letters for is spelled out. Returns the file of stdout."""
     for name, number in (("stdout", _STDOUT), ("stderr", _STDERR)):
         if getattr(sys, name) is None:  # Python's word for it
             nowhere = os.open(os.devnull, os.O_WRONLY)
             if nowhere != number and not _is_open(number):
                 os.dup2(nowhere, number)
             setattr(sys, name, os.fdopen(nowhere, "w", closefd=False))
-    sys.stderr = _lenient(sys.stderr.fileno(), sys.stderr.encoding, closefd=False)
+    line_by_line = bool(sys.stdout.line_buffering or getattr(sys.stdout, "write_through", False))  # as of python -u
+    file = Lenient(sys.stdout.fileno(), "w", closefd=False)
+    sys.stdout = _text(file, sys.stdout.encoding, line_buffering=line_by_line)
+    sys.stderr = _text(Lenient(sys.stderr.fileno(), "w", closefd=False), sys.stderr.encoding)
+    return file
 
 
-def flush_stdout() -> str:
-    """At the end, why what was printed cannot be written; empty: it is, or the reader has left, as `| head` does."""
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # where Python's own try at it goes
-        return "" if isinstance(error, BrokenPipeError) else f"stdout: cannot be written: {error.strerror}"
-    return ""
+def flush_stdout(file: Lenient) -> str:
+    """At the end, why what was printed is lost; empty: it is not, or the reader has left, as `| head` does.
+
+    :param file: what `open_streams` returned.
+    """
+    sys.stdout.flush()
+    if file.error is None or isinstance(file.error, BrokenPipeError):
+        return ""
+    return f"stdout: cannot be written: {file.error.strerror}"
 
 
 def _is_open(number: int) -> bool:
@@ -53,9 +68,8 @@ def _is_open(number: int) -> bool:
     return True
 
 
-def _lenient(number: int, encoding: str, *, closefd: bool = True) -> io.TextIOWrapper:
-    buffer = io.BufferedWriter(_Lenient(number, "w", closefd=closefd))
-    return io.TextIOWrapper(buffer, encoding, errors="backslashreplace", line_buffering=True)
+def _text(file: Lenient, encoding: str, *, line_buffering: bool = True) -> io.TextIOWrapper:
+    return io.TextIOWrapper(io.BufferedWriter(file), encoding, errors="backslashreplace", line_buffering=line_buffering)
 
 
 @contextmanager
@@ -67,7 +81,7 @@ def own_lines_only() -> Iterator[None]:
     kept = os.dup(_STDERR)
     before = sys.stderr
     before.flush()
-    sys.stderr = _lenient(kept, before.encoding)
+    sys.stderr = _text(Lenient(kept, "w"), before.encoding)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, _STDERR)
     os.close(nowhere)

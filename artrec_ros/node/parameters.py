@@ -16,7 +16,7 @@ from ..core.geometry.camera import Camera
 from ..core.geometry.range_limits import range_limits
 from ..io.base.shared_files import SCHEME
 from ..io.parameters.parameter_file import NO_FILE, Setup, hint, setup_from_flat
-from ..io.parameters.sections import check_sections, load_parameter_file
+from ..io.parameters.sections import check_own, check_sections
 from ..io.parameters.specs import Spec, moved
 from ..io.parameters.unread import unread
 
@@ -69,7 +69,7 @@ def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
     source = ", ".join([*map(str, files), *single]) or NO_FILE
     warn = node.get_logger().warning
     for file in files:
-        load_parameter_file(file)  # ROS' own reader takes the last of keys that are given twice, without a word
+        check_own(file, node.get_fully_qualified_name())
     if "objects" not in overrides:
         check_sections(files, node.get_fully_qualified_name())
     setup = setup_from_flat(overrides, base_directory(overrides, files), source, warn=warn)

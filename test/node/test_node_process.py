@@ -88,6 +88,7 @@ def test_without_parameters_the_way_to_give_them_is_told(tmp_path: Path) -> None
     ("old", "new", "reason"),
     [
         ("2000.0", "2000.0, time_budget_ms: 90.0", "the key 'time_budget_ms' is given twice; keep one"),
+        ("objects:", "recognizer.time_budget_ms: 90.0\n    objects:", "is given twice, once of them as 'recognizer'"),
         ("/**:", "other_node:", "no section matches the node /artrec_node (there: other_node); use '/**:'"),
     ],
 )

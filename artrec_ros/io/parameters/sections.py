@@ -69,6 +69,17 @@ def check_sections(paths: Sequence[Path], node: str) -> None:
         )
 
 
+def check_own(path: Path, node: str) -> None:
+    """What the node is given is what files say offline: ROS' own reader takes the last of keys that are given twice, in
+    whichever spelling, without a word.
+
+    :param node: with its namespace. :raises ConfigError: a key of its sections is given twice.
+    """
+    for name, section in _sections(load_parameter_file(path)).items():
+        if _matches(name, node):
+            _flatten(section)
+
+
 def _matches(name: str, node: str) -> bool:
     """As ROS reads the wildcards of sections: `*` is one part of a name, `**` any number of them."""
     pattern = re.escape(f"/{name.strip('/')}").replace(r"/\*\*", "(/[^/]+)*").replace(r"\*", "[^/]+")
@@ -95,16 +106,20 @@ def _flatten(section: Value) -> dict[str, Value]:
         for full, value in (_flatten(child) if isinstance(child.raw, dict) else {child.key: child}).items():
             if full in flat:
                 raise value.error(f"is given twice, once of them as '{key}'; keep one")
-            _check_kinds(value)
+            _check_readable(value)
             flat[full] = value
     return flat
 
 
-def _check_kinds(value: Value) -> None:
-    """Whether the node would read a list, too: all of ROS' have items of one kind.
+def _check_readable(value: Value) -> None:
+    """Whether the node would read a value, too: ROS knows no empty ones, and all of its lists have items of one kind.
 
     :raises ConfigError: it would not start.
     """
+    if value.raw is None:
+        raise value.error(
+            "has no value, as a section of which all lines are comments, and ROS starts no node by that; leave it out"
+        )
     kinds = {type(item) for item in value.raw} if isinstance(value.raw, list) else set()
     if kinds == {int, float}:
         whole = next(item for item in value.raw if isinstance(item, int))

@@ -23,6 +23,7 @@ from .options.scene_options import add_options, given_options
 from .options.seed import seed
 
 _FIRST_LABEL = 2  # 1 is the floor's by default
+_MOST_NOISE = 1000.0  # from where on every pixel gets its class by chance
 
 
 def add_parser(subparsers: Any) -> None:
@@ -63,6 +64,8 @@ def run(args: argparse.Namespace) -> int:
     targets = _targets(args)
     for line in (line for t in targets for line in oddities(t)):
         say(f"warning: {line}")
+    if not 0 <= args.noise <= _MOST_NOISE:
+        raise ConfigError(f"--noise: {args.noise} is not within 0 .. {_MOST_NOISE:g}")
     scene = SceneConfig(**given_options(args, SceneConfig))
     sensor = dataclasses.replace(SensorConfig().scaled(args.noise), **given_options(args, SensorConfig))
     motion = given_options(args, MotionConfig)

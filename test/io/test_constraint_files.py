@@ -137,6 +137,7 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, constraints: Co
         ("pairs/0/allowed/turn", [0, 1], ("pairs[0].allowed.turn", "turn_rad")),
         ("pairs/0/allowed/turn_rad", [1, 0], ("pairs[0].allowed.turn_rad", "above")),
         ("pairs/0/allowed/turn_rad", [0, 1, 7], ("pairs[0].allowed.turn_rad", "period")),
+        ("pairs/0/allowed/distance_m", [-1e308, 1e308], ("pairs[0].allowed.distance_m[0]", "least value -1e+06")),
         ("pairs/0/allowed/scale_ratio", [1, 1, 1], ("pairs[0].allowed.scale_ratio", "[low, high]")),
         ("pairs/0/allowed/scale_ratio", [1, "x"], ("pairs[0].allowed.scale_ratio[1]", "number")),
     ],

@@ -80,6 +80,8 @@ def test_wrong_topics_are_refused_with_what_there_is(two_topics):
         read([two_topics[0]], topic="/cam/camera_info")
     with pytest.raises(SourceError, match="no topic '/nothing'"):
         read([two_topics[0]], topic="/cam/labels", camera_info_topic="/nothing")
+    with pytest.raises(SourceError, match="'/cam/labels' is sensor_msgs/msg/Image, no calibration"):
+        read([two_topics[0]], topic="/cam/labels", camera_info_topic="/cam/labels")
 
 
 def test_a_bag_without_images_lists_what_there_is(tmp_path, ros2, write_rosbag2):

@@ -47,6 +47,8 @@ def test_several_objects_bear_the_labels_given(tmp_path):
         ([OBJECTS / "excavator.yaml", "--label", "2", "3"], "--label: 2 given for 1"),
         ([OBJECTS / "excavator.yaml", OBJECTS / "excavator.yaml"], "same name"),
         ([OBJECTS / "excavator.yaml", "--frames", "0"], "--frames: 0"),
+        ([OBJECTS / "excavator.yaml", "--noise", "nan"], "--noise: nan is not within 0 .. 1000"),
+        ([OBJECTS / "excavator.yaml", "--noise", "1e300"], "--noise: 1e.300 is not within 0 .. 1000"),
         ([OBJECTS / "excavator.yaml", "--image-size", "1", "1"], "--image-size: 1 1"),
         ([OBJECTS / "excavator.yaml", "--view-angle", "180"], "--view-angle: 180"),
         ([OBJECTS / "excavator.yaml", "--size", "0.9", "0.2"], "scene.size"),

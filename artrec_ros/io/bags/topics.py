@@ -13,6 +13,7 @@ from ..images.decoding import Image, decode_compressed, decode_image
 from .reader import Bag, Topic
 
 IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+INFO_TYPE = "sensor_msgs/msg/CameraInfo"
 
 Report = Callable[[str], None]
 """Called with one line for whatever the user should know but that stops nothing."""
@@ -77,6 +78,20 @@ def choose_topic(bag: Bag, topic: str | None, image_kind: str | None, report: Re
     kind = f"image.kind '{image_kind}'"
     report(f"{bag.path}: topic {fitting[0]}: of {len(images)} image topics the only one that fits {kind}")
     return fitting[0]
+
+
+def choose_info_topic(bag: Bag, topic: str | None, image_topic: str) -> tuple[str, bool]:
+    """The calibration's topic, the one that is named, else the one beside the images', and whether it is there.
+
+    :raises SourceError: the one that is named is not, or holds something else.
+    """
+    name = topic or camera_info_topic(image_topic)
+    found = bag.topics.get(name)
+    if topic and found is None:
+        raise SourceError(f"{bag.path}: no topic '{topic}'. {listed(bag)}")
+    if topic and found is not None and found.msgtype != INFO_TYPE:
+        raise SourceError(f"{bag.path}: '{topic}' is {found.msgtype}, no calibration ({INFO_TYPE}). {listed(bag)}")
+    return name, found is not None and found.msgtype == INFO_TYPE
 
 
 def _fits(bag: Bag, topic: Topic, kind: str | None) -> bool:

@@ -12,7 +12,7 @@ from ...core.base.errors import ArtrecError, ConfigError, ImageError, SourceErro
 from ...core.geometry.camera import Camera
 from ..bags.metadata import BAG_SUFFIXES, is_storage
 from ..bags.reader import Bag, Topic
-from ..bags.topics import IMAGE_TYPES, camera_info_topic, camera_of, decode_message, stamp_of
+from ..bags.topics import IMAGE_TYPES, camera_of, choose_info_topic, decode_message, stamp_of
 from ..base.bars import bar
 from ..base.json_files import read_json
 from ..base.kinds import COCO, CONSTRAINTS, OBJECT, kind_of
@@ -221,10 +221,10 @@ def _sample(bag: Bag, topic: Topic) -> Sample:
 
 
 def _camera(bag: Bag, image_topic: str) -> tuple[Camera | None, str | None]:
-    name = camera_info_topic(image_topic)
-    message = next(bag.messages([name]), None) if name in bag.topics else None
+    name, is_there = choose_info_topic(bag, None, image_topic)
+    message = next(bag.messages([name]), None) if is_there else None
     if message is None:
-        return None, f"no calibration: {'nothing on' if name in bag.topics else 'no topic'} '{name}'"
+        return None, f"no calibration: {'nothing on' if is_there else 'no topic'} '{name}'"
     try:
         return camera_of(bag.parse(message)), None
     except (ImageError, ConfigError) as error:

@@ -15,6 +15,7 @@ from ..base.whole_files import save_file
 from ..base.yaml_files import Value, load_yaml, nearest
 
 FORMAT = "artrec_constraints/1"
+_MOST = 1e6  # of metres, pixels, radians and ratios: what lies beyond is damage, and squares of it may overflow
 
 _HEADER = """\
 # Learned by `artrec train`: for each pair of markers, how the second lies as the first sees it, over all examples.
@@ -96,7 +97,7 @@ def _check_pair(row: Value, known: list[str]) -> None:
 
 
 def _check_ends(interval: Value, *, periodic: bool) -> None:
-    ends = [end.number() for end in interval.items()]
+    ends = [end.number(-_MOST, _MOST) for end in interval.items()]
     if len(ends) not in ((2, 3) if periodic else (2,)):
         wanted = "[low, high] or [low, high, period]" if periodic else "[low, high]"
         raise interval.error(f"must be {wanted}, has {len(ends)} numbers")

@@ -6,11 +6,11 @@ import dataclasses
 from collections.abc import Iterator
 from itertools import islice
 
-from ...core.base.errors import ConfigError, ImageError, SourceError
+from ...core.base.errors import ConfigError, ImageError
 from ...core.geometry.camera import Camera
 from ..bags.reader import Bag
 from ..bags.recovery import RawMessage
-from ..bags.topics import Report, camera_info_topic, camera_of, choose_topic, decode_message, listed, stamp_of
+from ..bags.topics import Report, camera_of, choose_info_topic, choose_topic, decode_message, stamp_of
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
 
 
@@ -24,11 +24,9 @@ class BagSource(Source):
         self.bag, self._options = bag, options
         self._report = once(report)
         self.topic = choose_topic(bag, options.topic, options.image_kind, report)
-        self.info_topic = options.camera_info_topic or camera_info_topic(self.topic)
+        self.info_topic, self._has_infos = choose_info_topic(bag, options.camera_info_topic, self.topic)
         self.count = bag.topics[self.topic].count
-        self.calibrated = options.camera is not None or self.info_topic in bag.topics
-        if options.camera_info_topic and options.camera_info_topic not in bag.topics:
-            raise SourceError(f"{bag.path}: no topic '{options.camera_info_topic}'. {listed(bag)}")
+        self.calibrated = options.camera is not None or self._has_infos
 
     @property
     def problems(self) -> list[str]:
@@ -36,7 +34,7 @@ class BagSource(Source):
 
     @property
     def _follows_infos(self) -> bool:
-        return self._options.camera is None and self.info_topic in self.bag.topics
+        return self._options.camera is None and self._has_infos
 
     def __iter__(self) -> Iterator[Frame]:
         for message, camera in self._images(None, self._first_camera()):

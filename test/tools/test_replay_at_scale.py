@@ -20,6 +20,7 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.results.results import read_results
 from artrec_ros.tools.main import main
+from artrec_ros.tools.replaying.cluster import ClusterEngine
 from artrec_ros.tools.replaying.engines import Engine, InlineEngine, Job
 from artrec_ros.tools.replaying.processes import ProcessEngine
 
@@ -187,11 +188,19 @@ def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(world, whole, 
     assert contents(out) == whole
 
 
+def test_an_address_that_is_none_is_told_at_once(monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="Dask distributed is not installed")
+    monkeypatch.setattr(distributed, "Client", lambda *_, **__: pytest.fail("it would wait for its end"))
+    with pytest.raises(ArtrecError, match="--scheduler: nonsense: is no address such as tcp://HOST:8786: missing port"):
+        ClusterEngine("nonsense")
+
+
 def test_a_scheduler_that_does_not_answer_is_named(world, tmp_path, capsys, monkeypatch):
     pytest.importorskip("distributed", reason="Dask distributed is not installed")
     monkeypatch.setattr("artrec_ros.tools.replaying.cluster._CONNECT_S", 0.5)
     assert main(command(world, tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")) == 1
-    assert "tcp://127.0.0.1:9: no Dask scheduler answers" in capsys.readouterr().err
+    assert "tcp://127.0.0.1:9: no Dask scheduler answers" in (said := capsys.readouterr().err)
+    assert "looking for the Dask scheduler at tcp://127.0.0.1:9, for 0.5 s at most" in said
 
 
 def count_to(n: int):

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from ...core.base.errors import ArtrecError
+from ...io.base.bars import say
 from .engines import MOST_DEATHS, QUEUED, Done, Engine, Job
 
 _CONNECT_S = 20
@@ -21,9 +22,15 @@ class ClusterEngine(Engine):
         """:raises ArtrecError: Dask is not installed, or there is no scheduler or worker."""
         try:
             import distributed
+            from distributed.comm import get_address_host_port
         except ImportError as error:
             raise ArtrecError(f"--scheduler: {error}; pip install artrec_ros[cluster]") from error
         self._dask = distributed
+        try:
+            get_address_host_port(address)  # a client of no address waits long for its own end, and tells of that
+        except ValueError as error:
+            raise ArtrecError(f"--scheduler: {address}: is no address such as tcp://HOST:8786: {error}") from error
+        say(f"looking for the Dask scheduler at {address}, for {_CONNECT_S} s at most")
         try:
             self._client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
         except (OSError, ValueError) as error:

@@ -23,6 +23,7 @@ _DISCOVERY_S = 0.1
 _STEADY_S = 0.5
 _STAMP_END = 12  # of a serialised message that begins with a header: four bytes of encapsulation, sec, nanosec
 _SETTLE_S = 5.0  # discovery may take so long, and a node to follow what is offered
+_SILENT_S = 1.0
 
 
 class Player:
@@ -79,11 +80,15 @@ class Player:
 
     def _settle(self, condition: Callable[[], Any], patience_s: float) -> None:
         """Until the condition has held for a while: who subscribes anew counts twice for a moment, or not at all."""
-        end_s, since_s = time.monotonic() + patience_s, time.monotonic()
+        began_s = since_s = time.monotonic()
+        end_s, told = began_s + patience_s, False
         while (now_s := time.monotonic()) < min(end_s, since_s + _STEADY_S):
             self._executor.spin_once(timeout_sec=_DISCOVERY_S)
             if not condition():
                 since_s = now_s
+            if not told and now_s > began_s + _SILENT_S:
+                self._say(f"waiting for those who listen to connect, for {patience_s:g} s at most")
+                told = True
 
     def play(self, messages: Iterable[RawMessage], rate: float) -> None:
         """Publishes until the end, and until all is received.

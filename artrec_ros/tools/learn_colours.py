@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -159,15 +160,22 @@ def check(args: argparse.Namespace) -> None:
             raise ConfigError(f"{source}: is no bag; name the folder of its label images with --label-images DIR")
     if not args.params_file and not args.classes:
         raise ConfigError("--classes: name the classes to learn, such as red=3, or give --params-file")
-    labels = [label for _, label in args.classes]
-    if not args.annotations and len(set(labels)) < len(labels):
-        twice = next(label for label in labels if labels.count(label) > 1)
-        names = " and ".join(name for name, label in args.classes if label == twice)
-        raise ConfigError(f"--classes: {names} have both label {twice}; label images do not tell them apart")
+    _check_classes(args.classes, apart=not args.annotations)
     if args.images and not args.annotations:
         raise ConfigError("--images goes with --annotations")
     if math.isfinite(args.around) and not (args.params_file and args.annotations):
         raise ConfigError("--around goes with --annotations and --params-file")
+
+
+def _check_classes(classes: Sequence[tuple[str, int]], *, apart: bool) -> None:
+    """:param apart: no two of them may have one label. :raises ConfigError: a name or label is given twice."""
+    for name, count in Counter(name for name, _ in classes).items():
+        if count > 1:
+            raise ConfigError(f"--classes: {name} is given twice; a class has one label")
+    for label, count in Counter(label for _, label in classes).items():
+        if apart and count > 1:
+            names = " and ".join(name for name, own in classes if own == label)
+            raise ConfigError(f"--classes: {names} have both label {label}; label images do not tell them apart")
 
 
 def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup | None) -> tuple[Samples, Told]:

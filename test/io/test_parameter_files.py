@@ -212,6 +212,7 @@ def test_bad_sections_are_refused(folder: Path, text: str, parts: tuple[str, ...
         ({"red.object_file": "package://no_such_package/x.yaml"}, ("red.object_file", "no_such_package")),
         ({"red.object_file": "named.yaml"}, ("named.yaml", "'pale'")),
         ({"red.constraint_file": "none.yaml"}, ("red.constraint_file", "none.yaml")),
+        ({"red.constraint_file": "/dev/null"}, ("red.constraint_file", "/dev/null is a folder, pipe or device")),
         ({"red.constraint_file": "toy.yaml"}, ("toy.yaml", "artrec_constraints/1")),
         ({"image_transport": "theora"}, ("image_transport", "compressed")),
     ],
@@ -342,6 +343,8 @@ def test_the_scene_is_read_kept_and_changed(folder: Path) -> None:
         ({"scene.plane.image_points": PLANE["scene.plane.image_points"]}, "and field_points 0"),
         (PLANE | {"scene.plane.field_points": [0, 0, 1, 0, 1, -1, 0, -1]}, "the field is mirrored"),
         (PLANE | {"scene.plane.frame_id": ""}, "scene.plane.frame_id: is empty"),
+        (PLANE | {"scene.plane.frame_id": "/field"}, "'/field' is no frame that tf looks up"),
+        (PLANE | {"scene.plane.frame_id": "the field"}, "'the field' is no frame that tf looks up"),
         ({"scene.plane.image_point": [1.0]}, "image_points"),
     ],
 )

@@ -83,7 +83,7 @@ def test_what_is_cut_out_of_an_outline_is_not_marked(tmp_path: Path, width: floa
         ({"bbox": [1, 2, 3]}, "bbox: must be 4 numbers"),
         ({"bbox": [1, 2, 3, 4], "category_id": 9}, "category_id: there is no category 9"),
         ({"bbox": [1, 2, 3, 4], "image_id": 9}, "image_id: there is no image 9"),
-        ({"segmentation": {"counts": "abc", "size": [2, 2]}}, "neither a polygon"),
+        ({"segmentation": {"counts": "abc", "size": [2, 2]}}, "segmentation: is a run-length mask, which is not read"),
     ],
 )
 def test_a_region_that_makes_no_sense_is_refused(tmp_path: Path, annotation: dict[str, Any], words: str) -> None:

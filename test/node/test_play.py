@@ -147,6 +147,7 @@ def test_what_a_bag_lacks_is_told(tmp_path: Path) -> None:
     file = tmp_path / "bag/bag.mcap"
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
     done = play(tmp_path / "bag")
+    assert "waiting for those who listen to connect, for 5 s at most" in done.stderr
     assert done.returncode == 0 and f"{file}: it ends in the middle" in done.stderr
     assert "messages were read, but metadata.yaml tells of 40" in done.stderr
 

@@ -154,6 +154,12 @@ def test_reading_shows_how_far_it_is(folder: Path, monkeypatch) -> None:
     assert len(read) == 3
 
 
+def test_a_class_that_is_given_twice_is_told(folder: Path, capsys) -> None:
+    classes = ["--classes", "red=3", "blue=2", "red=4"]
+    assert main(["learn-colours", *from_regions(folder), *classes, "-o", str(folder / "colours.yaml")]) == 1
+    assert "--classes: red is given twice; a class has one label" in capsys.readouterr().err
+
+
 def test_a_class_is_not_named_as_a_parameter(folder: Path, capsys) -> None:
     assert main(["learn-colours", str(folder), "--classes", "background=3", "-o", "x.yaml"]) == 2
     assert "'background' is the name of a parameter" in capsys.readouterr().err

@@ -469,6 +469,18 @@ def test_wrong_usage(tmp_path, params, recogniser, wrong):
     assert run(params, tmp_path, tmp_path / "out", *wrong) == 2
 
 
+@pytest.mark.parametrize("folder", ["bag", "frames"])
+def test_an_offset_beyond_the_end_is_told(tmp_path, params, recogniser, capsys, folder):
+    bag(tmp_path / "bag", [1, 2, 3])
+    (tmp_path / "frames").mkdir()
+    for name in ("0.png", "1.png"):
+        cv2.imwrite(str(tmp_path / "frames" / name), np.ones((24, 32), np.uint8))
+    assert run(params, tmp_path / folder, tmp_path / "out", "--start-offset", "100") == 1
+    told = capsys.readouterr().err
+    assert told.count(f"{tmp_path / folder}: nothing of it is read: it lasts 0.") == 1
+    assert "s, --start-offset is 100" in told and "there was no frame" in told
+
+
 def test_a_truncated_bag_is_replayed_as_far_as_it_goes(tmp_path, params, recogniser, capsys):
     file = bag(tmp_path / "bag", [1] * 40) / "bag.mcap"
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])

@@ -166,5 +166,7 @@ def outlines_of(annotation: Value) -> Iterator[Array]:
     elif "bbox" in entries:
         x, y, width, height = entries["bbox"].vector(4)
         yield np.array([[x, y], [x + width - 1, y], [x + width - 1, y + height - 1], [x, y + height - 1]])
+    elif "segmentation" in entries and isinstance(entries["segmentation"].raw, dict):
+        raise entries["segmentation"].error("is a run-length mask, which is not read; give polygons, or a box (bbox)")
     else:
         raise annotation.error("has neither a polygon (segmentation) nor a box (bbox)")

@@ -40,6 +40,8 @@ def load_target(name: str, config: ObjectConfig, image: ImageConfig, values: Map
     """The object of this name. :raises ConfigError: a file that is missing or not valid, or an unknown label."""
     for key in _FILES:
         path = getattr(config, key)
+        if path and Path(path).exists() and not Path(path).is_file():
+            raise values[f"{name}.{key}"].error(f"{path} is a folder, pipe or device; a file is wanted here")
         if path and not Path(path).is_file():
             way_out = "; artrec train makes it" if key == "constraint_file" else ""
             raise values[f"{name}.{key}"].error(f"there is no file {path}{way_out}")

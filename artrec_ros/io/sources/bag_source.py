@@ -37,10 +37,12 @@ class BagSource(Source):
         return self._options.camera is None and self._has_infos
 
     def __iter__(self) -> Iterator[Frame]:
+        self._tell()
         for message, camera in self._images(None, self._first_camera()):
             yield self._frame(message, camera)
 
     def parts(self, size: int) -> Iterator[Part]:
+        self._tell()
         first, begun, same_time, last_ns = 0, None, 0, None
         number = -1
         for number, (message, camera) in enumerate(self._images(None, self._first_camera())):
@@ -53,6 +55,11 @@ class BagSource(Source):
                 begun = Part(first, 0, last_ns if seeks else None, same_time if seeks else number, camera)
         if begun is not None:
             yield dataclasses.replace(begun, count=number + 1 - first)
+
+    def _tell(self) -> None:
+        """Said by whoever reads all, not by each worker."""
+        if line := self._options.why_none(max(0, self.bag.end_ns - self.bag.start_ns) * 1e-9):
+            self._report(f"{self.bag.path}: {line}")
 
     def read(self, part: Part) -> Iterator[Frame]:
         images = self._images(part.from_ns, part.camera)

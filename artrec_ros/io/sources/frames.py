@@ -51,6 +51,12 @@ class SourceOptions:
     storage: str | None = None
     rate_hz: float = 30.0
 
+    def why_none(self, lasts_s: float) -> str:
+        """Why nothing of a source that lasts so long is read; empty: some of it may be."""
+        if self.start_offset_s <= lasts_s:
+            return ""
+        return f"nothing of it is read: it lasts {lasts_s:.2f} s, --start-offset is {self.start_offset_s:g}"
+
     def span_ns(self, first_ns: int) -> tuple[int, int | None]:
         """Start (inclusive) and stop (exclusive) for a source that begins at `first_ns`."""
         start = first_ns + round(self.start_offset_s * 1e9)

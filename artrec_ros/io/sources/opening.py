@@ -48,6 +48,7 @@ class FolderSource(Source):
         self._lossy = options.image_kind == "labels" and any(is_lossy(p) for _, p in self.files)
         self._folder, self._camera, self._report = folder, options.camera, once(report)
         self.count, self.calibrated = len(self.files), options.camera is not None
+        self._why_none = options.why_none((stamps[-1] - stamps[0]) * 1e-9)
 
     def __iter__(self) -> Iterator[Frame]:
         self._tell()
@@ -59,6 +60,8 @@ class FolderSource(Source):
 
     def _tell(self) -> None:
         """Said by whoever reads all, not by each worker."""
+        if self._why_none:
+            self._report(f"{self._folder}: {self._why_none}")
         if self._lossy:
             self._report(f"{self._folder}: {LOSSY}")
         if others := passed_over(self._folder):

@@ -75,6 +75,11 @@ class PlaneConfig:
             )
         if not self.frame_id.strip("/"):
             raise ConfigError("scene.plane.frame_id: is empty; give the name of the field's frame, such as field")
+        if self.frame_id.startswith("/") or self.frame_id.split() != [self.frame_id]:
+            raise ConfigError(
+                f"scene.plane.frame_id: '{self.frame_id}' is no frame that tf looks up: none has a '/' before it, or "
+                "blanks; give it without, such as field"
+            )
 
 
 @dataclass(frozen=True)

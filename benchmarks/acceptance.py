@@ -24,7 +24,7 @@ from acceptance_fit import Curves, best_of_several, expected_error, log_loss, re
 
 from artrec_ros.core.geometry.transforms import Array
 from artrec_ros.core.verdict import acceptance_curves
-from artrec_ros.core.verdict.acceptance import Evidence
+from artrec_ros.core.verdict.evidence import Evidence
 from artrec_ros.core.verdict.parts import PartEvidence
 
 OUT = Path(acceptance_curves.__file__)

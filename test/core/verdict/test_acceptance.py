@@ -12,10 +12,11 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import PatchScores, Poses
-from artrec_ros.core.verdict.acceptance import Evidence, verdicts_of
+from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.acceptance_curves import CURVES, LIKELY, SURE
 from artrec_ros.core.verdict.claims import Claims, Seen, claims_of
 from artrec_ros.core.verdict.colour_curves import ADDED
+from artrec_ros.core.verdict.evidence import Evidence
 from artrec_ros.core.verdict.judge import Judge
 
 CONFIG = DEFAULTS

@@ -9,6 +9,7 @@ one frame's doubt does not end what is known.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
@@ -17,9 +18,10 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ..base.config import TrackingConfig
+from ..base.deferred import Deferred
 from ..base.stamps import seconds_since
 from ..geometry.transforms import Array
-from ..model.found import Detection, FrameResult
+from ..model.found import Detection, FrameResult, Rejection
 from ..model.target import Target
 from .doubles import Places, leaps
 from .existence import Continuity, newcomers
@@ -245,7 +247,9 @@ class Tracker:
         kept = np.zeros(len(whose), bool)
         kept[[*here, *away]] = True
         self._keep(kept)
-        return replace(result, detections=(*seen, *expected))
+        waits = [_waiting(found[n], likely[row_of[n]], least) for n in sorted(set(row_of) - set(told))]
+        rejected = Deferred(lambda: (*waits, *result.rejected)) if waits else result.rejected
+        return replace(result, detections=(*seen, *expected), rejected=rejected)
 
     def _find_again(self, here: set[int], told: Sequence[int]) -> set[int]:
         """Who is told of for the first time, and has the name of an object that is not seen where it should be, is this
@@ -286,6 +290,13 @@ class Tracker:
         likely[list(rows)] = True
         identities = identified(tracks.names, tracks.identities, likely, there, self._config.sightings.misnamed)
         self._tracks = replace(tracks, ids=tuple(ids), identities=identities)
+
+
+def _waiting(detection: Detection, likely: float, least: float) -> Rejection:
+    """Why an object that is found is not told yet."""
+    share = math.floor(100 * likely) / 100  # rounded up it might be what is wanted
+    reason = f"probability {share:.2f} by all images so far is below {least:g}: one that is seen again is told"
+    return Rejection(detection.object, reason, likely, detection.image.x, detection.image.y)
 
 
 def _assign(cost: Array) -> dict[int, int]:

@@ -8,6 +8,7 @@ from squares import TEAM, robot
 from test_tracking import PERIOD, START, flat, frame, posed
 
 from artrec_ros.core.base.config import ExistenceConfig, TrackingConfig
+from artrec_ros.core.model.found import Rejection
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.existence import Continuity, Existence, newcomers
 from artrec_ros.core.tracking.tracker import Tracker
@@ -45,6 +46,22 @@ def test_a_doubtful_newcomer_is_told_when_it_is_seen_again():
         found.append(at(0.8, 0.8))
     counts = [len(d) for d in told(seen)]
     assert counts[:6] == [1] * 6 and counts[6:] == [2] * 4
+
+
+def test_who_waits_to_be_seen_again_is_told_among_what_is_turned_down():
+    """An image of which nothing is said would be one in which nothing was found."""
+    other = Rejection("robot", "too far", 0.1, 1.0, 2.0)
+    tracker, here = Tracker(TrackingConfig()), replace(frame(at(0.8, 0.75)), rejected=(other,))
+    for k in range(5):
+        tracker.update(START + k * PERIOD, frame())
+    result = tracker.update(START + 5 * PERIOD, here)
+    waits, *others = result.rejected
+    assert not result.detections and others == [other]
+    assert "by all images so far is below 0.4: one that is seen again is told" in waits.reason and waits.score < 0.4
+    seen = here.detections[0]
+    assert (waits.object, waits.x, waits.y) == (seen.object, seen.image.x, seen.image.y)
+    result = tracker.update(START + 6 * PERIOD, here)
+    assert len(result.detections) == 1 and result.rejected == (other,)
 
 
 def test_a_sure_newcomer_is_told_at_once():

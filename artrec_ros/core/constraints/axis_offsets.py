@@ -21,6 +21,7 @@ from .pairs import Key, key_from_text
 
 _LEAST_EXAMPLES = 8
 _CLEARLY_BETTER = 20.0  # in Schwarz's criterion; of noise alone less than one marker in a hundred passes
+_MOST_SHIFT = 0.5  # of an axis' length: of what is more the first order says nothing, and no one annotates so
 _HUBER = 1.5
 _STEPS = 30
 _MAD = 1.4826  # of a normal distribution's median absolute deviation, its standard deviation
@@ -92,6 +93,8 @@ def learn_axis_offset(key: Key, marker: Marker, fitted_rad: ArrayLike, annotated
     for terms in ((turn,), (shift,), (shift, turn)):
         matrix = np.hstack(terms)
         found = robust_least_squares(matrix, error)
+        if terms[0] is shift and np.hypot(*found[:2]) > _MOST_SHIFT * marker.axis_length:
+            continue  # directions that lie near each other do not tell a shift from a turn
         value = _criterion(error - matrix @ found, matrix.shape[1])
         if value < criterion - _CLEARLY_BETTER:
             best, criterion = (matrix, found, terms), value

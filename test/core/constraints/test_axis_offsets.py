@@ -53,6 +53,16 @@ def test_directions_may_wrap_around():
     assert found.after_deg < 0.2
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_directions_that_lie_near_each_other_teach_no_shift_of_many_lengths(seed):
+    """There a shift and a turn that goes against it look alike, and elsewhere they are nonsense."""
+    rng = np.random.default_rng(seed)
+    theta = 0.6 + rng.normal(0, 0.06, 9)
+    # an outline that is fitted askew the more it is turned: no shift, and no turn
+    found = learn_axis_offset(KEY, LINK, theta, theta + 0.09 + 0.8 * (theta - 0.6) + rng.normal(0, 0.002, 9))
+    assert found is None or np.hypot(*found.shift_m) <= 0.5 * LINK.axis_length
+
+
 def test_plain_values_and_mistakes():
     axis = AxisOffset(KEY, (0.001, -0.002), 0.01, 20, 0.8, 0.1)
     assert AxisOffset.from_dict(axis.to_dict(), "axes[0]") == axis

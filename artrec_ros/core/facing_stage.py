@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from .base.config import RecognizerConfig
 from .base.deferred import Deferred
@@ -69,7 +70,7 @@ class FacingStage:
         for describer, mine in zip(self.describers, told, strict=True):
             described = describer.describe(mine, faced, objects, blobs)
             sure, in_doubt = enough_of(described, describer.finder, self._judge)
-            detections += [self._placer.faced(detection, faced) for detection in sure]
+            detections += [self._faced(detection, faced) for detection in sure]
             doubtful += in_doubt
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs
@@ -77,6 +78,14 @@ class FacingStage:
         return tuple(detections), Deferred(
             lambda: (*doubtful, *turned_down(faced, self._judge, verdicts, finders, looked_at))
         )
+
+    def _faced(self, detection: Detection, faced: ImageFrame) -> Detection:
+        """A detection on the scene's plane, and as it would be told in its other place."""
+        told = self._placer.faced(detection, faced)
+        other = told.other_place
+        if other is None or other.told is None:
+            return told
+        return replace(told, other_place=replace(other, told=self._placer.faced(other.told, faced)))
 
     def verdicts(
         self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits

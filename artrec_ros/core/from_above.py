@@ -18,7 +18,7 @@ from .image.blobs import Blob, centres, find_blobs
 from .image.codes import OUTSIDE
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
-from .model.found import Detection, ImagePose, Instance, Missing, Rejection
+from .model.found import Detection, ImagePose, Instance, Missing, OtherPlace, Rejection
 from .verdict.reach import Reach
 
 _HALVINGS = 9  # of the way to what is behind the camera: farther than a hundred images off nobody looks
@@ -67,7 +67,7 @@ def in_image(detections: Sequence[Detection], view: TopView) -> tuple[Detection,
         replace(
             d,
             image=ImagePose(*next(rows)),
-            other_place=None if d.other_place is None else replace(d.other_place, image=ImagePose(*next(rows))),
+            other_place=None if d.other_place is None else _elsewhere(d.other_place, next(rows), view),
             components=tuple(_instance(part, next(rows), next(outlines)) for part in d.components),
             missing=tuple(_missing(part, view) for part in d.missing),
         )
@@ -80,6 +80,11 @@ def _placed(detection: Detection) -> Iterator[ImagePose | Instance]:
     if detection.other_place is not None:
         yield detection.other_place.image
     yield from detection.components
+
+
+def _elsewhere(place: OtherPlace, there: Sequence[float], view: TopView) -> OtherPlace:
+    told = None if place.told is None else in_image((place.told,), view)[0]
+    return replace(place, image=ImagePose(*there), told=told)
 
 
 def _instance(part: Instance, there: Sequence[float], contour: Array) -> Instance:

@@ -1,5 +1,7 @@
 """What is told of frames as seen from above is where the image has it, or beyond its border."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from artrec_ros.core.base.config import PlaneConfig, SceneConfig
@@ -48,3 +50,6 @@ def test_another_place_is_told_in_the_image() -> None:
     one = Detection("toy", 0, 0.5, ImagePose(*before, 0.1, 40.0), (), other_place=other)
     told, same = in_image([one, Detection("toy", 1, 0.5, other.image, ())], view)
     assert told.other_place == OtherPlace(same.image, 0.3) and told.image != same.image
+    with_all = replace(one, other_place=replace(other, told=replace(one, image=other.image, other_place=None)))
+    (told,) = in_image([with_all], view)
+    assert told.other_place.told.image == same.image

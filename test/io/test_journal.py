@@ -30,8 +30,8 @@ def frame(stamp_ns: int = 10) -> Recognised:
         "arm", 2, 0.1 + 0.2, ImagePose(1, 2, 3, 4), (part,), pose, {"lever": np.float64(1 / 3)},
         random.normal(size=(6, 6)), ClassFit("waving", 0.7, None), 0.25,
         IdentityFit(None, 1 / 3, "gr", True, 0.8, {"gr": np.float64(-1 / 3), "gv": -2.5}),
-        other_place=OtherPlace(ImagePose(5, 6, 7, 8), 1 / 3),
     )  # fmt: skip
+    found = dataclasses.replace(found, other_place=OtherPlace(ImagePose(5, 6, 7, 8), 1 / 3, found))
     failed = ConstraintFailure("a/b", "c/d", "distance_m", 1 / 3, 0.1, 0.2, 0.13)
     rejected = (Rejection("arm", "weiß nicht", 0.5, 1.5, 2.5, failed), Rejection("arm", "other"))
     result = FrameResult((8, 6), (found,), rejected, {"total": 1.25}, (), np.zeros((6, 8), np.uint8))

@@ -100,10 +100,12 @@ class OtherPlace:
     """Where else in the image an object found flat may lie: what of it is seen looks there like other parts of it.
 
     :param image: of its required component. :param probability: 0..1, that it is there; others may be as likely.
+    :param told: what is told where it lies there; None where that is not known, or there are more such places.
     """
 
     image: ImagePose
     probability: float
+    told: Detection | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,10 @@
-"""Which of two mirrored turns an object has, by all frames that have shown it.
+"""Which of two turns an object has, by all frames that have shown it: mirrored ones in space, half a turn of what is
+found flat.
 
-A frame tells of a distant or single flat marker hardly more than that it is turned one way or the other. An object
-does not leap from one to the other, so what frames say adds up; but they err alike where little has changed between
-them: light, blur and its own shape are the same. The sum counts as so many independent frames as errors that
-correlate leave of them, and what was long ago fades.
+A frame tells of a distant or single flat marker hardly more than that it is turned one way or the other, and of a lone
+one that looks the same after half a turn not even that. An object does not leap from one to the other, so what frames
+say adds up; but they err alike where little has changed between them: light, blur and its own shape are the same. The
+sum counts as so many independent frames as errors that correlate leave of them, and what was long ago fades.
 """
 
 from __future__ import annotations
@@ -15,16 +16,17 @@ from typing import Any
 import numpy as np
 
 from ..base.config import SightingsConfig, TrackingConfig
-from ..geometry.transforms import Array, Pose, rotvec_from_rotation
-from ..model.found import Detection, OtherTurn
+from ..geometry.transforms import Array, Pose, rotvec_from_rotation, wrap_angle
+from ..model.found import Detection, OtherPlace, OtherTurn
 
 _LEAST_RAD2 = 1e-6  # nothing is known better than to a milliradian
+_FADED = 0.5  # of what a lone part tells: what was seen before stands against it while it is more
 _DEVIATIONS = 3.0  # an object that has turned further than by so many is another, or has been put down anew
 
 
 @dataclass(frozen=True)
 class Turns:
-    """What frames say of T tracks' last turns, against the mirrored ones.
+    """What frames say of T tracks' last turns, against the other ones.
 
     :param total: (T,) sum of the log odds of frames. :param frames: (T,) how many these were, less what has faded.
     """
@@ -70,17 +72,27 @@ class Turns:
             else:
                 before = combined(total[row], frames[row], correlation)
                 total[row] *= handed_on(before, same) / before if before else 1.0
-            total[row], frames[row] = total[row] + _odds(found[n], config.sightings), frames[row] + 1
+            total[row], frames[row] = _with(total[row], frames[row], found[n], config.sightings)
             by_all = combined(total[row], frames[row], correlation)
             total[row] = abs(total[row])
-            if found[n].other_turn is not None and same is not None:
-                told[n] = _turned(found[n], by_all)
+            if same is not None and _others_share(found[n]) is not None:
+                told[n] = _turned(found[n], by_all) if found[n].other_turn else _laid(found[n], by_all)
         return Turns(total, frames), told
 
 
 def handed_on(odds: float, same: float) -> float:
     """Log odds that a turn is the true one, by those of the turn told before, and those that it is the same one."""
     return float(np.logaddexp(odds + same, 0.0) - np.logaddexp(odds, same))
+
+
+def _with(total: float, frames: float, d: Detection, config: SightingsConfig) -> tuple[float, float]:
+    """Sum and number with another frame. What hides the other part of a lone one hides it from one frame like from the
+    next: they tell no more than one, and less than what was seen before, until that has faded."""
+    odds = _odds(d, config)
+    if d.other_place is None or d.other_turn is not None:
+        return total + odds, frames + 1
+    before = combined(total, frames, config.turn_correlation)
+    return (total, frames) if before > odds or before < -_FADED * odds else (odds, 1.0)
 
 
 def combined(total: float, frames: float, correlation: float) -> float:
@@ -90,14 +102,22 @@ def combined(total: float, frames: float, correlation: float) -> float:
 
 def _odds(d: Detection, config: SightingsConfig) -> float:
     """Log odds of the turn that is told, by this frame alone."""
-    if d.other_turn is None:
-        return config.turn_odds
-    return min(float(np.log(1 / d.other_turn.probability - 1)), config.turn_odds)
+    share = _others_share(d)
+    return config.turn_odds if share is None else min(float(np.log(1 / share - 1)), config.turn_odds)
+
+
+def _others_share(d: Detection) -> float | None:
+    """Probability of the other one of two turns; None where one alone is possible, or more than two are."""
+    if d.other_turn is not None:
+        return d.other_turn.probability
+    return d.other_place.probability if d.other_place is not None and d.other_place.told is not None else None
 
 
 def _same_turn(d: Detection, last: Detection, age_s: float, config: TrackingConfig) -> float | None:
     """Log odds that the turn that is told goes on from the one that was told last, and not from that one's other turn;
     None: neither does."""
+    if _is_flat(d) and _is_flat(last):
+        return _same_direction(d, last, age_s, config)
     if d.pose is None or last.pose is None or {d.pose_from, last.pose_from} != {"fit"}:
         return None
     other, other_last = (x.other_turn.pose if x.other_turn else None for x in (d, last))
@@ -107,6 +127,32 @@ def _same_turn(d: Detection, last: Detection, age_s: float, config: TrackingConf
     if min(same, crossed) > _DEVIATIONS**2 * ((config.turn_rate * age_s) ** 2 + config.sightings.turn_rad**2):
         return None
     return (crossed - same) / (2 * max(variance, _LEAST_RAD2))
+
+
+def _is_flat(d: Detection) -> bool:
+    """Whether it was found facing the camera, as a whole."""
+    return d.margin is None and (d.pose is None or d.pose_from != "fit")
+
+
+def _same_direction(d: Detection, last: Detection, age_s: float, config: TrackingConfig) -> float | None:
+    """As `_same_turn`, by directions in the image, of which the other one is half a turn away."""
+    off = abs(float(wrap_angle(d.image.theta - last.image.theta)))
+    variance = (config.turn_rate * age_s) ** 2 + config.sightings.turn_rad**2
+    if min(off, np.pi - off) > _DEVIATIONS * variance**0.5:
+        return None
+    return ((np.pi - off) ** 2 - off**2) / (2 * variance)
+
+
+def _laid(d: Detection, odds: float) -> Detection:
+    """In the likelier one of two places. :param odds: logarithm of those of the one that is told."""
+    other = d.other_place
+    assert other is not None and other.told is not None
+    probability = float(1 / (1 + np.exp(abs(odds))))
+    as_told = min(d.as_told / (1 - other.probability) * (1 - probability), 1.0)
+    told, place = d, replace(other, probability=probability)
+    if odds < 0:
+        told, place = other.told, OtherPlace(d.image, probability, replace(d, other_place=None))
+    return replace(told, id=d.id, as_told=as_told, score=d.there * as_told, other_place=place)
 
 
 def _apart(pairs: Sequence[tuple[Pose | None, Pose | None]]) -> float:

@@ -43,7 +43,8 @@ def enough_of(
 
 def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
     """Why an object is not told; None where it is."""
-    likely = d.there if d.other_place is None else d.score  # one that may be bent otherwise is there
+    # one that may be bent otherwise is there, and one that may be turned round, which earlier frames may tell
+    likely = d.there if d.other_place is None or d.other_place.told is not None else d.score
     if likely < judge.min_probability:
         return too_low(likely, judge.min_probability, _OTHER_PLACES)
     model, seen = finder.target.model, {part.component for part in d.components}

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..geometry.camera import Camera
 from ..geometry.projection import project
-from ..geometry.transforms import Array
+from ..geometry.transforms import Array, Pose
 from ..model.found import Detection, ImagePose, Instance, OtherPlace
 from ..pose.exchanges import OFF
 from ..pose.finder import WholeObjectFinder
@@ -40,7 +40,11 @@ def beside_other_places(
         d, others = detections[n], h + np.flatnonzero(layouts.of == n)
         parts = tuple(replace(c, score=c.score * float(stays[n, _row(surface, c)])) for c in d.components)
         best, told = int(others[np.argmax(shares[others])]), float(shares[n])
-        place = OtherPlace(_laid(finder, d, places[best]), float(shares[best]))
+        lies = _laid(finder, d, places[best])
+        place = OtherPlace(lies, float(shares[best]))
+        if len(others) == 1 == len(d.components):
+            pose = layouts.poses[best : best + 1]
+            place = replace(place, told=_turned_there(finder, d, lies, places[best], pose, camera))
         likely = place.probability > finder.config.verdict.least_other_turn * (place.probability + told)
         out[n] = replace(
             d,
@@ -57,6 +61,27 @@ def _laid(finder: WholeObjectFinder, detection: Detection, places: Array) -> Ima
     shown = detection.instance_of(finder.target.model.required.name)
     root = finder.surface.markers.tolist().index(finder.surface.markers_of[finder.root][0])
     return ImagePose(*places[root if shown is None else _row(finder.surface, shown)].tolist())
+
+
+def _turned_there(
+    finder: WholeObjectFinder, d: Detection, image: ImagePose, places: Array, pose: Poses, camera: Camera
+) -> Detection:
+    """An object of which one component is told, as it is told there. :param places: (M, 4) of all markers."""
+    surface, (width, height) = finder.surface, camera.size
+    names = [c.name for c in surface.model.components]
+    at = {names[c]: row for row, c in reversed(list(enumerate(surface.component[surface.markers].tolist())))}
+    missing = [replace(m, x=float(places[at[m.component], 0]), y=float(places[at[m.component], 1])) for m in d.missing]
+    (part,) = d.components
+    x, y, theta, scale = places[_row(surface, part)].tolist()
+    return replace(
+        d,
+        image=image,
+        pose=None if d.pose is None else Pose(pose.R[0], pose.t[0]),
+        components=(replace(part, x=x, y=y, theta=theta, scale=scale),),
+        missing=tuple(
+            replace(m, state="not seen" if 0 <= m.x < width and 0 <= m.y < height else "out of view") for m in missing
+        ),
+    )
 
 
 def _row(surface: SpatialModel, part: Instance) -> int:

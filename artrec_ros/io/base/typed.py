@@ -71,7 +71,8 @@ def _reader(hint: Hashable) -> _Reader:
     if origin is Literal:
         return _one_of(args)
     if origin in (Union, types.UnionType):
-        return _optional(_reader(next(a for a in args if a is not types.NoneType)))
+        kind = next(a for a in args if a is not types.NoneType)
+        return _optional(lambda raw: _reader(kind)(raw))  # which may hold another one of the same kind
     if origin is np.ndarray:
         return _array
     if origin in (tuple, list, Sequence):

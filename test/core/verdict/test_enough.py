@@ -45,6 +45,13 @@ def test_who_is_turned_down_leaves_no_number():
     assert [(r.score, r.x, r.y) for r in others] == [(0.3, 3.0, 4.0)] * 2
 
 
+def test_one_that_is_there_and_may_be_turned_round_is_told_for_earlier_frames_may_tell_it():
+    there = toy("front", score=0.3)
+    turned = replace(there, as_told=0.35, other_place=OtherPlace(PLACE, 0.65, there))
+    kept, others = told([turned, replace(turned, other_place=OtherPlace(PLACE, 0.65))], ROBOT["plain"])
+    assert [d.other_place.told is not None for d in kept] == [True] and len(others) == 1
+
+
 @pytest.mark.parametrize(("wanted", "seen", "kept"), [(2, 1, False), (2, 2, True), (0, 1, True), (9, 3, True)])
 def test_as_many_components_are_told_as_are_wanted(wanted, seen, kept):
     """What the labels confirm may yet be too unsure to be told: who wants two does not get one. None has nine."""

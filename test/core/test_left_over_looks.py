@@ -27,7 +27,9 @@ def angles_of(n):
 
 @pytest.mark.parametrize("looks", [4, 0], ids=["looked for again", "as first found"])
 @pytest.mark.parametrize(
-    ("camera", "hidden", "seeds"), [(None, (ANKLE,), (4, 5, 7, 11)), (CAMERA, (), (15, 47, 52, 59, 82))], ids=["flat", "space"]
+    ("camera", "hidden", "seeds"),
+    [(None, (ANKLE,), (4, 5, 7, 11)), (CAMERA, (), (15, 47, 52, 59, 82))],
+    ids=["flat", "space"],
 )
 def test_an_exact_leg_is_bent_as_it_is(camera, hidden, seeds, looks):
     """Each of these is first found on some of its discs, with another one left."""

@@ -161,7 +161,7 @@ def test_a_file_of_other_nodes_is_told(folder: Path, name: str, matches: int) ->
         ("/**: {ros__parameters: {red: {label: 3}, red.label: 4}}\n", ("red.label", "twice")),
         (
             "/**: {ros__parameters: {objects: [red], recognizer:   # min_blob_px: 20\n}}",
-            ("node.yaml: recognizer: has no value", "ROS starts no node by that; leave it out"),
+            ("node.yaml: recognizer: has no value", "ROS starts no node by that, or takes it for text; leave it out"),
         ),
         ("artrec_a: {ros__parameters: {}}\nartrec_b: {ros__parameters: {}}\n", ("artrec_a, artrec_b", "keep one")),
     ],

@@ -124,6 +124,39 @@ components:
     assert len(told) == said and all(line.startswith("warning: front/side, left/left adjoin") for line in told)
 
 
+BOARD = """
+format: artrec_object/1
+name: board
+markers:
+  large: {rectangle: {width: 0.1, height: 0.1}}
+  small: {rectangle: {width: 0.02, height: 0.02}}
+components:
+  front: {required: true, label: 1, markers: {large: {pose: {xyz: [0, 0, 0]}}}}
+  other: {label: 1, markers: {SHAPE: {pose: POSE}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("shape", "pose", "said"),
+    [
+        ("small", "{xyz: [0.06, 0, 0]}", True),
+        ("large", "{xyz: [0, 0, -0.004], x_axis: [-1, 0, 0], y_axis: [0, 1, 0]}", False),
+    ],
+    ids=["a small one at a large one's edge", "back to back"],
+)
+@pytest.mark.parametrize("turned", [False, True])
+def test_markers_adjoin_that_may_be_seen_together(tmp_path, shape, pose, said, turned):
+    """Whichever of them comes first."""
+    text = BOARD.replace("SHAPE", "back: {marker: large, pose: POSE}" if shape == "large" else "small: {pose: POSE}")
+    text = text.replace(": {pose: POSE}}}", "}}").replace("POSE", pose)
+    if turned:
+        lines = text.splitlines()
+        text = "\n".join([*lines[:-2], lines[-1], lines[-2]]) + "\n"
+    (path := tmp_path / "board.yaml").write_text(text)
+    told = [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "adjoin" in n]
+    assert len(told) == said
+
+
 @pytest.mark.parametrize(("base", "lid", "said"), [("", "red", False), ("blue", "blue", True), ("", "", True)])
 def test_markers_of_classes_with_other_names_are_not_taken_for_each_other(base, lid, said, tmp_path, capsys):
     """Though nothing says yet which numbers these have. Without a label a component has the object's."""

@@ -3,6 +3,7 @@ the same, or as one of another name does."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import permutations
 
 import numpy as np
@@ -22,11 +23,14 @@ _Points = NDArray[np.complex128]  # x + iy in the object's plane
 class Placements:
     """Ways to lay a flat object otherwise, in its plane.
 
-    :ivar angle_rad: (K,) by which it is turned, counter-clockwise.
+    :ivar angle_rad: (K,) by which it is turned, counter-clockwise. :ivar same: (K,) after which of them what is seen is
+        the same, not only alike.
     """
 
-    def __init__(self, turn: _Points, shift: _Points) -> None:
-        """:param turn: (K,) about its origin, of length one. :param shift: (K,) metres, after that."""
+    def __init__(self, turn: _Points, shift: _Points, same: Sequence[bool] = ()) -> None:
+        """:param turn: (K,) about its origin, of length one. :param shift: (K,) metres, after that. :param same: see
+        `Placements`; not given: of none."""
+        self.same = np.array(same, bool) if len(same) else np.zeros(len(turn), bool)
         self.angle_rad, cos, sin, nil = np.angle(turn), turn.real, turn.imag, np.zeros(len(turn))
         self._R = np.stack([cos, -sin, nil, sin, cos, nil, nil, nil, nil + 1], axis=1).reshape(-1, 3, 3)
         self._t = np.stack([shift.real, shift.imag, nil], axis=1)

@@ -111,12 +111,17 @@ def _turned_in_place(surface: SpatialModel) -> list[tuple[int, Pose]]:
 def own_turns(marker: Marker) -> list[float]:
     """Those that lay a marker onto itself; of one that is round, be it drawn as a disc or not, none: it looks the same
     in any turn. What is alike in one turn and not in the one back, as a T askew, only resembles itself."""
+    own = turns_onto_itself(marker)
+    return own if len(own) < _ROUND else []
+
+
+def turns_onto_itself(marker: Marker) -> list[float]:
+    """The same of what is nearly round, too; of discs none."""
     if marker.disc_radius:
         return []
     turns = np.array([turn for turn in turns_alike(marker, marker) if np.cos(turn) < 1 - 1e-6])
     back = np.cos(turns[:, None] + turns) > np.cos(1.5 * _TURNS[1])
-    own = turns[back.any(axis=1)].tolist()
-    return own if len(own) < _ROUND else []
+    return turns[back.any(axis=1)].tolist()
 
 
 def _key(moved: Pose, marker: Marker) -> tuple[float, ...]:

@@ -57,7 +57,8 @@ class Layouts:
         found, odds, of, by_seen = [poses], [np.zeros(0)], list[int](), list[bool]()
         for h, look in enumerate(looks):
             for turns, where, partly in _asked(finder, frame, look, seen[h] if seen else None):
-                others, log_odds = _compared(finder, frame, where, poses[h : h + 1], turns, by_seen=partly)
+                lone = next(iter(seen[h])) if partly and len(seen[h]) == 1 else None
+                others, log_odds = _compared(finder, frame, where, poses[h : h + 1], turns, by_seen=partly, lone=lone)
                 found.append(others)
                 odds.append(log_odds)
                 of += [h] * len(others)
@@ -134,17 +135,32 @@ def _asked(
 
 
 def _compared(
-    finder: WholeObjectFinder, frame: ImageFrame, look: ImageFrame, pose: Poses, turns: Placements, *, by_seen: bool
+    finder: WholeObjectFinder,
+    frame: ImageFrame,
+    look: ImageFrame,
+    pose: Poses,
+    turns: Placements,
+    *,
+    by_seen: bool,
+    lone: int | None = None,
 ) -> tuple[Poses, Array]:
     """A pose laid otherwise, at rest, and log odds that it lies so: even ones where there is no time, and, by the
-    markers seen, where it is likelier but not clearly so, as of mirrored turns. What is not seen speaks for none of
-    these by more than something unknown may hide it where it would be."""
-    others, least = turns.of(pose), finder.config.verdict.least_turn_odds
-    hides = finder.config.verdict.hidden_share
+    markers seen, where it is likelier but not clearly so, as of mirrored turns.
+
+    :param lone: the only component that is seen: what the others say, which are not, counts against no place by more
+        than something unknown may hide them where they would be.
+    """
+    others, config = turns.of(pose), finder.config.verdict
     if frame.deadline.expired:
         return others, np.zeros(len(others))
     both = Poses.concatenate([pose, others])
     both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
     others = both[1:]
-    odds = turn_odds(finder, look, both[np.zeros(len(others), int)], others)
-    return others, np.where(odds > least, odds, np.clip(odds, np.log(hides / (1 - hides)), 0.0)) if by_seen else odds
+    told = both[np.zeros(len(others), int)]
+    odds = turn_odds(finder, look, told, others)
+    if lone is not None:
+        # how well a fit came to rest is no evidence of a turn after which the part is the same
+        alone = np.where(turns.same, 0.0, turn_odds(finder, look, told, others, lone))
+        most = np.log(1 / config.hidden_share - 1)
+        odds = alone + np.clip(odds - alone, -most, most)
+    return others, np.where(odds > config.least_turn_odds, odds, np.minimum(odds, 0.0)) if by_seen else odds

@@ -67,11 +67,16 @@ def likelier_turns(
     return both[rows], others
 
 
-def turn_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
-    """(H,) log odds that another pose is the true one, for each of H poses at rest."""
+def turn_odds(
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses, component: int | None = None
+) -> Array:
+    """(H,) log odds that another pose is the true one, for each of H poses at rest.
+
+    :param component: by what one component shows alone; None: by all that is known.
+    """
     config = finder.config.verdict
     weights = config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
-    return evidence(finder, frame, poses, others).log_odds(weights)
+    return evidence(finder, frame, poses, others, component).log_odds(weights)
 
 
 def other_of(finder: WholeObjectFinder, poses: Poses, told: int, other: int, probability: float) -> OtherTurn | None:
@@ -105,12 +110,18 @@ def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     return fitted[kept], of[kept]
 
 
-def evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrored: Poses) -> Evidence:
-    """Of poses, and the mirrored turn of each."""
-    h, both = len(poses), Poses.concatenate([poses, mirrored])
+def evidence(
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrored: Poses, component: int | None = None
+) -> Evidence:
+    """Of poses, and the mirrored turn of each. :param component: as of `turn_odds`."""
+    h, both, surface = len(poses), Poses.concatenate([poses, mirrored]), finder.surface
     scores = finder.voter.judge(frame, both, occlusion=True)
     votes, used = finder.voter.total(scores).reshape(2, h), finder.voter.supported(scores).reshape(2, h, -1)
-    return contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, np.ones_like(used[0]))
+    differ = np.ones_like(used[0])
+    if component is not None:
+        votes = scores.votes[:, surface.component == component].sum(axis=1).reshape(2, h)
+        differ &= surface.component[surface.markers] == component
+    return contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, differ)
 
 
 def weighed(log_odds: Array, config: VerdictConfig) -> tuple[NDArray[np.bool_], Array]:

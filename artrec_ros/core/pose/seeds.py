@@ -158,8 +158,8 @@ class Seeds:
 
 
 def _lone_disc(surface: SpatialModel) -> tuple[Array, Array]:
-    """The axis (3,) and the middle (3,) of the required component's only marker, a disc, in the object; none where
-    joints move it."""
+    """The axis (3,) and the middle (3,) of the required component's only marker, a disc, in the object; joints
+    mid-range, as poses have them that begin with it."""
     (marker,), kin = surface.markers_of[surface.root], surface.kinematics
     frames, patch = kin.in_object(kin.middle[None]), surface.patches[marker]
     R, t = frames.R[0, surface.root], frames.t[0, surface.root]

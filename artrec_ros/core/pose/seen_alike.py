@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 from ..alignment.symmetry import distance_to_outline
 from ..model.surface import sample_contour
 from .exchanges import LIKE, OFF, STRETCH, Placements
-from .lookalikes import own_turns
+from .lookalikes import turns_onto_itself
 from .surface_model import SpatialModel
 
 _SAMPLES = 48  # of an outline
+_SAME = 0.01  # a lone marker that differs by less is the same after its turn: it tells nothing of that
+_MOST_TURNS = 12  # of a lone marker onto itself
 _ALIKE = 0.15  # outlines that differ by less may be taken for each other: rms, as a share of the root of their area
 
 _Points = NDArray[np.complex128]  # x + iy in the object's plane
@@ -28,12 +30,14 @@ _Rows = NDArray[np.int64] | list[int]
 
 
 class SeenAlike:
-    """Those of one object, by the components that are seen; of one with joints the turns of a lone one alone."""
+    """Those of one object, by the components that are seen; of one with joints the turns of a lone one alone that no
+    joint moves."""
 
     def __init__(self, surface: SpatialModel) -> None:
         markers, kin = surface.markers, surface.kinematics
         self._component, self._jointed = surface.component[markers], kin.n_joints > 0
         frames, patches = kin.in_object(kin.middle[None]), [surface.patches[p] for p in markers.tolist()]
+        self._is_moved = kin.moves[self._component].any(axis=1)
         self._markers = [p.marker for p in patches]
         self._area, labels = surface.area[markers], [set(p.labels) for p in patches]
         drawn = [_plane(surface.place(frames, p.drawn, np.full(len(p.drawn), p.component))[0]) for p in patches]
@@ -60,13 +64,15 @@ class SeenAlike:
                 found.append((turn, shift))
                 laid.append(moved)
         turns, shifts = np.array(found, complex).reshape(-1, 2).T
-        return Placements(turns, shifts)
+        same = [len(seen) == 1 and self._off(turn, seen[0], seen[0]) < _SAME for turn in turns.tolist()]
+        return Placements(turns, shifts, same)
 
     def _ways(self, seen: NDArray[np.int64]) -> Iterator[tuple[complex, complex]]:
         """Turns and shifts that lay like markers on those that are seen; a lone one turned onto itself."""
         if len(seen) == 1:
             marker, at = self._markers[seen[0]], complex(self._at[seen[0]])
-            turns = own_turns(marker) if marker is not None else []
+            turns = turns_onto_itself(marker) if marker is not None and not self._is_moved[seen[0]] else []
+            turns = turns[:: -(-len(turns) // _MOST_TURNS)] if turns else []  # of what is nearly round
             yield from ((complex(turn), at - turn * at) for turn in np.exp(1j * np.array(turns)))
         for on in self._proposed(seen) if len(seen) > 1 and not self._jointed else ():
             turn, shift = _onto(self._at[on], self._at[seen])
@@ -95,9 +101,13 @@ class SeenAlike:
 
     def _look_alike(self, turn: complex, mine: int, there: int) -> bool:
         """Whether a marker's outline, so turned, is another one's."""
+        return self._off(turn, mine, there) < _ALIKE
+
+    def _off(self, turn: complex, mine: int, there: int) -> float:
+        """By how much it differs from that: rms, as a share of the root of its area."""
         points = turn * _plane(sample_contour(_pairs(self._outlines[mine]), _SAMPLES)[0])
         off = distance_to_outline(_pairs(points), _pairs(self._outlines[there]))
-        return bool(np.sqrt(np.mean(off**2)) < _ALIKE * np.sqrt(self._area[there]))
+        return float(np.sqrt(np.mean(off**2) / self._area[there]))
 
     def _is_same(self, moved: _Points, there: _Points) -> bool:
         """Whether all markers lie on like ones of another placement, be they seen or not: what tells these two turns is

@@ -9,7 +9,7 @@ ends of a long one and the middle of another, and how large the blobs are whethe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations, permutations, product
+from itertools import combinations, product
 from typing import NamedTuple
 
 import cv2
@@ -147,19 +147,28 @@ class ThreePoints:
         three middles before ends."""
         markers, moves = self._surface.markers, self._kin.moves[self._surface.component]
         together = (moves[:, None] == moves).all(axis=2) & (self._normal @ self._normal.T > 0)
-        threes = [_Three(three, (0, 1, 2), (0, 0, 0)) for three in combinations(markers.tolist(), 3)]
-        pairs = [_Three(pair, (0, 0, 1), (1, -1, 0)) for pair in permutations(markers.tolist(), 2)]
+        long = markers[self._half[markers].any(axis=1)].tolist()
+        kinds = (
+            (combinations(markers.tolist(), 3), (0, 1, 2), (0, 0, 0)),
+            (((a, b) for a in long for b in markers.tolist() if a != b), (0, 0, 1), (1, -1, 0)),
+        )
         out = list[_Three]()
-        for kind in (threes, [pair for pair in pairs if self._half[pair.markers[0]].any()]):
-            rigid = [three for three in kind if together[np.ix_(three.markers, three.markers)].all()]
-            spans = np.array([_span(self._points(three)) for three in rigid])
-            out += [rigid[n] for n in np.argsort(-spans, kind="stable").tolist() if spans[n] > 0]
+        for tuples, of, along in kinds:
+            own = np.array(list(tuples), np.int64).reshape(-1, max(of) + 1)
+            own = own[together[own, np.roll(own, 1, axis=1)].all(axis=1)]
+            points = self._at[own[:, of]] + np.array(along)[:, None] * self._half[own[:, of]]
+            spans, longest = _spans(points)
+            widest = np.argsort(-spans, kind="stable")
+            wide = widest[(spans > _ON_A_LINE * longest**2)[widest]][: self._config.triples]
+            out += [_Three(tuple(row), of, along) for row in own[wide].tolist()]
         return out[: self._config.triples]
 
 
 _NO_POSES = np.zeros(0), np.zeros((0, 3, 3)), np.zeros((0, 3))
+_ON_A_LINE = 0.02  # of the square of a triangle's longest side: with less it spans nothing, and tells no turn about it
 
 
-def _span(points: Array) -> float:
-    """Twice the area of a triangle (3, 3)."""
-    return float(np.linalg.norm(np.cross(points[1] - points[0], points[2] - points[0])))
+def _spans(points: Array) -> tuple[Array, Array]:
+    """(n,) twice the areas of triangles (n, 3, 3), and their longest sides."""
+    sides = points - np.roll(points, 1, axis=1)
+    return np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1), np.linalg.norm(sides, axis=2).max(axis=1)

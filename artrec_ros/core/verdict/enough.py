@@ -43,10 +43,8 @@ def enough_of(
 
 def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
     """Why an object is not told; None where it is."""
-    # one that may be bent otherwise is there, and one that may be turned round, which earlier frames may tell
-    likely = d.there if d.other_place is None or d.other_place.told is not None else d.score
-    if likely < judge.min_probability:
-        return too_low(likely, judge.min_probability, _OTHER_PLACES)
+    if d.there < judge.min_probability:  # one that may be bent otherwise, or turned about what is seen of it, is there
+        return too_low(d.there, judge.min_probability, _OTHER_PLACES)
     model, seen = finder.target.model, {part.component for part in d.components}
     wanted = min(judge.min_components, len(model.components))
     if len(seen) < wanted:

@@ -25,7 +25,8 @@ def beside_other_places(
     detections: Sequence[Detection],
 ) -> list[Detection]:
     """H detections, whose scores count how probable each is among its layouts, with the likeliest other one beside it;
-    a component's score counts all those that leave it where it is.
+    a component's score counts all those that leave it where it is. Who is turned about a lone component is where it is
+    seen, whichever way: that share is one of `as_told`.
 
     :param names: of each its identity; None: of any.
     """
@@ -49,7 +50,7 @@ def beside_other_places(
         out[n] = replace(
             d,
             score=d.score * told,
-            as_told=d.as_told * told,
+            as_told=d.as_told * (told if len(d.components) == 1 else 1.0),  # about a lone one it turns: that is there
             components=parts,
             other_place=place if likely else None,
         )

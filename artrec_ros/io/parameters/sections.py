@@ -118,7 +118,8 @@ def _check_readable(value: Value) -> None:
     """
     if value.raw is None:
         raise value.error(
-            "has no value, as a section of which all lines are comments, and ROS starts no node by that; leave it out"
+            "has no value, as a section of which all lines are comments; ROS starts no node by that, or takes it for "
+            "text; leave it out"
         )
     kinds = {type(item) for item in value.raw} if isinstance(value.raw, list) else set()
     if kinds == {int, float}:

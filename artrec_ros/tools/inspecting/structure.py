@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,18 @@ _LISTED = 6  # names on a line
 _SAMPLES = 96  # of an outline
 _TOUCHING = 0.05  # of the root of a marker's area: who is so near
 _ALONG = 0.08  # along such a share of its outline, adjoins
+_BACK_TO_BACK = -0.7  # cosine: who face more away from each other are not seen together
 _ASIDE = 0.5  # cosine: a marker turned farther than that from all others may be seen without them
+
+
+class _Placed(NamedTuple):
+    """A marker in the object: its outline (n, 3) and normal (3,)."""
+
+    name: str
+    labels: tuple[int, ...]
+    outline: Array
+    normal: Array
+    size_m: float
 
 
 def structure(model: ObjectModel) -> Iterator[str]:
@@ -50,23 +62,37 @@ def structure(model: ObjectModel) -> Iterator[str]:
 def _adjoining(model: ObjectModel) -> list[list[str]]:
     """Groups of markers of one class that meet along an edge, joints mid-range."""
     kin = Kinematics(model)
-    frames, outlines, known = kin.in_object(kin.middle[None]), list[Array](), list[tuple[str, tuple[int, ...], float]]()
+    frames, known = kin.in_object(kin.middle[None]), list[_Placed]()
     for c, part in enumerate(model.components):
         for marker in part.markers:
-            if (T := marker.T_component_marker) is not None:
+            if (T := marker.T_component_marker) is not None and len(part.labels(0)) == 1:
                 points = np.pad(sample_contour(marker.outline, _SAMPLES)[0], ((0, 0), (0, 1)))
-                outlines.append(T.apply(points) @ frames.R[0, c].T + frames.t[0, c])
-                known.append((f"{part.name}/{marker.name}", part.labels(0), marker.area**0.5))
+                outline = T.apply(points) @ frames.R[0, c].T + frames.t[0, c]
+                normal = frames.R[0, c] @ T.rotation[:, 2]
+                known.append(_Placed(f"{part.name}/{marker.name}", part.labels(0), outline, normal, marker.area**0.5))
     groups = [[n] for n in range(len(known))]
     for a, b in combinations(range(len(known)), 2):
-        near = _TOUCHING * min(known[a][2], known[b][2])
-        off = np.linalg.norm(outlines[a][:, None] - outlines[b], axis=2).min(axis=1)
-        if len(known[a][1]) == 1 and known[a][1] == known[b][1] and (off < near).mean() > _ALONG:
+        if known[a].labels == known[b].labels and _meet(known[a], known[b]):
             first, second = (next(g for g in groups if n in g) for n in (a, b))
             if first is not second:
                 first += second
                 groups.remove(second)
-    return [[known[n][0] for n in group] for group in groups if len(group) > 1]
+    return [[known[n].name for n in group] for group in groups if len(group) > 1]
+
+
+def _meet(a: _Placed, b: _Placed) -> bool:
+    """Whether two markers have an edge in common, or much of one's, and may be seen together."""
+    near_m = _TOUCHING * min(a.size_m, b.size_m)
+    along = max((_off(x.outline, y.outline) < near_m).mean() for x, y in ((a, b), (b, a)))
+    return bool(along > _ALONG and a.normal @ b.normal > _BACK_TO_BACK)
+
+
+def _off(points: Array, outline: Array) -> Array:
+    """(n,) how far points (n, 3) are from a closed outline (m, 3)."""
+    along = np.roll(outline, -1, axis=0) - outline
+    reach = ((points[:, None] - outline) * along).sum(axis=2) / np.maximum((along**2).sum(axis=1), 1e-18)
+    nearest = outline + np.clip(reach, 0.0, 1.0)[..., None] * along
+    return np.asarray(np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1), np.float64)
 
 
 def _on_other_sides(model: ObjectModel) -> list[str]:

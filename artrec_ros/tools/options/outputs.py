@@ -31,7 +31,10 @@ def check_output(output: Path, inputs: Iterable[Path], mark: str = "", *, overwr
     if output.exists() and not overwrite:
         raise ConfigError(f"{output}: is there already; --overwrite replaces it")
     if mark and output.is_file() and not _holds(output, mark):
-        raise ConfigError(f"{output}: is there already and was not written by this command; name another, or remove it")
+        raise ConfigError(
+            f"{output}: is there already and was not written by this command, or by an earlier version of it; name "
+            "another, or remove it"
+        )
     check_place(output)
 
 

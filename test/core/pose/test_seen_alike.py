@@ -65,13 +65,23 @@ def test_of_what_has_joints_nothing_is_said():
 
 @pytest.mark.parametrize("slides", [False, True])
 def test_a_lone_part_that_looks_the_same_after_half_a_turn_may_be_turned_by_it(slides):
-    """About its own middle, whatever joints carry the others."""
+    """About its own middle, whatever joints carry the others; where one carries it that is elsewhere."""
     for seen, middle in ((0, 0.0), (1, 0.13)):
         found = alike(tool(slides=slides)).of((seen,))
+        if slides and seen:
+            assert not len(found)
+            continue
         assert np.degrees(found.angle_rad) % 360 == pytest.approx([180.0])
-        pose = ORIGIN if not slides else replace(ORIGIN, q=np.zeros((1, 1)))
+        pose = ORIGIN if not slides else replace(ORIGIN, q=np.full((1, 1), 0.02))
         laid = found.of(pose)
         assert laid.R[0] @ [middle, 0, 0] + laid.t[0] - ORIGIN.t[0] == pytest.approx([middle, 0, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize(("corners", "turns"), [(4, 3), (6, 11), (24, 12)])
+def test_the_rounder_a_lone_part_is_the_more_ways_it_may_be_turned(corners, turns):
+    way = 2 * np.pi * np.arange(corners) / corners
+    found = alike(tool(0.03 * np.column_stack([np.cos(way), np.sin(way)]))).of((0,))
+    assert turns - 2 <= len(found) <= 12
 
 
 def test_a_lone_part_whose_outline_tells_its_direction_is_as_it_lies():

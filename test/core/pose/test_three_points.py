@@ -205,3 +205,19 @@ def test_poses_on_the_same_blobs_come_together():
     together = three_points(model).of(SEEN, blobs, np.ones(len(blobs), bool))
     assert 1 <= len(together) <= 2  # either blob is one marker, or the other one
     assert sum(map(len, together)) > len(together)
+
+
+@pytest.mark.parametrize(("turn", "off"), [(0.2, 0.0), (0.0, 0.004), (0.3, 0.004)])
+def test_middles_on_a_line_tell_nothing_about_it_and_do_not_stand_before_ends(turn, off):
+    """A fence of five posts: rounding, or posts that are not set quite straight, make triangles of nothing."""
+    about = rotation_from_rotvec([0, 0, turn])
+    posts = [
+        Component(
+            f"p{n}",
+            (marker("post", rectangle(0.012, 0.09), about, about @ np.array([x, off * (n == 1), 0.0])),),
+            required=n == 0,
+            label=RED + n if n else None,
+        )
+        for n, x in enumerate((-0.6, -0.3, 0.0, 0.3, 0.6))
+    ]
+    assert all(len(three.markers) == 2 for three in three_points(ObjectModel("fence", tuple(posts)))._threes)

@@ -45,11 +45,11 @@ def test_who_is_turned_down_leaves_no_number():
     assert [(r.score, r.x, r.y) for r in others] == [(0.3, 3.0, 4.0)] * 2
 
 
-def test_one_that_is_there_and_may_be_turned_round_is_told_for_earlier_frames_may_tell_it():
-    there = toy("front", score=0.3)
-    turned = replace(there, as_told=0.35, other_place=OtherPlace(PLACE, 0.65, there))
-    kept, others = told([turned, replace(turned, other_place=OtherPlace(PLACE, 0.65))], ROBOT["plain"])
-    assert [d.other_place.told is not None for d in kept] == [True] and len(others) == 1
+def test_one_that_is_there_and_may_be_turned_about_what_is_seen_is_told():
+    """Which way, earlier frames may tell; one that may lie elsewhere is told nowhere."""
+    there = replace(toy("front", score=0.3), other_place=OtherPlace(PLACE, 0.65))
+    kept, others = told([replace(there, as_told=0.35), there], ROBOT["plain"])
+    assert [d.as_told for d in kept] == [0.35] and len(others) == 1
 
 
 @pytest.mark.parametrize(("wanted", "seen", "kept"), [(2, 1, False), (2, 2, True), (0, 1, True), (9, 3, True)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from settings import settings
 from squares import TEAM, rendered
-from tools_of_two import Tool, tool
+from tools_of_two import TAPE, Tool, tool
 from wedges import DOTS, Wedge, dotted
 
 from artrec_ros.core.base.config import ImageConfig
@@ -91,6 +91,24 @@ def test_a_tool_of_which_a_lone_tape_is_seen_is_not_surely_turned_so(x):
     assert other is not None and 0.15 < other.probability <= 0.55
     assert np.cos(other.image.theta - found.image.theta) < -0.99
     assert np.hypot(other.image.x - found.image.x, other.image.y - found.image.y) < 2
+
+
+@pytest.mark.parametrize("n", range(4))
+def test_a_lone_part_whose_own_outline_tells_is_turned_as_that_says(n):
+    """What is limited is what the hidden part says, not what is seen."""
+    rng, taper = np.random.default_rng(n), np.array([[1, 1], [1, 0.7], [1, 0.7], [1, 1]])
+    target = Target("tool", tool(TAPE * taper), TEAM)
+
+    class Tapered(Tool):
+        def patches(self):
+            return [(self.at(TAPE * taper), TEAM)]
+
+    limits = settings(time_budget_ms=60000.0, min_scale=250.0, max_scale=380.0, min_probability=TOLD)
+    at = Tapered(rng.uniform(120, 200), rng.uniform(80, 160), rng.uniform(-3, 3), 310.0, "tail")
+    (found,) = (
+        Recognizer((target,), limits, Segmenter(ImageConfig())).recognize(rendered(at, size=(320, 240))).detections
+    )
+    assert found.as_told > 0.9 and np.cos(found.image.theta + at.turn) > 0.9  # its axis is a diagonal
 
 
 def test_one_whose_other_part_is_seen_is_turned_as_that_says():

@@ -9,7 +9,7 @@ from .params import param, validate
 
 _FLAT = ("plane", "facing")
 _LIMIT_PX, _LIMIT_M = 1e5, 1e4
-_MOST_POINTS = 500  # half a second and 150 MB: each is moved, and the plane fitted anew, which grows by their square
+_MOST_POINTS = 500  # half a second: each is moved, and the plane fitted anew, which grows by their square
 
 
 @dataclass(frozen=True)

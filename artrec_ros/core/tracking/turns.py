@@ -44,7 +44,8 @@ class Turns:
     @classmethod
     def of(cls, found: Sequence[Detection], config: SightingsConfig) -> Turns:
         """By one frame."""
-        return cls(np.array([_odds(d, config) for d in found], float), np.ones(len(found)))
+        total, frames = np.array([_with(0.0, 0.0, d, config) for d in found], float).reshape(-1, 2).T
+        return cls(total, frames)
 
     def after(self, dt_s: float, config: SightingsConfig) -> Turns:
         left = float(np.exp(-dt_s / config.turn_memory_s))
@@ -87,10 +88,13 @@ def handed_on(odds: float, same: float) -> float:
 
 def _with(total: float, frames: float, d: Detection, config: SightingsConfig) -> tuple[float, float]:
     """Sum and number with another frame. What hides the other part of a lone one hides it from one frame like from the
-    next: they tell no more than one, and less than what was seen before, until that has faded."""
+    next: they tell no more than one, and less than what was seen before, until that has faded; and nothing, where it
+    may lie in more than two ways."""
     odds = _odds(d, config)
     if d.other_place is None or d.other_turn is not None:
         return total + odds, frames + 1
+    if d.other_place.told is None:
+        return total, frames
     before = combined(total, frames, config.turn_correlation)
     return (total, frames) if before > odds or before < -_FADED * odds else (odds, 1.0)
 

@@ -85,3 +85,11 @@ def test_after_a_long_time_a_lone_part_speaks_for_itself():
     tracker.update(START, frame(whole()))
     (now,) = tracker.update(START + 30 * 10**9, frame(lone(TURN + np.pi))).detections
     assert is_at(now, TURN + np.pi) and now.as_told == pytest.approx(1 - OTHERS)
+
+
+def test_one_that_may_lie_in_many_ways_says_nothing_of_two():
+    square = replace(lone(TURN + np.pi), other_place=OtherPlace(lone(TURN).image, 0.3))
+    out = told([whole()] * 3 + [square] * 20)
+    assert all(d.as_told == 1 - OTHERS and is_at(d, TURN + np.pi) for d in out[3:])  # as each image tells it
+    out = told([square] * 30 + [lone(TURN)])
+    assert is_at(out[-1], TURN) and out[-1].as_told == pytest.approx(1 - OTHERS)

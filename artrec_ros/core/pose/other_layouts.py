@@ -159,8 +159,9 @@ def _compared(
     told = both[np.zeros(len(others), int)]
     odds = turn_odds(finder, look, told, others)
     if lone is not None:
-        # how well a fit came to rest is no evidence of a turn after which the part is the same
-        alone = np.where(turns.same, 0.0, turn_odds(finder, look, told, others, lone))
+        alone = np.zeros(len(others))  # how well a fit came to rest tells nothing of what is the same after its turn
+        if not turns.same.all():
+            alone = np.where(turns.same, 0.0, turn_odds(finder, look, told, others, lone))
         most = np.log(1 / config.hidden_share - 1)
         odds = alone + np.clip(odds - alone, -most, most)
     return others, np.where(odds > config.least_turn_odds, odds, np.minimum(odds, 0.0)) if by_seen else odds

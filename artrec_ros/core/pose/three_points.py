@@ -87,7 +87,7 @@ class ThreePoints:
         """
         markers = list(three.markers)
         at, normal, area = self._at[markers], self._normal[markers], self._surface.area[markers]
-        points, of = self._points(three), list[int]()
+        points, of = self._points(np.array([markers]), three.of, three.along)[0], list[int]()
         turns, places = list[Array](), list[Array]()
         for n, seen in enumerate(rays):
             count, turn, place = cv2.solveP3P(points, seen, np.eye(3), None, flags=cv2.SOLVEPNP_AP3P)
@@ -137,10 +137,10 @@ class ThreePoints:
                     half[p] = R @ patch.marker.T_component_marker.rotation @ np.append(along.half, 0.0)
         return at, half, normal
 
-    def _points(self, three: _Three) -> Array:
-        """(3, 3) in the object."""
-        own = [three.markers[n] for n in three.of]
-        return np.asarray(self._at[own] + np.array(three.along)[:, None] * self._half[own])
+    def _points(self, markers: NDArray[np.int64], of: Sequence[int], along: Sequence[int]) -> Array:
+        """(n, 3, 3) in the object, of n tuples of markers (n, m). :param of, along: as of `_Three`."""
+        own = markers[:, of]
+        return np.asarray(self._at[own] + np.array(along)[:, None] * self._half[own])
 
     def _widest(self) -> list[_Three]:
         """Those few threes of points of markers that are rigid to each other and seen from one side that span most:
@@ -156,8 +156,7 @@ class ThreePoints:
         for tuples, of, along in kinds:
             own = np.array(list(tuples), np.int64).reshape(-1, max(of) + 1)
             own = own[together[own, np.roll(own, 1, axis=1)].all(axis=1)]
-            points = self._at[own[:, of]] + np.array(along)[:, None] * self._half[own[:, of]]
-            spans, longest = _spans(points)
+            spans, longest = _spans(self._points(own, of, along))
             widest = np.argsort(-spans, kind="stable")
             wide = widest[(spans > _ON_A_LINE * longest**2)[widest]][: self._config.triples]
             out += [_Three(tuple(row), of, along) for row in own[wide].tolist()]

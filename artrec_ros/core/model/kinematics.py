@@ -102,6 +102,12 @@ class Kinematics:
                 out[c, j] = True
         return out
 
+    def rigid_to(self, component: int) -> NDArray[np.bool_]:
+        """(C,) which other components the same joints move."""
+        rigid = np.asarray((self.moves == self.moves[component]).all(axis=1))
+        rigid[component] = False
+        return rigid
+
     @cached_property
     def line(self) -> np.ndarray:
         """(C,) components, each branch from its root to its ends, then the next."""

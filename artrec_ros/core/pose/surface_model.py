@@ -205,6 +205,11 @@ class SpatialModel:
         return bool(self.compiled.like.any() or self.compiled.like_box.any())
 
     @cached_property
+    def rigid_to_root(self) -> NDArray[np.bool_]:
+        """(C,) other components of the rigid body that the required one is part of."""
+        return self.kinematics.rigid_to(self.root)
+
+    @cached_property
     def alike(self) -> NDArray[np.bool_]:
         """(P, P) patches that may be of one class."""
         return np.array([[bool(set(a.labels) & set(b.labels)) for b in self.patches] for a in self.patches])

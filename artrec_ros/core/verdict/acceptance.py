@@ -197,7 +197,7 @@ def verdicts_of(claims: Claims) -> Verdicts:
     told = np.zeros(len(surface.patches), bool)
     told[surface.classed_faces] = True
     by = Criteria(
-        finder.root, _rigid_to(surface, finder.root) & (not finder.facing), n[1], told,
+        finder.root, surface.rigid_to_root & (not finder.facing), n[1], told,
         surface.several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
         float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
         most, config.required == "visible", surface.root_others,
@@ -221,13 +221,6 @@ def verdicts_of(claims: Claims) -> Verdicts:
     times = _of_several(found.confirmed, surface) if surface.several.any() else np.ones(n[0])
     times[_ONE_OF_ITS_BODY[found.case]] *= 1 + by.rigid.sum()
     return Verdicts(claims, *found, np.asarray(out / (out + (1 - out) * times)))
-
-
-def _rigid_to(surface: SpatialModel, root: int) -> NDArray[np.bool_]:
-    """(C,) which other components the same joints move."""
-    rigid = np.asarray((surface.kinematics.moves == surface.kinematics.moves[root]).all(axis=1))
-    rigid[root] = False
-    return rigid
 
 
 def _of_several(confirmed: Array, surface: SpatialModel) -> Array:

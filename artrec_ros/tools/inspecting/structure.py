@@ -103,11 +103,11 @@ def _on_other_sides(model: ObjectModel) -> list[str]:
         np.array([R[c] @ m.T_component_marker.rotation[:, 2] for m in part.markers if m.T_component_marker is not None])
         for c, part in enumerate(model.components)
     ]
-    rigid = (kin.moves == kin.moves[required]).all(axis=1)
+    rigid = kin.rigid_to(required)
     return [
         part.name
         for c, part in enumerate(model.components)
-        if rigid[c] and c != required and ((facing[c] @ facing[required].T).max(axis=1) < _ASIDE).any()
+        if rigid[c] and ((facing[c] @ facing[required].T).max(axis=1) < _ASIDE).any()
     ]
 
 

@@ -21,6 +21,8 @@ CONTOUR_POINTS = 32  # per marker
 FACE_POINTS = 20  # per box face
 COVER_DEPTH_M = 0.02  # a marker this close in front of a face hides it
 _BEYOND = 0.1  # of a marker's width: so far outside of its contour it is looked for others
+_MEETING = 0.05  # of a marker's width: who is so near meets it
+_ASLANT = 0.97  # cosine between normals of markers that meet at an angle, and do not lie in one plane
 
 
 @dataclass(frozen=True)
@@ -73,12 +75,42 @@ def free_contour(model: ObjectModel, patches: list[Patch], *, own_class: bool) -
     for row, mine in zip(out, markers, strict=True):
         beyond = mine.contour + _BEYOND * np.sqrt(mine.area) * np.cross(mine.contour_along, mine.normal)
         for other in markers:
-            fixed = mine.component == other.component or all(
-                model.components[p.component].joint is None for p in (mine, other)
-            )
-            if other is not mine and fixed and (not own_class or set(mine.labels) & set(other.labels)):
+            if other is not mine and _rigid(model, mine, other) and (not own_class or set(mine.labels) & set(other.labels)):
                 row[_covers(other, beyond)] = False
     return out
+
+
+def meeting_contour(model: ObjectModel, patches: list[Patch]) -> NDArray[np.int64]:
+    """(M, m) which marker that may be of the same class each point of all markers' contours meets at an angle, -1: none.
+
+    Two sides of a box of one colour meet so: while both are in view nothing ends where they do.
+    """
+    markers = [p for p in patches if p.marker is not None]
+    out = np.full((len(markers), CONTOUR_POINTS), -1)
+    for row, mine in zip(out, markers, strict=True):
+        near_m = _MEETING * np.sqrt(mine.area)
+        for j, other in enumerate(markers):
+            aslant = abs(mine.normal @ other.normal) < _ASLANT
+            if aslant and _rigid(model, mine, other) and set(mine.labels) & set(other.labels):
+                row[_off(other, mine.contour) < near_m] = j
+    return out
+
+
+def _rigid(model: ObjectModel, *patches: Patch) -> bool:
+    """Whether patches are given in one frame."""
+    return len({p.component for p in patches}) == 1 or all(model.components[p.component].joint is None for p in patches)
+
+
+def _off(patch: Patch, points: Array) -> Array:
+    """(n,) how far points (n, 3) of its component's frame are from a marker's patch; as if they lay in its plane where
+    they lie above its inside."""
+    assert patch.marker is not None and patch.marker.T_component_marker is not None
+    local, outline = patch.marker.T_component_marker.inverse().apply(points), patch.marker.outline
+    along = np.roll(outline, -1, axis=0) - outline
+    at = ((local[:, None, :2] - outline) * along).sum(axis=2) / np.maximum((along**2).sum(axis=1), 1e-18)
+    nearest = outline + np.clip(at, 0.0, 1.0)[..., None] * along
+    aside = np.linalg.norm(local[:, None, :2] - nearest, axis=2).min(axis=1)
+    return np.asarray(np.hypot(np.where(contains(outline, local[:, :2]), 0.0, aside), local[:, 2]))
 
 
 def _covers(patch: Patch, points: Array) -> np.ndarray:

@@ -1,8 +1,9 @@
 """The term of a fit that pulls markers' contours to the edges of their classes.
 
 A contour point's residual is its distance along its normal to the edge of its class there (point to line); a point with
-no edge in reach, hidden or merged, has no say. Nor has one that the object itself hides, where that is asked for: the
-edge beside it is that of what hides it, and lies inwards.
+no edge in reach, hidden or merged, has no say. Nor has one at which another side of the same class begins that is in view,
+too, nor one that the object itself hides, where that is asked for: the edge beside it is that of what hides it, and
+lies inwards.
 
 All edges together may lie outwards of where the object ends, or inwards: segmenters leave seams or fringes, ink runs,
 lenses blur. How large markers look then tells nothing of the range, but how far apart they are does.
@@ -19,7 +20,7 @@ from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, outline_pixels
 from .edge_kernels import EdgeRoom, EdgeTerms, edge_room, find_edges
 from .placed_kernels import Equations, Placed, moving
-from .surface_kernels import Surface, aspect
+from .surface_kernels import Surface, aspect, find_inner
 
 
 class ContourTerm(NamedTuple):
@@ -82,6 +83,16 @@ def leave_out_hidden(shown: Any, h: int, k: int, weight: Any) -> None:
         weight[i] = weight[i] if shown[h, k, i] else 0.0
 
 
+@inlined
+def leave_out_inner(s: Surface, k: int, P: Any, q: Any, weight: Any, room: EdgeRoom) -> None:
+    """Take their say from the points at which marker `k` goes on in another side of its class, see `find_inner`."""
+    if s.has_meets[k]:
+        inner = room.flags[0]  # what stood there, the edges are found with
+        find_inner(s, k, P, q, inner)
+        for i in range(len(weight)):
+            weight[i] = 0.0 if inner[i] else weight[i]
+
+
 @lean
 def add_contours(
     term: ContourTerm, h: int, step: int, placed: Placed, to: Equations, columns: Any, room: EdgeRoom
@@ -104,6 +115,7 @@ def add_contours(
         outline_pixels(P, q, s.contour[k], s.contour_along[k], view, room.outline)
         find_edges(k, e, step, view, room)
         leave_out_hidden(term.shown, h, k, weight)
+        leave_out_inner(s, k, P, q, weight, room)
         fill_rows(s, k, P, q, placed, columns, n, view, room.outline, room.rows)
         points, off = 0.0, 0.0
         for i in range(len(weight)):
@@ -166,6 +178,7 @@ def contour_rows(
         outline_pixels(P, q, s.contour[k], s.contour_along[k], term.seen, outline)
         find_edges(k, term.edges, 0, term.seen, room)
         leave_out_hidden(term.shown, h, k, room.weight)
+        leave_out_inner(s, k, P, q, room.weight, room)
         fill_rows(s, k, P, q, placed, columns, n, term.seen, outline, room.rows)
         spacing_px[k] = 0.0
         for i in range(m):

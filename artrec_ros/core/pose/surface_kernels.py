@@ -40,6 +40,8 @@ class Surface(NamedTuple):
     ring_role: Any  # (M,)
     rim_role: Any  # (M,)
     open_ring: Any  # (M, m) 1, or 0 where another marker of the object begins at the contour
+    meets: Any  # (M, m) marker of the same class that each point of a contour meets at an angle, -1: none
+    has_meets: Any  # (M,) bool: whether a marker meets others so
     patch_of: Any  # (M,) each marker's patch
     like: Any  # (M, M) bool: markers that joints move against each other, and that may be of one class
     like_box: Any  # (M, B) bool: boxes that joints move against a marker, and that may be of its class
@@ -100,6 +102,7 @@ class Room(NamedTuple):
     box_rotation: Any  # (B, 3, 3)
     eye: Any  # (B, 3)
     middle: Any  # (B, 3)
+    inner: Any  # (m,) see `find_inner`
     open: Any  # (M, m) `Surface.open_ring`, -1 where another part of the hypothesis lies beyond: `cover`
     outlines: Any  # (M, 4, m), see `outline_pixels`
     shown: Any  # (M,) bool: markers that face the camera
@@ -125,7 +128,7 @@ def room_of(s: Surface) -> Room:
     return Room(
         np.empty((2, most), np.int32), np.empty(most), np.empty((4, m)), np.empty(most, np.bool_),
         np.empty(n, np.int64), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
-        is_open, np.empty((n_m, 4, m)), np.empty(n_m, np.bool_),
+        np.empty(m, np.int32), is_open, np.empty((n_m, 4, m)), np.empty(n_m, np.bool_),
         behind, np.empty((n_m, n_m), np.bool_), np.empty(n_m), np.empty((3, m)), np.empty((3, 3)), np.empty(3),
     )  # fmt: skip
 
@@ -155,3 +158,19 @@ def aspect(s: Surface, p: int, A: Any, b: Any) -> tuple[float, float, float, flo
     mx, my, mz = mx + b[0], my + b[1], mz + b[2]
     cosine = -(nx * mx + ny * my + nz * mz) / max(math.sqrt(mx * mx + my * my + mz * mz), 1e-9)
     return cosine, mx, my, mz
+
+
+@inlined
+def find_inner(s: Surface, k: int, A: Any, b: Any, inner: Any) -> None:
+    """Fill inner (m,) with 1 where the contour of marker `k` meets one of its class that faces the camera, too: there
+    the class does not end. Else 0.
+
+    :param A, b: the frame of both.
+    """
+    last, faces = -1, False
+    for i in range(len(inner)):
+        j = s.meets[k, i]
+        if j >= 0 and j != last:
+            cosine, _, _, _ = aspect(s, s.patch_of[j], A, b)
+            last, faces = j, cosine > 0.0
+        inner[i] = 1 if j >= 0 and faces else 0

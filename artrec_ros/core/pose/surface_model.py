@@ -19,7 +19,7 @@ from ..image.label_field import LabelField
 from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
-from ..model.surface import Patch, free_contour, patches_of
+from ..model.surface import Patch, free_contour, meeting_contour, patches_of
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
 from .occlusion import BEHIND, BodyBoxes, hulls_of, opaque_of
@@ -156,6 +156,8 @@ class SpatialModel:
             ring_role=self.ring_role,
             rim_role=self.rim_role,
             open_ring=free_contour(self.model, self.patches, own_class=True).astype(float),
+            meets=self.meeting,
+            has_meets=(self.meeting >= 0).any(axis=1),
             patch_of=self.markers,
             like=self._like(self.component[self.markers], self.marker_labels),
             like_box=self._like(
@@ -227,7 +229,12 @@ class SpatialModel:
     @cached_property
     def open_contour(self) -> NDArray[np.bool_]:
         """(M, m) contour points beyond which there is no other marker of the object."""
-        return free_contour(self.model, self.patches, own_class=False)
+        return free_contour(self.model, self.patches, own_class=False) & (self.meeting < 0)
+
+    @cached_property
+    def meeting(self) -> NDArray[np.int64]:
+        """(M, m) see `meeting_contour`."""
+        return meeting_contour(self.model, self.patches)
 
     def seams_px(self, field: LabelField, *, most: bool = False) -> Array:
         """(M,) half the width of the seam around each marker's class, see `LabelField.seams_px`, less by what markers

@@ -21,6 +21,7 @@ from .surface_kernels import (
     aspect,
     beside,
     count_for,
+    find_inner,
     is_near,
     points_of,
     room_of,
@@ -46,7 +47,7 @@ def ring_votes(
 ) -> tuple[float, float]:  # fmt: skip
     """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour
     within the image that does not lie amid its class; 0 where none is. Where other parts of the object's lie beyond,
-    nothing is told; where these leave less than half of it, no more is known than of half.
+    or another side of one class begins, nothing is told; where these leave less than half of it, no more is known than of half.
 
     :param own: (256,) how far each code is of its class. :param depth: of its middle. :param near: see `is_near`.
     :param cut: whether `room.hidden` tells which points of it boxes hide: there it is their outline that is seen.
@@ -60,13 +61,16 @@ def ring_votes(
     for i in range(m):
         outer[i] = padded_pixel(u[i] + out_px * nu[i], v[i] + out_px * nv[i], view)
         inner[i] = padded_pixel(u[i] - in_px * nu[i], v[i] - in_px * nv[i], view)
+    meets, goes_on = s.has_meets[k], room.inner
+    if meets:
+        find_inner(s, k, A, b, goes_on)
     for i in range(m):
         if cut and room.hidden[i]:
             continue
         beyond = view.padded[outer[i]]
         if beyond != limits.outside:  # else not the marker ends there but the image
             within += 1
-            if is_open[i] == COVERED:
+            if is_open[i] == COVERED or (meets and goes_on[i]):
                 continue
             vote = is_open[i] * out[beyond] + into[view.padded[inner[i]]]
             if near:  # lengths shrink with their depth

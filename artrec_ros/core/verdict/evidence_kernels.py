@@ -11,7 +11,7 @@ from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, project, turned
 from ..model.chain_kernels import Chain, place_all
 from ..pose.covering_kernels import COVERED, cover
-from ..pose.surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, points_of, room_of
+from ..pose.surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, find_inner, points_of, room_of
 from ..pose.vote_kernels import LEAST_KNOWN, is_supported
 
 ALONE, DESERTED, BORNE_OUT, UNSEEN, FADED = range(5)  # see `Verdict.case`
@@ -86,13 +86,15 @@ def along_outline(
     out, into, is_open = s.table[s.ring_role[k]], s.table[s.rim_role[k]], room.open[k]
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
-    votes, seen, amid, known = 0.0, 0, 0.0, 0
+    votes, seen, amid, known, meets, goes_on = 0.0, 0, 0.0, 0, s.has_meets[k], room.inner
+    if meets:
+        find_inner(s, k, A, b, goes_on)
     for i in range(len(u)):
         beyond = view.padded[padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)]
         within = view.padded[padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)]
         if beyond != limits.outside and beyond != limits.owned:
             seen += 1
-            if is_open[i] == COVERED:
+            if is_open[i] == COVERED or (meets and goes_on[i]):
                 continue
             votes += is_open[i] * out[beyond] + into[within]
             amid += is_open[i] * own[beyond]

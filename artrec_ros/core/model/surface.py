@@ -75,7 +75,11 @@ def free_contour(model: ObjectModel, patches: list[Patch], *, own_class: bool) -
     for row, mine in zip(out, markers, strict=True):
         beyond = mine.contour + _BEYOND * np.sqrt(mine.area) * np.cross(mine.contour_along, mine.normal)
         for other in markers:
-            if other is not mine and _rigid(model, mine, other) and (not own_class or set(mine.labels) & set(other.labels)):
+            if (
+                other is not mine
+                and _rigid(model, mine, other)
+                and (not own_class or set(mine.labels) & set(other.labels))
+            ):
                 row[_covers(other, beyond)] = False
     return out
 

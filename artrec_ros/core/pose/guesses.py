@@ -12,6 +12,7 @@ from ..image.image_frame import ImageFrame
 from ..model.objects import Marker, ObjectModel
 from .bends import Bends
 from .distinct import best_distinct
+from .solid_views import solids_of
 from .surface_model import Poses, SpatialModel
 from .view_bank import ViewBank
 from .views import lift, view_bank
@@ -21,9 +22,10 @@ Key = tuple[bytes, float | None, Labels, Labels]
 
 
 class Guesser:
-    """Aligns one component's markers, from many sides, with blobs.
+    """Aligns one component's markers, from many sides, with blobs: one by one, and together those that meet.
 
     :ivar labels: classes of which the blobs are that the component makes. :ivar bends: of the joints that carry it.
+    :ivar largest_m2: the greatest area of what makes one blob.
     :ivar reach_m: how far from the object's origin its markers get.
     """
 
@@ -54,7 +56,11 @@ class Guesser:
             + max(np.linalg.norm(m.centre) + np.linalg.norm(m.outline - m.centroid, axis=1).max() for m in part.markers)
         )
         in_marker = [self._object_in_marker(m) for m in self._markers]
-        # the object's frame, see `lift`: (2, V, 3, 3) of each marker's views, and (3,) its origin along its own axes
+        for solid in solids_of(surface, component, config.guesses):
+            self._banks.append(ViewBank(solid.views, inside, ring, surface.limits, config.guesses, solid.flips))
+            in_marker.append(self._object_in(np.eye(3), solid.centre))
+        self.largest_m2 = max(float(bank.arrays.area.max()) for bank in self._banks)
+        # the object's frame, see `lift`: (F, V, 3, 3) of each bank's views, and (3,) its origin along its own axes
         self._flips = [bank.flips @ R for bank, (R, _) in zip(self._banks, in_marker, strict=True)]
         self._origins = [R.T @ t for R, t in in_marker]
 
@@ -64,7 +70,7 @@ class Guesser:
         growth = self._config.growth
         grown = growth if is_small(blob, self._config) else growth[:1]
         found = [self._none]
-        for m in range(len(self._markers)):
+        for m in range(len(self._banks)):
             if frame.deadline.expired:
                 break
             found.append(self._of_marker(m, frame, blob, grown, piece))
@@ -76,7 +82,7 @@ class Guesser:
         if len(grown) > 1:
             T, view = np.concatenate([T * (1, 1, 1, g) for g in grown]), np.tile(view, len(grown))
         R, t = lift(self._flips[m], view, T, frame.camera, self._origins[m])
-        found, votes = Poses(R, t, np.tile(self.bends.q[0], (len(R), 1))), np.tile(votes, 2 * len(grown))
+        found, votes = Poses(R, t, np.tile(self.bends.q[0], (len(R), 1))), np.tile(votes, len(R) // max(len(votes), 1))
         near_m, far_m = range_limits(self._all, frame.camera)
         if near_m > 0 or far_m < np.inf:  # else those behind the camera stay, too
             off = max(self._config.growth)  # a guess's depth is off by as much as its scale
@@ -92,8 +98,12 @@ class Guesser:
         """The object's frame (3, 3), (3,) in a marker's whose origin is its centroid; joints mid-range."""
         T = marker.T_component_marker
         assert T is not None  # the model is spatial
-        R = (self.bends.R[0] @ T.rotation).T
-        return R, -R @ (self.bends.R[0] @ marker.centre + self.bends.t[0])
+        return self._object_in(T.rotation, marker.centre)
+
+    def _object_in(self, rotation: Array, centre: Array) -> tuple[Array, Array]:
+        """The object's frame (3, 3), (3,) in one that is turned and placed so in the component; joints mid-range."""
+        R = (self.bends.R[0] @ rotation).T
+        return R, -R @ (self.bends.R[0] @ centre + self.bends.t[0])
 
 
 def _key(marker: Marker, labels: Labels, body: Labels) -> Key:

@@ -48,7 +48,7 @@ class Seeds:
             if not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
         self._disc = _lone_disc(surface) if target.model.needs_another else ()
-        self._sizes_m2 = {c: max(m.area for m in target.model.components[c].markers) for c in self._guessers}
+        self._sizes_m2 = {c: guesser.largest_m2 for c, guesser in self._guessers.items()}
         self._reach_m = max(g.reach_m for g in self._guessers.values()) + self._guessers[self._root].reach_m
 
     def may_be_several(self, blob: Blob) -> bool:

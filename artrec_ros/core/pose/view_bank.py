@@ -40,10 +40,10 @@ def blob_shape(blob: Blob, seam_px: float, config: BlobsConfig) -> BlobShape:
 
 
 class ViewBank:
-    """The V views of a marker.
+    """The V views of a marker, or of several that meet.
 
     :param inside_votes, ring_votes: (256,) for the labels on the marker and around it, as far as `limits` say.
-    :ivar flips: (2, V, 3, 3), see `flips_of`. :ivar look: the votes, for compiled code.
+    :ivar flips: (F, V, 3, 3) rotations that each view stands for, see `flips_of`. :ivar look: the votes, for compiled code.
     """
 
     def __init__(
@@ -53,10 +53,13 @@ class ViewBank:
         ring_votes: Array,
         limits: SurfaceLimits,
         config: GuessesConfig,
+        flips: Array | None = None,
     ) -> None:
+        """:param flips: None: those of a marker's views."""
         self._config, most = config, (inside_votes.max(), ring_votes.max())
         self.look = guessing.Look(inside_votes, ring_votes, *most, limits.ring_px, limits.ring_width_px)
-        self.flips = flips_of(np.array([v.turn for v in views]), np.array([v.direction for v in views]))
+        turns = np.array([v.turn for v in views]), np.array([v.direction for v in views])
+        self.flips = flips_of(*turns) if flips is None else flips
         n = np.array([len(v.anchors) for v in views])
         anchors = np.zeros((len(views), n.max(), 2))
         for row, view in zip(anchors, views, strict=True):

@@ -57,7 +57,13 @@ def view_bank(marker: Marker, config: GuessesConfig, *, facing: bool = False) ->
 def _view(marker: Marker, turn: float, direction: float, config: GuessesConfig) -> MarkerView:
     axis = np.array([np.cos(direction), np.sin(direction)])
     squeeze = np.eye(2) + (np.cos(turn) - 1) * np.outer(axis, axis)
-    outline = marker.image_outline @ squeeze
+    return view_of(marker.image_outline @ squeeze, marker.area * np.cos(turn), config, turn, direction)
+
+
+def view_of(
+    outline: Array, area: float, config: GuessesConfig, turn: float = 0.0, direction: float = 0.0
+) -> MarkerView:
+    """What looks like an outline (n, 2) of such an area; both in metres, y down."""
     if signed_area(outline) < 0:  # run round as blobs' contours do
         outline = outline[::-1]
     inside = sample_polygon(outline, config.score_points)
@@ -70,7 +76,7 @@ def _view(marker: Marker, turn: float, direction: float, config: GuessesConfig) 
         inside,
         contour,
         normal,
-        marker.area * np.cos(turn),
+        area,
         perimeter(outline),
         anchors_of(outline, config.anchor_tolerance),
         (centroid / 1e3, principal),
@@ -149,14 +155,14 @@ def flips_of(turn: Array, direction: Array) -> Array:
 
 
 def lift(flips: Array, view: np.ndarray, T: Array, camera: Camera, origin: Array) -> tuple[Array, Array]:
-    """Both 6-DoF poses of similarities of views.
+    """The F 6-DoF poses of each similarity of views: both of a marker's.
 
-    :param flips: (2, V, 3, 3) on the optical axis, of the marker or of a frame that is fixed to it.
+    :param flips: (F, V, 3, 3) on the optical axis, of the marker or of a frame that is fixed to it.
     :param view: (H,) of each similarity; T: (H, 4).
     :param origin: (3,) that frame's, from the marker's centroid and along the frame's axes.
-    :return: rotations (2H, 3, 3) and origins (2H, 3) of the frame, first all of one flip.
+    :return: rotations (FH, 3, 3) and origins (FH, 3) of the frame, first all of one flip.
     """
     rays, focal = normalise(camera, T[:, :2]), camera.focal_px
-    out = np.empty((2, len(T), 3, 3)), np.empty((2, len(T), 3))
+    out = np.empty((len(flips), len(T), 3, 3)), np.empty((len(flips), len(T), 3))
     lifting.lift(flips, view, T, rays, focal, origin, *out)
     return out[0].reshape(-1, 3, 3), out[1].reshape(-1, 3)

@@ -32,6 +32,15 @@ class GuessesConfig(Room):
         paths=_SPACE,
         origin="30 degrees apart, a climb makes the rest good: with 4 right +3 of 244, with 8 +3",
     )
+    solid_directions: int = param(
+        100,
+        "directions from which markers of one class that meet at an angle, as sides of a box do, are laid on a blob "
+        "together",
+        low=12,
+        high=2000,
+        paths=_SPACE,
+        origin="20 degrees apart",
+    )
     score_points: int = param(
         24,
         "points inside of a view, and on its outline, at which labels are looked up",

@@ -1,0 +1,140 @@
+"""Views of markers of one class that meet at an angle, such as the sides of a box of one colour.
+
+Seen together they are one blob, whose outline is that of none of them, and what else is rigid to them may lie before it.
+What they look like together depends on the direction from which they are seen; one of the bank's is near to any.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import GuessesConfig
+from ..geometry.polygons import signed_area
+from ..geometry.transforms import Array
+from .surface_model import SpatialModel
+from .views import MarkerView, view_of
+
+_EXTENT_PX = 160  # of what is drawn: a pixel is nothing beside the angle between two directions
+_CLOSED = 0.05  # of a marker's width: gaps that are closed, as `surface.meeting_contour` takes such for none
+_LEAST_PIECE = 0.15  # of the largest: what lies before it may leave it in several, and none that is smaller tells much
+_GOLDEN_RAD = np.pi * (3 - 5**0.5)
+_SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+
+
+class Solid(NamedTuple):
+    """Markers of one component that meet.
+
+    :ivar centre: (3,) amid them, in the component's frame: origin of the views' outlines.
+    :ivar flips: (1, V, 3, 3) of each view the component's turn on the optical axis.
+    """
+
+    centre: Array
+    views: list[MarkerView]
+    flips: Array
+
+
+class _Face(NamedTuple):
+    """A flat piece in the frame of a component: its outline (n, 3), its normal (3,), and whether it has the class."""
+
+    outline: Array
+    normal: Array
+    has_class: bool
+
+
+def solids_of(surface: SpatialModel, component: int, config: GuessesConfig) -> list[Solid]:
+    """Of all groups of one component's markers that meet."""
+    groups = list(_groups(surface, component))
+    faces = _rigid_faces(surface, component) if groups else []
+    return [_solid(surface, group, faces, config) for group in groups]
+
+
+def _groups(surface: SpatialModel, component: int) -> Iterator[list[int]]:
+    """Rows of markers that lead to each other."""
+    left = set(np.flatnonzero(surface.component[surface.markers] == component).tolist())
+    while left:
+        group, new = set[int](), {min(left)}
+        while new:
+            group |= new
+            met = {int(j) for k in new for j in np.unique(surface.meeting[k])}
+            new = (met & left) - group
+        left -= group
+        if len(group) > 1:
+            yield sorted(group)
+
+
+def _rigid_faces(surface: SpatialModel, component: int) -> list[_Face]:
+    """Markers and sides of bodies of a component, and of all that are rigid to it."""
+    kin, labels = surface.kinematics, set(surface.labels[component])
+    frames, out = kin.in_object(kin.middle[None]), list[_Face]()
+    R_own, t_own = frames.R[0, component], frames.t[0, component]
+    for c in [component, *np.flatnonzero(kin.rigid_to(component)).tolist()]:
+        R, t = R_own.T @ frames.R[0, c], R_own.T @ (frames.t[0, c] - t_own)
+        for p in surface.markers_of[c]:
+            patch = surface.patches[p]
+            out.append(_Face(patch.drawn[3:] @ R.T + t, R @ patch.normal, bool(labels & set(patch.labels))))
+        part = surface.model.components[c]
+        for box, axis, sign in product(part.bodies, range(3), (-1.0, 1.0)):
+            corners = np.empty((4, 3))
+            corners[:, (axis + 1) % 3], corners[:, (axis + 2) % 3], corners[:, axis] = *_SQUARE.T, sign
+            normal = R @ (sign * box.T_component_box.rotation[:, axis])
+            corners = box.T_component_box.apply(corners * box.size / 2) @ R.T + t
+            out.append(_Face(corners, normal, bool(labels & set(part.body_labels))))
+    return out
+
+
+def _solid(surface: SpatialModel, group: list[int], faces: list[_Face], config: GuessesConfig) -> Solid:
+    patches = [surface.patches[p] for p in surface.markers[group]]
+    centre, normals = np.mean([p.drawn[0] for p in patches], axis=0), np.array([p.normal for p in patches])
+    meet = np.array([[j in surface.meeting[k] for j in group] for k in group])
+    gap_m, least = _CLOSED * min(p.area for p in patches) ** 0.5, surface.limits.least_cosine
+    views, turns = list[MarkerView](), list[Array]()
+    for turn in _all_around(config.solid_directions):
+        seen = normals @ turn[2] < -least
+        if meet[np.ix_(seen, seen)].any():
+            for outline in _silhouettes(faces, turn, centre, gap_m):
+                views.append(view_of(outline, abs(signed_area(outline)), config))
+                turns.append(turn)
+    return Solid(centre, views, np.array(turns)[None])
+
+
+def _all_around(n: int) -> NDArray[np.float64]:
+    """(n, 3, 3) turns that show a body from evenly spread directions: of a camera's axes x (right), y (down), z (ahead)
+    in the body's frame."""
+    height = 1 - (2 * np.arange(n) + 1) / n
+    radius, around = np.sqrt(1 - height**2), _GOLDEN_RAD * np.arange(n)
+    ahead = np.stack([radius * np.cos(around), radius * np.sin(around), height], axis=1)
+    aside = np.where(np.abs(height)[:, None] < 0.9, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    right = np.cross(ahead, aside)
+    right /= np.linalg.norm(right, axis=1, keepdims=True)
+    return np.stack([right, np.cross(ahead, right), ahead], axis=1)
+
+
+def _silhouettes(faces: list[_Face], turn: Array, centre: Array, gap_m: float) -> list[Array]:
+    """Outlines (n, 2), about a centre, of the pieces that are seen of a class: what is nearer hides what is behind it,
+    and gaps are closed."""
+    shown = [f for f in faces if f.normal @ turn[2] < 0]
+    placed = [(f.outline - centre) @ turn.T for f in shown]
+    every = np.concatenate([p[:, :2] for p, f in zip(placed, shown, strict=True) if f.has_class])
+    low, unit = every.min(axis=0), float(np.ptp(every, axis=0).max()) / _EXTENT_PX
+    gap_px = round(gap_m / unit)
+    size, margin = _EXTENT_PX + 2 * gap_px + 3, gap_px + 1
+    y, x = np.mgrid[:size, :size]
+    nearest, own = np.full((size, size), np.inf), np.zeros((size, size), np.uint8)
+    for points, face in zip(placed, shown, strict=True):
+        mask = np.zeros((size, size), np.uint8)
+        cv2.fillPoly(mask, [np.rint((points[:, :2] - low) / unit + margin).astype(np.int32)], 1)
+        slope, at = turn @ face.normal, (points[0, :2] - low) / unit + margin
+        depth = points[0, 2] - unit * ((x - at[0]) * slope[0] + (y - at[1]) * slope[1]) / slope[2]
+        before = (mask > 0) & (depth < nearest - 1e-9)
+        nearest[before], own[before] = depth[before], face.has_class
+    own = cv2.morphologyEx(own, cv2.MORPH_CLOSE, np.ones((gap_px + 1,) * 2, np.uint8))
+    contours, _ = cv2.findContours(own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    least_px = _LEAST_PIECE * max(map(cv2.contourArea, contours), default=0.0)
+    pieces = [cv2.approxPolyDP(c, 0.5, True)[:, 0] for c in contours if cv2.contourArea(c) > least_px]
+    return [(piece - margin) * unit + low for piece in pieces if len(piece) > 2]

@@ -85,7 +85,7 @@ def free_contour(model: ObjectModel, patches: list[Patch], *, own_class: bool) -
 
 
 def meeting_contour(model: ObjectModel, patches: list[Patch]) -> NDArray[np.int64]:
-    """(M, m) which marker that may be of the same class each point of all markers' contours meets at an angle, -1: none.
+    """(M, m) which marker that may be of its class each point of a marker's contour meets at an angle, -1: none.
 
     Two sides of a box of one colour meet so: while both are in view nothing ends where they do.
     """

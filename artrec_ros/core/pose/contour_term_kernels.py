@@ -1,7 +1,7 @@
 """The term of a fit that pulls markers' contours to the edges of their classes.
 
 A contour point's residual is its distance along its normal to the edge of its class there (point to line); a point with
-no edge in reach, hidden or merged, has no say. Nor has one at which another side of the same class begins that is in view,
+no edge in reach, hidden or merged, has no say. Nor has one at which another side of its class begins that is in view,
 too, nor one that the object itself hides, where that is asked for: the edge beside it is that of what hides it, and
 lies inwards.
 

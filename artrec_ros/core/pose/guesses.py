@@ -25,7 +25,7 @@ class Guesser:
     """Aligns one component's markers, from many sides, with blobs: one by one, and together those that meet.
 
     :ivar labels: classes of which the blobs are that the component makes. :ivar bends: of the joints that carry it.
-    :ivar largest_m2: the greatest area of what makes one blob.
+    :ivar has_solids: whether some meet. :ivar largest_m2: the greatest area of what makes one blob.
     :ivar reach_m: how far from the object's origin its markers get.
     """
 
@@ -56,7 +56,9 @@ class Guesser:
             + max(np.linalg.norm(m.centre) + np.linalg.norm(m.outline - m.centroid, axis=1).max() for m in part.markers)
         )
         in_marker = [self._object_in_marker(m) for m in self._markers]
-        for solid in solids_of(surface, component, config.guesses):
+        solids = solids_of(surface, component, config.guesses)
+        self.has_solids = len(solids) > 0
+        for solid in solids:
             self._banks.append(ViewBank(solid.views, inside, ring, surface.limits, config.guesses, solid.flips))
             in_marker.append(self._object_in(np.eye(3), solid.centre))
         self.largest_m2 = max(float(bank.arrays.area.max()) for bank in self._banks)

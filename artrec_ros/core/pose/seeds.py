@@ -47,6 +47,7 @@ class Seeds:
             for c in range(len(target.model.components))
             if not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
+        self._has_solids = any(g.has_solids for g in self._guessers.values())
         self._disc = _lone_disc(surface) if target.model.needs_another else ()
         self._sizes_m2 = {c: guesser.largest_m2 for c, guesser in self._guessers.items()}
         self._reach_m = max(g.reach_m for g in self._guessers.values()) + self._guessers[self._root].reach_m
@@ -140,12 +141,14 @@ class Seeds:
     def _votes(
         self, frame: ImageFrame, poses: Poses, *components: int, bodies: bool = True, hidden: bool = False
     ) -> Array:
-        """(H,) votes for some components, occlusion apart, with or without their bodies.
+        """(H,) votes for some components, with or without their bodies; occlusion apart, but where sides that meet were
+        laid on blobs with what hides some of them.
 
         :param hidden: a marker that speaks against itself counts as hidden, at a price: of a component with markers on
             several sides another object may hide some, and of what is hidden others' pixels say nothing.
         """
-        scores = self._surface.score(frame, poses, self._patches_of(components, bodies), occlusion=False)
+        patches, solid = self._patches_of(components, bodies), self._has_solids
+        scores = self._surface.score(frame, poses, patches, occlusion=solid, rigid=solid)
         least = -self._hidden_cost * scores.area_px if hidden else -np.inf
         return np.asarray(np.maximum(scores.votes, least).sum(axis=1))
 

@@ -1,6 +1,6 @@
 """Views of markers of one class that meet at an angle, such as the sides of a box of one colour.
 
-Seen together they are one blob, whose outline is that of none of them, and what else is rigid to them may lie before it.
+Seen together they are one blob, whose outline is that of none of them; what else is rigid to them may lie before it.
 What they look like together depends on the direction from which they are seen; one of the bank's is near to any.
 """
 

@@ -174,6 +174,13 @@ class SpatialModel:
         )
 
     @cached_property
+    def _hidden_by_rigid(self) -> Surface:
+        """The same, where bodies hide only what is rigid to them."""
+        kin = self.kinematics
+        loose = [[c != box and not kin.rigid_to(c)[box] for box in self.boxes.component] for c in self.component]
+        return self.compiled._replace(ignored=self.ignored | np.array(loose, bool).reshape(self.ignored.shape))
+
+    @cached_property
     def by_component(self) -> tuple[np.ndarray, np.ndarray]:
         """(P,) patches by component, and where those of each one begin: (C + 1,)."""
         order = np.argsort(self.component, kind="stable")
@@ -275,16 +282,24 @@ class SpatialModel:
         return out
 
     def score(
-        self, frame: ImageFrame, poses: Poses, patches: np.ndarray, *, occlusion: bool, covered: bool = False
+        self,
+        frame: ImageFrame,
+        poses: Poses,
+        patches: np.ndarray,
+        *,
+        occlusion: bool,
+        covered: bool = False,
+        rigid: bool = False,
     ) -> PatchScores:
         """What the labels say of each of `patches` (ascending indices) under each hypothesis.
 
         :param covered: with the object's other parts of their class in place around markers' contours.
+        :param rigid: bodies hide only what is rigid to them: joints are not known.
         """
         R, t, q = poses.R, poses.t, poses.q
         out, view = PatchScores(*np.empty((3, len(R), len(patches)))), frame.view
-        looked = occlusion, covered and self.overlaps
-        score_patches(self.compiled, self.kinematics.chain, R, t, q, patches, view, self.limits, *looked, *out.arrays)
+        looked, surface = (occlusion, covered and self.overlaps), self._hidden_by_rigid if rigid else self.compiled
+        score_patches(surface, self.kinematics.chain, R, t, q, patches, view, self.limits, *looked, *out.arrays)
         return out
 
     def search_joints(self, frame: ImageFrame, poses: Poses, grids: Array) -> Poses:

@@ -43,7 +43,8 @@ class ViewBank:
     """The V views of a marker, or of several that meet.
 
     :param inside_votes, ring_votes: (256,) for the labels on the marker and around it, as far as `limits` say.
-    :ivar flips: (F, V, 3, 3) rotations that each view stands for, see `flips_of`. :ivar look: the votes, for compiled code.
+    :ivar flips: (F, V, 3, 3) rotations that each view stands for, see `flips_of`.
+    :ivar look: the votes, for compiled code.
     """
 
     def __init__(

@@ -47,7 +47,8 @@ def ring_votes(
 ) -> tuple[float, float]:  # fmt: skip
     """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour
     within the image that does not lie amid its class; 0 where none is. Where other parts of the object's lie beyond,
-    or another side of one class begins, nothing is told; where these leave less than half of it, no more is known than of half.
+    or another side of its class begins, nothing is told; where these leave less than half of it, no more is known than
+    of half.
 
     :param own: (256,) how far each code is of its class. :param depth: of its middle. :param near: see `is_near`.
     :param cut: whether `room.hidden` tells which points of it boxes hide: there it is their outline that is seen.

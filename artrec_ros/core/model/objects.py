@@ -260,12 +260,6 @@ class ObjectModel:
         split = [{k: v for k, v in component.classes.items() if (k in borne) == which} for which in (True, False)]
         return replace(component, classes=split[0], unborne=split[1])
 
-    @cached_property
-    def is_on_unknown(self) -> bool:
-        """Whether a body whose class is not known may show beyond the outlines of markers: the component's own, or that
-        of another one behind it."""
-        return any(c.bodies and not c.body_labels for c in self.components)
-
     def _check_identities(self) -> None:
         own = {c.name: c.classes for c in self.components if c.classes}
         seen: dict[tuple[str, ...], str] = {}

@@ -22,7 +22,7 @@ FACE_POINTS = 20  # per box face
 COVER_DEPTH_M = 0.02  # a marker this close in front of a face hides it
 _BEYOND = 0.1  # of a marker's width: so far outside of its contour it is looked for others
 _MEETING = 0.05  # of a marker's width: who is so near meets it
-_ASLANT = 0.97  # cosine between normals of markers that meet at an angle, and do not lie in one plane
+ASLANT = 0.97  # cosine between normals of markers that meet at an angle, and do not lie in one plane
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,12 @@ def patches_of(model: ObjectModel, label: int) -> list[Patch]:
     return out
 
 
+def is_on_unknown(patches: list[Patch]) -> bool:
+    """Whether a body whose class is not known may show beyond the outlines of markers: the component's own, where these
+    do not cover it, or that of another one behind it."""
+    return any(p.marker is None and not p.labels for p in patches)
+
+
 def free_contour(model: ObjectModel, patches: list[Patch], *, own_class: bool) -> NDArray[np.bool_]:
     """(M, m) bool of the contour points of all markers: beyond which no other marker of the object begins.
 
@@ -75,17 +81,16 @@ def free_contour(model: ObjectModel, patches: list[Patch], *, own_class: bool) -
     for row, mine in zip(out, markers, strict=True):
         beyond = mine.contour + _BEYOND * np.sqrt(mine.area) * np.cross(mine.contour_along, mine.normal)
         for other in markers:
-            if (
-                other is not mine
-                and _rigid(model, mine, other)
-                and (not own_class or set(mine.labels) & set(other.labels))
-            ):
+            fixed = mine.component == other.component or all(
+                model.components[p.component].joint is None for p in (mine, other)
+            )
+            if other is not mine and fixed and (not own_class or set(mine.labels) & set(other.labels)):
                 row[_covers(other, beyond)] = False
     return out
 
 
-def meeting_contour(model: ObjectModel, patches: list[Patch]) -> NDArray[np.int64]:
-    """(M, m) which marker that may be of its class each point of a marker's contour meets at an angle, -1: none.
+def meeting_contour(patches: list[Patch]) -> NDArray[np.int64]:
+    """(M, m) which marker of its component each point of a marker's contour meets at an angle, -1: none.
 
     Two sides of a box of one colour meet so: while both are in view nothing ends where they do.
     """
@@ -94,15 +99,10 @@ def meeting_contour(model: ObjectModel, patches: list[Patch]) -> NDArray[np.int6
     for row, mine in zip(out, markers, strict=True):
         near_m = _MEETING * np.sqrt(mine.area)
         for j, other in enumerate(markers):
-            aslant = abs(mine.normal @ other.normal) < _ASLANT
-            if aslant and _rigid(model, mine, other) and set(mine.labels) & set(other.labels):
+            aslant = abs(mine.normal @ other.normal) < ASLANT
+            if aslant and mine.component == other.component:
                 row[_off(other, mine.contour) < near_m] = j
     return out
-
-
-def _rigid(model: ObjectModel, *patches: Patch) -> bool:
-    """Whether patches are given in one frame."""
-    return len({p.component for p in patches}) == 1 or all(model.components[p.component].joint is None for p in patches)
 
 
 def _off(patch: Patch, points: Array) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .objects import ObjectModel
+from .surface import is_on_unknown, patches_of
 
 
 @dataclass(frozen=True)
@@ -24,4 +25,5 @@ class Target:
     @property
     def on_bodies(self) -> frozenset[int]:
         """The same, where a body of no known class may show beyond markers' outlines; else none."""
-        return self.labels if self.model.is_on_unknown else frozenset()
+        shown = self.model.is_spatial and is_on_unknown(patches_of(self.model, self.label))
+        return self.labels if shown else frozenset()

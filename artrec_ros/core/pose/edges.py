@@ -24,7 +24,7 @@ def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]
     priors = _priors(reach_px, config.edge_prior_width)
     inside, seam, outside = (math.exp(2 * vote) for vote in (config.edge_vote, config.seam_vote, -config.edge_vote))
     limits = float(config.edge_beyond), float(config.border_px)
-    of_markers = seams, model.model.is_on_unknown, kinds
+    of_markers = seams, model.is_on_unknown, kinds
     no_end = OWNED if field.hides else OUTSIDE
     return EdgeTerms(np.array(reach_px), inside, seam, outside, priors, *of_markers, no_end, *limits)
 

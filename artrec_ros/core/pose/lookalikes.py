@@ -60,13 +60,15 @@ class Lookalikes:
 
 
 class _Placed(NamedTuple):
-    """A marker of the required component's class.
+    """A marker.
 
+    :param labels: classes that it may have.
     :param inside: its frame at its centroid in its component's frame; whole: in the object's, joints mid-range.
     """
 
     component: int
     marker: Marker
+    labels: tuple[int, ...]
     inside: Pose
     whole: Pose
 
@@ -75,8 +77,9 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
     """The required component's frame where a lookalike has it, in the frame of a component, those that have most in
     common first; and the components that a rigid object's lead to. Of these poses those that have little in common are
     no rivals, but where a marker lies on itself: of what its own outline does not tell all else must be asked. Those
-    that have all are the same to the eye."""
-    markers = _placed_markers(surface)
+    that have all, those of other classes too, are the same to the eye."""
+    every = _placed_markers(surface)
+    markers = _of_the_required_class(surface, every)
     found = list(_all_placements(markers, surface.root))
     if surface.kinematics.n_joints:  # which of its own sides is seen all else tells
         elsewhere = [f for f in found if f[1].component != surface.root]
@@ -91,7 +94,7 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
         if covered >= least:
             led.add(there.component)
         in_place = there is mine and len(own_turns(mine.marker)) > 0
-        if (in_place or least <= covered) and covered < len(markers):
+        if (in_place or least <= covered) and (covered < len(markers) or _covered(moved, every) < len(every)):
             out.setdefault(
                 _key(moved, mine.marker), (covered, there.component, there.inside @ T @ mine.inside.inverse())
             )
@@ -130,13 +133,18 @@ def _key(moved: Pose, marker: Marker) -> tuple[float, ...]:
 
 
 def _placed_markers(surface: SpatialModel) -> list[_Placed]:
-    kin, label, out = surface.kinematics, surface.labels[surface.root], []
+    kin, out = surface.kinematics, []
     frames = kin.in_object(kin.middle[None])
     for c, component in enumerate(surface.model.components):
-        for marker in component.markers if surface.labels[c] == label else ():
+        for marker in component.markers:
             inside = middle_of(marker)
-            out.append(_Placed(c, marker, inside, Pose(frames.R[0, c], frames.t[0, c]) @ inside))
+            whole = Pose(frames.R[0, c], frames.t[0, c]) @ inside
+            out.append(_Placed(c, marker, surface.labels[c], inside, whole))
     return out
+
+
+def _of_the_required_class(surface: SpatialModel, markers: list[_Placed]) -> list[_Placed]:
+    return [m for m in markers if m.labels == surface.labels[surface.root]]
 
 
 def _all_placements(markers: list[_Placed], root: int) -> Iterator[tuple[_Placed, _Placed, Pose]]:
@@ -151,12 +159,14 @@ def _all_placements(markers: list[_Placed], root: int) -> Iterator[tuple[_Placed
 
 
 def _covered(moved: Pose, markers: list[_Placed]) -> int:
-    """How many markers of a rigid object lie on some of its own of their size when it is moved in its own frame."""
+    """How many markers of a rigid object lie on some of its own of their size and class when it is moved in its own
+    frame."""
     at = np.array([m.whole.position for m in markers])
     out = np.array([m.whole.rotation[:, 2] for m in markers])
     size = np.array([m.marker.area**0.5 for m in markers])
     near = np.linalg.norm(moved.apply(at)[:, None] - at, axis=2) < _NEAR * size
     alike = (np.abs(np.log(size[:, None] / size)) < _ALIKE) & ((out @ moved.rotation.T) @ out.T > 0.9)
+    alike &= np.array([[a.labels == b.labels for b in markers] for a in markers])
     return int((near & alike).any(axis=1).sum())
 
 

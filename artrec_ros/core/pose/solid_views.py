@@ -30,7 +30,7 @@ _SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 class Solid(NamedTuple):
     """Markers of one component that meet.
 
-    :ivar centre: (3,) amid them, in the component's frame: origin of the views' outlines.
+    :ivar centre: (3,) amid them, in its frame: origin of the views' outlines.
     :ivar flips: (1, V, 3, 3) of each view the component's turn on the optical axis.
     """
 
@@ -62,7 +62,7 @@ def _groups(surface: SpatialModel, component: int) -> Iterator[list[int]]:
         while new:
             group |= new
             met = {int(j) for k in new for j in np.unique(surface.meeting[k])}
-            new = (met & left) - group
+            new = met - group - {-1}
         left -= group
         if len(group) > 1:
             yield sorted(group)

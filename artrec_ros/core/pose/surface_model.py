@@ -19,7 +19,7 @@ from ..image.label_field import LabelField
 from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
-from ..model.surface import Patch, free_contour, meeting_contour, patches_of
+from ..model.surface import Patch, free_contour, is_on_unknown, meeting_contour, patches_of
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
 from .occlusion import BEHIND, BodyBoxes, hulls_of, opaque_of
@@ -96,6 +96,7 @@ class SpatialModel:
         bodies = [c.body_labels for c in model.components]
         self.root = model.components.index(model.required)
         self.labels = [c.labels(label) for c in model.components]  # that each component's markers may have
+        self.is_on_unknown = is_on_unknown(self.patches)
         self.component = np.array([p.component for p in self.patches])
         self.is_marker = np.array([p.marker is not None for p in self.patches])
         self.several = np.array([len(p.labels) > 1 for p in self.patches])  # what may be of one of several classes
@@ -241,7 +242,7 @@ class SpatialModel:
     @cached_property
     def meeting(self) -> NDArray[np.int64]:
         """(M, m) see `meeting_contour`."""
-        return meeting_contour(self.model, self.patches)
+        return meeting_contour(self.patches)
 
     def seams_px(self, field: LabelField, *, most: bool = False) -> Array:
         """(M,) half the width of the seam around each marker's class, see `LabelField.seams_px`, less by what markers

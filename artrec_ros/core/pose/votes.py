@@ -51,7 +51,9 @@ class VoteRoles:
         return self._add(("rim", labels, ()), {UNKNOWN: unknown, OWNED: 0.0, **dict.fromkeys(labels, own)}, other)
 
     def ring(self, labels: Labels, body: Labels) -> int:
-        """Role of a point just outside a marker's outline; `body` none where the body is not declared."""
+        """Role of a point just outside a marker's outline; `body` none where the body is not declared. One of the
+        marker's own class, a box of one colour, does not surround it."""
+        body = tuple(label for label in body if label not in labels)
         own, unknown, other = self._config.ring_on_body if body else self._config.ring
         votes = {UNKNOWN: unknown, OWNED: 0.0, **dict.fromkeys(body, self._config.ring_body_label)}
         return self._add(("ring", labels, body), {**votes, **dict.fromkeys(labels, own)}, other)

@@ -15,8 +15,9 @@ from ...core.design.placement import buried_markers
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array
 from ...core.model.objects import ObjectModel
+from ...core.model.surface import ASLANT, patches_of
 from ...core.model.target import Target
-from .structure import shortened, structure
+from .structure import shortened, split_sides, structure
 
 Key = tuple[str, str]
 
@@ -218,12 +219,16 @@ def _groups(pairs: Sequence[Likeness]) -> list[list[Key]]:
 
 
 def on_own_colour(model: ObjectModel, label: int = 0) -> Iterator[str]:
-    """A line for each component whose markers have its body's class.
+    """A line for each component whose markers lie on more of their own class.
 
     :param label: of those without one of their own; 0: not known.
     """
-    for c in model.components:
-        if c.body_label is not None and c.body_label in c.labels(label):
+    patches = patches_of(model, label) if model.is_spatial else []
+    for n, c in enumerate(model.components):
+        bare = np.array([p.normal for p in patches if p.component == n and p.marker is None]).reshape(-1, 3)
+        borne = np.array([p.normal for p in patches if p.component == n and p.marker is not None]).reshape(-1, 3)
+        around = not model.is_spatial or (bare @ borne.T > ASLANT).any()  # else they cover the sides that they are on
+        if around and c.body_label is not None and c.body_label in c.labels(label):
             yield f"the markers of '{c.name}' have the class of its body ({c.body_label}) and cannot be seen on it"
 
 
@@ -233,7 +238,7 @@ def oddities(target: Target) -> Iterator[str]:
 
 
 def _hardly_meant(model: ObjectModel, label: int) -> Iterator[str]:
-    return chain(buried(model), odd_units(model), on_own_colour(model, label), unborne(model))
+    return chain(buried(model), odd_units(model), on_own_colour(model, label), unborne(model), split_sides(model))
 
 
 def _range(found: Ambiguities, camera: Camera, distance_m: float | None) -> Iterator[str]:

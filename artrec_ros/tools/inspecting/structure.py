@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 from ...core.geometry.transforms import Array
 from ...core.model.kinematics import Kinematics
 from ...core.model.objects import ObjectModel
-from ...core.model.surface import sample_contour
+from ...core.model.surface import ASLANT, sample_contour
 
 _LISTED = 6  # names on a line
 _SAMPLES = 96  # of an outline
@@ -29,6 +29,8 @@ class _Placed(NamedTuple):
     outline: Array
     normal: Array
     size_m: float
+    component: int
+    moves: tuple[bool, ...]  # by which joints it does
 
 
 def structure(model: ObjectModel) -> Iterator[str]:
@@ -59,8 +61,27 @@ def structure(model: ObjectModel) -> Iterator[str]:
         )
 
 
+def split_sides(model: ObjectModel) -> Iterator[str]:
+    """A line for sides of one class, of components that are rigid to each other, that meet at an angle."""
+    if not model.is_spatial:
+        return
+    for group in _groups(_placed(model), lambda a, b: _aslant(a, b) and a.component != b.component):
+        yield (
+            f"{shortened([m.name for m in group])} are sides of one class that meet: make them markers of one "
+            "component; as components of their own each seems to bear out the others, and objects are told that are "
+            "not there"
+        )
+
+
 def _adjoining(model: ObjectModel) -> list[list[str]]:
-    """Groups of markers of one class that meet along an edge, joints mid-range."""
+    """Groups of markers of one class that meet along an edge; but for sides that meet at an angle: those of one
+    component are looked for together, of others `split_sides` tells."""
+    groups = _groups(_placed(model), lambda a, b: not _aslant(a, b))
+    return [[m.name for m in group] for group in groups]
+
+
+def _placed(model: ObjectModel) -> list[_Placed]:
+    """Markers of one class each, joints mid-range."""
     kin = Kinematics(model)
     frames, known = kin.in_object(kin.middle[None]), list[_Placed]()
     for c, part in enumerate(model.components):
@@ -69,15 +90,26 @@ def _adjoining(model: ObjectModel) -> list[list[str]]:
                 points = np.pad(sample_contour(marker.outline, _SAMPLES)[0], ((0, 0), (0, 1)))
                 outline = T.apply(points) @ frames.R[0, c].T + frames.t[0, c]
                 normal = frames.R[0, c] @ T.rotation[:, 2]
-                known.append(_Placed(f"{part.name}/{marker.name}", part.labels(0), outline, normal, marker.area**0.5))
-    groups = [[n] for n in range(len(known))]
-    for a, b in combinations(range(len(known)), 2):
-        if known[a].labels == known[b].labels and _meet(known[a], known[b]):
-            first, second = (next(g for g in groups if n in g) for n in (a, b))
+                about = outline, normal, marker.area**0.5, c, tuple(kin.moves[c].tolist())
+                known.append(_Placed(f"{part.name}/{marker.name}", part.labels(0), *about))
+    return known
+
+
+def _groups(known: list[_Placed], linked: Callable[[_Placed, _Placed], bool]) -> list[list[_Placed]]:
+    """Those that meet and are linked, directly or by others."""
+    groups = [[m] for m in known]
+    for a, b in combinations(known, 2):
+        if a.labels == b.labels and _meet(a, b) and linked(a, b):
+            first, second = (next(g for g in groups if any(m is one for m in g)) for one in (a, b))
             if first is not second:
                 first += second
-                groups.remove(second)
-    return [[known[n].name for n in group] for group in groups if len(group) > 1]
+                groups = [g for g in groups if g is not second]
+    return [group for group in groups if len(group) > 1]
+
+
+def _aslant(a: _Placed, b: _Placed) -> bool:
+    """Whether two markers are rigid to each other and do not lie in one plane."""
+    return a.moves == b.moves and abs(float(a.normal @ b.normal)) < ASLANT
 
 
 def _meet(a: _Placed, b: _Placed) -> bool:
